@@ -7,25 +7,21 @@ from ..elements.contact_laws import (
     LankaraniNikravesh,
     LinearContact,
 )
-from .compared import Compared, Comparison
-from .comparison import compare
+from .comparing import compare
 from .contact_simulation import ContactSimulation, JointContact, PinImpact
 from .impact_model import ImpactModel
-from .influence import Influence, influence
-from .joint_scan import JointScan, Reversal
-from .pin_bearings import scan_pins
+from .influences import Influence, influence
 from .pin_geometry import PinGeometry
-from .pin_map import PinMap, map_pins
-from .pin_scan import PinReversal, PinScan
-from .scan import scan
-from .scanned import Scan
-from .simulate import simulate
+from .scan_maps import ScanMap, scan_map
+from .scan_results import ComparedReversal, ForceReversal, JointScan, Scan, ScanComparison
+from .scanning import scan
+from .simulating import simulate
 
 __all__ = [
-    "Compared",
-    "Comparison",
+    "ComparedReversal",
     "ContactLaw",
     "ContactSimulation",
+    "ForceReversal",
     "HuntCrossley",
     "ImpactFunction",
     "ImpactModel",
@@ -36,15 +32,12 @@ __all__ = [
     "LinearContact",
     "PinGeometry",
     "PinImpact",
-    "PinMap",
-    "PinReversal",
-    "PinScan",
-    "Reversal",
     "Scan",
+    "ScanComparison",
+    "ScanMap",
     "compare",
     "influence",
-    "map_pins",
     "scan",
-    "scan_pins",
+    "scan_map",
     "simulate",
 ]

@@ -18,7 +18,7 @@ from ..arrays import Array
 from ..checks import positive
 from ..errors import ArgumentError
 from .arguments import damping_ratio_of, start_of
-from .pin_geometry import PinGeometry
+from .pin_geometry import StiffnessLaw
 
 _MOST_STEPS = 100
 _STAYS = 1e-14
@@ -39,7 +39,7 @@ class Contact(NamedTuple):
         start: "release", as a contact that unloads lets go, or "rest".
     """
 
-    stiffness: float | Array | PinGeometry
+    stiffness: float | Array | StiffnessLaw
     clearance: float | Array
     damping_ratio: float | Array = 0.0
     start: Start = "release"
@@ -83,12 +83,10 @@ def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
         Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34); own derivation with damping.
     """
     law = contact.stiffness
-    if not isinstance(law, PinGeometry):
+    if not isinstance(law, StiffnessLaw):
         return _at(mass, slope, np.asarray(law), contact)
-    clearance, limit = (
-        float(np.asarray(contact.clearance)),
-        law.limit(float(np.asarray(contact.clearance))),
-    )
+    clearance = float(np.asarray(contact.clearance))
+    limit = law.limit(clearance)
     most = _BELOW_LIMIT * limit
     # Peaks depend on stiffness little, and it on them less: steps converge from any force.
     force = np.full(np.broadcast_shapes(np.shape(mass), np.shape(slope)), _OUTSET * limit)
@@ -103,9 +101,8 @@ def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
         force = after
     if np.any(found.peak > most):
         raise ArgumentError(
-            f"the peak exceeds {limit:.4g} N, from which on a line contact of {law.length:g} m "
-            f"with a clearance of {clearance:g} m has no stiffness; make it longer, or its "
-            "seat softer"
+            f"the peak exceeds {limit:.4g} N, from which on a line contact with a clearance of "
+            f"{clearance:g} m has no stiffness; make it longer, or its seat softer"
         )
     # Where no force has a stiffness that stops it there, there is no peak.
     peak, rigid, added = (np.where(stays, value, np.nan) for value in found[4:])
@@ -138,7 +135,7 @@ class ImpactModel:
     """
 
     mass: float
-    stiffness: float | PinGeometry
+    stiffness: float | StiffnessLaw
     clearance: float
     slope: float
     damping_ratio: float = 0.0
@@ -147,7 +144,7 @@ class ImpactModel:
     def __post_init__(self) -> None:
         for name in ("mass", "stiffness", "clearance", "slope"):
             value = getattr(self, name)
-            if not isinstance(value, PinGeometry) or name != "stiffness":
+            if not isinstance(value, StiffnessLaw) or name != "stiffness":
                 object.__setattr__(self, name, positive(name, value))
         object.__setattr__(self, "damping_ratio", damping_ratio_of(self.damping_ratio))
         start_of(self.start)
@@ -181,7 +178,7 @@ class ImpactModel:
         else:
             plain = peak_exponents(found.tau, start=self.start)
         law = self.stiffness
-        if isinstance(law, PinGeometry) and not np.isnan(found.peak):
+        if isinstance(law, StiffnessLaw) and not np.isnan(found.peak):
             follows = plain.stiffness * law.hardening(found.peak, self.clearance)
             followed = plain._replace(clearance=plain.clearance - follows)
             plain = PeakExponents(*(value / (1.0 - follows) for value in followed))

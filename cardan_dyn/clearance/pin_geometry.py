@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -20,8 +22,38 @@ _WIDE = 0.5
 half-spaces to each other any more."""
 
 
+_CARRIES = 1e-9
+"""Force of a bearing, as a fraction of the greatest, from which on it gives way."""
+
+
+class StiffnessLaw(ABC):
+    """A stiffness that depends on the force, and with the same power inversely on the clearance.
+
+    Attributes:
+        is_bare: whether a line contact is all there is of it.
+    """
+
+    is_bare: bool
+
+    @abstractmethod
+    def limit(self, clearance: float) -> float:
+        """Return the force from which on there is no stiffness [N]."""
+
+    @abstractmethod
+    def stiffness(self, force: Array, clearance: float) -> Array:
+        """Return the stiffness at forces [N/m]."""
+
+    @abstractmethod
+    def hardening(self, force: Array, clearance: float) -> Array:
+        """Return by which power of the force the stiffness grows, d ln c / d ln F."""
+
+    @abstractmethod
+    def doubts(self, force: float, clearance: float) -> tuple[str, ...]:
+        """Return what speaks against the stiffness at a force."""
+
+
 @dataclass(frozen=True)
-class PinGeometry:
+class PinGeometry(StiffnessLaw):
     """A pin in its bush, as a stiffness that depends on the force.
 
     Line contact of two cylinders, and in series with it what pin and seat give way. The contact
@@ -56,6 +88,11 @@ class PinGeometry:
             else:
                 checked = positive(field.name, value)
             object.__setattr__(self, field.name, checked)
+
+    @property
+    def is_bare(self) -> bool:  # type: ignore[override]
+        """Whether it has no seat."""
+        return self.seat_stiffness is None
 
     @property
     def compliance(self) -> float:
@@ -133,3 +170,85 @@ class PinGeometry:
         if (width := self.spreads(force, clearance)) > _WIDE:
             found.append(f"the contact is {width:.2f} of the radius wide to each side: no line")
         return tuple(found)
+
+
+@dataclass(frozen=True)
+class InSeries(StiffnessLaw):
+    """The contacts of several bearings as one, in which the greatest of their forces acts.
+
+    Attributes:
+        laws: stiffness of each, or what decides it.
+        shares: force of each as a fraction of their norm.
+        clearances: of each as a fraction of that of all together.
+    """
+
+    laws: tuple[float | PinGeometry, ...]
+    shares: tuple[float, ...]
+    clearances: tuple[float, ...]
+
+    @property
+    def is_bare(self) -> bool:  # type: ignore[override]
+        """Whether one of them has no seat."""
+        return any(law.is_bare for law, *_ in self._geometries)
+
+    @property
+    def _geometries(self) -> list[tuple[PinGeometry, float, float]]:
+        """Geometries with their forces as fractions of the greatest, and their clearances."""
+        most = max(self.shares)
+        every = zip(self.laws, self.shares, self.clearances, strict=True)
+        return [
+            (law, share / most, part)
+            for law, share, part in every
+            if isinstance(law, PinGeometry) and share > _CARRIES * most
+        ]
+
+    def limit(self, clearance: float) -> float:
+        """Return the force from which on one of them gives no stiffness [N]."""
+        return min(law.limit(part * clearance) / share for law, share, part in self._geometries)
+
+    def _compliances(self, force: Array, clearance: float) -> list[Array]:
+        """Return what each gives way, those of numbers together first [m/N]."""
+        numbers = zip(self.laws, self.shares, strict=True)
+        fixed = sum(s**2 / law for law, s in numbers if not isinstance(law, PinGeometry))
+        most = max(self.shares)
+        return [
+            np.asarray(fixed),
+            *(
+                (most * share) ** 2 / law.stiffness(share * force, part * clearance)
+                for law, share, part in self._geometries
+            ),
+        ]
+
+    def stiffness(self, force: Array, clearance: float) -> Array:
+        """Return the stiffness at forces [N/m]."""
+        return np.asarray(1.0 / sum(self._compliances(force, clearance)))
+
+    def hardening(self, force: Array, clearance: float) -> Array:
+        """Return by which power of the force the stiffness grows."""
+        fixed, *parts = self._compliances(force, clearance)
+        grown = [
+            compliance * law.hardening(share * force, part * clearance)
+            for compliance, (law, share, part) in zip(parts, self._geometries, strict=True)
+        ]
+        return np.asarray(sum(grown) / (fixed + sum(parts)))
+
+    def doubts(self, force: float, clearance: float) -> tuple[str, ...]:
+        """Return what speaks against the stiffness at a force, of any of them."""
+        every = (law.doubts(s * force, part * clearance) for law, s, part in self._geometries)
+        return tuple(dict.fromkeys(doubt for doubts in every for doubt in doubts))
+
+
+def in_series(
+    laws: Sequence[float | PinGeometry], shares: Array, clearances: Array, whole: float
+) -> float | StiffnessLaw:
+    """Return the stiffness of bearings together [N/m], a number if all of theirs are.
+
+    Args:
+        laws: stiffness of each, or what decides it.
+        shares: force of each as a fraction of their norm.
+        clearances: of each [m].
+        whole: clearance of all together [m].
+    """
+    if not any(isinstance(law, PinGeometry) for law in laws):
+        return 1.0 / float(np.sum(shares**2 / np.asarray(laws, dtype=float)))
+    return InSeries(tuple(laws), tuple(shares.tolist()), tuple((clearances / whole).tolist()))

@@ -15,11 +15,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
+from .forces import ForceCourse, ForceSource
+from .opened_joint import OpenedJoint, Plane
 
 _GRID = 4096
 """Places over a period between which coefficients are linear."""
@@ -27,31 +30,21 @@ _RTOL = 1e-5
 _DEFLECTIONS = 10.0
 """Greatest deflections of the wall that a tolerance is meant for, if the play is more."""
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
-MOST_STEPS = 60_000
+_MOST_STEPS = 60_000
 """Of one joint: some seconds."""
 _LOOKED_AT = (0.25, 0.5, 0.75)
 """Parts of a step of a flight at which a touch is looked for."""
+_PLACES = 240
+"""Positions over a period at which masses are asked for; their series goes on between."""
+_PERIODS = 6.25
+"""That a pin is followed: it never forgets how it slid, and no two turns are alike."""
+_STEPS = 12.0
+"""In a swing of the contact, at least."""
+_SETTLED = 0.25
+"""Of a period, after which reversals count, as in comparisons with simulations."""
 _HALVINGS = 60
 _LOCATED = 1e-9
 """Part of a step to which a touch is located."""
-
-
-class Plane(NamedTuple):
-    """How a pin moves in its bush, at `N` equidistant positions of the drive over a period.
-
-    All along two directions of the bush that are normal to its axis and to each other.
-
-    Attributes:
-        mobility: `(N, 2, 2)` inverse of M [1/kg].
-        gyration: `(N, 2, 2)` C [kg/rad].
-        force: `(N, 2)` F without play, on the pin [N].
-        period: after which they repeat [rad].
-    """
-
-    mobility: Array
-    gyration: Array
-    force: Array
-    period: float
 
 
 class PinContactNumbers(NamedTuple):
@@ -68,7 +61,7 @@ class PinContactNumbers(NamedTuple):
     damping: float
 
 
-class Touch(NamedTuple):
+class Landing(NamedTuple):
     """A touch that ends a flight.
 
     Attributes:
@@ -94,7 +87,7 @@ class PlanarMotion(NamedTuple):
 
     time: Array
     pressure: Array
-    touches: tuple[Touch, ...]
+    touches: tuple[Landing, ...]
     end: float
 
     def greatest(self, start: float, end: float) -> float:
@@ -236,7 +229,7 @@ class _Run:
         self._longest = model._duration / 64.0
         self._times: list[float] = []
         self._pressures: list[float] = []
-        self._touches: list[Touch] = []
+        self._touches: list[Landing] = []
 
     def _pressed(self, state: tuple[float, ...]) -> float:
         """Return what is positive where the wall presses [m]."""
@@ -267,7 +260,7 @@ class _Run:
         gap = 0.0
         slope = self._acceleration(time, *state, is_pressed)
         self._keep(time, self._pressure(state) if is_pressed else 0.0)
-        for _ in range(MOST_STEPS):
+        for _ in range(_MOST_STEPS):
             if time >= self._end:
                 break
             step = min(step, self._longest, self._end - time + 1e-12 * self._longest)
@@ -297,7 +290,7 @@ class _Run:
             if wrong:
                 is_pressed = not is_pressed
                 if is_pressed:
-                    self._touches.append(Touch(time, (x * u + y * v) / r, gap))
+                    self._touches.append(Landing(time, (x * u + y * v) / r, gap))
                     self._keep(time, max(self._pressure(state), 0.0))
                 gap = 0.0
                 slope = self._acceleration(time, *state, is_pressed)
@@ -423,3 +416,110 @@ class _Run:
         )
         error = math.sqrt(0.25 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]))
         return (x7, y7, u7, v7), (a7, b7), error
+
+
+class Passages(NamedTuple):
+    """A reversal in each of `K` turns.
+
+    Attributes:
+        greatest: `(K,)` force until the next reversal [N].
+        struck: `(K,)` greatest force until a swing of the contact after the hardest strike, or
+            after the time of the flight along a line [N].
+        speed: `(K,)` of this strike, normal to the wall [m/s]; 0 if the pin stays on its wall.
+        gap: `(K,)` greatest distance from the wall on the way, as a fraction of half the play.
+    """
+
+    greatest: Array
+    struck: Array
+    speed: Array
+    gap: Array
+
+
+class FollowedPin:
+    """The motion of one pin, found when it is first asked for; the same for all reversals.
+
+    Attributes:
+        contact: what the pin touches.
+        length: of the mechanism, beside which offsets are small [m].
+        swing: duration of a swing of the contact with the joint's mean mass [s].
+    """
+
+    def __init__(
+        self,
+        opened: OpenedJoint,
+        source: ForceSource,
+        course: ForceCourse,
+        contact: PinContactNumbers,
+        mass: float,
+        speed: float,
+    ) -> None:
+        """Keep what is needed.
+
+        Args:
+            opened: the mechanism with this joint open, its drive's motion prescribed.
+            source: of closed positions.
+            course: of the force without play.
+            contact: what the pin touches.
+            mass: mean of the joint [kg].
+            speed: of the drive [rad/s].
+        """
+        self._asked = opened, source, course
+        self.contact, self._speed, self._period = contact, speed, source.period
+        self.length = source.problem.mechanism.characteristic_length
+        self.swing = 2.0 * math.pi * math.sqrt(mass / contact.stiffness)
+
+    def __getstate__(self) -> dict[str, object]:
+        # A copy has what was found, and not the mechanism.
+        self._motion  # noqa: B018
+        return {name: value for name, value in vars(self).items() if name != "_asked"}
+
+    @cached_property
+    def _motion(self) -> PlanarMotion:
+        opened, source, course = self._asked
+        positions = self._period / _PLACES * np.arange(_PLACES)
+        closed = source.motion(positions, 1.0)
+        plane = opened.plane(closed.rows, closed.v, course.at(positions), self._period)
+        return PlanarModel(plane, self.contact, self._speed).run(_PERIODS)
+
+    @property
+    def is_followed(self) -> bool:
+        """Whether the pin can be followed until every reversal has settled.
+
+        Not where its contact swings more often in a turn than there is time for.
+        """
+        return _STEPS * (2.0 + _SETTLED) * self._turn < _MOST_STEPS * self.swing
+
+    @property
+    def _turn(self) -> float:
+        return self._period / abs(self._speed)
+
+    def passages(self, position: float, way: float, flight: float) -> Passages:
+        """Return what the pin did from a position on, in every turn.
+
+        Args:
+            position: of the drive [rad].
+            way: that the drive turns from there [rad].
+            flight: how long the pin flies along a line [s].
+        """
+        motion, turn = self._motion, self._turn
+        begun, lasts = float(motion.time[0]), way / abs(self._speed)
+        first = (position / self._speed - begun) % turn
+        starts = begun + first + turn * np.arange(math.ceil(_PERIODS) + 1)
+        starts = starts[(starts >= begun + _SETTLED * turn) & (starts + lasts <= motion.end)]
+        rows = [self._passage(motion, start, start + lasts, flight) for start in starts.tolist()]
+        return Passages(*np.array(rows).reshape(-1, 4).T)
+
+    def _passage(
+        self, motion: PlanarMotion, start: float, end: float, flight: float
+    ) -> tuple[float, ...]:
+        """Return the numbers of one passage."""
+        inside = [item for item in motion.touches if start <= item.time < end]
+        hardest = max(inside, key=lambda item: item.speed, default=Landing(start, 0.0, 0.0))
+        until = max(hardest.time, start + flight) + self.swing
+        gap = max((item.gap for item in inside), default=0.0) / (0.5 * self.contact.clearance)
+        return (
+            motion.greatest(start, end),
+            motion.greatest(start, min(until, end)),
+            max(hardest.speed, 0.0),
+            gap,
+        )

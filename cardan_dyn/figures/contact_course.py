@@ -7,8 +7,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import positive
 from ..clearance.contact_simulation import ContactSimulation
-from ..clearance.joint_scan import JointScan
-from ..clearance.scanned import Scan
+from ..clearance.scan_results import JointScan, Scan
 from ..errors import ArgumentError
 from .style import TITLE_SIZE, Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style
 

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array
-from ..clearance.joint_scan import JointScan, Reversal
-from ..clearance.scanned import Scan
+from ..clearance.scan_results import ForceReversal, JointScan, Scan
 from .polar import across, columns_of, diagram
 from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style, names
 
@@ -70,7 +69,7 @@ def _draw(axes: Axes, joint: JointScan, columns: list[int]) -> None:
         _arrow(axes, item, _ARROW * greatest * item.direction[columns])
 
 
-def _arrow(axes: Axes, item: Reversal, tip: Array) -> None:
+def _arrow(axes: Axes, item: ForceReversal, tip: Array) -> None:
     """Draw a reversal as an arrow from the origin, labelled with the drive's position."""
     color = line_style(1)["color"]
     dashes = "-" if item.strikes else "--"

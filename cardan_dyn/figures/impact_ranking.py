@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.scanned import Scan
+from ..clearance.scan_results import Scan
 from ..errors import ArgumentError
 from .style import Figure, axes_grid, legend, line_style, point_style
 

@@ -11,8 +11,7 @@ from analytic.peak_factor import peak_factor as factor_of
 from analytic.peak_factor import peak_factor_limits
 
 from ..clearance.impact_model import ImpactModel
-from ..clearance.joint_scan import Reversal
-from ..clearance.scanned import Scan
+from ..clearance.scan_results import ForceReversal, Scan
 from .style import Figure, axes_grid, legend, line_style, point_style
 
 _RANGE = (0.5, 20.0)
@@ -22,7 +21,7 @@ _UNDAMPED = {(0.0, "release"), (0.0, "rest")}
 
 
 def peak_factor(
-    of: Scan | Mapping[str, Reversal | ImpactModel] | None = None, *, title: str = ""
+    of: Scan | Mapping[str, ForceReversal | ImpactModel] | None = None, *, title: str = ""
 ) -> Figure:
     """Draw f(τ) = peak / (c s) with its limits, and where impacts are on it.
 
@@ -72,7 +71,7 @@ def peak_factor(
 
 
 def _models(
-    of: Scan | Mapping[str, Reversal | ImpactModel] | None,
+    of: Scan | Mapping[str, ForceReversal | ImpactModel] | None,
 ) -> dict[str, ImpactModel]:
     """Return models by label, of a scan those of the worst reversals."""
     if of is None:
@@ -80,4 +79,4 @@ def _models(
     if isinstance(of, Scan):
         worst = {name: of[name].worst for name in of.ranking}
         return {name: item.model for name, item in worst.items() if item is not None}
-    return {name: m.model if isinstance(m, Reversal) else m for name, m in of.items()}
+    return {name: m.model if isinstance(m, ForceReversal) else m for name, m in of.items()}

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..clearance.impact_model import ImpactModel
-from ..clearance.influence import PARAMETERS, influence
-from ..clearance.joint_scan import Reversal
+from ..clearance.influences import PARAMETERS, influence
+from ..clearance.scan_results import ForceReversal
 from ..errors import ArgumentError
 from .style import Figure, axes_grid, legend, line_style, names, point_style
 
@@ -25,7 +25,7 @@ _COLUMNS = 3
 
 
 def peak_influence(
-    of: Reversal | ImpactModel | Mapping[str, Reversal | ImpactModel],
+    of: ForceReversal | ImpactModel | Mapping[str, ForceReversal | ImpactModel],
     parameters: str | Sequence[str] = PARAMETERS,
     *,
     factors: ArrayLike | None = None,

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.pin_map import PinMap
-from ..clearance.pin_scan import PinScan
+from ..clearance.scan_maps import ScanMap
+from ..clearance.scan_results import JointScan
 from ..errors import ArgumentError
 from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, legend, line_style
 
 
-def pin_forces(scanned: PinScan, *, title: str = "") -> Figure:
+def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:
     """Draw what open bearings carry without play over the drive's angle, and the peaks with play.
 
     A point stands where the force swings round, as high as the peak of the impact that theory
     expects after it; it is hollow where the sides would not strike.
 
     Args:
-        scanned: from `clearance.scan_pins`.
+        scanned: from `clearance.scan`, of a universal joint.
         title: of the figure.
     """
     figure, axes = axes_grid(1, size=(7.2, 4.2))
@@ -45,13 +45,13 @@ def pin_forces(scanned: PinScan, *, title: str = "") -> Figure:
     return figure
 
 
-def pin_peaks(mapped: PinMap, *, title: str = "") -> Figure:
+def pin_peaks(mapped: ScanMap, *, title: str = "") -> Figure:
     """Draw the greatest bearing force over speed, a line for each design, with and without play.
 
     A line of peaks ends where theory expects no impact, or none that has a peak.
 
     Args:
-        mapped: from `clearance.map_pins`.
+        mapped: from `clearance.scan_map`.
         title: of the figure.
 
     Raises:

@@ -22,6 +22,7 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
 from ..proof.residuals import CHECK_ROUNDING
+from ..results.motion import Motion
 from ..results.sweep import Sweep
 from .columns import ACCELERATION, SPEED_SQUARED, Column
 from .data import ResponseData
@@ -144,6 +145,28 @@ class Response(Frozen):
         _refuse_size((count,))
         operation = checked_operation(self._problem, speed, acceleration, loads, gravity)
         return self._sweep(None, count, operation)
+
+    def turn(self, count: int) -> Motion:
+        """Return the motion at `count` equal steps of one period from 0, the drive at rest.
+
+        It is solved directly, once: no part of the functions, and the same at every speed.
+
+        Raises:
+            ArgumentError: the response is not periodic.
+        """
+        if not self._data.series.domain.periodic:
+            raise ArgumentError("the drive does not turn through; there is no period")
+        if count not in self._turns:
+            positions = self._data.series.domain.length / count * np.arange(count)
+            zeros = np.zeros(count)
+            # Two threads may both solve it: either's is as good.
+            self._turns[count] = solved_motion(self._solver, positions, zeros, zeros)
+        return self._turns[count]
+
+    @cached_property
+    def _turns(self) -> dict[int, Motion]:
+        """Numbers of steps to the motions solved so far."""
+        return {}
 
     def inertia(self, position: ArrayLike) -> Array:
         """Return the inertia [kg·m² or kg] that the drive accelerates, at positions of any shape.

@@ -218,7 +218,7 @@ UNSAFE = 0.1
 class Passed(NamedTuple):
     """A reversal as it was stated, and as it was simulated."""
 
-    item: clearance.Reversal
+    item: clearance.ForceReversal
     simulated: float
 
     @property

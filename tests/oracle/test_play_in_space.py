@@ -15,7 +15,7 @@ from testkit.pin_rigs import THETA, rig, scene
 
 from analytic import single_joint
 from cardan_dyn import clearance
-from cardan_dyn.clearance import PinReversal, PinScan, scan_pins
+from cardan_dyn.clearance import JointScan, scan
 from cardan_dyn.clearance.opened_scene import OpenPin, opened
 
 BETA, SPEED, RADIUS, STIFFNESS, TIGHT = np.radians(20.0), 150.0, 0.05, 1e8, 1.5e8
@@ -37,22 +37,22 @@ def both(
     gap: float,
     inertia: tuple[float, float, float] = DISC,
     ratio: float = RATIO,
-) -> tuple[PinScan, CrossInSpace, Run]:
+) -> tuple[JointScan, CrossInSpace, Run]:
     """A scan and a simulation of the same joint."""
     # Springs and dampers of one relaxation time, one behind the other, are one such pair.
     series = 1.0 + (STIFFNESS / TIGHT if len(pins) == 1 else 0.0)
-    found = scan_pins(
+    found = scan(
         scene(rig(MASS, inertia), BETA),
         SPEED,
-        "cross",
+        joints="cross",
         bearings=pins,
         radius=RADIUS,
         clearance=gap,
         stiffness=STIFFNESS / series,
         damping_ratio=ratio / np.sqrt(series),
-    )
+    )["cross"]
     clearances = tuple(0.5 * gap if name in found.bearings else 0.0 for name in NAMES)
-    damping = 2.0 * ratio * np.sqrt(STIFFNESS * found.reversals[1].reduced_mass)
+    damping = 2.0 * ratio * np.sqrt(STIFFNESS * found.mean_mass)
     first, second, third, fourth = clearances
     model = CrossInSpace(
         beta=BETA,
@@ -69,7 +69,7 @@ def both(
     return found, model, model.run(START, moment, END)
 
 
-def peaks(found: PinScan, run: Run) -> np.ndarray:
+def peaks(found: JointScan, run: Run) -> np.ndarray:
     """Greatest forces of the open bearings in the first swing after the reversal."""
     item = found.reversals[1]
     last = item.contact_time + 3.2 * np.sqrt(item.reduced_mass / STIFFNESS)
@@ -93,7 +93,6 @@ def test_one_pin(pin: str) -> None:
 def test_both_pins_with_a_light_cross() -> None:
     found, _, run = both(("pin_in", "pin_out"), 4e-6)
     item = found.reversals[1]
-    assert isinstance(item, PinReversal)
     assert len(item.doubts) == 1  # That of the interval, which no pin bearing has.
     expected = item.peak * np.array(item.share)
     np.testing.assert_allclose(peaks(found, run), expected, rtol=4e-3)
@@ -165,18 +164,18 @@ def test_the_package_simulates_the_same() -> None:
 def test_the_package_simulates_what_it_expects(pin: str) -> None:
     """Theory beside the package's own simulation, in which the other pin is rigid."""
     still = scene(rig(MASS, DISC), BETA)
-    scanned = scan_pins(
+    scanned = scan(
         still,
         SPEED,
-        "cross",
+        joints="cross",
         bearings=pin,
         radius=RADIUS,
         clearance=1e-5,
         stiffness=STIFFNESS,
         damping_ratio=RATIO,
-    )
+    )["cross"]
     item = scanned.reversals[1]
-    law = clearance.LinearContact.of_ratio(STIFFNESS, RATIO, item.reduced_mass)
+    law = clearance.LinearContact.of_ratio(STIFFNESS, RATIO, scanned.mean_mass)
     given = {"joints": pin, "clearance": 1e-5, "law": law, "bearings": {pin: RADIUS}}
     found = clearance.simulate(still, SPEED, turns=0.165, position=0.8, rtol=1e-7, **given)
     struck = [impact for impact in found.impacts if impact.position > item.position]

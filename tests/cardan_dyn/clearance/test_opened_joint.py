@@ -46,11 +46,10 @@ def by_hand(phi: float) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("phi", [0.3, 1.7, 4.0])
 def test_slider_crank_by_hand(phi: float) -> None:
-    mechanism = cd.load("slider_crank")
-    x = cd.Scene(mechanism, drive="crank_bearing").sweep([phi]).motion._x[0]
-    drive = mechanism.coordinates.rates_of(["crank_bearing"])
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+    x = scene.sweep([phi]).motion.rows[0]
     for name, expected in by_hand(phi).items():
-        found = OpenedJoint(mechanism, name, drive, {}).mobility(x)
+        found = OpenedJoint(scene.solver, None, name).mobility(x)
         np.testing.assert_allclose(in_world(found), expected, rtol=1e-10, atol=1e-12)
 
 
@@ -90,10 +89,9 @@ def test_four_bar_gives_way_as_with_slides_in_its_description(
 ) -> None:
     """Forces on the slides of another description, and what they accelerate."""
     plain = cd.load(four_bar(loop("continuous")))
-    rotors = {} if inertia is None else {plain.coordinates.named["a"].rate: inertia}
-    fixed = plain.coordinates.rates_of(["a"]) if inertia is None else []
-    x = cd.Scene(plain, drive="a").sweep([0.4]).motion._x[0]
-    found = in_world(OpenedJoint(plain, name, fixed, rotors).mobility(x))
+    driven = cd.Scene(plain, drive="a")
+    x = driven.sweep([0.4]).motion.rows[0]
+    found = in_world(OpenedJoint(driven.solver, inertia, name).mobility(x))
 
     text = opened_text(name)
     if inertia is not None:
@@ -105,20 +103,22 @@ def test_four_bar_gives_way_as_with_slides_in_its_description(
     scene = cd.Scene(opened, drive="a", held={"s_x": 0.0, "s_y": 0.0})
     at = scene.sweep([0.4])
     fixed = [named["a"].rate] if inertia is None else []
-    model = ConstrainedModel(opened, fixed, np.zeros(3), at.motion._x[0])
+    model = ConstrainedModel(opened, fixed, np.zeros(3), at.motion.rows[0])
     rates = [named[slide].rate for slide in ("s_x", "s_y")]
     expected = np.empty((2, 2))
     for column, rate in enumerate(rates):
         efforts = np.zeros(opened.model.nv)
         efforts[rate] = 1.0
-        expected[:, column] = model.accelerations(at.motion._x[0], 0.0 * efforts, efforts)[rates]
+        expected[:, column] = model.accelerations(at.motion.rows[0], 0.0 * efforts, efforts)[rates]
     body = {"b": "b", "c": "b", "d": None}[name]
     turn = np.eye(2) if body is None else at.rotation("s_x")[0][:2, :2]
     np.testing.assert_allclose(found, turn @ expected @ turn.T, rtol=1e-9, atol=1e-9)
 
 
 def test_reduced_masses_of_a_known_matrix() -> None:
-    mobility = Mobility(np.eye(3)[:2], np.array([[2.0, 0.5], [0.5, 1.0]]))
+    mobility = Mobility(
+        np.eye(3)[:2], np.array([[2.0, 0.5], [0.5, 1.0]]), np.eye(3)[:, :2], np.eye(3)[None]
+    )
     x = np.array([1.0, 0.0, 0.0])
     assert mobility.reduced_mass(x) == pytest.approx(0.5)
     assert mobility.reduced_mass(x, is_guided=True) == pytest.approx(1.0 / 1.75)
@@ -133,6 +133,6 @@ def test_what_has_no_mass_is_refused() -> None:
         text = text[:start] + f'<link name="{link}"/>' + text[end:]
     mechanism = cd.load(text)
     x = mechanism.coordinates.neutral()
-    opened = OpenedJoint(mechanism, "b", mechanism.coordinates.rates_of(["a"]), {})
+    opened = OpenedJoint(cd.Scene(mechanism, drive="a").solver, None, "b")
     with pytest.raises(ModelError, match="without mass is free to move"):
         opened.mobility(x)

@@ -21,7 +21,7 @@ def test_what_stays_closed_takes_freedoms_away() -> None:
     (part,) = mechanism.joint("b").parts
     slides = [("prismatic", axis) for axis in across(part.axis)]
     fixed = mechanism.coordinates.rates_of(["a"])
-    x = cd.Scene(mechanism, drive="a").sweep([0.4]).motion._x[0]
+    x = cd.Scene(mechanism, drive="a").sweep([0.4]).motion.rows[0]
     free = OpenedMechanism(mechanism, {part.id: slides}, fixed, {})
     ways = free.ways(x)
     assert ways.rates.shape[1] == 2
@@ -42,7 +42,7 @@ def test_nothing_added_leaves_the_mechanism_as_it_is() -> None:
     mechanism = cd.load(four_bar(loop("continuous")))
     scene = cd.Scene(mechanism, drive="a")
     at = scene.sweep([0.4], 1.0, 0.0)
-    ways = OpenedMechanism(mechanism, {}, [], {}).ways(at.motion._x[0])
+    ways = OpenedMechanism(mechanism, {}, [], {}).ways(at.motion.rows[0])
     assert ways.rates.shape[1] == 1
     # At unit rate of the drive; twice the kinetic energy is the slope of effort over acceleration.
     rate = ways.rates[mechanism.coordinates.rates_of(["a"])[0], 0]

@@ -33,9 +33,8 @@ def test_a_short_push_moves_the_pin_by_its_reduced_mass(name: str, drive: str, j
     """Differences of simulated motions with and without a force between pin and bush."""
     found = loose(name, drive, joint)
     tight = cd.Scene(cd.load(name), drive=drive)
-    x = tight.sweep([0.7]).motion._x[0]
-    fixed = tight.mechanism.coordinates.rates_of([drive])
-    mobility = OpenedJoint(tight.mechanism, joint, fixed, {}).mobility(x)
+    x = tight.sweep([0.7]).motion.rows[0]
+    mobility = OpenedJoint(tight.solver, None, joint).mobility(x)
 
     slides = [f"{joint}.slide_1", f"{joint}.slide_2"]
     # A short time: what the push moves grows with its square, and the next term with its fourth.

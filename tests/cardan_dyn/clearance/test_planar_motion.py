@@ -8,9 +8,9 @@ from testkit.loose_slider_crank import LooseSliderCrank
 
 import cardan_dyn as cd
 from analytic.damped_impact import damped_peak, flight
-from cardan_dyn.clearance.force_source import ForceSource
-from cardan_dyn.clearance.opened_joint import OpenedJoint
-from cardan_dyn.clearance.planar_motion import PinContactNumbers, PlanarModel, Plane
+from cardan_dyn.clearance.forces import ForceSource
+from cardan_dyn.clearance.opened_joint import OpenedJoint, Plane
+from cardan_dyn.clearance.planar_motion import PinContactNumbers, PlanarModel
 from cardan_dyn.response.operating_points import solved_motion
 
 PERIOD = 2.0 * np.pi
@@ -62,10 +62,10 @@ def test_slider_crank_by_equations_written_by_hand(speed: float, clearance: floa
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
     source = ForceSource(scene)
     motion = solved_motion(source.solver, PHI, np.ones(240), np.zeros(240))
-    force = source.forces(speed, PERIOD, ["crank_pin"], None).forces["crank_pin"][::3]
-    drive = scene.mechanism.coordinates.rates_of(["crank_bearing"])
-    opened = OpenedJoint(scene.mechanism, "crank_pin", drive, {})
-    plane = opened.plane(motion._x, motion.v, force, PERIOD)
+    opened = OpenedJoint(scene.solver, None, "crank_pin")
+    found = source.forces(speed, {"crank_pin": opened}, refuse=True).joints["crank_pin"]
+    force = found.world[::3, 0]
+    plane = opened.plane(motion.rows, motion.v, force, PERIOD)
     model = PlanarModel(plane, PinContactNumbers(clearance, c, d), speed)
     begin = 1.0 / abs(speed)
     hand = LooseSliderCrank.bundled(speed, clearance, c, d)
@@ -101,11 +101,9 @@ def test_slider_crank_by_equations_written_by_hand(speed: float, clearance: floa
 def test_the_symmetric_part_of_what_opposes_rates_is_the_change_of_the_mass() -> None:
     """Kinetic energy: ė M ë + Ω ė C ė = ė f, in which the gyroscopic part does no work."""
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    source = ForceSource(scene)
-    motion = solved_motion(source.solver, PHI, np.ones(240), np.zeros(240))
-    fixed = scene.mechanism.coordinates.rates_of(["main_shaft"])
-    opened = OpenedJoint(scene.mechanism, "coupler_pin", fixed, {})
-    plane = opened.plane(motion._x, motion.v, np.zeros((240, 3)), PERIOD)
+    motion = solved_motion(scene.solver, PHI, np.ones(240), np.zeros(240))
+    opened = OpenedJoint(scene.solver, None, "coupler_pin")
+    plane = opened.plane(motion.rows, motion.v, np.zeros((240, 3)), PERIOD)
     mass = np.linalg.inv(plane.mobility)
     fine = np.array([mass[(k + np.arange(-2, 3)) % 240] for k in range(240)])
     change = np.einsum("k,nkij->nij", np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0, fine)

@@ -9,7 +9,7 @@ import pytest
 from testkit.pin_rigs import scene
 
 from cardan_dyn import ArgumentError
-from cardan_dyn.clearance import PinMap, map_pins, scan_pins
+from cardan_dyn.clearance import ScanMap, scan, scan_map
 
 GIVEN: dict[str, Any] = {
     "radius": 0.018,
@@ -22,15 +22,15 @@ SPEEDS, ANGLES = [100.0, 200.0], np.radians([10.0, 0.0, 30.0])
 
 
 @pytest.fixture(scope="module")
-def found() -> PinMap:
-    return map_pins(scene("thoma_rig", 0.1), SPEEDS, "cross", held={"joint_angle": ANGLES}, **GIVEN)
+def found() -> ScanMap:
+    return scan_map(scene("thoma_rig", 0.1), SPEEDS, "cross", held={"joint_angle": ANGLES}, **GIVEN)
 
 
-def test_every_cell_is_a_scan(found: PinMap) -> None:
+def test_every_cell_is_a_scan(found: ScanMap) -> None:
     assert found.peak.shape == (3, 2)
     for row, beta in enumerate(ANGLES):
         for column, speed in enumerate(SPEEDS):
-            one = scan_pins(scene("thoma_rig", float(beta)), speed, "cross", **GIVEN)
+            one = scan(scene("thoma_rig", float(beta)), speed, joints="cross", **GIVEN)["cross"]
             assert found.peak[row, column] == pytest.approx(one.peak, rel=1e-9, abs=1e-9)
             assert found.rigid_peak[row, column] == pytest.approx(one.rigid_peak, abs=1e-9)
             assert found.severity[row, column] == pytest.approx(one.severity, rel=1e-9)
@@ -40,29 +40,27 @@ def test_every_cell_is_a_scan(found: PinMap) -> None:
     assert len(list(found)) == 6
 
 
-def test_rigid_forces_grow_with_the_square_of_the_speed(found: PinMap) -> None:
+def test_rigid_forces_grow_with_the_square_of_the_speed(found: ScanMap) -> None:
     np.testing.assert_allclose(found.rigid_peak[[0, 2], 1], 4.0 * found.rigid_peak[[0, 2], 0])
     assert np.all(found.peak[[0, 2]] > found.rigid_peak[[0, 2]])
 
 
-def test_table_and_text(found: PinMap) -> None:
+def test_table_and_text(found: ScanMap) -> None:
     frame = found.to_dataframe()
     assert len(frame) == 6
     np.testing.assert_allclose(frame["joint_angle"], np.repeat(ANGLES, 2))
     np.testing.assert_allclose(frame["speed"], np.tile(SPEEDS, 3))
     np.testing.assert_allclose(frame["peak"], found.peak.ravel())
     assert frame["tau"].isna().sum() == 2
-    assert str(found).startswith(
-        "clearance in bearings of cross, estimated by theory\n- joint_angle"
-    )
+    assert str(found).startswith("clearance in cross, estimated by theory\n- joint_angle")
     assert found.units == {"joint_angle": "rad"}
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"speeds": []}, "speeds has shape"),
-        ({"speeds": [100.0, 0.0]}, "speed is 0"),
+        ({"speed": []}, "speed has shape"),
+        ({"speed": [100.0, 0.0]}, "speed is 0"),
         ({"held": {}}, "held gives no positions"),
         ({"held": {"joint_angle": [[0.1]]}}, "has shape"),
         ({"held": {"bearing_out": [0.1]}}, "'bearing_out' is not held"),
@@ -70,6 +68,6 @@ def test_table_and_text(found: PinMap) -> None:
     ],
 )
 def test_bad_input(changes: dict[str, Any], message: str) -> None:
-    given = {"speeds": SPEEDS, "held": {"joint_angle": ANGLES}, **GIVEN, **changes}
+    given = {"speed": SPEEDS, "held": {"joint_angle": ANGLES}, **GIVEN, **changes}
     with pytest.raises(ArgumentError, match=message):
-        map_pins(scene("thoma_rig", 0.1), given.pop("speeds"), "cross", **given)
+        scan_map(scene("thoma_rig", 0.1), given.pop("speed"), "cross", **given)

@@ -12,8 +12,8 @@ from ..checks import described, positives
 from ..errors import ArgumentError, choices
 from ..frozen import read_only
 from .impact_model import Contact, Estimates, ImpactModel, estimates
-from .joint_scan import Reversal
-from .pin_geometry import PinGeometry
+from .pin_geometry import StiffnessLaw
+from .scan_results import ForceReversal
 
 PARAMETERS = ("speed", "slope", "clearance", "mass", "stiffness")
 """What a peak depends on."""
@@ -55,7 +55,7 @@ class Influence:
 
 
 def influence(
-    of: Reversal | ImpactModel, parameter: str, factors: ArrayLike | None = None
+    of: ForceReversal | ImpactModel, parameter: str, factors: ArrayLike | None = None
 ) -> Influence:
     """Return the peak of an impact over one of its parameters.
 
@@ -72,7 +72,7 @@ def influence(
     Source:
         Dresig and Thümmel, Bild 8.
     """
-    model = of.model if isinstance(of, Reversal) else of
+    model = of.model if isinstance(of, ForceReversal) else of
     if not isinstance(model, ImpactModel):
         raise ArgumentError(f"of is {described(of)}, expected a reversal or an ImpactModel")
     if not isinstance(parameter, str) or parameter not in PARAMETERS:
@@ -80,13 +80,13 @@ def influence(
             f"parameter {described(parameter)} is unknown; parameters: "
             f"{choices(PARAMETERS, parameter)}"
         )
-    if parameter == "speed" and isinstance(of, Reversal) and of.slope_growth != 3.0:
+    if parameter == "speed" and isinstance(of, ForceReversal) and of.slope_growth != 3.0:
         raise ArgumentError(
             "more than inertia acts, so that reversals move with the speed: scan at each speed"
         )
     factor = _FACTORS if factors is None else positives("factors", factors)
     law = model.stiffness
-    if isinstance(law, PinGeometry) and parameter == "stiffness":
+    if isinstance(law, StiffnessLaw) and parameter == "stiffness":
         model = replace(model, stiffness=float(model.estimate.stiffness))
     varied = _varied(model, parameter, factor)
     value = factor if parameter == "speed" else factor * float(getattr(model, parameter))
@@ -106,7 +106,7 @@ def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Arra
     mass = model.mass * (factor if parameter == "mass" else ones)
     power = {"slope": 1.0, "speed": 3.0}.get(parameter, 0.0)
     slope, contact = model.slope * factor**power, model.contact
-    if parameter == "clearance" and isinstance(model.stiffness, PinGeometry):
+    if parameter == "clearance" and isinstance(model.stiffness, StiffnessLaw):
         # A geometry takes one play at a time.
         every = [
             estimates(mass[:1], slope[:1], contact._replace(clearance=model.clearance * float(one)))
@@ -124,6 +124,6 @@ def _scaled(contact: Contact, parameter: str, factor: Array) -> Contact:
     """Return a contact with factors on its play or stiffness."""
     if parameter == "clearance":
         return contact._replace(clearance=contact.clearance * factor)
-    if parameter == "stiffness" and not isinstance(contact.stiffness, PinGeometry):
+    if parameter == "stiffness" and not isinstance(contact.stiffness, StiffnessLaw):
         return contact._replace(stiffness=contact.stiffness * factor)
     return contact

@@ -1,9 +1,10 @@
-"""Joint scan: what clearance would do in one joint, and how far the estimate can be trusted."""
+"""Scan results: what clearance would do in joints, and how far to trust it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +13,13 @@ import numpy as np
 from analytic.peak_exponents import PeakExponents
 
 from ..arrays import Array
+from ..errors import ModelError, choices
 from .impact_model import ImpactModel
-from .pin_geometry import PinGeometry
+from .pin_geometry import PinGeometry, StiffnessLaw
+from .planar_motion import FollowedPin, Passages
 
 if TYPE_CHECKING:
-    from .pin_motion import Passages, PinMotion
+    import pandas
 
 _REVERSAL = 0.03
 """Turn-through number up to which a swing behaves as if the force vanished, within some 7 %."""
@@ -46,12 +49,17 @@ _MASS_CHANGE = 0.1
 _DEVIATION = math.radians(20.0)
 _LESS = -0.1
 """Change of a parameter of which summaries tell what it would buy."""
-_NOT_MODEL = {"direction", "model", "motion"}
+_TOGETHER = 0.05
+"""Part of the clearance, as a fraction, by which bearings may differ where they close together."""
+_NO_NUMBERS = {"direction", "model", "motion", "share", "ahead", "unfollowed"}
 
 
 @dataclass(frozen=True, eq=False)
-class Reversal:
-    """What happens where the force of a joint swings round.
+class ForceReversal:
+    """What happens where the forces of a joint's open bearings swing round together.
+
+    Forces, speeds and masses are those of the bearing that carries most: its force moves the
+    reduced mass across the mean clearance, and the direction is that of its force.
 
     Attributes:
         position: of the drive where the force is least [rad].
@@ -76,9 +84,15 @@ class Reversal:
             acts; NaN where elements act.
         model: the numbers of the two-mass model.
         way: that the drive turns until the next reversal [rad].
-        rigid_ahead: greatest force without play until then [N].
-        motion: of the pin in the plane of its bush, followed when it is first asked for; None where
-            the drive gives way, and of pin bearings.
+        rigid_ahead: greatest force without clearance until then [N].
+        damping: damper d that the contact has then [N s/m].
+        share: force of each open bearing as a fraction of the greatest.
+        ahead: greatest force of each without clearance until the next reversal [N].
+        split: part of the clearance, as a fraction, that cannot close at once in all open bearings,
+            since the mechanism ties their motions together.
+        motion: of the pin in the plane of its bush, followed when it is first asked for; None if it
+            cannot be.
+        unfollowed: why not; empty if it is followed, or nothing of that is known.
 
     Where there is such a motion, `greatest`, `least`, `expected`, `strike_speed` and `gap` tell of
     it, and it decides whether the sides strike and how hard.
@@ -104,7 +118,12 @@ class Reversal:
     model: ImpactModel
     way: float = math.nan
     rigid_ahead: float = math.nan
-    motion: PinMotion | None = field(default=None, repr=False)
+    damping: float = 0.0
+    share: tuple[float, ...] = (1.0,)
+    ahead: tuple[float, ...] = ()
+    split: float = 0.0
+    motion: FollowedPin | None = field(default=None, repr=False)
+    unfollowed: str = ""
 
     @cached_property
     def passages(self) -> Passages | None:
@@ -164,18 +183,9 @@ class Reversal:
 
     @property
     def energy(self) -> float:
-        """Kinetic energy of the impact, m v² / 2 [J]."""
-        return 0.5 * self.reduced_mass * self.strike_speed**2
-
-    @property
-    def damping(self) -> float:
-        """Damper of the contact, d [N s/m]."""
-        if self.motion is not None:
-            # One that is stronger than the two-mass model goes is whole here.
-            contact = self.motion.contact
-            return contact.damping * math.sqrt(self.stiffness / contact.stiffness)
-        critical = 2.0 * math.sqrt(self.stiffness * self.reduced_mass)
-        return self.model.damping_ratio * critical
+        """Kinetic energy of the impact in all open bearings, m v² / 2 each [J]."""
+        parts = sum(share**2 for share in self.share)
+        return parts * 0.5 * self.reduced_mass * self.strike_speed**2
 
     @property
     def strikes(self) -> bool:
@@ -205,7 +215,7 @@ class Reversal:
 
     @property
     def estimate(self) -> float:
-        """The greater of the peak and of the force without play until the next reversal [N]."""
+        """The greater of the peak and of the rigid force until the next reversal [N]."""
         peak = self.peak if self.turn_through < _STAYS and not math.isnan(self.peak) else 0.0
         return max(peak, 0.0 if math.isnan(self.rigid_ahead) else self.rigid_ahead)
 
@@ -266,8 +276,6 @@ class Reversal:
                 "so stiff a contact swings too often in a turn for its pin to be followed in the "
                 "plane: verify"
             )
-        elif not math.isnan(self.way):
-            doubts.append("the drive gives way, and the pin is not followed in its plane: verify")
         if self.motion is not None and self._margin > _LOOSE:
             doubts.append("clearance and deflection are no longer small beside the mechanism")
         if self.model.damping_ratio >= MOST_DAMPED:
@@ -293,10 +301,13 @@ class Reversal:
             doubts.append(
                 f"the sides part {math.degrees(self.deviation):.0f}° beside the force's direction"
             )
+        if self.split > _TOGETHER:
+            part = f"{100 * self.split:.0f} % of the clearance"
+            doubts.append(f"the bearings do not close together ({part})")
         law = self.model.stiffness
-        if isinstance(law, PinGeometry) and not math.isnan(self.peak):
+        if isinstance(law, StiffnessLaw) and not math.isnan(self.peak):
             doubts.extend(law.doubts(self.peak, self.model.clearance))
-        return tuple(doubts)
+        return (*doubts, self.unfollowed) if self.unfollowed else tuple(doubts)
 
     @property
     def _is_above(self) -> bool:
@@ -329,39 +340,52 @@ class Reversal:
         }
 
 
-_NUMBERS = [name for name in Reversal.__dataclass_fields__ if name not in _NOT_MODEL]
+_NUMBERS = [name for name in ForceReversal.__dataclass_fields__ if name not in _NO_NUMBERS]
 """Fields that are numbers: what is cached beside them is none of a table's columns."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointScan:
-    """What play would do in a joint.
+    """What clearance would do in the `B` open bearings of a joint: an estimate, no simulation.
 
     Attributes:
-        name: of the joint.
+        name: of the joint, or of the link that is a cross.
         position: of the drive over a period `(N,)` [rad].
         force: across the pin `(N, 3)` in the world, exerted on the child link [N]: its polar
-            diagram.
+            diagram; of the bearings of a universal joint `(N, B, 3)`.
         reversals: where it swings round, in order of position.
         turning: number of positions at which the force is least but far from zero.
         periods: per second [1/s].
+        bearings: names of the open bearings; the joint's own if its pin has one bush.
+        freedoms: in how many ways they can move, the drive prescribed.
+        mean_mass: by which the damping ratio is meant [kg]: the geometric mean of the reduced
+            masses along the force over a period. NaN where nothing swings.
+        clearance: 2 s of each pin's bearings [m].
+        stiffness: of the contact in one of these [N/m], or the geometry that decides it.
+        radius: of each open pin of a universal joint: from its centre to the bearings [m].
     """
 
     name: str
     position: Array
     force: Array
-    reversals: tuple[Reversal, ...]
+    reversals: tuple[ForceReversal, ...]
     turning: int
     periods: float
+    bearings: tuple[str, ...] = ()
+    freedoms: int = 2
+    mean_mass: float = math.nan
+    clearance: Mapping[str, float] = field(default_factory=dict)
+    stiffness: Mapping[str, float | PinGeometry] = field(default_factory=dict)
+    radius: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def rigid_peak(self) -> float:
-        """Greatest force without play [N]."""
+        """Greatest force without clearance [N]."""
         return float(np.max(np.linalg.norm(self.force, axis=-1)))
 
     @property
     def peak(self) -> float:
-        """Greatest force, of an impact or without play [N]."""
+        """Greatest force, of an impact or without clearance [N]."""
         return max(self.rigid_peak, self.severity, self.partial_severity)
 
     @property
@@ -375,7 +399,7 @@ class JointScan:
         return max((item.severity for item in self.reversals if item.is_partial), default=0.0)
 
     @property
-    def worst(self) -> Reversal | None:
+    def worst(self) -> ForceReversal | None:
         """The most severe reversal of those that strike; None if none does."""
         striking = [item for item in self.reversals if item.strikes]
         return max(striking, key=lambda item: item.severity, default=None)
@@ -426,3 +450,264 @@ class JointScan:
         ]
         text += f"; 10 % less of: {', '.join(bought)}"
         return f"{text}; {self.worst.doubts[0]}" if self.worst.doubts else text
+
+    @property
+    def label(self) -> str:
+        """Its name, and of a universal joint which bearings are open."""
+        return f"{', '.join(self.bearings)} of {self.name}" if self.radius else self.name
+
+    @property
+    def torsional_clearance(self) -> float:
+        """Angle between both ends, by which one side of a universal joint turns against the other.
+
+        2 s / r [rad] of each pin with both bearings open.
+        """
+        return sum(
+            self.clearance[pin] / radius
+            for pin, radius in self.radius.items()
+            if {f"{pin}+", f"{pin}-"} <= set(self.bearings)
+        )
+
+    def by_bearing(self) -> dict[str, JointScan]:
+        """Return what is said of each open bearing: its force, and its share of the peaks."""
+        if not self.radius:
+            return {self.name: self}
+        found = {}
+        for index, name in enumerate(self.bearings):
+            pin = name[:-1]
+            found[name] = replace(
+                self,
+                name=name,
+                force=self.force[:, index],
+                reversals=tuple(self._shared(item, index, pin) for item in self.reversals),
+                bearings=(name,),
+                clearance={name: self.clearance[pin]},
+                stiffness={name: self.stiffness[pin]},
+                radius={},
+            )
+        return found
+
+    def _shared(self, item: ForceReversal, index: int, pin: str) -> ForceReversal:
+        """Return a reversal with the forces and the contact of one bearing."""
+        share, law = item.share[index], self.stiffness[pin]
+        peak = share * item.peak
+        if isinstance(law, PinGeometry):
+            law = float(law.stiffness(np.asarray(peak), self.clearance[pin]))
+        # The damper that the two-mass model has for all bearings is shared as their stiffness is.
+        damping = item.damping * law / item.stiffness
+        return replace(
+            item,
+            peak=peak,
+            rigid=share * item.rigid,
+            added=share * item.added,
+            rigid_ahead=item.ahead[index] if item.ahead else math.nan,
+            stiffness=law,
+            damping=damping,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedReversal:
+    """A reversal as it was estimated, and as it was simulated.
+
+    Attributes:
+        joint: its name.
+        reversal: the estimate.
+        rigid: greatest force without clearance until the next reversal [N].
+        estimate: the greater of this and the estimated peak [N].
+        simulated: greatest forces of the simulation until the next reversal, of every whole turn
+            after the first reversal `(K,)` [N].
+    """
+
+    joint: str
+    reversal: ForceReversal
+    rigid: float
+    estimate: float
+    simulated: Array
+
+    @property
+    def error(self) -> float:
+        """Estimate over the mean of the simulated peaks, less 1."""
+        return float(self.estimate / np.mean(self.simulated) - 1.0)
+
+    @property
+    def excess(self) -> float:
+        """What is simulated beyond the rigid maximum, as a fraction of the estimate of it.
+
+        NaN where nothing beyond it is estimated.
+        """
+        estimated = self.estimate - self.rigid
+        if estimated <= 0.0:
+            return np.nan
+        return float((np.mean(self.simulated) - self.rigid) / estimated)
+
+    def row(self) -> dict[str, Any]:
+        """Return its numbers by name, and the doubts of the estimate as text."""
+        item = self.reversal
+        return {
+            "joint": self.joint,
+            "position": item.position,
+            "rigid": self.rigid,
+            "estimate": self.estimate,
+            "simulated": float(np.mean(self.simulated)),
+            "simulated_least": float(np.min(self.simulated)),
+            "simulated_greatest": float(np.max(self.simulated)),
+            "error": self.error,
+            "excess": self.excess,
+            "expected": item.expected,
+            "least": item.least,
+            "greatest": item.greatest,
+            "turn_through": item.turn_through,
+            "flown": item.flown,
+            "tau": item.tau,
+            "doubts": "; ".join(item.doubts),
+        }
+
+
+class ScanComparison(tuple[ComparedReversal, ...]):
+    """Reversals as they were estimated and simulated, joint by joint; `print` shows a table."""
+
+    __slots__ = ()
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each reversal, SI units."""
+        import pandas
+
+        return pandas.DataFrame([item.row() for item in self])
+
+    def __str__(self) -> str:
+        lines = ["estimate beside simulation [N]"]
+        for item in self:
+            doubts = "; ".join(item.reversal.doubts)
+            lines.append(
+                f"- {item.joint} at {item.reversal.position:.3f} rad: {item.estimate:.4g} beside "
+                f"{np.mean(item.simulated):.4g} ({100.0 * item.error:+.1f} %), rigid "
+                f"{item.rigid:.4g}{_interval(item)}{'; ' + doubts if doubts else ''}"
+            )
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def _interval(item: ComparedReversal) -> str:
+    """Return the interval of a reversal as text; empty if it has none."""
+    found = item.reversal
+    if found.passages is None:
+        return ""
+    return f", in the plane {found.least:.4g} to {found.greatest:.4g}"
+
+
+class Scan(Mapping[str, JointScan]):
+    """Joints by name, with what play would do in each; `print` shows a table.
+
+    Attributes:
+        speed: of the drive [rad/s].
+        left_out: joints that were not scanned to why.
+        verified: reversals beside simulations of the whole mechanism; None if that was not asked.
+        unverified: joints of which a simulation came to nothing, to why.
+        made_of: what the forces depend on, each with its hash: `compare` asks for the same.
+    """
+
+    def __init__(
+        self,
+        joints: Mapping[str, JointScan],
+        speed: float,
+        left_out: Mapping[str, str],
+        verified: ScanComparison | None = None,
+        unverified: Mapping[str, str] | None = None,
+        made_of: Mapping[str, str] | None = None,
+    ) -> None:
+        self._joints = dict(joints)
+        self.speed, self.left_out = speed, dict(left_out)
+        self.verified, self.unverified = verified, dict(unverified or {})
+        self.made_of = dict(made_of or {})
+
+    def __getitem__(self, joint: str) -> JointScan:
+        if joint in self.left_out:
+            raise ModelError(f"joint {joint!r} was not scanned: {self.left_out[joint]}")
+        if joint not in self._joints:
+            raise ModelError(f"no joint {joint!r} was scanned; {choices(self._joints, joint)}")
+        return self._joints[joint]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._joints)
+
+    def __len__(self) -> int:
+        return len(self._joints)
+
+    @property
+    def ranking(self) -> list[str]:
+        """Names of the joints by severity: the greatest force of an impact first.
+
+        Impacts where a force turns through count by what is left of them. Joints in which nothing
+        strikes follow by their greatest force without clearance.
+        """
+
+        def key(name: str) -> tuple[float, float]:
+            joint = self._joints[name]
+            return -max(joint.severity, joint.partial_severity), -joint.rigid_peak
+
+        return sorted(self._joints, key=key)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What concerns whole joints, beside the doubts on single reversals."""
+        bare = [
+            name
+            for name in self.ranking
+            if any(
+                isinstance(law, PinGeometry) and law.is_bare
+                for law in self._joints[name].stiffness.values()
+            )
+            and self._joints[name].reversals
+        ]
+        notes = [f"{name}: not verified, {reason}" for name, reason in self.unverified.items()]
+        if bare:
+            notes.append(
+                f"{', '.join(bare)}: the stiffness is that of a line contact alone, which "
+                "overstates what pin, bush and seat have in series about a hundredfold; give "
+                "seat_stiffness"
+            )
+        return tuple(notes)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each reversal, by column, SI units, in the order of the ranking.
+
+        `simulated` is the mean greatest force until the next reversal, if that was verified; of the
+        bearing that carries most.
+        """
+        rows = []
+        for name in self.ranking:
+            for item in self._joints[name].reversals:
+                row = {"joint": name, **item.row()}
+                if self.verified is not None:
+                    found = [
+                        float(np.mean(other.simulated))
+                        for other in self.verified
+                        if other.reversal.position == item.position
+                        and other.joint in self._joints[name].bearings
+                    ]
+                    row["simulated"] = max(found, default=np.nan)
+                rows.append(row)
+        return rows
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each reversal, SI units, in the order of the ranking.
+
+        Columns `exponent_...` say by which powers of speed, slope, play, mass and stiffness the
+        peak grows; see `Reversal.exponents`.
+        """
+        import pandas
+
+        return pandas.DataFrame(self.rows())
+
+    def __str__(self) -> str:
+        lines = [f"clearance at {self.speed:g} rad/s"]
+        lines += [
+            f"- {self._joints[name].label}: {self._joints[name].summary}" for name in self.ranking
+        ]
+        lines += str(self.verified).splitlines()[1:] if self.verified else []
+        lines += [f"- {name}: not scanned, {reason}" for name, reason in self.left_out.items()]
+        return "\n".join([*lines, *(f"- note: {note}" for note in self.notes)])
+
+    __repr__ = __str__

@@ -12,12 +12,16 @@ import cardan_dyn as cd
 from analytic import impact, single_joint
 from analytic.damped_impact import damped_peak, flight
 from cardan_dyn import ArgumentError, IndeterminateError, ModelError
-from cardan_dyn.clearance import PinReversal, scan_pins
+from cardan_dyn.clearance import JointScan, PinGeometry, scan
 
 BETA, SPEED, RADIUS = np.radians(20.0), 150.0, 0.05
 GIVEN: dict[str, Any] = {"radius": RADIUS, "clearance": 1e-5, "stiffness": 1e8}
 GREATEST = float(THETA * SPEED**2 * single_joint.greatest_acceleration(BETA))
 """Torque that the flywheel takes at most [N m]."""
+
+
+def scan_pins(turn: cd.Scene, speed: float, joint: str, **given: Any) -> JointScan:
+    return scan(turn, speed, joints=joint, **given)[joint]
 
 
 def passed_on(phi: np.ndarray) -> np.ndarray:
@@ -61,7 +65,6 @@ def test_one_pin_by_closed_forms(name: str, start: Any) -> None:
     positions = [item.position for item in found.reversals]
     np.testing.assert_allclose(positions, quarters, atol=1e-12)
     for item in found.reversals:
-        assert isinstance(item, PinReversal)
         mass = THETA / passed_on(np.array(item.position)) ** 2 / (2.0 * RADIUS**2)
         assert item.reduced_mass == pytest.approx(mass, rel=1e-10)
         assert item.force_slope == pytest.approx(abs(slope(item.position)) / (2 * RADIUS), rel=1e-9)
@@ -100,14 +103,15 @@ def test_both_pins_act_in_series() -> None:
     assert found.torsional_clearance == pytest.approx(turn)
     spring = 1.0 / sum(1.0 / (2.0 * stiffness[pin] * radius[pin] ** 2) for pin in radius)
     for item in found.reversals:
-        assert isinstance(item, PinReversal)
         inertia = THETA / passed_on(np.array(item.position)) ** 2
         torsional = inertia, spring, 0.5 * turn, abs(slope(item.position))
-        moment = float(damped_peak(*torsional, 0.2))
+        # One damper, whatever the inertia is.
+        ratio = item.damping / (2.0 * np.sqrt(item.stiffness * item.reduced_mass))
+        moment = float(damped_peak(*torsional, ratio))
         assert item.peak == pytest.approx(moment / (2.0 * 0.04), rel=1e-9)
         expected = impact.reversal(*torsional, start="release")
         assert item.tau == pytest.approx(float(expected.tau), rel=1e-9)
-        flown = flight(*torsional, 0.2)
+        flown = flight(*torsional, ratio)
         assert item.contact_time == pytest.approx(float(flown.t_1), rel=1e-9)
         assert item.energy == pytest.approx(0.5 * inertia * float(flown.v_1) ** 2, rel=1e-9)
         assert item.share == pytest.approx((0.8, 0.8, 1.0, 1.0))
@@ -163,6 +167,52 @@ def test_other_descriptions_of_the_same_joint() -> None:
         assert peaks == pytest.approx([reversal.peak for reversal in expected.reversals], rel=1e-9)
 
 
+def test_a_response_gives_the_numbers_of_a_sweep() -> None:
+    turn = scene(rig(0.5, (1.5e-4, 1.5e-4, 3e-4)), BETA, -1.0)
+    expected = scan_pins(turn, SPEED, "cross", bearings="pin_in", **GIVEN)
+    found = scan(turn.response(), SPEED, joints="cross", bearings="pin_in", **GIVEN)["cross"]
+    scale = 1e-9 * expected.rigid_peak
+    np.testing.assert_allclose(found.force, expected.force, rtol=0.0, atol=scale)
+    assert len(found.reversals) == 4
+    for one, two in zip(found.reversals, expected.reversals, strict=True):
+        assert one.peak == pytest.approx(two.peak, rel=1e-9)
+        assert one.slope_growth == pytest.approx(two.slope_growth, rel=1e-6)
+
+
+def test_a_geometry_decides_the_stiffness_of_bearings_at_the_peak() -> None:
+    """Of a pin whose bearings carry the same, as of a number that is that stiffness."""
+    pin = PinGeometry(0.02, 0.01, seat_stiffness=5e7)
+    given: dict[str, Any] = {**GIVEN, "bearings": "pin_in", "damping_ratio": 0.2}
+    found = scan_pins(scene("thoma_rig", BETA), SPEED, "cross", **{**given, "stiffness": pin})
+    item = found.reversals[0]
+    stiffness = float(pin.stiffness(np.array(item.peak), GIVEN["clearance"]))
+    assert item.stiffness == pytest.approx(stiffness, rel=1e-9)
+    same = scan_pins(scene("thoma_rig", BETA), SPEED, "cross", **{**given, "stiffness": stiffness})
+    assert same.reversals[0].peak == pytest.approx(item.peak, rel=1e-9)
+    for name, one in found.by_bearing().items():
+        assert one.bearings == (name,)
+        assert one.reversals[0].stiffness == pytest.approx(stiffness, rel=1e-9)
+
+
+def test_one_damper_for_all_reversals_of_a_joint() -> None:
+    """Of the mean mass, which lies between those of the reversals at 0° and 90°."""
+    given: dict[str, Any] = {**GIVEN, "bearings": "pin_in", "damping_ratio": 0.2}
+    found = scan_pins(scene("thoma_rig", BETA), SPEED, "cross", **given)
+    masses = [item.reduced_mass for item in found.reversals]
+    assert min(masses) < found.mean_mass < max(masses)
+    wanted = 0.4 * np.sqrt(1e8 * found.mean_mass)
+    assert [item.damping for item in found.reversals] == pytest.approx([wanted] * 4)
+
+
+def test_what_is_ahead_of_a_reversal_and_how_far() -> None:
+    found = scan_pins(scene("thoma_rig", BETA), SPEED, "cross", bearings="pin_in", **GIVEN)
+    for item in found.reversals:
+        assert item.way == pytest.approx(0.5 * np.pi, abs=1e-9)
+        assert item.rigid_ahead == pytest.approx(found.rigid_peak, rel=1e-3)
+        assert item.ahead == pytest.approx((item.rigid_ahead,) * 2)
+        assert item.estimate >= item.rigid_ahead
+
+
 def test_backwards_and_with_a_rotor() -> None:
     still = scene("thoma_rig", BETA)
     one = scan_pins(still, SPEED, "cross", bearings="pin_in", **GIVEN)
@@ -204,7 +254,7 @@ def test_bearings_that_cannot_close_together_are_named() -> None:
     found = scan_pins(cd_scene("universal_joint"), SPEED, "cross", **options)
     assert found.freedoms == 1
     worst = found.worst
-    assert isinstance(worst, PinReversal)
+    assert worst is not None
     assert worst.split == pytest.approx((4.0 - 1.0) / np.sqrt(2.0 * (1.0 + 16.0)), rel=1e-6)
     assert any("do not close together (51 %" in text for text in worst.doubts)
 
@@ -241,15 +291,16 @@ def test_gravity_and_hanging_shafts() -> None:
             "clearance is 0.06 m, no less than the radius of 0.05 m",
         ),
         ({"radius": 1e-9}, ArgumentError, "radius is 1e-09 m; in a mechanism of"),
+        ({"radius": None}, ArgumentError, "radius is None; give the distance of the bearings"),
         ({"radius": 1e200}, ArgumentError, r"radius is 1e\+200 m"),
         ({"radius": {"pin_in": 0.05}}, ArgumentError, "radius has no value for joint 'pin_out'"),
         ({"damping_ratio": 1.0}, ArgumentError, "damping_ratio is 1"),
         ({"start": "fast"}, ArgumentError, "start is 'fast'"),
         ({"rotor": -1.0}, ArgumentError, "rotor is -1"),
-        ({"bearings": ()}, ArgumentError, "bearings names none"),
+        ({"bearings": ()}, ArgumentError, "bearings names none of 'cross'"),
         ({"bearings": "pin"}, ModelError, "no bearing 'pin'"),
         ({"bearings": "pin_in+"}, ModelError, "alone nothing can move"),
-        ({"joint": "bearing_in"}, ModelError, "name a joint of type universal"),
+        ({"joint": "bearing_in"}, ArgumentError, "radius belongs to universal joints; name one"),
         ({"joint": 3}, ArgumentError, "joint"),
         ({"speed": 0.0}, ArgumentError, "speed"),
     ],
@@ -261,7 +312,7 @@ def test_bad_input(changes: dict[str, Any], error: type[Exception], message: str
 
 
 def test_what_cannot_be_decided_is_refused() -> None:
-    with pytest.raises(IndeterminateError, match="its moment across the pin is statically"):
+    with pytest.raises(IndeterminateError, match="its moment across the pin 'pin_in'"):
         scan_pins(scene(doubled(), BETA), SPEED, "cross", **GIVEN)
     hidden = cd.Scene(
         cd.load("thoma_rig"), drive="bearing_in", held={"joint_angle": BETA}, outputs=["pin_in"]

@@ -23,7 +23,7 @@ def compared(
     gap: float,
     stiffness: float,
     friction: float = 0.0,
-) -> clearance.Comparison:
+) -> clearance.ScanComparison:
     scene = cd.Scene(cd.load(name), drive=drive)
     contact = {"clearance": gap, "stiffness": stiffness, "damping_ratio": 0.25}
     scan = clearance.scan(scene, speed, joints=[joint], **contact)
@@ -136,8 +136,8 @@ def test_bearings_of_a_pin() -> None:
     """Thoma's rig with a disc for a cross, both bearings of a pin open: each has its share."""
     rig = scene(disc(0.5, (1.5e-4, 1.5e-4, 3e-4)), np.radians(20.0))
     contact = {"radius": 0.05, "clearance": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25}
-    scan = clearance.scan_pins(rig, 150.0, "cross", bearings="pin_in", **contact)
-    law = clearance.LinearContact.of_ratio(1e7, 0.25, scan.reversals[0].reduced_mass)
+    scan = clearance.scan(rig, 150.0, joints="cross", bearings="pin_in", **contact)
+    law = clearance.LinearContact.of_ratio(1e7, 0.25, scan["cross"].mean_mass)
     given = {"clearance": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
     simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=1.45, rtol=1e-6, **given)
     found = clearance.compare(scan, simulation)
@@ -230,8 +230,8 @@ def test_pin_bearings_that_differ_are_not_compared() -> None:
         **{"radius": 0.05, "clearance": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25},
         "bearings": "pin_in",
     }
-    scan = clearance.scan_pins(rig, 150.0, "cross", **contact)
-    law = clearance.LinearContact.of_ratio(1e7, 0.25, scan.reversals[0].reduced_mass)
+    scan = clearance.scan(rig, 150.0, joints="cross", **contact)
+    law = clearance.LinearContact.of_ratio(1e7, 0.25, scan["cross"].mean_mass)
     given = {"clearance": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
     simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=0.02, **given)
     with pytest.raises(cd.ArgumentError, match="too short"):
@@ -245,6 +245,6 @@ def test_pin_bearings_that_differ_are_not_compared() -> None:
         ({"rotor": 0.1}, "differ in their rotor"),
     ]
     for change, said in changes:
-        other = clearance.scan_pins(rig, 150.0, "cross", **{**contact, **change})
+        other = clearance.scan(rig, 150.0, joints="cross", **{**contact, **change})
         with pytest.raises(cd.ArgumentError, match=said):
             clearance.compare(other, simulation)

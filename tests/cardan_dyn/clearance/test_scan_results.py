@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from analytic import damped_impact, peak_exponents
-from cardan_dyn.clearance import ImpactModel, JointScan, PinGeometry, Reversal
+from cardan_dyn.clearance import ForceReversal, ImpactModel, JointScan, PinGeometry, Scan
 
 MODEL = ImpactModel(2.0, 1e8, 1e-4, 1e6, damping_ratio=0.2)
 
-GOOD = Reversal(
+GOOD = ForceReversal(
     position=1.0,
     force_slope=1e6,
     direction=np.array([1.0, 0.0, 0.0]),
@@ -34,7 +35,7 @@ GOOD = Reversal(
 )
 
 
-def joint_scan(*reversals: Reversal) -> JointScan:
+def joint_scan(*reversals: ForceReversal) -> JointScan:
     force = np.array([[3000.0, 0.0, 0.0], [0.0, 100.0, 0.0]])
     return JointScan("pin", np.array([0.0, 3.0]), force, reversals, 0, 50.0)
 
@@ -128,3 +129,76 @@ def test_rows_hold_numbers_and_words_alone() -> None:
     assert all(isinstance(value, (float, str)) for value in row.values())
     assert row["exponent_clearance"] == GOOD.exponents.clearance
     assert row["verdict"] == "impact"
+
+
+def bearings(**changes: Any) -> ForceReversal:
+    """Of a universal joint, whose bearings are not followed."""
+    given = {"share": (1.0, 1.0, 0.5, 0.5), "unfollowed": "no interval is known: simulate"}
+    return replace(GOOD, model=replace(MODEL, damping_ratio=0.0), **{**given, **changes})
+
+
+def cross(*reversals: ForceReversal) -> JointScan:
+    force = np.zeros((360, 4, 3))
+    force[10, 2] = [0.0, 30.0, 40.0]
+    return JointScan(
+        name="cross",
+        position=np.radians(np.arange(360.0)),
+        force=force,
+        reversals=reversals,
+        turning=0,
+        periods=2.0,
+        bearings=("a+", "a-", "b+", "b-"),
+        freedoms=5,
+        radius={"a": 0.05, "b": 0.04},
+        clearance={"a": 1e-5, "b": 2e-5},
+        stiffness={"a": 1e8, "b": 1e8},
+    )
+
+
+def test_energy_is_that_of_all_bearings() -> None:
+    item = bearings()
+    assert item.energy == pytest.approx(2.5 * 0.5 * 2.0 * item.impact_speed**2)
+    assert cross(item, item).impact_power == pytest.approx(2.0 * 2.0 * item.energy)
+
+
+def test_bearings_that_do_not_close_together_are_a_doubt() -> None:
+    doubt, _ = bearings(tau=5.0, split=0.2).doubts
+    assert doubt == "the bearings do not close together (20 % of the clearance)"
+    assert bearings(split=0.2).row()["split"] == 0.2
+
+
+def test_the_interval_that_pin_bearings_lack_is_a_doubt() -> None:
+    """The last of them; single bearings have it as well, and what is printed tells of it."""
+    item = bearings(tau=5.0)
+    (doubt,) = item.doubts
+    assert np.isnan(item.least) and np.isnan(item.greatest)
+    assert "no interval is known: simulate" in doubt
+    assert doubt in item.verdict and doubt in cross(item).summary
+    assert cross(item).by_bearing()["a+"].reversals[0].doubts == (doubt,)
+
+
+def test_the_greatest_force_is_that_of_one_bearing() -> None:
+    assert cross().rigid_peak == pytest.approx(50.0)
+    assert cross(bearings()).peak == pytest.approx(bearings().peak)
+
+
+def test_torsional_clearance_is_of_pins_with_both_bearings_open() -> None:
+    assert cross().torsional_clearance == pytest.approx(1e-5 / 0.05 + 2e-5 / 0.04)
+
+
+def test_table_and_text() -> None:
+    scanned = cross(bearings(), bearings(position=2.0))
+    frame = Scan({"cross": scanned}, 12.0, {}).to_dataframe()
+    assert list(frame["position"]) == [1.0, 2.0]
+    assert set(frame["joint"]) == {"cross"}
+    text = str(Scan({"cross": scanned}, 12.0, {}))
+    assert text.splitlines()[1].startswith("- a+, a-, b+, b- of cross: 2 reversals,")
+
+
+def test_each_bearing_has_its_share() -> None:
+    item = bearings()
+    found = cross(item).by_bearing()
+    assert list(found) == ["a+", "a-", "b+", "b-"]
+    assert found["a-"].reversals[0].peak == item.peak
+    assert found["b-"].reversals[0].peak == pytest.approx(0.5 * item.peak)
+    assert [found[name].rigid_peak for name in found] == pytest.approx([0.0, 0.0, 50.0, 0.0])

@@ -1,4 +1,4 @@
-"""Pin map: clearance in the bearings of a universal joint, over speed and bend angle."""
+"""Scan maps: what clearance in a joint would do, over speeds and designs."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 from analytic.impact import Start
 
 from ..arrays import Array
-from ..checks import mapping, several
+from ..checks import mapping, several, text
 from ..errors import ArgumentError
 from ..frozen import read_only
-from .arguments import damping_ratio_of, scene_of, speed_of, start_of
-from .force_source import ForceSource
-from .pin_bearings import PinScanner
-from .pin_case import pin_case
-from .pin_scan import PinScan
+from .arguments import scene_of, speed_of
+from .joint_arguments import Lengths, Stiffnesses
+from .scan_results import JointScan
+from .scanning import Scanner
 
 if TYPE_CHECKING:
     import pandas
@@ -28,31 +27,31 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class PinMap:
-    """Scans of a universal joint over speeds and designs: estimates, no simulation.
+class ScanMap:
+    """Scans of a joint over speeds and designs: estimates, no simulation.
 
     Attributes:
-        name: of the joint, or of its cross.
+        name: of the joint, or of the link that is a cross.
         speed: of the drive `(S,)` [rad/s].
         held: joints to their positions `(D,)`, one for each design [rad or m].
         units: of these positions, `rad` or `m`.
-        scans: for each design, a scan at each speed.
+        scans: for each design, what is said of the joint at each speed.
     """
 
     name: str
     speed: Array
     held: Mapping[str, Array]
     units: Mapping[str, str]
-    scans: tuple[tuple[PinScan, ...], ...]
+    scans: tuple[tuple[JointScan, ...], ...]
 
     @property
     def peak(self) -> Array:
-        """Greatest force of a bearing, of an impact or without play `(D, S)` [N]."""
+        """Greatest force of a bearing, of an impact or without clearance `(D, S)` [N]."""
         return self._of("peak")
 
     @property
     def rigid_peak(self) -> Array:
-        """Greatest force of a bearing without play `(D, S)` [N]."""
+        """Greatest force of a bearing without clearance `(D, S)` [N]."""
         return self._of("rigid_peak")
 
     @property
@@ -78,7 +77,7 @@ class PinMap:
         return [
             {
                 **{name: float(values[index]) for name, values in self.held.items()},
-                "speed": item.speed,
+                "speed": float(speed),
                 "rigid_peak": item.rigid_peak,
                 "peak": item.peak,
                 "impacts_per_turn": item.impacts_per_turn,
@@ -87,7 +86,7 @@ class PinMap:
                 "verdict": item.verdict,
             }
             for index, row in enumerate(self.scans)
-            for item in row
+            for speed, item in zip(self.speed, row, strict=True)
         ]
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -99,46 +98,46 @@ class PinMap:
 
         return pandas.DataFrame(self.rows())
 
-    def __iter__(self) -> Iterator[PinScan]:
+    def __iter__(self) -> Iterator[JointScan]:
         """Iterate over all scans, the speeds of a design in turn."""
         return (item for row in self.scans for item in row)
 
     def __str__(self) -> str:
-        lines = [f"clearance in bearings of {self.name}, estimated by theory"]
+        lines = [f"clearance in {self.name}, estimated by theory"]
         for row in self.rows():
             design = ", ".join(f"{name} {row[name]:.4g} {self.units[name]}" for name in self.held)
-            text = f"{row['peak']:.4g} N instead of {row['rigid_peak']:.4g} N; {row['verdict']}"
-            lines.append(f"- {design}, {row['speed']:g} rad/s: {text}")
+            numbers = f"{row['peak']:.4g} N instead of {row['rigid_peak']:.4g} N; {row['verdict']}"
+            lines.append(f"- {design}, {row['speed']:g} rad/s: {numbers}")
         return "\n".join(lines)
 
     __repr__ = __str__
 
 
-def map_pins(
+def scan_map(
     scene: Scene,
-    speeds: ArrayLike,
+    speed: ArrayLike,
     joint: str,
     *,
     held: Mapping[str, ArrayLike],
-    radius: float | Mapping[str, float],
-    clearance: float | Mapping[str, float],
-    stiffness: float | Mapping[str, float],
+    clearance: Lengths,
+    stiffness: Stiffnesses,
+    radius: Lengths | None = None,
     bearings: str | Collection[str] | None = None,
     damping_ratio: float = 0.0,
     start: Start = "release",
     rotor: float | None = None,
-) -> PinMap:
-    """Estimate what play in pin bearings would do at several speeds and bend angles: theory alone.
+) -> ScanMap:
+    """Estimate what clearance in a joint would do at several speeds and designs: theory alone.
 
     Args:
-        scene: see `scan_pins`.
-        speeds: of the drive `(S,)` [rad/s].
-        joint: see `scan_pins`.
-        held: joints that the scene holds, to their positions `(D,)`: a bend angle, or whatever
-            else designs differ in. Several joints go through theirs together.
-        radius: see `scan_pins`, as all that follows.
-        clearance: likewise.
+        scene: see `scan`.
+        speed: of the drive, one or `(S,)` [rad/s].
+        joint: see `scan`: that is `joints` there.
+        held: joints that the scene holds, to their positions, one or `(D,)`: a bend angle, or
+            whatever else designs differ in. Several joints go through theirs together.
+        clearance: see `scan`, as all that follows.
         stiffness: likewise.
+        radius: likewise.
         bearings: likewise.
         damping_ratio: likewise.
         start: likewise.
@@ -146,35 +145,34 @@ def map_pins(
 
     Raises:
         ArgumentError: there is no speed or position, lengths differ, or a joint is not held.
-        CardanError: as `scan_pins`.
+        CardanError: as `scan`.
     """
     scene_of(scene)
-    every = [speed_of(value) for value in several("speeds", speeds)]
+    name = text("joint", joint)
+    every = [speed_of(value) for value in several("speed", speed)]
     designs = {
-        name: several(f"held[{name!r}]", values) for name, values in mapping("held", held).items()
+        key: several(f"held[{key!r}]", values) for key, values in mapping("held", held).items()
     }
     counts = {len(values) for values in designs.values()}
     if len(counts) != 1:
         raise ArgumentError("held gives no positions, or joints different numbers of them")
-    for name in designs:
-        if name not in scene.held:
-            raise ArgumentError(f"{name!r} is not held by the scene, and cannot take positions")
-    impact = {"damping_ratio": damping_ratio_of(damping_ratio), "start": start_of(start)}
-    given = {"radius": radius, "clearance": clearance, "stiffness": stiffness}
+    for key in designs:
+        if key not in scene.held:
+            raise ArgumentError(f"{key!r} is not held by the scene, and cannot take positions")
     scans = []
     for index in range(counts.pop()):
-        design = scene.replace(held={name: values[index] for name, values in designs.items()})
-        source = ForceSource(design)
-        case = pin_case(source.problem, joint, given, bearings)
-        scanner = PinScanner(design, source, case, rotor)
-        scans.append(tuple(scanner.scan(speed, impact) for speed in every))
-    kept = {name: read_only(values) for name, values in designs.items()}
+        design = scene.replace(held={key: values[index] for key, values in designs.items()})
+        scanner = Scanner(
+            design, name, bearings, clearance, stiffness, radius, damping_ratio, start, rotor
+        )
+        scans.append(tuple(scanner.scan(value)[name] for value in every))
+    kept = {key: read_only(values) for key, values in designs.items()}
     named = scene.mechanism.coordinates.named
-    units = {name: "m" if named[name].slides else "rad" for name in designs}
-    return PinMap(joint, read_only(np.array(every)), kept, units, tuple(scans))
+    units = {key: "m" if named[key].slides else "rad" for key in designs}
+    return ScanMap(name, read_only(np.array(every)), kept, units, tuple(scans))
 
 
-def _worst(scanned: PinScan) -> dict[str, float]:
+def _worst(scanned: JointScan) -> dict[str, float]:
     """Return numbers of the greatest impact, NaN where nothing strikes."""
     columns = ("position", "tau", "turn_through", "flown", "deviation", "impact_speed")
     return {name: getattr(scanned.worst, name, float("nan")) for name in columns}
