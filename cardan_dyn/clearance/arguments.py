@@ -25,11 +25,7 @@ _MOVES = ("description", "drives", "held", "near", "near of balls", "branch")
 
 
 def damping_ratio_of(ratio: Any) -> float:
-    """Return a damping ratio.
-
-    Raises:
-        ArgumentError: it is no number from 0 to below 1.
-    """
+    """Return a damping ratio."""
     found = number("damping_ratio", ratio)
     if not 0.0 <= found < 1.0:
         raise ArgumentError(f"damping_ratio is {found:g}; it lies from 0 to below 1")
@@ -37,11 +33,7 @@ def damping_ratio_of(ratio: Any) -> float:
 
 
 def start_of(start: Any) -> Start:
-    """Return how flights start.
-
-    Raises:
-        ArgumentError: neither "release" nor "rest".
-    """
+    """Return how flights start."""
     if not isinstance(start, str) or start not in ("release", "rest"):
         raise ArgumentError(f"start is {described(start)}; it is 'release' or 'rest'")
     checked: Start = start  # type: ignore[assignment]
@@ -49,11 +41,7 @@ def start_of(start: Any) -> Start:
 
 
 def scene_of(given: Any) -> Scene:
-    """Return a scene.
-
-    Raises:
-        ArgumentError: it is none.
-    """
+    """Return a scene."""
     from ..scene.scene import Scene
 
     if not isinstance(given, Scene):
@@ -71,9 +59,6 @@ def clearance_of(given: Any, name: str, length: float) -> float:
         given: of all joints or by name.
         name: of the joint.
         length: of the mechanism [m].
-
-    Raises:
-        ArgumentError: it is missing, no positive number, or as long as the mechanism.
     """
     label, value = of_joint("clearance", given, name)
     clearance = positive(label, value)
@@ -86,21 +71,13 @@ def clearance_of(given: Any, name: str, length: float) -> float:
 
 
 def stiffness_of(given: Any, name: str) -> float | PinGeometry:
-    """Return the stiffness of a joint, given for all joints or by name.
-
-    Raises:
-        ArgumentError: it is missing, or neither a positive number nor the geometry of a pin.
-    """
+    """Return the stiffness of a joint, given for all joints or by name."""
     label, value = of_joint("stiffness", given, name)
     return value if isinstance(value, PinGeometry) else positive(label, value)
 
 
 def of_joint(label: str, given: Any, name: str) -> tuple[str, Any]:
-    """Return what is given for a joint, and how messages call it.
-
-    Raises:
-        ArgumentError: it is missing.
-    """
+    """Return what is given for a joint, and how messages call it."""
     if not isinstance(given, Mapping):
         return label, given
     if name not in mapping(label, given):
@@ -114,9 +91,6 @@ def refuse_unknown(joints: Collection[str], **given: Any) -> None:
     Args:
         joints: names of its joints.
         given: arguments; those that are no mappings hold for all joints.
-
-    Raises:
-        ArgumentError: a name is unknown.
     """
     for label, values in given.items():
         for name in values if isinstance(values, Mapping) else ():
@@ -129,12 +103,7 @@ def refuse_unknown(joints: Collection[str], **given: Any) -> None:
 def pins_of(
     problem: Problem, asked: str | Collection[str] | None
 ) -> tuple[list[str], dict[str, str]]:
-    """Return the joints that turn about one axis, and why others are left out.
-
-    Raises:
-        ArgumentError: what is asked for are no names, none, or one twice.
-        ModelError: one that is asked for is none, or unknown.
-    """
+    """Return the joints that turn about one axis, and why others are left out."""
     pins, left_out = [], {}
     wanted = tuple(problem.mechanism.joints)
     if asked is not None:
@@ -159,11 +128,7 @@ def pins_of(
 
 
 def speed_of(value: Any) -> float:
-    """Return the speed of the drive.
-
-    Raises:
-        ArgumentError: it is no number, or zero, or its square is.
-    """
+    """Return the speed of the drive."""
     speed = number("speed", value)
     if speed * speed == 0.0:
         raise ArgumentError(
@@ -174,13 +139,7 @@ def speed_of(value: Any) -> float:
 
 
 def period_of(solver: ProblemSolver) -> float:
-    """Return the drive's way after which the motion repeats [rad].
-
-    Raises:
-        ArgumentError: there is none, or several drives.
-        ModelError: nothing has mass.
-        CardanError: the drive does not turn through.
-    """
+    """Return the drive's way after which the motion repeats [rad]."""
     problem = solver.problem
     problem.refuse_free("clearance in joints")
     if len(problem.independent) > 1:
@@ -201,9 +160,6 @@ def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]
     Args:
         problem: with one drive.
         rotor: inertia that turns with the drive; None if its motion is prescribed.
-
-    Raises:
-        ArgumentError: a negative inertia.
     """
     coordinates = problem.mechanism.coordinates
     drive, held = coordinates.named[problem.independent[0]].rate, coordinates.rates_of(problem.held)

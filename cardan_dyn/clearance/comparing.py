@@ -10,7 +10,7 @@ from ..arrays import Array
 from ..checks import described
 from ..elements.contact_laws import LinearContact
 from ..errors import ArgumentError
-from .contact_simulation import ContactSimulation
+from .contact_simulation import ContactSimulation, finer
 from .scan_results import ComparedReversal, JointScan, Scan, ScanComparison
 
 if TYPE_CHECKING:
@@ -65,10 +65,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
             _check_bearings(joint, simulation)
         for name, item in joint.by_bearing().items():
             _check_same(item, simulation.contact(name))
-    steps = simulation.steps
-    parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
-    times = (steps[:-1, None] + np.diff(steps)[:, None] * parts).ravel()
-    fine = simulation.at(np.concatenate([times, steps[-1:]]))
+    fine = simulation.at(finer(simulation.steps, _PER_STEP))
     scanned = {name: item for joint in common for name, item in joint.by_bearing().items()}
     result = []
     for name in (name for name in simulation if name in scanned):
@@ -79,11 +76,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
 
 
 def _check_bearings(joint: JointScan, simulation: ContactSimulation) -> None:
-    """Refuse a simulation in which other bearings have clearance, or bearings at other places.
-
-    Raises:
-        ArgumentError: they differ.
-    """
+    """Refuse a simulation in which other bearings have clearance, or bearings at other places."""
     if set(simulation) != set(joint.bearings):
         raise ArgumentError(
             f"the scan has clearance in {', '.join(joint.bearings)}, the simulation in "
@@ -100,11 +93,7 @@ def _check_bearings(joint: JointScan, simulation: ContactSimulation) -> None:
 
 
 def _check_same(joint: JointScan, contact: PinContact) -> None:
-    """Refuse a simulation of another clearance or another contact than a bearing's in a scan.
-
-    Raises:
-        ArgumentError: they differ.
-    """
+    """Refuse a simulation of another clearance or another contact than a bearing's in a scan."""
     law = contact.law
     if not isinstance(law, LinearContact):
         raise ArgumentError(

@@ -14,6 +14,7 @@ from ..elements.link_motions import LinkMotions
 from ..errors import ModelError, choices
 from ..frozen import read_only
 from ..simulation.trajectory import Trajectory
+from .opened_mechanism import across
 
 if TYPE_CHECKING:
     import pandas
@@ -97,6 +98,13 @@ class JointContact:
     def struck(self) -> tuple[PinImpact, ...]:
         """Impacts that began in the simulation."""
         return tuple(item for item in self.impacts if not np.isnan(item.speed))
+
+
+def finer(times: Array, parts: int) -> Array:
+    """Return times `(N,)` with others between, each step cut into parts."""
+    within = np.linspace(0.0, 1.0, parts, endpoint=False)
+    between = (times[:-1, None] + np.diff(times)[:, None] * within).ravel()
+    return np.concatenate([between, times[-1:]])
 
 
 class ContactSimulation(Mapping[str, JointContact]):
@@ -217,9 +225,7 @@ class ContactSimulation(Mapping[str, JointContact]):
         """Return offsets `(N, 3)` in the world as the bush of a contact sees them, `(N, 2)`."""
         trajectory = self.trajectory
         bush = LinkMotions(trajectory.mechanism, [contact.link_a]).at(*trajectory._counted())
-        first = np.cross(contact.axis_a, np.eye(3)[np.argmin(np.abs(contact.axis_a))])
-        first /= np.linalg.norm(first)
-        ways = np.stack([first, np.cross(contact.axis_a, first)], axis=1)
+        ways = np.stack(across(contact.axis_a), axis=1)
         turned = bush[contact.link_a].rotation @ ways
         return np.asarray(
             np.einsum("nij,ni->nj", np.broadcast_to(turned, (len(offset), 3, 2)), offset)

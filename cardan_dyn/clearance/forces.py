@@ -14,11 +14,11 @@ from ..response.operating_points import solved_motion
 from ..response.response import Response
 from ..simulation.fourier import Fourier
 from .arguments import period_of
+from .opened_joint import BearingForces, OpenedJoint
 
 if TYPE_CHECKING:
     from ..results.motion import Motion
     from ..scene.scene import Scene
-    from .opened_joint import BearingForces, OpenedJoint
 
 _SAMPLES, _MOST_SAMPLES = 720, 11_520
 """Positions over a period; doubled until the forces' series ends."""
@@ -38,31 +38,19 @@ _DIP = 1e-6
 force is exact beside the greatest of all joints alone."""
 
 
-class JointForce(NamedTuple):
-    """What the `B` open bearings of a joint carry over a period.
-
-    Attributes:
-        world: `(N, B, 3)` across the pins, on their child links, in the world [N].
-        local: `(N, B, d)` the same in the axes in which the joint's motion is known.
-        course: the latter as functions of the position.
-    """
-
-    world: Array
-    local: Array
-    course: ForceCourse
-
-
 class JointForces(NamedTuple):
-    """Forces of several joints over a period.
+    """What joints carry over a period.
 
     Attributes:
         position: of the drive `(N,)` [rad].
-        joints: names to forces.
+        bearings: joint to the forces of its open bearings.
+        courses: joint to the same as functions of the position.
         left_out: joints whose force is indeterminate, to why.
     """
 
     position: Array
-    joints: dict[str, JointForce]
+    bearings: dict[str, BearingForces]
+    courses: dict[str, ForceCourse]
     left_out: dict[str, str]
 
 
@@ -77,13 +65,7 @@ class ForceSource:
     """
 
     def __init__(self, given: Scene | Response) -> None:
-        """Keep it.
-
-        Raises:
-            ArgumentError: neither a scene nor a response, a response that ends, or no period.
-            ModelError: nothing has mass.
-            CardanError: the drive does not turn through.
-        """
+        """Keep it."""
         from ..scene.scene import Scene  # Known to who has one.
 
         if not isinstance(given, (Scene, Response)):
@@ -121,34 +103,24 @@ class ForceSource:
             speed: of the drive [rad/s].
             joints: by name.
             refuse: forces that are indeterminate; else their joints are left out.
-
-        Raises:
-            IndeterminateError: a force is not unique, and refused.
-            AccuracyError: the forces are too uneven.
         """
         count = _SAMPLES
         while True:
             positions = self.period / count * np.arange(count)
-            found: dict[str, JointForce] = {}
-            left_out: dict[str, str] = {}
-            for name, (world, local, reason) in self._turn(positions, speed, joints).items():
-                if reason and refuse:
-                    raise IndeterminateError(f"joint {name!r}: {reason}")
-                if reason:
-                    left_out[name] = reason
-                else:
-                    found[name] = self._force(world, local)
+            every = self._turn(positions, speed, joints)
+            left_out = {name: item.open_for for name, item in every.items() if item.open_for}
+            if refuse and left_out:
+                name, reason = next(iter(left_out.items()))
+                raise IndeterminateError(f"joint {name!r}: {reason}")
+            found = {name: item for name, item in every.items() if not item.open_for}
             sizes = {name: float(np.max(np.abs(item.local))) for name, item in found.items()}
             greatest = max(sizes.values(), default=0.0)
             for name, size in sizes.items():
-                if size <= max(_NO_FORCE * greatest, _NO_FORCE * joints[name].inertia * speed**2):
-                    nothing = (np.zeros_like(array) for array in found[name][:2])
-                    found[name] = self._force(*nothing)
-            rough = [
-                name
-                for name, item in found.items()
-                if item.course.tail * sizes[name] > _TAIL * greatest
-            ]
+                if size <= _NO_FORCE * max(greatest, joints[name].inertia * speed**2):
+                    world, local, _ = found[name]
+                    found[name] = BearingForces(np.zeros_like(world), np.zeros_like(local), "")
+            courses = {name: ForceCourse(item.local, self.period) for name, item in found.items()}
+            rough = [name for name in found if courses[name].tail * sizes[name] > _TAIL * greatest]
             if not rough:
                 break
             if count >= _MOST_SAMPLES:
@@ -160,11 +132,9 @@ class ForceSource:
         if not (self.is_inertial or self.problem.elements):
             resting = self._turn(positions, 0.0, {name: joints[name] for name in found})
             for name, item in found.items():
-                found[name] = self._force(*item[:2], item.local - resting[name].local)
-        return JointForces(positions, found, left_out)
-
-    def _force(self, world: Array, local: Array, inertial: Array | None = None) -> JointForce:
-        return JointForce(world, local, ForceCourse(local, self.period, inertial))
+                inertial = item.local - resting[name].local
+                courses[name] = ForceCourse(item.local, self.period, inertial)
+        return JointForces(positions, found, courses, left_out)
 
     def _turn(
         self, positions: Array, speed: float, joints: Mapping[str, OpenedJoint]

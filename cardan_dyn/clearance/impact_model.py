@@ -76,9 +76,6 @@ def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
         slope: of the force, F₀/t₀ [N/s]. All arguments broadcast.
         contact: of one play if its stiffness is a geometry.
 
-    Raises:
-        ArgumentError: a peak is beyond what the contact has a stiffness for.
-
     Source:
         Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34); own derivation with damping.
     """

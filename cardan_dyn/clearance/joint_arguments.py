@@ -37,12 +37,7 @@ def opened_joints(
     stiffness: Any,
     radius: Any,
 ) -> tuple[dict[str, OpenedJoint], dict[str, str]]:
-    """Return the joints that are scanned, by name, and why others are left out; see `scan`.
-
-    Raises:
-        ArgumentError: a value is missing or out of range.
-        ModelError: a joint has no pin, or there is no such joint or bearing.
-    """
+    """Return the joints that are scanned, by name, and why others are left out; see `scan`."""
     problem, mechanism = solver.problem, solver.problem.mechanism
     asked: Any = list(joints) if isinstance(joints, Set) else joints
     wanted = () if asked is None else checked_names("joints", asked)
@@ -95,11 +90,7 @@ def opened_joints(
 
 
 def _pins(problem: Problem, name: str) -> tuple[PinAxis, PinAxis]:
-    """Return the pins of a universal joint.
-
-    Raises:
-        ModelError: it is none, or its pins are no outputs.
-    """
+    """Return the pins of a universal joint."""
     pins = universal_pins(problem.mechanism, name)
     for pin in pins:
         if pin.joint not in problem.outputs:
@@ -110,12 +101,7 @@ def _pins(problem: Problem, name: str) -> tuple[PinAxis, PinAxis]:
 def _bearings(
     crosses: Mapping[str, tuple[PinAxis, PinAxis]], asked: Any
 ) -> dict[str, tuple[Bearing, ...]]:
-    """Return the open bearings of each universal joint, in the order of its pins.
-
-    Raises:
-        ArgumentError: what is asked for are no names, or a joint has none.
-        ModelError: one is unknown.
-    """
+    """Return the open bearings of each universal joint, in the order of its pins."""
     ends = {
         name: {
             f"{pin.name}{sign}": Bearing(f"{pin.name}{sign}", index, value)
@@ -152,11 +138,7 @@ def _bearings(
 def _radii(
     given: Any, pins: tuple[PinAxis, ...], bearings: tuple[Bearing, ...], length: float
 ) -> Array:
-    """Return the radii of the pins that have open bearings, NaN of others [m].
-
-    Raises:
-        ArgumentError: one is missing, or the mechanism would be lost in rounding beside it.
-    """
+    """Return the radii of the pins that have open bearings, NaN of others [m]."""
     if given is None:
         raise ArgumentError(
             f"radius is None; give the distance of the bearings of {pins[0].name!r} and "

@@ -250,9 +250,6 @@ class OpenedJoint:
 
         Args:
             x: `(size,)` closed coordinates of the mechanism.
-
-        Raises:
-            ModelError: no bearing can move, or what would move has no mass.
         """
         ways = self._opened.ways(x)
         movable, along = self._movable(ways)
@@ -278,11 +275,7 @@ class OpenedJoint:
         return Mobility(axes, (heavy / inertias[~is_light]) @ heavy.T, movable, self._frames())
 
     def _movable(self, ways: Ways) -> tuple[Array, Array]:
-        """Return what bearings can do together `(B d, m)`, and of each how much per way `(m, f)`.
-
-        Raises:
-            ModelError: nothing.
-        """
+        """Return what bearings can do together `(B d, m)`, and how much of it per way `(m, f)`."""
         if not self.is_cross:
             part = self.pins[0].part
             slides = self._basis[0] @ self._opened.rotation(part.id).T
@@ -332,9 +325,6 @@ class OpenedJoint:
             sweep: over `N` positions, with all pins among its outputs.
             motion: at the same positions.
 
-        Raises:
-            ModelError: the pins of a cross are parallel.
-
         Source:
             Own derivation: a pin held at two places by forces across it.
         """
@@ -382,11 +372,7 @@ class OpenedJoint:
         return ""
 
     def check_mass(self, mobility: Mobility, direction: Array, position: float) -> None:
-        """Refuse forces in a cross along a direction that push what has no mass.
-
-        Raises:
-            ModelError: they do.
-        """
+        """Refuse forces in a cross along a direction that push what has no mass."""
         if self.is_cross and np.linalg.norm(mobility.axes @ direction) < 1.0 - _PUSHED:
             raise ModelError(
                 f"{self.name!r}: at {position:g} rad the forces of its bearings push something "
@@ -443,9 +429,6 @@ class OpenedJoint:
         Args:
             states: `(N, size)` closed coordinates of the mechanism, at `mean_positions`.
             force: `(N, B d)` of the bearings there [N].
-
-        Raises:
-            ModelError: what would move has no mass.
         """
         sizes = np.linalg.norm(force, axis=1)
         kept = sizes > _NONE * np.max(sizes, initial=0.0)
@@ -465,9 +448,6 @@ class OpenedJoint:
             velocities: `(N, nv)` of the mechanism per unit of the drive's rate.
             force: `(N, 3)` without clearance, on the pin's link, in the world [N].
             period: of the drive [rad].
-
-        Raises:
-            ModelError: what would move has no mass.
         """
         count, opened = len(states), self._opened
         body, slides = self.pins[0].part.id, []

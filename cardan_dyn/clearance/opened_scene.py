@@ -18,18 +18,15 @@ from ..elements.contact_laws import ContactLaw
 from ..elements.pin_contact import PinContact
 from ..errors import ArgumentError, ModelError, choices
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.welds import constraint_models
 from ..scene.scene import Scene
-from ..simulation.closed_directions import ClosedDirections
-from ..simulation.turning_model import turning_model
+from .opened_mechanism import OpenedMechanism
 
 if TYPE_CHECKING:
     from ..description.description import Description, JointDescription, LoopDescription
     from ..mechanism.configuration import Configuration
 
 _ZERO = 1e-9
-"""Singular value of the closure equations, or part of a motion, that counts as none, as a fraction
-of the greatest."""
+"""Part of a motion that counts as none."""
 
 
 class OpenPin(NamedTuple):
@@ -79,10 +76,6 @@ def opened(scene: Scene, pins: Sequence[OpenPin], rotor: float = 0.0) -> Opened:
         scene: with one drive.
         pins: of joints that turn about one axis.
         rotor: inertia that turns with the drive beside its link's [kg m²].
-
-    Raises:
-        ModelError: the loops leave an open joint no freedom, or a gear couples it.
-        CardanError: as `Scene`.
     """
     types = {item.joint: item.type for item in pins}
     source = scene.mechanism.description
@@ -140,11 +133,7 @@ def _renamed_element(element: Any, types: Mapping[str, str]) -> Any:
 def _with_rotor(
     description: Description, mechanism: Mechanism, drive: str, inertia: float
 ) -> Description:
-    """Return a description with an inertia that turns with the drive.
-
-    Raises:
-        ArgumentError: the drive does not turn about one axis of the tree.
-    """
+    """Return a description with an inertia that turns with the drive."""
     joint = next((item for item in mechanism.description.joints if item.name == drive), None)
     if joint is None or joint.type not in ("revolute", "continuous"):
         raise ArgumentError(
@@ -176,33 +165,11 @@ def _coordinates(closed: Configuration, mechanism: Mechanism, types: Mapping[str
 def _free_coordinates(
     mechanism: Mechanism, x: Array, fixed: Sequence[str], joints: Sequence[str]
 ) -> list[str]:
-    """Return coordinates of open joints that decide how the pins move.
-
-    Raises:
-        ModelError: the other joints hold a pin.
-    """
-    coordinates, length = mechanism.coordinates, mechanism.characteristic_length
-    model = turning_model(mechanism)
-    couplings = np.zeros((len(mechanism.couplings), model.nv))
-    for row, coupling in zip(couplings, mechanism.couplings, strict=True):
-        row[list(coupling.predecessor_columns)] += coupling.ratio
-        row[list(coupling.successor_columns)] -= 1.0
-    constraints = constraint_models(model, mechanism.loops)
-    closure = ClosedDirections(
-        model, constraints, couplings, np.array([], dtype=int), rank=model.nv
-    )
-    scale = np.where(coordinates.rate_scale != 1.0, length, 1.0)
-    rows = closure.jacobian(x) * scale
-    rows[: 6 * len(mechanism.loops)].reshape(-1, 6, model.nv)[:, :3] /= length
-    moving = np.delete(np.arange(model.nv), coordinates.rates_of(fixed))
-    ways = np.zeros((model.nv, len(moving)))
-    if len(rows):
-        _, values, right = np.linalg.svd(rows[:, moving])
-        rank = int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
-        ways = np.zeros((model.nv, len(moving) - rank))
-        ways[moving] = right[rank:].T
-    else:
-        ways[moving] = np.eye(len(moving))
+    """Return coordinates of open joints that decide how the pins move."""
+    coordinates = mechanism.coordinates
+    scale = np.where(coordinates.rate_scale != 1.0, mechanism.characteristic_length, 1.0)
+    opened = OpenedMechanism(mechanism, {}, coordinates.rates_of(fixed), {})
+    ways = opened.ways(x).rates / scale[:, None]
     names = [name for joint in joints for name in mechanism.joint(joint).coordinates[:-1]]
     chosen = _independent(ways[[coordinates.named[name].rate for name in names]])
     for joint in joints:

@@ -24,7 +24,7 @@ from ..errors import ArgumentError, CardanError
 from ..frozen import read_only
 from .arguments import damping_ratio_of, made_of, scene_of, speed_of, start_of
 from .comparing import compare
-from .forces import ForceSource, JointForce, Swing
+from .forces import ForceCourse, ForceSource, Swing
 from .impact_model import Contact, Estimates, ImpactModel, estimates
 from .joint_arguments import Lengths, Stiffnesses, opened_joints
 from .opened_joint import Mobility, OpenedJoint, mean_positions
@@ -172,12 +172,12 @@ class Scanner:
         source, sense = self._source, float(np.sign(speed))
         found = source.forces(speed, self._joints, refuse=self._are_named)
         places, moving = mean_positions(self.period), []
-        for name, force in found.joints.items():
-            joint, swings = self._joints[name], force.course.swings(sense)
-            self._check_stiffness(joint, force.course.most)
+        for name, course in found.courses.items():
+            joint, swings = self._joints[name], course.swings(sense)
+            self._check_stiffness(joint, course.most)
             # Without damping, no mass is needed for its ratio, and where nothing swings, none.
-            mass = joint.mean_mass(self._states, force.course.at(places)) if swings else np.nan
-            moving.append(_Moving(joint, force, swings, mass))
+            mass = joint.mean_mass(self._states, course.at(places)) if swings else np.nan
+            moving.append(_Moving(joint, found.bearings[name].world, course, swings, mass))
         position = read_only(found.position)
         joints = {
             item.joint.name: self._joint_scan(item, position, kept, speed)
@@ -187,11 +187,7 @@ class Scanner:
         return Scan(joints, speed, left_out, made_of=self._made_of)
 
     def _check_stiffness(self, joint: OpenedJoint, force: float) -> None:
-        """Refuse a contact that gives way by the mechanism's length under the rigid force.
-
-        Raises:
-            ArgumentError: it does.
-        """
+        """Refuse a contact that gives way by the mechanism's length under the rigid force."""
         length = self._source.problem.mechanism.characteristic_length
         for law in joint.laws:
             if not isinstance(law, PinGeometry) and not force < law * length:
@@ -215,7 +211,7 @@ class Scanner:
         return JointScan(
             name=joint.name,
             position=position,
-            force=read_only(item.force.world if joint.is_cross else item.force.world[:, 0]),
+            force=read_only(item.force if joint.is_cross else item.force[:, 0]),
             reversals=kept,
             turning=len(item.swings) - len(kept),
             periods=abs(speed) / self.period,
@@ -228,12 +224,7 @@ class Scanner:
         )
 
     def _reversals(self, moving: list[_Moving], speed: float) -> list[tuple[ForceReversal, ...]]:
-        """Return of each joint its reversals: swings whose force comes near zero.
-
-        Raises:
-            ArgumentError: a peak is beyond what the geometry of a pin has a stiffness for.
-            ModelError: what would move, or a force pushes, has no mass.
-        """
+        """Return of each joint its reversals: swings whose force comes near zero."""
         cases = self._cases(moving, speed)
         found = _estimated(cases)
         through = [
@@ -311,7 +302,7 @@ class Scanner:
         """Return reversals, each with the way to the next and the motion in its bush."""
         if not every:
             return ()
-        sense, course = float(np.sign(speed)), item.force.course
+        sense, course = float(np.sign(speed)), item.course
         motion, unfollowed = None, _SEVERAL_BEARINGS if item.joint.is_cross else ""
         if self._rotor is not None:
             unfollowed = _DRIVE_GIVES_WAY
@@ -342,7 +333,8 @@ class _Moving(NamedTuple):
     """A joint with its force, where that is least, and the mass by which its damping is meant."""
 
     joint: OpenedJoint
-    force: JointForce
+    force: Array
+    course: ForceCourse
     swings: list[Swing]
     mean_mass: float
 
@@ -383,11 +375,7 @@ def _longest(contact: Contact, mass: float, slope: float, least: float) -> float
 
 
 def _estimated(cases: list[_Case]) -> list[Estimates]:
-    """Return what the impacts are estimated to be, in few calls: each costs more than its arrays.
-
-    Raises:
-        ArgumentError: a peak is beyond what the geometry of a pin has a stiffness for.
-    """
+    """Return what impacts are estimated to be, in few calls: each costs more than its arrays."""
     found: dict[int, Estimates] = {}
     groups: dict[tuple[str, StiffnessLaw] | None, list[int]] = {}
     for index, case in enumerate(cases):

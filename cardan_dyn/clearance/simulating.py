@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -90,10 +90,18 @@ def simulate(
     begun = RigidStart(scene, speed, joints, position, bearings, rotor)
     values = {"clearance": clearance, "law": law, "stiffness": stiffness, "friction": friction}
     refuse_unknown(scene.mechanism.joints, pin_radius=pin_radius, **values)
-    contact = _Contact(
-        law, stiffness, damping_ratio_of(damping_ratio), clearance, friction, pin_radius
-    )
-    pins = contact.pins(begun, scene.mechanism.characteristic_length)
+    ratio, length = damping_ratio_of(damping_ratio), scene.mechanism.characteristic_length
+    pins = [
+        OpenPin(
+            name,
+            clearance_of(clearance, name, length),
+            _law(name, begun, law, stiffness, ratio),
+            number(*of_joint("friction", friction, name), least=0.0),
+            number(*of_joint("pin_radius", pin_radius, name), least=0.0),
+            begun.reach.get(name),
+        )
+        for name in begun.joints
+    ]
     found = opened(scene, pins, number("rotor", rotor or 0.0, least=0.0))
     duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
     start = begun.state(found, pins, is_free=rotor is not None)
@@ -105,65 +113,29 @@ def simulate(
     return ContactSimulation(trajectory, found.contacts, found.drive, begun.speed, same)
 
 
-class _Contact(NamedTuple):
-    """How contacts are described; but for the ratio, of all joints or by name.
-
-    Attributes:
-        given: a law, or None.
-        stiffness: instead of it.
-        ratio: of damping.
-        clearance, friction, pin_radius: see `simulate`.
-    """
-
-    given: Any
-    stiffness: Any
-    ratio: float
-    clearance: Any
-    friction: Any
-    pin_radius: Any
-
-    def pins(self, begun: RigidStart, length: float) -> list[OpenPin]:
-        """Return what is free in every joint of a mechanism of some length, which has none yet."""
-        return [
-            OpenPin(
-                name,
-                clearance_of(self.clearance, name, length),
-                self._law(name, begun, has_bearings=name in begun.reach),
-                number(*of_joint("friction", self.friction, name), least=0.0),
-                number(*of_joint("pin_radius", self.pin_radius, name), least=0.0),
-                begun.reach.get(name),
-            )
-            for name in begun.joints
-        ]
-
-    def _law(self, name: str, begun: RigidStart, *, has_bearings: bool) -> ContactLaw:
-        """Return the law of a joint.
-
-        Raises:
-            ArgumentError: there is none, or both a law and a stiffness.
-        """
-        if (self.given is None) == (self.stiffness is None):
-            raise ArgumentError("give either law= or stiffness=, of the contact")
-        if self.given is not None:
-            if self.ratio:
-                raise ArgumentError("damping_ratio belongs to stiffness=; a law has its own")
-            label, law = of_joint("law", self.given, name)
-            if not isinstance(law, ContactLaw):
-                raise ArgumentError(
-                    f"{label} is {described(law)}, expected a contact law such as "
-                    "LinearContact(1e8, damping=1e3)"
-                )
-            return law
-        stiffness = positive(*of_joint("stiffness", self.stiffness, name))
-        if not self.ratio:
-            return LinearContact(stiffness)
-        if has_bearings:
+def _law(name: str, begun: RigidStart, given: Any, stiffness: Any, ratio: float) -> ContactLaw:
+    """Return the law of a joint's contact: one that is given, or a linear one of a stiffness."""
+    if (given is None) == (stiffness is None):
+        raise ArgumentError("give either law= or stiffness=, of the contact")
+    if given is not None:
+        if ratio:
+            raise ArgumentError("damping_ratio belongs to stiffness=; a law has its own")
+        label, law = of_joint("law", given, name)
+        if not isinstance(law, ContactLaw):
             raise ArgumentError(
-                f"damping_ratio of joint {name!r}: several bearings move together, and no mass "
-                "belongs to one alone; give law=LinearContact.of_ratio(stiffness, ratio, mass)"
+                f"{label} is {described(law)}, expected a contact law such as "
+                "LinearContact(1e8, damping=1e3)"
             )
-        mass = begun.reduced_mass(name)
-        return LinearContact(stiffness, 2.0 * self.ratio * float(np.sqrt(stiffness * mass)))
+        return law
+    checked = positive(*of_joint("stiffness", stiffness, name))
+    if not ratio:
+        return LinearContact(checked)
+    if name in begun.reach:
+        raise ArgumentError(
+            f"damping_ratio of joint {name!r}: several bearings move together, and no mass "
+            "belongs to one alone; give law=LinearContact.of_ratio(stiffness, ratio, mass)"
+        )
+    return LinearContact(checked, 2.0 * ratio * float(np.sqrt(checked * begun.reduced_mass(name))))
 
 
 class RigidStart:
@@ -194,10 +166,6 @@ class RigidStart:
             position: of the drive [rad]; where all forces are far from a reversal if None.
             bearings: see `reach`.
             rotor: inertia that turns with the drive [kg m²]; None if its motion is prescribed.
-
-        Raises:
-            ArgumentError: the speed is zero, there are several drives, or no joints.
-            ModelError: a joint has no pin.
         """
         self._scene, self._rotor, self.speed = scene_of(scene), rotor, speed_of(speed)
         self._period = period_of(scene.solver)
@@ -208,11 +176,7 @@ class RigidStart:
         self.position = self._steady() if position is None else number("position", position)
 
     def _reach(self, bearings: Any) -> dict[str, float]:
-        """Return the distances of bearings from the origins of joints.
-
-        Raises:
-            ArgumentError: one is not positive, or of a joint that has no play.
-        """
+        """Return the distances of bearings from the origins of joints."""
         given = mapping("bearings", bearings)
         for name in given:
             if name not in self.joints:
@@ -234,11 +198,7 @@ class RigidStart:
         return float(positions[np.argmax(least)])
 
     def reduced_mass(self, name: str) -> float:
-        """Return the mass by which a scan means the damping ratio of a joint [kg].
-
-        Raises:
-            IndeterminateError: the force is statically indeterminate.
-        """
+        """Return the mass by which a scan means the damping ratio of a joint [kg]."""
         scene = self._scene
         sweep = scene.sweep(mean_positions(self._period), self.speed)
         if reason := what_is_open(scene.solver, sweep, name):

@@ -61,9 +61,6 @@ def universal_pins(mechanism: Mechanism, name: str) -> tuple[PinAxis, PinAxis]:
     Args:
         mechanism: that has it.
         name: of a joint of type `universal`, or of the link that is the cross.
-
-    Raises:
-        ModelError: it is none.
     """
     if name in mechanism.joints:
         joint = mechanism.joints[name]
@@ -96,11 +93,7 @@ def universal_pins(mechanism: Mechanism, name: str) -> tuple[PinAxis, PinAxis]:
 
 
 def cross_places(motion: Motion, pins: tuple[PinAxis, ...]) -> CrossPlaces:
-    """Return where the two pins of a cross are over `N` positions.
-
-    Raises:
-        ModelError: the pins are parallel.
-    """
+    """Return where the two pins of a cross are over `N` positions."""
     axes = np.array([_axis(motion, pin) for pin in pins])
     normal = np.cross(axes[0], axes[1])
     sine = np.linalg.norm(normal, axis=-1, keepdims=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import positive
-from ..clearance.contact_simulation import ContactSimulation
+from ..clearance.contact_simulation import ContactSimulation, finer
 from ..clearance.scan_results import JointScan, Scan
 from ..errors import ArgumentError
 from .style import TITLE_SIZE, Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style
@@ -68,13 +68,11 @@ def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Arra
     coarse = simulation[joint]
     kept = np.flatnonzero(np.abs(coarse.position - coarse.position[-1]) <= angle)
     times = simulation.time[kept[0] :]
-    parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
-    between = (times[:-1, None] + np.diff(times)[:, None] * parts).ravel()
     # Impacts are shorter than they are far apart: their corners and peaks are points of the line.
     located = [(item.start, item.peak_time, item.end) for item in coarse.impacts]
     corners = np.ravel(located)
     corners = corners[(corners > times[0]) & (corners < times[-1])]
-    course = simulation.at(np.unique(np.concatenate([between, corners, times[-1:]])))[joint]
+    course = simulation.at(np.unique(np.concatenate([finer(times, _PER_STEP), corners])))[joint]
     return course.position, course.force
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..clearance.contact_simulation import ContactSimulation, JointContact
+from ..clearance.contact_simulation import ContactSimulation, JointContact, finer
 from ..errors import ArgumentError
 from .polar import columns_of
 from .style import TITLE_SIZE, Figure, axes_grid, legend, line_style, point_style
@@ -38,13 +38,11 @@ def pin_orbit(
     times = simulation.time
     if len(times) < 2:
         raise ArgumentError("an orbit is drawn over several times, not over one")
-    parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
-    between = (times[:-1, None] + np.diff(times)[:, None] * parts).ravel()
     impacts = simulation[joint].impacts
     # Where impacts begin and end are points of the lines, lest they cross from state to state.
     bounds = np.ravel([(item.start, item.end) for item in impacts])
     bounds = bounds[(bounds > times[0]) & (bounds < times[-1])]
-    course = simulation.at(np.unique(np.concatenate([between, bounds, times[-1:]])))[joint]
+    course = simulation.at(np.unique(np.concatenate([finer(times, _PER_STEP), bounds])))[joint]
     radius = float(np.median(np.linalg.norm(course.offset, axis=1) - course.depth))
     way = _MICRO * _drawn(course, plane)
     lines = _states(course, np.array([(item.start, item.end) for item in impacts]).reshape(-1, 2))
