@@ -14,6 +14,7 @@ import numpy as np
 from .. import figures
 from .._version import __version__
 from ..drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
+from ..drive_lines.line.supports import supports
 from ..errors import CardanError
 from ..figures.style import LOOK, Figure, require_matplotlib
 from ..viewer.viewing import View, view
@@ -77,11 +78,8 @@ def scene(report: LineReport) -> View:
     torque = float(np.mean(analysis.static.torsion_out[:, -1]))
     built = line.scene(held=held, loads={"bearing_out": -torque})
     sweep = built.sweep(np.linspace(0.0, 2.0 * np.pi, FRAMES))
-    shown = [
-        name
-        for name in sweep.outputs
-        if name in ("bearing_in", "bearing_out") or name.startswith("support_")
-    ]
+    bearings = {"bearing_in", "bearing_out", *(item.joint for item in supports(line).bearings)}
+    shown = [name for name in sweep.outputs if name in bearings]
     title = f"{line.name}, {torque:.4g} N·m"
     return view(sweep, joints=shown, frames=FRAMES, title=title)
 

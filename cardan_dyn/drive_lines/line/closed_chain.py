@@ -45,9 +45,9 @@ import numpy as np
 
 from ...arrays import Array
 from .data import LineData
-from .geometry import Zero, centring_places, leftwards
+from .geometry import centring_places, leftwards
 from .parts import ShaftJoint
-from .supports import Support, Supports, hangs_by_rear, spline_distance, supports
+from .supports import Support, hangs_by_rear, spline_distance, supports
 
 X, Y, Z = np.eye(3)
 _RANGE = {"revolute": 3.15, "prismatic": 1.0}
@@ -67,153 +67,24 @@ def urdf(line: LineData) -> str:
     Raises:
         ModelError: what is missing for the line to be held.
     """
-    writer = _Writer(line)
-    writer.write()
-    return writer.text()
+    return _Writer(line).text()
 
 
-class Robot:
-    """A description that is being written.
-
-    Attributes:
-        element: the `<robot>`.
-    """
-
-    def __init__(self, name: str) -> None:
-        self.element = ElementTree.Element("robot", name=name)
-
-    def text(self) -> str:
-        """Return the description as text."""
-        ElementTree.indent(self.element)
-        return ElementTree.tostring(self.element, encoding="unicode") + "\n"
-
-    def link(
-        self,
-        name: str,
-        *,
-        mass: float = 0.0,
-        centre: float = 0.0,
-        moments: Sequence[float] = (0.0, 0.0, 0.0),
-        visuals: Iterable[ElementTree.Element] = (),
-    ) -> None:
-        """Write a link.
-
-        Args:
-            name: of the link.
-            mass: [kg]; no inertia without it.
-            centre: x of its centre of mass [m].
-            moments: principal moments of inertia about it, in axes of the link [kg·m²].
-            visuals: its shapes.
-        """
-        link = ElementTree.SubElement(self.element, "link", name=name)
-        if mass:
-            inertial = ElementTree.SubElement(link, "inertial")
-            ElementTree.SubElement(inertial, "origin", xyz=numbers((centre, 0.0, 0.0)))
-            ElementTree.SubElement(inertial, "mass", value=repr(float(mass)))
-            values = dict(zip(("ixx", "iyy", "izz"), map(repr, map(float, moments)), strict=True))
-            products = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
-            ElementTree.SubElement(inertial, "inertia", values | products)
-        link.extend(visuals)
-
-    def joint(
-        self,
-        name: str,
-        kind: str,
-        parent: str,
-        child: str,
-        axis: Array,
-        *,
-        xyz: Iterable[float] = (0.0, 0.0, 0.0),
-        rpy: Iterable[float] = (0.0, 0.0, 0.0),
-        axis2: Array | None = None,
-    ) -> ElementTree.Element:
-        """Write a tree joint."""
-        joint = ElementTree.SubElement(self.element, "joint", name=name, type=kind)
-        ElementTree.SubElement(joint, "parent", link=parent)
-        ElementTree.SubElement(joint, "child", link=child)
-        ElementTree.SubElement(joint, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
-        if kind != "fixed":
-            ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
-        if axis2 is not None:
-            ElementTree.SubElement(joint, "axis2", xyz=numbers(axis2))
-        if kind == "prismatic":
-            _limit(joint, kind)
-        return joint
-
-    def mimic(self, element: ElementTree.Element, of: str) -> None:
-        """Let a joint follow another one of the tree."""
-        ElementTree.SubElement(element, "mimic", joint=of, multiplier="1", offset="0")
-
-    def adjustable(
-        self,
-        name: str,
-        kind: str,
-        parent: str,
-        child: str,
-        axis: Array,
-        *,
-        xyz: Iterable[float] = (0.0, 0.0, 0.0),
-        rpy: Iterable[float] = (0.0, 0.0, 0.0),
-    ) -> None:
-        """Write a joint that is fixed unless a scene holds it."""
-        joint = self.joint(name, "fixed", parent, child, axis, xyz=xyz, rpy=rpy)
-        joint.set("adjustable", kind)
-        ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
-        _limit(joint, kind)
-
-    def loop(
-        self,
-        name: str,
-        kind: str,
-        predecessor: tuple[str, Iterable[float], Iterable[float]],
-        successor: tuple[str, Iterable[float], Iterable[float]],
-        axis: Array | None = None,
-    ) -> None:
-        """Write a loop between two links, with the place and turn of its frame in each."""
-        loop = ElementTree.SubElement(self.element, "loop", name=name, type=kind)
-        sides = {"predecessor": predecessor, "successor": successor}
-        for side, (link, xyz, rpy) in sides.items():
-            end = ElementTree.SubElement(loop, side, link=link)
-            ElementTree.SubElement(end, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
-        if axis is not None:
-            ElementTree.SubElement(loop, "axis", xyz=numbers(axis))
-
-
-def rpy(rotation: Array) -> tuple[float, float, float]:
-    """Return the angles [rad] about the fixed axes x, then y, then z, of a rotation `(3, 3)`."""
-    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()
-    pitch = math.atan2(-zx, math.hypot(xx, yx))
-    if math.hypot(xx, yx) > 1e-9:
-        return math.atan2(zy, zz), pitch, math.atan2(yx, xx)
-    # Upright: roll and yaw are about the same axis.
-    return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
-
-
-def numbers(values: Iterable[float]) -> str:
-    """Return numbers as an attribute lists them, to the last digit."""
-    # Adding zero turns -0.0 into 0.0.
-    return " ".join(f"{float(value) + 0.0!r}".removesuffix(".0") for value in values)
-
-
-def _limit(joint: ElementTree.Element, kind: str) -> None:
-    size = _RANGE[kind]
-    limit = {"lower": f"{-size}", "upper": f"{size}", "effort": "1e6", "velocity": "10"}
-    ElementTree.SubElement(joint, "limit", limit)
-
-
-class _Writer(Robot):
-    """Writes one line."""
-
-    line: LineData
-    supports: Supports
-    zero: Zero
+class _Writer:
+    """A description of a line that is being written, element by element."""
 
     def __init__(self, line: LineData) -> None:
+        self.element = ElementTree.Element("robot", name=line.name or "drive_line")
         self.line = line
         self.supports = supports(line)
         self.zero = line.zero
         self.rears: dict[int, str] = {}
-        super().__init__(line.name or "drive_line")
+
+    def text(self) -> str:
+        """Write everything, and return it as text."""
+        self.write()
+        ElementTree.indent(self.element)
+        return ElementTree.tostring(self.element, encoding="unicode") + "\n"
 
     def write(self) -> None:
         """Write the places, then the shafts along the power flow."""
@@ -344,7 +215,7 @@ class _Writer(Robot):
             place, carrier = self.bearing_place(first), f"sleeve_{k}"
             there, carried = self.on_shaft(first)
             self.link(carrier)
-            self.joint(f"support_{first.name}", "universal", place, carrier, Y, axis2=Z)
+            self.joint(first.joint, "universal", place, carrier, Y, axis2=Z)
         turning = self.joint(
             name, "continuous", carrier, carried, X, xyz=(-there, 0.0, 0.0), rpy=turn
         )
@@ -359,7 +230,7 @@ class _Writer(Robot):
             there, carried = self.on_shaft(item)
             turn = -self.zero.rotations[k]  # The ball then stands straight at zero.
         self.loop(
-            f"support_{item.name}",
+            item.joint,
             "spherical",
             (place, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
             (carried, (there, 0.0, 0.0), (turn, 0.0, 0.0)),
@@ -373,7 +244,7 @@ class _Writer(Robot):
 
     def bearing_place(self, item: Support) -> str:
         """Write the place of a bearing, and return its link, whose origin is the bearing."""
-        name, frame, at = f"support_{item.name}_{{}}", f"frame_{item.shaft}", _along(item)
+        name, frame, at = item.joint + "_{}", f"frame_{item.shaft}", _along(item)
         if item.behind:
             frame, at = f"end_{item.shaft}", at - float(self.line.geometry.lengths[item.shaft])
         place = self.moved(name, item.shaft, frame, at)
@@ -444,6 +315,119 @@ class _Writer(Robot):
             f"fork_offset_{k}", "revolute", carrier, f"fork_{k}", X, xyz=(end, 0.0, 0.0), rpy=turn
         )
         return f"fork_{k}"
+
+    def link(
+        self,
+        name: str,
+        *,
+        mass: float = 0.0,
+        centre: float = 0.0,
+        moments: Sequence[float] = (0.0, 0.0, 0.0),
+        visuals: Iterable[ElementTree.Element] = (),
+    ) -> None:
+        """Write a link.
+
+        Args:
+            name: of the link.
+            mass: [kg]; no inertia without it.
+            centre: x of its centre of mass [m].
+            moments: principal moments of inertia about it, in axes of the link [kg·m²].
+            visuals: its shapes.
+        """
+        link = ElementTree.SubElement(self.element, "link", name=name)
+        if mass:
+            inertial = ElementTree.SubElement(link, "inertial")
+            ElementTree.SubElement(inertial, "origin", xyz=numbers((centre, 0.0, 0.0)))
+            ElementTree.SubElement(inertial, "mass", value=repr(float(mass)))
+            values = dict(zip(("ixx", "iyy", "izz"), map(repr, map(float, moments)), strict=True))
+            products = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
+            ElementTree.SubElement(inertial, "inertia", values | products)
+        link.extend(visuals)
+
+    def joint(
+        self,
+        name: str,
+        kind: str,
+        parent: str,
+        child: str,
+        axis: Array,
+        *,
+        xyz: Iterable[float] = (0.0, 0.0, 0.0),
+        rpy: Iterable[float] = (0.0, 0.0, 0.0),
+        axis2: Array | None = None,
+    ) -> ElementTree.Element:
+        """Write a tree joint."""
+        joint = ElementTree.SubElement(self.element, "joint", name=name, type=kind)
+        ElementTree.SubElement(joint, "parent", link=parent)
+        ElementTree.SubElement(joint, "child", link=child)
+        ElementTree.SubElement(joint, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
+        if kind != "fixed":
+            ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
+        if axis2 is not None:
+            ElementTree.SubElement(joint, "axis2", xyz=numbers(axis2))
+        if kind == "prismatic":
+            _limit(joint, kind)
+        return joint
+
+    def mimic(self, element: ElementTree.Element, of: str) -> None:
+        """Let a joint follow another one of the tree."""
+        ElementTree.SubElement(element, "mimic", joint=of, multiplier="1", offset="0")
+
+    def adjustable(
+        self,
+        name: str,
+        kind: str,
+        parent: str,
+        child: str,
+        axis: Array,
+        *,
+        xyz: Iterable[float] = (0.0, 0.0, 0.0),
+        rpy: Iterable[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Write a joint that is fixed unless a scene holds it."""
+        joint = self.joint(name, "fixed", parent, child, axis, xyz=xyz, rpy=rpy)
+        joint.set("adjustable", kind)
+        ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
+        _limit(joint, kind)
+
+    def loop(
+        self,
+        name: str,
+        kind: str,
+        predecessor: tuple[str, Iterable[float], Iterable[float]],
+        successor: tuple[str, Iterable[float], Iterable[float]],
+        axis: Array | None = None,
+    ) -> None:
+        """Write a loop between two links, with the place and turn of its frame in each."""
+        loop = ElementTree.SubElement(self.element, "loop", name=name, type=kind)
+        sides = {"predecessor": predecessor, "successor": successor}
+        for side, (link, xyz, rpy) in sides.items():
+            end = ElementTree.SubElement(loop, side, link=link)
+            ElementTree.SubElement(end, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
+        if axis is not None:
+            ElementTree.SubElement(loop, "axis", xyz=numbers(axis))
+
+
+def rpy(rotation: Array) -> tuple[float, float, float]:
+    """Return the angles [rad] about the fixed axes x, then y, then z, of a rotation `(3, 3)`."""
+    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()
+    pitch = math.atan2(-zx, math.hypot(xx, yx))
+    if math.hypot(xx, yx) > 1e-9:
+        return math.atan2(zy, zz), pitch, math.atan2(yx, xx)
+    # Upright: roll and yaw are about the same axis.
+    return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Return numbers as an attribute lists them, to the last digit."""
+    # Adding zero turns -0.0 into 0.0.
+    return " ".join(f"{float(value) + 0.0!r}".removesuffix(".0") for value in values)
+
+
+def _limit(joint: ElementTree.Element, kind: str) -> None:
+    size = _RANGE[kind]
+    limit = {"lower": f"{-size}", "upper": f"{size}", "effort": "1e6", "velocity": "10"}
+    ElementTree.SubElement(joint, "limit", limit)
 
 
 def _along(item: Support) -> float:

@@ -38,6 +38,11 @@ class Support(NamedTuple):
     locating: bool
     behind: bool
 
+    @property
+    def joint(self) -> str:
+        """Name of its joint in the description."""
+        return f"support_{self.name}"
+
 
 class Supports(NamedTuple):
     """What carries a line.

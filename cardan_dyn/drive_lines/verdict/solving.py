@@ -197,7 +197,7 @@ class _Arrays:
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
     held_by = supports(line)
-    seats = [_Seat(f"support_{item.name}", item.name, item.shaft) for item in held_by.bearings]
+    seats = [_Seat(item.joint, item.name, item.shaft) for item in held_by.bearings]
     # What turns on its place alone stands there as its pins do, and bearings straight.
     seats += [
         _Seat(name, name, shaft, float(line.zero.rotations[shaft]))
