@@ -88,9 +88,7 @@ class _Division(NamedTuple):
     def study(self, problem: Problem, state: Array) -> RedundancyStudy:
         """Return the study of redundant rows, of those that open loops can reach.
 
-        Args:
-            problem: of the scene.
-            state: `(size,)` coordinates of the joints that do not move.
+        With state `(size,)`.
         """
         kinematics = self.kinematics.with_open_reductions(state)
         return RedundancyStudy(problem, self.groups, self.needed, kinematics)
@@ -331,9 +329,6 @@ class Assembly:
         """Return closed coordinates `(size,)` on the way to the held positions, the last one there.
 
         They begin where the joints of `start` are at their positions.
-
-        Args:
-            division: of the loops for the scene's drives.
         """
         problem = self._problem
         search = StartSearch(problem, self._system, division.kinematics, division.decided)

@@ -229,13 +229,7 @@ def _unproven(
 ) -> list[Group]:
     """Return which of the finer groups are not proven.
 
-    Args:
-        structure: of the mechanism.
-        groups: from open loops; those of them that are among the finer ones need no proof.
-        finer: the groups in question.
-        x: `(size,)` closed coordinates.
-        drives: velocity coordinates of the drives.
-        closed: the loops and couplings that are closed there.
+    With x `(size,)`.
     """
     known = {_identity(group) for group in groups}
     is_known = [_identity(group) in known for group in finer]
@@ -258,10 +252,7 @@ def _unproven(
 def _refuted_at(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
     """Return which of the new groups do not decide all their joints, and no others, at a position.
 
-    Args:
-        kinematics: of the finer groups, with all rows.
-        new: indices of the new groups.
-        x: `(size,)` closed coordinates.
+    With x `(size,)`.
     """
     solvers = [kinematics.solvers[index] for index in new]
     states = [solver.evaluate(x[None, :], solver.equations.full())[0] for solver in solvers]
@@ -278,10 +269,7 @@ def _refuted_around(kinematics: Kinematics, new: list[int], x: Array) -> list[in
     A group does if it closes its loops, decides its joints at all these positions, and no others,
     and if all groups do whose motion it depends on.
 
-    Args:
-        kinematics: of the finer groups, with all rows.
-        new: indices of the new groups.
-        x: `(size,)` closed coordinates.
+    With x `(size,)`.
     """
     coordinates, drives = kinematics.coordinates, kinematics.drives
     columns = coordinates.column_of(drives)

@@ -173,9 +173,6 @@ class StartSearch:
 
         The drives stay at zero if Newton's method closes the loops nearby. From far away it may end
         in any assembly mode, which would then depend on the choice of the drives.
-
-        Raises:
-            AssemblyError: the loops cannot be closed.
         """
         state = self._kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
         if state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < _NEARBY:
@@ -199,9 +196,6 @@ class StartSearch:
         Args:
             x: `(size,)` coordinates to start from.
             free: `(nv,)` which velocity coordinates may move.
-
-        Raises:
-            AssemblyError: none were found.
         """
         from .closing.far import (  # Most descriptions are closed at zero.
             assembled_near,

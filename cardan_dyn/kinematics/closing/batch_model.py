@@ -329,12 +329,7 @@ def _free_flyers(
 ) -> pinocchio.Model:
     """Return a model of some bodies in which every joint is a free-flyer, without gravity.
 
-    Args:
-        source: model of the mechanism.
-        index_of: its bodies to carry (0-based) to their indices; all others are the base.
-        inertial_bodies: those that have their inertia here.
-        origin: `(3,)` point of the base that is the origin of the result [m].
-        on_moving_base: whether the base is one more free-flyer, the first, without mass.
+    With origin `(3,)`.
     """
     model = pinocchio.Model()
     identity = pinocchio.SE3.Identity()
@@ -403,12 +398,7 @@ class LongChain(BatchModel):
     ) -> tuple[Array, Array]:
         """Return the wrench of every joint `(N, 6 n)`, and of the base `(2, 3, N)` at the origin.
 
-        Args:
-            q: configurations `(N, 7 n)`.
-            v: velocities `(N, 6 n)`.
-            a: accelerations `(N, 6 n)`.
-            base_twist: `(2, 3, N)` of the base at the origin, in its axes.
-            base_acceleration: likewise, less that of free fall.
+        With q `(N, 7 n)`, v `(N, 6 n)`, a `(N, 6 n)`, base_twist `(2, 3, N)`.
         """
         count = len(q)
         joint_twists, joint_accelerations = (
@@ -454,13 +444,7 @@ class LongChain(BatchModel):
         return result
 
     def _momentum_rate(self, body: int, twist: Array, acceleration: Array) -> Array:
-        """Return the wrench about a body's origin that its motion needs.
-
-        Args:
-            body: index of the body.
-            twist: of its frame, in its frame.
-            acceleration: spatial acceleration of its frame, in its frame.
-        """
+        """Return the wrench about a body's origin that its motion needs."""
         inertia = self.model.inertias[body + 1]
         if inertia.mass == 0.0:
             return np.zeros_like(twist)
@@ -476,12 +460,7 @@ class LongChain(BatchModel):
 
 
 def _in_child(placement: tuple[Array, Array], twist: Array) -> Array:
-    """Return a twist in the parent's frame as one in the child's frame.
-
-    Args:
-        placement: rotation and position of the child in the parent.
-        twist: linear and angular part.
-    """
+    """Return a twist in the parent's frame as one in the child's frame."""
     rotation, position = placement
     linear = twist[0] + cross(twist[1], position)
     return np.einsum("jin,kjn->kin", rotation, np.stack([linear, twist[1]]))

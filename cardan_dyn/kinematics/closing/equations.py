@@ -346,10 +346,7 @@ def _coupling_row(coupling: Coupling, size: int) -> Array:
 def _slip_unit(coupling: Coupling, slides: Array, length: float) -> float:
     """Return what a coupling's slip is compared with: one radian, or the length.
 
-    Args:
-        coupling: the coupling.
-        slides: `(nv,)` which velocity coordinates are slides.
-        length: characteristic length [m].
+    With slides `(nv,)`.
     """
     if coupling.successor_columns:
         return length if slides[coupling.successor_columns[0]] else 1.0
@@ -530,11 +527,7 @@ def rotations_between(first: Array, second: Array) -> Array:
 def _with_half_turns(sines: Array, square: Array, first: Array, second: Array) -> Array:
     """Return rotations, some of which are half turns: their sines vanish and show no axis.
 
-    Args:
-        sines: `(3, N)` axes times twice the sines of the angles.
-        square: `(N,)` four times the squared cosines of half the angles.
-        first: `(3, 3, N)` or `(3, 3, 1)`.
-        second: likewise.
+    With sines `(3, N)`, square `(N,)`, first `(3, 3, N)`.
     """
     is_half = ~(square > _HALF_TURN)
     result = sines / np.sqrt(np.where(is_half, 1.0, square))
@@ -632,11 +625,7 @@ class _Space(NamedTuple):
 def _spanned(twists: Array, units: Array, axes: LoopAxes, actions: Array) -> _Space:
     """Return the space that twists `(N, k, 6)` of a loop's joints span at all positions together.
 
-    Args:
-        twists: in the base's axes about the batch model's origin.
-        units: `(k, 6)` scale of their components.
-        axes: in which they are compared.
-        actions: see `BatchModel.actions`.
+    With units `(k, 6)`.
     """
     if axes.body >= 0:
         twists = twists @ axes.matrices(actions)

@@ -436,10 +436,7 @@ class GroupState(NamedTuple):
     def _without_spins(self, rates: Array, known: Array, v: Array | None = None) -> Array:
         """Return passive rates `(N, p)` at which idle rods do not turn about their lines.
 
-        Args:
-            rates: `(N, p)` of the passives; or accelerations.
-            known: likewise `(N, k)` of what is known.
-            v: `(N, m)` rates of all movable coordinates, where `rates` are accelerations.
+        With rates `(N, p)`, v `(N, m)`.
         """
         if not self.group.idle:
             return rates

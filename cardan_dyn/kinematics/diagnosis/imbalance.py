@@ -241,13 +241,7 @@ def _coupled(scene: _Prescribed) -> str:
 
 
 def _surplus(scene: _Prescribed, around: Surroundings, needed: set[int]) -> list[str]:
-    """Return the held joints and drives that are one too many: without any of them it moves.
-
-    Args:
-        scene: its drives and held joints.
-        around: the configurations to judge by.
-        needed: velocity coordinates whose motion matters.
-    """
+    """Return the held joints and drives that are one too many: without any of them it moves."""
     driven = scene.columns(scene.drives)
     result = []
     for name in scene.held[:_MOST_TRIED]:
@@ -278,14 +272,7 @@ def _locked(surplus: list[str], holds: bool) -> str:
 
 
 def _too_many(still: list[str], surplus: list[str], drives: tuple[str, ...], excess: int) -> str:
-    """Return which drives cannot move or contradict what is held, and what to do about it.
-
-    Args:
-        still: drives that cannot move.
-        surplus: drives and held joints any of which is one too many.
-        drives: all of them.
-        excess: how many drives are too many.
-    """
+    """Return which drives cannot move or contradict what is held, and what to do about it."""
     if excess > 1 and not surplus:
         return f"drop {excess} of the drives ({choices(drives)}), or stop holding as many joints"
     if still and not surplus:
@@ -452,16 +439,7 @@ class Surroundings:
         needed: set[int],
         with_spins: bool,
     ) -> Freedoms:
-        """Return the freedoms of all sets of loops and of what is on none; see `freedoms`.
-
-        Args:
-            sets: of loops; their configurations may be combined in any way.
-            index: which of their configurations.
-            held: see `freedoms`.
-            drives: see `freedoms`.
-            needed: see `freedoms`.
-            with_spins: see `freedoms`.
-        """
+        """Return the freedoms of all sets of loops and of what is on none; see `freedoms`."""
         mechanism, free = self._structure.mechanism, self._free(held)
         x = self._x.copy()
         for item in sets:
@@ -507,10 +485,7 @@ class _SetOfLoops(NamedTuple):
 def _block_diagonal(null: list[tuple[Array, Array]], free: list[int], nv: int) -> Array:
     """Return motions `(nv, m)`: those of sets of loops, and each free coordinate on none of them.
 
-    Args:
-        null: velocity coordinates `(p,)` and their motions `(p, n)`, per set of loops.
-        free: velocity coordinates that may move.
-        nv: how many there are.
+    With null `(p,)`.
     """
     on_loops = {int(column) for columns, _ in null for column in columns}
     loose = np.array([column for column in free if column not in on_loops], dtype=int)

@@ -442,18 +442,11 @@ def _halved(
 ) -> tuple[BranchTable, Array]:
     """Halve the open intervals of a table, and find which halves are still too coarse.
 
-    Args:
-        table: `K` nodes.
-        kinematics: with the rows that are known to be independent.
-        is_open: `(K - 1,)` which intervals are to be halved.
-        allowed: greatest error of a guess [rad].
+    With is_open `(K - 1,)`.
 
     Returns:
         The table with a new node in the middle of every open interval, and which intervals of
         that table are open.
-
-    Raises:
-        SingularConfigurationError: the branch cannot be resolved.
     """
     left = np.nonzero(is_open)[0]
     middle = 0.5 * (table.positions[left] + table.positions[left + 1])
@@ -471,15 +464,7 @@ def _check_mode(
 ) -> None:
     """Check that states in the middle of intervals are in the assembly mode of the branch.
 
-    Args:
-        table: the branch.
-        kinematics: that closed the states.
-        left: `(M,)` indices of the nodes at the lower ends of the intervals.
-        middle: `(M,)` drive positions of the states.
-        state: that was found there.
-
-    Raises:
-        SingularConfigurationError: one of them may not be.
+    With left `(M,)`, middle `(M,)`.
     """
     is_unsafe = state.correction > SAFE_CORRECTION
     if not np.any(is_unsafe):

@@ -194,9 +194,6 @@ class DriveMotion:
 
         Returns:
             `(N,)` whole periods to subtract from the positions, so that they lie on the branch.
-
-        Raises:
-            AssemblyError, SingularConfigurationError: a position is out of reach.
         """
         branch = self.branch
         low, high = float(targets.min()), float(targets.max())

@@ -164,11 +164,7 @@ class JointMotion:
     def _reached(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)` without whole turns.
 
-        Args:
-            kinematics: of the scene, with the rows that are known to be independent. Where more of
-                them are, loops do not close, and all rows are solved.
-            own: the positions [rad or m].
-            design_of: `(N,)`, see `Targets`.
+        With design_of `(N,)`.
         """
         known = kinematics.part(self._drives, self.groups)
         x = np.full((len(own), self._start.size), np.nan)
@@ -203,13 +199,7 @@ class JointMotion:
         Behind whole turns of one drive alone, the straight line to a sample is another one, which
         may lead through positions that cannot be closed. Of very many turns, it is not followed.
 
-        Args:
-            kinematics: see `_reached`.
-            asked: `(N, d)` positions.
-            own: the same without whole turns; of samples that are followed, they are put back.
-            turns: `(N, size)` whole turns that were taken off, likewise.
-            targets: N samples.
-            reached: what was reached without the turns; brought up to date.
+        With asked `(N, d)`, turns `(N, size)`.
         """
         taken = np.sum(np.abs(asked - own), axis=1)
         rest = np.nonzero(~reached.is_there & (taken > 0.0) & (taken <= _FARTHEST * TURN))[0]
@@ -272,10 +262,7 @@ class JointMotion:
     def _beyond(self, asked: Array, own: Array, reached: Reached) -> AssemblyError:
         """Return the error for samples that straight lines do not reach.
 
-        Args:
-            asked: `(N, d)` positions.
-            own: the same without whole turns.
-            reached: how far.
+        With asked `(N, d)`.
         """
         sample, more = int(np.argmin(reached.is_there)), int(np.sum(~reached.is_there)) - 1
         nearest = reached.x[sample].copy()
@@ -315,12 +302,7 @@ def _along_one(
 
     Samples with the same start on the same side of it lie on the same line.
 
-    Args:
-        kinematics: of the drive.
-        starts: `(D, size)` closed coordinates.
-        columns: the drive's column in a row of coordinates.
-        positions: [rad or m].
-        of_start: `(N,)` the start (index) of each sample.
+    With starts `(D, size)`, of_start `(N,)`.
     """
     ahead = positions - starts[of_start, columns[0]]
     sides = 2 * of_start + (ahead < 0.0)

@@ -227,10 +227,7 @@ class _Points:
     def _keep(self, points: Array, state: ClosedState, chosen: Array) -> None:
         """Keep closed coordinates of points with their derivatives.
 
-        Args:
-            points: `(K,)`.
-            state: closed, of K and other positions.
-            chosen: which of them are kept.
+        With points `(K,)`.
         """
         kinematics, count = self._kinematics, len(state.x)
         ratios = kinematics.velocity_ratios(state)
@@ -314,12 +311,7 @@ class _Ways(NamedTuple):
         return _keys(on_lines, self.low, self.factors), begins
 
     def steps(self, keys: Array, lines: slice) -> tuple[Array, Array]:
-        """Return the numbers `(S,)` of the steps of lines, and where in them each line begins.
-
-        Args:
-            keys: ascending, of all points on any line.
-            lines: which.
-        """
+        """Return the numbers `(S,)` of the steps of lines, and where in them each line begins."""
         passed, begins = self.passed(lines)
         point_of = np.searchsorted(keys, passed)
         is_first = np.zeros(len(passed), dtype=bool)

@@ -115,12 +115,7 @@ def partition(
 
 
 def _with_idle(blocks: list[_Block], idle: dict[int, IdleRod]) -> list[_Block]:
-    """Return blocks with the idle coordinates beside the ones that they spin with.
-
-    Args:
-        blocks: without idle coordinates.
-        idle: idle coordinate to its rod.
-    """
+    """Return blocks with the idle coordinates beside the ones that they spin with."""
     result = []
     for block in blocks:
         columns = set(block.passives)
@@ -164,14 +159,7 @@ def independent_groups(structure: Structure, free: Array) -> list[Group]:
 def _group(
     structure: Structure, block: _Block, touched: list[list[int]], carried: set[int]
 ) -> Group:
-    """Return the group of some loops and couplings.
-
-    Args:
-        structure: of the mechanism.
-        block: the loops and couplings.
-        touched: for each loop and coupling, the moving coordinates on it.
-        carried: bodies whose inertia earlier groups account for.
-    """
+    """Return the group of some loops and couplings."""
     loops = len(structure.mechanism.loops)
     moving = {column for item in block.items for column in touched[item]}
     model = structure.mechanism.model
@@ -190,12 +178,7 @@ def _group(
 
 
 def _blocks(passives_on: list[list[int]], ranks: list[int]) -> list[_Block]:
-    """Return the smallest sets of loops and couplings that can be solved one after the other.
-
-    Args:
-        passives_on: for each loop and coupling, the passive coordinates on it.
-        ranks: how many independent equations each of them has.
-    """
+    """Return the smallest sets of loops and couplings that can be solved one after the other."""
     items = range(len(passives_on))
     decider = _deciders(passives_on, ranks)
     dependences = {
@@ -239,11 +222,6 @@ def _without_surplus(
     The surplus equations of such a component restrict the motion of those that it depends on, so
     these have to be solved together with it.
 
-    Args:
-        ranks: how many independent equations each loop or coupling has.
-        decider: passive coordinate to the item that decides it.
-        dependences: pairs of an item and another one that it depends on.
-
     Returns:
         The component of each item, named by its smallest item, and the dependences with those that
         surplus equations add.
@@ -277,13 +255,7 @@ def _in_order(labels: list[int], dependences: set[tuple[int, int]]) -> list[int]
 def _with_loose_bodies(
     model: pinocchio.Model, groups: list[Group], carried: set[int]
 ) -> list[Group]:
-    """Add the bodies that are on no loop, to the only group if the model stays small.
-
-    Args:
-        model: of the mechanism.
-        groups: the groups of the loops.
-        carried: bodies whose inertia they account for.
-    """
+    """Add the bodies that are on no loop, to the only group if the model stays small."""
     count = model.njoints - 1
     loose = [body for body in range(count) if body not in carried]
     if not loose:
@@ -301,12 +273,7 @@ def _with_loose_bodies(
 
 
 def _pieces(model: pinocchio.Model, loose: list[int]) -> list[list[int]]:
-    """Divide bodies into sets each of which hangs from one body, by few others between.
-
-    Args:
-        model: of the mechanism.
-        loose: the bodies, ascending, so that neighbours in a chain follow each other.
-    """
+    """Divide bodies into sets each of which hangs from one body, by few others between."""
     pieces: list[list[int]] = []
     for body in loose:
         if pieces and len(_hanging(model, [*pieces[-1], body])[0]) <= _PIECE:

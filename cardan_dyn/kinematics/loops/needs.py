@@ -135,12 +135,7 @@ def _with_what_carries(model: pinocchio.Model, group: Group) -> set[int]:
 
 
 def _carriers(below: list[set[int]], bodies: set[int]) -> dict[int, set[int]]:
-    """Return for each body the indices of the groups whose bodies hang from it, or that it is in.
-
-    Args:
-        below: for each group, see `_with_what_carries`.
-        bodies: all bodies.
-    """
+    """Return for each body the groups (index) whose bodies hang from it, or that it is in."""
     carriers: dict[int, set[int]] = {body: set() for body in bodies}
     for index, members in enumerate(below):
         for body in members:

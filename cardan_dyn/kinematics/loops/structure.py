@@ -110,12 +110,7 @@ class Structure:
 
         They are seen from the body that carries the loop, lengths in units of the mechanism's.
 
-        Args:
-            path: bodies on the loop, ascending.
-            x: `(size,)` coordinates.
-            moving: velocity coordinates that move.
-            values: `(len(path), 3)` generic values for the joints that move, in place of their
-                coordinates; slides in units of the mechanism's length.
+        With x `(size,)`, values `(len(path), 3)`.
         """
         length = self.mechanism.characteristic_length
         model = self.mechanism.model
