@@ -47,50 +47,6 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A decimal number as XML Schema has it."""
 
 
-def elementary(
-    kind: str, axis: np.ndarray, axis_2: np.ndarray, cardan: bool = False
-) -> list[tuple[str, np.ndarray]]:
-    """Return kinds and axes of a joint type's parts, from the parent outwards.
-
-    Args:
-        kind: a joint type of URDF, or `spherical`, `universal`, `cylindrical`.
-        axis: unit axis; the normal of a `planar` joint, the first axis of a `universal` one.
-        axis_2: second axis of a `universal` joint.
-        cardan: write a ball as three turns, whose angles are then coordinates.
-    """
-    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    across /= np.linalg.norm(across)
-    x, y, z = np.eye(3)
-    turns = [("revolute", x), ("revolute", y), ("revolute", z)]
-    return {
-        "fixed": [],
-        "revolute": [("revolute", axis)],
-        "continuous": [("revolute", axis)],
-        "prismatic": [("prismatic", axis)],
-        "cylindrical": [("prismatic", axis), ("revolute", axis)],
-        "planar": [
-            ("prismatic", across),
-            ("prismatic", np.cross(axis, across)),
-            ("revolute", axis),
-        ],
-        "loose": [
-            ("prismatic", across),
-            ("prismatic", np.cross(axis, across)),
-            ("revolute", across),
-            ("revolute", np.cross(axis, across)),
-            ("revolute", axis),
-        ],
-        "universal": [("revolute", axis), ("revolute", axis_2)],
-        "spherical": turns if cardan else [("spherical", axis)],
-        "floating": [
-            ("prismatic", x),
-            ("prismatic", y),
-            ("prismatic", z),
-            *(turns if cardan else [("spherical", x)]),
-        ],
-    }[kind]
-
-
 def check_size(links: int, where: str) -> None:
     """Refuse a description that is larger than anything was tested with.
 

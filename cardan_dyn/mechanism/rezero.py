@@ -35,9 +35,9 @@ from ..description.description import (
     JointOrLoop,
     Limits,
     LoopDescription,
+    elementary,
     shown_ratio,
 )
-from ..description.elements import elementary
 from ..errors import ArgumentError, choices
 from .welds import LEAST_LENGTH
 

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from ..description.elements import elementary
+from ..description.description import elementary
 from ..errors import ModelError
 from .joints import Part
 

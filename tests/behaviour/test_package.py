@@ -50,6 +50,7 @@ def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
         archive.extractall(tmp_path / "site")
     assert "cardan_dyn/urdf/universal_joint.urdf" in names
     assert "cardan_dyn/report/templates/report.html" in names
+    assert "cardan_dyn/description/words.json" in names
     assert "analytic/grossmann.py" in names
     assert not [name for name in names if name.startswith(("tests/", "urdf/"))]
     elsewhere = tmp_path / "elsewhere"

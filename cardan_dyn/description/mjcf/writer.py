@@ -33,8 +33,9 @@ from ..description import (
     JointOrLoop,
     LinkDescription,
     LoopDescription,
+    elementary,
 )
-from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, elementary, unique, words
+from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, unique, words
 from .elements import rotation_of_quaternion
 from .inertia import Mass, total
 

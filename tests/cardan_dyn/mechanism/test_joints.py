@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.elements import elementary
+from cardan_dyn.description.description import elementary
 from cardan_dyn.mechanism.joints import Joint, Part, named_coordinates
 
 AXIS = np.array([0.0, 0.6, 0.8])
