@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cardan_dyn.forces.link_loads import LinkLoad
+from cardan_dyn.elements.link_loads import LinkLoad
 from testkit.claims import (
     GRAVITY,
     RATES,
