@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cardan_dyn.elements.link_loads import LinkLoad
 from testkit.claims import (
     GRAVITY,
     RATES,
@@ -24,6 +23,7 @@ from testkit.scenes import text
 
 import cardan_dyn as cd
 from cardan_dyn.description.second_reading import reread
+from cardan_dyn.elements.link_loads import LinkLoad
 from cardan_dyn.proof.constraints import Motion
 from cardan_dyn.proof.free_bodies import FreeBodies, Setup
 from cardan_dyn.proof.residuals import Claim
