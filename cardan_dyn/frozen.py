@@ -76,31 +76,41 @@ def frozen(mapping: Mapping[_Key, _Value]) -> FrozenDict[_Key, _Value]:
 
 
 class Record:
-    """A frozen dataclass that `==` compares by its contents, and whose arrays are read-only.
-
-    Fields declared with `compare=False` do not take part. Records hold arrays and lists of other
-    records, of which no hash is computed: they cannot be keys of a dictionary.
-    """
+    """Base class of frozen dataclasses: arrays in their fields are read-only, in copies as well."""
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
             if isinstance(value, np.ndarray):
                 read_only(value)
 
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        return type(self), tuple(getattr(self, item.name) for item in fields(self))  # type: ignore[arg-type]
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing.
+        given = {item.name: getattr(self, item.name) for item in fields(self) if item.init}  # type: ignore[arg-type]
+        return _made, (type(self), given)
+
+
+def _made(kind: type[Record], given: dict[str, object]) -> Record:
+    """Return a copy; `__reduce__` needs a function without keyword arguments."""
+    return kind(**given)
+
+
+class Value(Record):
+    """A record that `==` compares by its contents.
+
+    Fields declared with `compare=False` do not take part. Values hold arrays and lists of other
+    values, of which no hash is computed: they cannot be keys of a dictionary.
+    """
 
     def __eq__(self, other: object) -> bool:
-        return self.agrees(other) if isinstance(other, Record) else NotImplemented
+        return self.agrees(other) if isinstance(other, Value) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]
 
     def agrees(self, other: object, tolerance: float = 0.0) -> bool:
-        """Return whether another record says the same up to rounding.
+        """Return whether another value says the same up to rounding.
 
         Args:
-            other: a record; anything else never agrees.
+            other: a value; anything else never agrees.
             tolerance: greatest difference of two numbers relative to the greatest number of their
                 array; of a number that stands alone, relative to itself. 0 is what `==` demands.
         """
@@ -112,8 +122,8 @@ class Record:
 
 
 def _agree(first: object, second: object, tolerance: float) -> bool:
-    """Return whether two values of a record's field are the same up to a relative tolerance."""
-    if isinstance(first, Record):
+    """Return whether two fields of values are the same up to a relative tolerance."""
+    if isinstance(first, Value):
         return first.agrees(second, tolerance)
     if isinstance(first, tuple):
         return (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..checks import described, positives
 from ..errors import ArgumentError, choices
-from ..frozen import read_only
+from ..frozen import Record
 from .impact_model import Contact, Estimates, ImpactModel, estimates
 from .pin_geometry import StiffnessLaw
 from .scan_results import ForceReversal
@@ -22,7 +22,7 @@ _FACTORS = np.geomspace(0.2, 5.0, 97)
 
 
 @dataclass(frozen=True, eq=False)
-class Influence:
+class Influence(Record):
     """The peak of an impact over one of its parameters, the others staying as they are.
 
     Attributes:
@@ -47,11 +47,6 @@ class Influence:
     added: Array
     model: ImpactModel
     exponent: float
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            if isinstance(array := getattr(self, field.name), np.ndarray):
-                read_only(array)
 
 
 def influence(

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..frozen import Record
+from ..frozen import Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class SourceText:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LinkDescription(Record):
+class LinkDescription(Value):
     """A link and its mass.
 
     Attributes:
@@ -75,7 +75,7 @@ class Dynamics(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Limits(Record):
+class Limits(Value):
     """Limits of a joint's coordinate; they are kept for Pinocchio's functions only.
 
     Attributes:
@@ -91,7 +91,7 @@ class Limits(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JointDescription(Record):
+class JointDescription(Value):
     """A joint of the spanning tree.
 
     Attributes:
@@ -126,7 +126,7 @@ class JointDescription(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoopDescription(Record):
+class LoopDescription(Value):
     """A closure between two links, in URDF+ notation.
 
     Attributes:
@@ -159,7 +159,7 @@ JointOrLoop: TypeAlias = JointDescription | LoopDescription
 
 
 @dataclass(frozen=True, eq=False)
-class CouplingDescription(Record):
+class CouplingDescription(Value):
     """A coupling of two motions, either of links, as URDF+ has it, or of joints.
 
     The motion of the successor is `ratio` times that of the predecessor plus `offset`. The motion
@@ -183,7 +183,7 @@ class CouplingDescription(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Description(Record):
+class Description(Value):
     """A checked description.
 
     Two descriptions are equal (`==`) where they say the same about the mechanism, limits, drives

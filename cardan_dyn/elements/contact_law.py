@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import number, positive
 from ..errors import ArgumentError
-from ..frozen import Record
+from ..frozen import Value
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Numbers: TypeAlias = float | ArrayLike  # Floats apart, of which Python's arithmetic is faster.
 
 
-class ContactLaw(Record):
+class ContactLaw(Value):
     """A law of contact: frozen data, checked when it is made; equal where all values are.
 
     Attributes:

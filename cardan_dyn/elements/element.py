@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 from ..arrays import Array
 from ..checks import number, positive, text
 from ..errors import ArgumentError
-from ..frozen import Record
+from ..frozen import Value
 
 if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
@@ -95,7 +95,7 @@ class Acting(Protocol):
         ...
 
 
-class Element(Record, ABC):
+class Element(Value, ABC):
     """A force element: frozen data, checked when it is made and by the scene that it is given to.
 
     Two elements are equal where all their values are.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..arrays import Array
-from ..frozen import read_only
+from ..frozen import Record
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -32,7 +32,7 @@ class Wrench:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LinkLoad:
+class LinkLoad(Record):
     """A wrench that acts on a link, checked and placed in the body that carries the link.
 
     Attributes:
@@ -49,14 +49,6 @@ class LinkLoad:
     force: Array
     moment: Array
     in_world: bool
-
-    def __post_init__(self) -> None:
-        for array in (self.rotation, self.translation, self.force, self.moment):
-            read_only(array)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        return LinkLoad, tuple(getattr(self, field.name) for field in fields(self))
 
     @property
     def wrench(self) -> Wrench:

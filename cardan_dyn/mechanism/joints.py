@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..frozen import read_only
+from ..frozen import Record
 
 if TYPE_CHECKING:
     from ..description.description import Description
@@ -30,7 +30,7 @@ alone."""
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Part(Record):
     """An elementary part of a joint.
 
     Attributes:
@@ -43,9 +43,6 @@ class Part:
     axis: Array
     id: int
 
-    def __post_init__(self) -> None:
-        read_only(self.axis)
-
     @property
     def nv(self) -> int:
         """Number of velocity coordinates."""
@@ -53,7 +50,7 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Joint:
+class Joint(Record):
     """One joint of a mechanism, in the tree or closing a loop.
 
     Attributes:
@@ -70,9 +67,6 @@ class Joint:
     type: str
     axis: Array
     parts: tuple[Part, ...]
-
-    def __post_init__(self) -> None:
-        read_only(self.axis)
 
     @property
     def id(self) -> int:

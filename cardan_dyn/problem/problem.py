@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..elements.link_loads import LinkLoad
 from ..errors import MobilityError, choices
-from ..frozen import FrozenDict, frozen, read_only
+from ..frozen import FrozenDict, Record, frozen
 from ..mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ _DECIDE_ASSEMBLY = frozenset(
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Problem:
+class Problem(Record):
     """A mechanism, what decides its motion, and what acts on it; all of it was checked.
 
     Attributes:
@@ -65,13 +65,6 @@ class Problem:
     compliance: FrozenDict[str, Array]
     strict: bool
     elements: tuple[Element, ...] = ()
-
-    def __post_init__(self) -> None:
-        read_only(self.gravity)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
 
     def differs_from(self, other: Problem) -> set[str]:
         """Return the names of the attributes that have other values in another problem.
@@ -175,10 +168,6 @@ class Problem:
     def output_indices(self) -> list[int]:
         """Index of every output among all wrenches."""
         return [self.wrench_index(name) for name in self.outputs]
-
-
-def _restored(values: dict[str, object]) -> Problem:
-    return Problem(**values)  # type: ignore[arg-type]
 
 
 def _equal(first: object, second: object) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from ..arrays import Array
-from ..frozen import FrozenDict, read_only
+from ..frozen import FrozenDict, Record
 from .columns import Layout
 from .series import Series
 
@@ -40,7 +40,7 @@ class Proof:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseData:
+class ResponseData(Record):
     """The functions of a response. Nothing in it can be changed.
 
     Attributes:
@@ -60,11 +60,3 @@ class ResponseData:
     unique: Array
     coupling_unique: FrozenDict[str, bool]
     proof: Proof
-
-    def __post_init__(self) -> None:
-        for array in (self.zero, self.constant, self.unique):
-            read_only(array)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        return ResponseData, tuple(getattr(self, field.name) for field in fields(self))

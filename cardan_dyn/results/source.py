@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array
 from ..elements.link_loads import LinkLoad
-from ..frozen import read_only
+from ..frozen import Record
 from .motion import Motion
 from .wrench import Components, StoredComponents
 
@@ -90,7 +90,7 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedSource:
+class SolvedSource(Record):
     """A `Source` whose arrays were computed before; `...` is the shape of the samples.
 
     Attributes:
@@ -117,24 +117,6 @@ class SolvedSource:
     gravity: Array
     inertia: Mapping[str, Array]
     time: Array = field(default_factory=lambda: np.zeros(()))
-
-    def __post_init__(self) -> None:
-        for name in (
-            "wrenches",
-            "drive_efforts",
-            "position",
-            "speed",
-            "acceleration",
-            "gravity",
-            "time",
-        ):
-            array = getattr(self, name)
-            if array is not None:
-                read_only(array)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        return SolvedSource, tuple(getattr(self, item.name) for item in fields(self))
 
     def __len__(self) -> int:
         return self.shape[0]

@@ -52,8 +52,8 @@ def near_the_ends(response: cd.Response) -> np.ndarray:
 
 RANGES: dict[str, dict[str, object]] = {
     "four_bar": {"drive": "rocker_bearing"},
-    "slider_crank": {"drive": "piston_guide", "start": {"crank_bearing": 1.0}},
-    "needle_drive": {"drive": "needle_guide", "start": {"main_shaft": 1.0}},
+    "slider_crank": {"drive": "piston_guide", "near": {"crank_bearing": 1.0}},
+    "needle_drive": {"drive": "needle_guide", "near": {"main_shaft": 1.0}},
 }
 
 

@@ -6,14 +6,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..._version import __version__
 from ...arrays import Array
-from ...frozen import FrozenDict, read_only
+from ...frozen import FrozenDict, Record, read_only
 from ...results.plot import Plot
 from ...results.result import Result
 from ...results.table import Table, Variable
@@ -186,7 +186,7 @@ class LinePlot(Plot):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Analysis(Result):
+class Analysis(Result, Record):
     """Motion of a line of n joints, and what acts along it.
 
     `(…)` stands for `(P,)` positions, or `(D, P)` for D designs. Arrays cannot be written to.
@@ -240,17 +240,9 @@ class Analysis(Result):
     power_residual: float
 
     def __post_init__(self) -> None:
-        motion = (self.position, self.rotation, self.ratio, self.acceleration)
-        arrays = (*motion, self.slip, self.mean_lead)
-        for array in (*arrays, *self.static, *(self.inertial or ()), *self.moved.values()):
+        super().__post_init__()
+        for array in (*self.static, *(self.inertial or ()), *self.moved.values()):
             read_only(array)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        return _restored, (
-            type(self),
-            {item.name: getattr(self, item.name) for item in fields(self)},
-        )
 
     @property
     def designs(self) -> FrozenDict[str, Array]:
@@ -346,8 +338,3 @@ class Analysis(Result):
             f"<Analysis of {self.name!r}: {' × '.join(map(str, self.shape))} samples, "
             f"{len(self.joints)} joints, {len(self.bearings)} bearings>"
         )
-
-
-def _restored(kind: type[Analysis], values: dict[str, Any]) -> Analysis:
-    """Return a copy; `__reduce__` needs a function without keyword arguments."""
-    return kind(**values)

@@ -154,7 +154,7 @@ def test_the_mean_lead_of_a_trajectory_is_that_over_the_angle(spin: cd.Trajector
 def test_a_slide_is_drawn_in_metres() -> None:
     positions = np.linspace(-0.05, -0.03, 5)
     sweep = cd.Scene(
-        cd.load("slider_crank"), drive="piston_guide", start={"crank_bearing": 1.2}
+        cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.2}
     ).sweep(positions)
     figure = figures.over_angle(sweep, "crank_pin", "shear")
     (panel,) = figure.axes

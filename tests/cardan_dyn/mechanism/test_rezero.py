@@ -103,7 +103,7 @@ def test_bundled_mechanisms_have_the_same_wrenches(name: str) -> None:
     ):
         options = {"loads": dict(preset.loads), "gravity": (0.3, -0.2, -9.0)}
         start = {name: x for name, x in at.items() if np.ndim(x) == 0 and name not in held}
-        assembled = {"start": start} if item is mechanism else {}
+        assembled = {"near": start} if item is mechanism else {}
         scene = cd.Scene(item, drive=list(preset.drive), held=holding, **options, **assembled)
         sweeps.append(scene.sweep(positions, speed=2.0, acceleration=-1.0))
     # In the joints' own axes: their frames move with the child as before.
