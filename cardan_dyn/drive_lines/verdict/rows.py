@@ -151,14 +151,7 @@ def judged(row: VerdictRow, limit: Limit | None, missing: str = "") -> VerdictRo
 
 def not_judged(rule: str, where: str, quantity: str, reason: str) -> VerdictRow:
     """Return the row of a rule for which data are missing."""
-    return VerdictRow(
-        rule=rule,
-        where=where,
-        quantity=quantity,
-        status=NOT_JUDGED,
-        source=RULES[rule].source,
-        note=f"not judged: {reason}",
-    )
+    return judged(VerdictRow(rule=rule, where=where, quantity=quantity), None, reason)
 
 
 def withheld(row: VerdictRow, reason: str) -> VerdictRow:
