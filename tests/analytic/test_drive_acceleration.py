@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analytic import drive_acceleration as da
 from analytic import drive_line, single_joint
+from analytic import uniformity as da
 from analytic.limits import JOINT_SIZES
 
 QUARTER = np.pi / 2

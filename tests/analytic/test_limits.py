@@ -5,7 +5,7 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from analytic import drive_acceleration, limits
+from analytic import limits, uniformity
 from analytic.limits import Limit
 
 RPM = np.pi / 30
@@ -48,7 +48,7 @@ def test_accelerations_behind_the_sizes_of_joints():
         assert row.size == size
         assert np.degrees(row.n_beta) / RPM == pytest.approx(n_beta, rel=1e-14)
         assert row.n_beta**2 == pytest.approx(acceleration, abs=0.5)
-        rule = drive_acceleration.n_beta_acceleration(1.0, n_beta)
+        rule = uniformity.n_beta_acceleration(1.0, n_beta)
         assert rule == pytest.approx(row.n_beta**2, rel=1e-14)
 
 

@@ -17,7 +17,6 @@ PRACTICE = (
     "bending_speed",
     "centred_double_joint",
     "design_torque",
-    "drive_acceleration",
     "installation",
     "shaft_design",
     "support_forces",

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from testkit.cross_geometry import ULP, relative_errors
 
-from analytic import drive_acceleration, drive_line, single_joint, uniformity
+from analytic import drive_line, single_joint, uniformity
 
 RPM = np.pi / 30
 QUARTER = np.pi / 2
@@ -33,8 +33,8 @@ def test_allowed_angles_reach_the_limit(rpm):
     speed, first, limit = rpm * RPM, np.radians([1.0, 6.0, 12.0]), 300.0
     least, greatest = uniformity.allowed_second_angle(first, limit, speed)
     for second in (least, greatest):
-        theta = drive_acceleration.torsional_angle(np.stack([first, second], -1), [0, QUARTER])
-        reached = drive_acceleration.angular_acceleration(theta, speed, small_angle=True)
+        theta = uniformity.torsional_angle(np.stack([first, second], -1), [0, QUARTER])
+        reached = uniformity.angular_acceleration(theta, speed, small_angle=True)
         expected = np.where(second > 0, limit, (first * speed) ** 2)
         np.testing.assert_allclose(reached, expected, rtol=1e-11)
     assert np.all(expected <= limit * (1 + 1e-12))

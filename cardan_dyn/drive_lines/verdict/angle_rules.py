@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from analytic import drive_acceleration, drive_line, installation, single_joint, uniformity
+from analytic import drive_line, installation, single_joint, uniformity
 from analytic.limits import JOINT_SIZES, Limit
 
 from ...arrays import Array
@@ -267,7 +267,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             "torsional_acceleration",
             "torsional acceleration of the output",
             float(single_joint.greatest_acceleration(residual)),
-            drive_acceleration.torsional_angle(betas, phases),
+            uniformity.torsional_angle(betas, phases),
         )
     ]
     if line.count > 1:
@@ -276,18 +276,18 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
                 "inertia_acceleration",
                 "inertia acceleration in drive",
                 inertia_ratio(betas, phases),
-                drive_acceleration.inertia_drive_angle(betas, phases),
+                uniformity.inertia_drive_angle(betas, phases),
             ),
             (
                 "inertia_acceleration",
                 "inertia acceleration in coast",
                 inertia_ratio(*back),
-                drive_acceleration.inertia_coast_angle(betas, phases),
+                uniformity.inertia_coast_angle(betas, phases),
             ),
         ]
     for name, quantity, ratio, theta in listed:
         exact = float(ratio * np.square(speed))
-        by_rule = float(drive_acceleration.angular_acceleration(theta, speed))
+        by_rule = float(uniformity.angular_acceleration(theta, speed))
         limit, greatest = case.limit(name), case.limit(f"{name}_greatest")
         row = VerdictRow(
             rule="accelerations",
