@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -162,14 +163,13 @@ def driveline(
 
     FILE_OR_NAME is a TOML file (--schema lists its fields), or a line that comes with the package.
     """
-    from .driveline_command import Wanted, report_on, run, schema_text
+    from ..drive_lines import examples, toml_schema
+    from .driveline_command import report_on, run
 
     if schema:
-        click.echo(schema_text())
+        click.echo(json.dumps(toml_schema(), ensure_ascii=False, indent=1))
         return
     if source is None:
-        from ..drive_lines import examples
-
         names = ", ".join(examples())
         raise click.UsageError(f"FILE_OR_NAME is missing; lines of the package: {names}")
     found = report_on(
@@ -180,8 +180,14 @@ def driveline(
         optimise=optimise_phases,
         teeth=teeth,
     )
-    wanted = Wanted(page=page, scene=scene, directory=directory, file=file, as_json=as_json)
-    run(found, wanted)
+    run(
+        found,
+        page=page,
+        with_scene=scene,
+        directory=directory,
+        file=file,
+        as_text=not as_json,
+    )
     if watch:
         from ..report.drive_line_page import scene as turning
 

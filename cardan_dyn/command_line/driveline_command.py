@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
 
-from ..drive_lines import DriveLine, toml_schema
+from ..drive_lines import DriveLine
 from ..errors import ArgumentError
 from ..report.drive_line_page import (
     LineReport,
@@ -32,31 +32,24 @@ _RAD_PER_S = np.pi / 30.0
 _MARKS = {"pass": "green", "fail": "bold red", "stated": "default", "not judged": "yellow"}
 
 
-class Wanted(NamedTuple):
-    """What is written and printed.
+def run(
+    report: LineReport,
+    *,
+    page: Path | None,
+    with_scene: bool,
+    directory: Path | None,
+    file: Path | None,
+    as_text: bool,
+) -> None:
+    """Print a report and write what is wanted.
 
-    Attributes:
+    Args:
+        report: what is told.
         page: path of the HTML page.
-        scene: whether the page has the turning scene in it.
+        with_scene: whether the page has the turning scene in it.
         directory: of the figures.
         file: path of the turning scene.
-        as_json: print JSON instead of tables.
-    """
-
-    page: Path | None
-    scene: bool
-    directory: Path | None
-    file: Path | None
-    as_json: bool
-
-
-def schema_text() -> str:
-    """Return the JSON schema of files of drive lines."""
-    return json.dumps(toml_schema(), ensure_ascii=False, indent=1)
-
-
-def run(report: LineReport, wanted: Wanted) -> None:
-    """Print a report and write what is wanted.
+        as_text: print tables; JSON otherwise.
 
     Raises:
         MissingExtraError: an extra is not installed.
@@ -64,21 +57,21 @@ def run(report: LineReport, wanted: Wanted) -> None:
     """
     from rich.console import Console
 
-    if wanted.as_json:
-        click.echo(as_json(report))
-    else:
+    if as_text:
         print_report(report, Console())
+    else:
+        click.echo(as_json(report))
     at: Path | None = None
     try:
-        if (at := wanted.directory) is not None:
+        if (at := directory) is not None:
             save_figures(report, at)
-            click.echo(f"Figures: {at}", err=wanted.as_json)
-        if (at := wanted.page) is not None:
-            write(report, at, with_scene=wanted.scene)
-            click.echo(f"Page: {at}", err=wanted.as_json)
-        if (at := wanted.file) is not None:
+            click.echo(f"Figures: {at}", err=not as_text)
+        if (at := page) is not None:
+            write(report, at, with_scene=with_scene)
+            click.echo(f"Page: {at}", err=not as_text)
+        if (at := file) is not None:
             scene(report).export(at)
-            click.echo(f"Scene: {at}", err=wanted.as_json)
+            click.echo(f"Scene: {at}", err=not as_text)
     except OSError as error:
         raise click.ClickException(f"{at}: cannot be written ({error})") from error
 
