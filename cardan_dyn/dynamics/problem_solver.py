@@ -18,6 +18,7 @@ from ..frozen import Frozen, frozen, read_only
 from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guess_cache import Guess
+from ..kinematics.following.lines import BLOCK_SIZE
 from ..kinematics.loops.needs import solved_couplings
 from ..problem.problem import Problem
 from ..problem.samples import Acting, Targets
@@ -25,8 +26,6 @@ from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
 from .inverse_dynamics import Inputs, InverseDynamics, Solution
 from .reactions import ReactionSolver, wrenches_in_norm
 
-_BLOCK_SIZE = 768
-"""Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
 _BLOCK_NUMBERS = 6_000_000
 """About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
 samples, so that memory does not grow with the mechanism."""
@@ -282,7 +281,7 @@ class ProblemSolver(Frozen):
         # Blocks of equal size: a small last one would cost almost as much as a large one.
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
-        block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
+        block_size = max(1, min(BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
         blocks_needed = max(1, -(-count // block_size))
         ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
         spans = [slice(*span) for span in pairwise(ends)]

@@ -16,6 +16,7 @@ import pinocchio
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .closing.all_groups import Kinematics
+from .closing.group_solver import MOST_STEPS_FROM_AFAR
 from .loops.idle_rods import JointEdge, JointGraph, common_point
 from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
@@ -31,9 +32,6 @@ _MOST_ROUNDS = 32
 """Rounds after which the search ends in any case, and says that it was not complete."""
 _SEED = 1
 """The same starts at every call, so that a mode has the same name every time. Any seed would do."""
-_NEWTON_STEPS = 60
-"""Greatest number of Newton steps per start. Starts lie anywhere within half a turn of the joints,
-and the solver limits a step to half a radian, so many steps may pass before it converges."""
 _DISTINCT = 1e-6
 """Distance in `Coordinates.shape`, or of lines and points in lengths of the mechanism, from which
 on two closed states are different modes, or poses. It is far above the closure tolerance, up to
@@ -90,7 +88,7 @@ def assembly_modes(
         if not starts:
             x[0] = first
         with np.errstate(all="ignore"):  # Starts that do not converge may overflow.
-            state = kinematics.close(x, most=_NEWTON_STEPS)
+            state = kinematics.close(x, most=MOST_STEPS_FROM_AFAR)
         is_closed = (state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)
         starts += _STARTS
         if search.add(state.x[is_closed]):

@@ -14,7 +14,7 @@ from .closing.stacked import ranks
 from .following.branch import Branch
 from .loops.groups import Group, partition
 from .loops.structure import Structure
-from .tolerances import CLOSURE_TOLERANCE, REGULAR_CONDITION
+from .tolerances import AROUND, CLOSURE_TOLERANCE, REGULAR_CONDITION, STATES_AROUND
 
 
 class LoopSystem:
@@ -165,14 +165,6 @@ class LoopSystem:
         return np.array(self.mechanism.coordinates.rates_of(joints), dtype=int)
 
 
-_STATES = 6
-"""Positions around the start. Any one of them shows what a generic displacement shows; the others
-catch displacements that happen to be special."""
-_AROUND = 0.05
-"""Greatest displacement of a drive [rad, or lengths of the mechanism]: what goes wrong with even
-the fourth power of it is 6e-6, far from closed, and nearly all mechanisms can move that far."""
-
-
 def finer_groups(
     structure: Structure,
     groups: list[Group],
@@ -273,8 +265,8 @@ def _refuted_around(kinematics: Kinematics, new: list[int], x: Array) -> list[in
     """
     coordinates, drives = kinematics.coordinates, kinematics.drives
     columns = coordinates.column_of(drives)
-    guess = np.repeat(x[None, :], _STATES, axis=0)
-    guess[:, columns] += _AROUND * generic(_STATES, len(drives)) / coordinates.scale[columns]
+    guess = np.repeat(x[None, :], STATES_AROUND, axis=0)
+    guess[:, columns] += AROUND * generic(STATES_AROUND, len(drives)) / coordinates.scale[columns]
     with np.errstate(all="ignore"):  # Where a drive cannot move that far, steps may overflow.
         states = kinematics.close(guess).groups
     refuted, undecided = [], set[int]()

@@ -15,15 +15,10 @@ from ..arrays import Array
 from ..errors import AssemblyError, SingularConfigurationError
 from ..problem.problem import Problem
 from .closing.all_groups import Kinematics
+from .closing.group_solver import LONGEST_STEP, MOST_STEPS_FROM_AFAR
 from .loop_system import LoopSystem
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 
-_ZERO_NEWTON_STEPS = 50
-"""Greatest number of Newton steps from the description's zero position to closed loops. The loops
-may be far from closed there, and the solver limits a step to half a radian."""
-_NEARBY = 0.5
-"""Greatest sum of Newton steps [rad] that ends in the assembly mode that the zero is nearest to: no
-step was shortened, since the solver takes up to half a radian at once."""
 _SAME_POSITION = 1e-9
 """Difference [rad, or lengths of the mechanism] up to which a joint is where `start` wants it:
 positions that Newton's method has reached are off by some 1e-15 times the condition number."""
@@ -174,8 +169,9 @@ class StartSearch:
         The drives stay at zero if Newton's method closes the loops nearby. From far away it may end
         in any assembly mode, which would then depend on the choice of the drives.
         """
-        state = self._kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
-        if state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < _NEARBY:
+        state = self._kinematics.close(zero[None, :], most=MOST_STEPS_FROM_AFAR)
+        # As long as no step was shortened, this is the assembly mode that the zero is nearest to.
+        if state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < LONGEST_STEP:
             if state.correction[0] > SAFE_CORRECTION:
                 self._prove_open(zero, state.x[0])
             return state.x[0]

@@ -20,3 +20,10 @@ loops decide have components there as well, by rounding of about 1e-16."""
 REGULAR_CONDITION = 1e6
 """Condition number up to which a position leaves no doubt about the rank: its smallest singular
 value is at least a thousand times what `RANK_TOLERANCE` counts as zero."""
+STATES_AROUND = 6
+"""Configurations in which ranks are measured: one alone may be singular, and a displacement that is
+meant to be generic may happen to be special."""
+AROUND = 0.05
+"""How far from the first one the others start [rad, or lengths of the mechanism]: far enough to
+leave a singular configuration, and near enough to be closed in the same assembly mode. What goes
+wrong with even the fourth power of it is 6e-6, far from closed."""

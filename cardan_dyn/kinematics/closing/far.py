@@ -19,7 +19,7 @@ from ...mechanism.mechanism import Mechanism
 from ...proof.closed_positions import refuse_left
 from ..loops.groups import Group, independent_groups
 from ..loops.structure import Structure
-from ..tolerances import CLOSURE_TOLERANCE
+from ..tolerances import AROUND, CLOSURE_TOLERANCE, STATES_AROUND
 from .group_solver import GroupSolver, GroupState
 from .stacked import ranks, times, transposed
 
@@ -197,13 +197,6 @@ def unclosed(
     )
 
 
-_STATES = 6
-"""Configurations in which ranks are measured: one alone may be singular."""
-_AROUND = 0.05
-"""How far from the first one the others start [rad, or lengths of the mechanism]: far enough to
-leave a singular configuration, and near enough to be closed in the same assembly mode."""
-
-
 class GenericStates(NamedTuple):
     """Closed configurations of loops and couplings that have no joint in common with others.
 
@@ -253,9 +246,9 @@ def generic_states(
 
 def states_around(solver: GroupSolver, first: Array) -> GenericStates:
     """Return generic states around closed coordinates `(size,)`; only the passives move."""
-    step = _AROUND * generic(_STATES, len(solver.group.passives))
+    step = AROUND * generic(STATES_AROUND, len(solver.group.passives))
     step[0] = 0.0
-    starts = solver.moved(np.repeat(first[None, :], _STATES, axis=0), step)
+    starts = solver.moved(np.repeat(first[None, :], STATES_AROUND, axis=0), step)
     reached, residual = closed_from(solver, starts)
     is_closed = residual < CLOSURE_TOLERANCE
     # The first one was closed by the caller, if only to the rounding of its badly conditioned rows.

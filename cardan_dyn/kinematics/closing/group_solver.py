@@ -36,7 +36,7 @@ _AT_REST = 1e-13
 of it is rounding, from which no amplitude follows."""
 CONVERGED = 1e-9
 """A Newton step of this size [rad] leaves an error of its square, which is below rounding."""
-_LONGEST = 0.5
+LONGEST_STEP = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
 a radian, sines differ from their linearisation by 4 %."""
 _NEARBY = 1e-4
@@ -50,7 +50,9 @@ _MOST_SETTLING = 40
 """Greatest number of such steps: half a turn takes seven of the longest ones."""
 MOST_STEPS = 12
 """Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
-each squares the error; the rest is for guesses from which steps are shortened to `_LONGEST`."""
+each squares the error; the rest is for guesses from which steps are shortened to `LONGEST_STEP`."""
+MOST_STEPS_FROM_AFAR = 60
+"""The same for guesses anywhere within half a turn of closed loops: many steps are shortened."""
 _MOST_BODIES = 32
 """Bodies for which Pinocchio's data are made: the data take 230 MB then, and grow with the third
 power of the bodies."""
@@ -242,8 +244,8 @@ class GroupSolver:
             sizes = scaled.max(axis=1)
             correction = correction + sizes
             worst = float(sizes.max())
-            if worst > _LONGEST:
-                step *= np.minimum(1.0, _LONGEST / np.maximum(sizes, _LONGEST))[:, None]
+            if worst > LONGEST_STEP:
+                step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
             if not math.isfinite(worst):
                 return state._replace(correction=correction)
             self._moves.apply(x, step)
@@ -272,7 +274,7 @@ class GroupSolver:
         for _ in range(_MOST_SETTLING):
             angles = spins.turned(state.actions, self._at_zero)
             worst = float(np.max(np.abs(angles)))
-            angles = np.clip(angles, -_LONGEST, _LONGEST)
+            angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
             back = spins.turning_back(state.actions, state.twists, state.idle, angles)
             self._moves.apply(x, state.step(error) + times(state.idle, back))
             state, error = self.evaluate(x, reduction, turns)

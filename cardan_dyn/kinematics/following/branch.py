@@ -20,6 +20,7 @@ from ...arrays import Array
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import ClosedState, Kinematics
+from ..closing.group_solver import LONGEST_STEP
 from ..tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 from .lines import REJECTED, Lines, Rows, allowed_error, quintic
 
@@ -47,9 +48,6 @@ the middle of each half, and a tenth leaves room for what the estimate misses.""
 _ERROR_RATIO = 64.0
 """How many times smaller the error of quintic Hermite interpolation is on half of an interval:
 2 to the sixth power."""
-_LOST_CORRECTION = 0.5
-"""Correction [rad] from which on a guess counts as lost: nothing shows any more that what Newton's
-method found lies in the same assembly mode. It is the longest step that the solver takes."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -403,20 +401,6 @@ class Branch:
         return float(np.copysign(np.inf, target - self._start))
 
 
-_HERMITE = np.array(
-    [
-        [0.0, 1.0, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.5, 0.0, 0.0],
-        [10.0, -6.0, -1.5, -4.0, 0.5],
-        [-15.0, 8.0, 1.5, 7.0, -1.0],
-        [6.0, -3.0, -0.5, -3.0, 0.5],
-    ]
-)
-"""Quintic Hermite polynomials on an interval of width one, a row per power of the share from the
-first on. The columns are factors of the difference of both values, of the left node's derivatives
-and of the right node's."""
-
-
 def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Array, Array]:
     """Return `(N,)` whether rows are the same but for whole turns, and these turns `(N, size)`."""
     layout, windings = kinematics.coordinates, np.zeros_like(first)
@@ -471,7 +455,8 @@ def _check_mode(
         return
     nodes = kinematics.evaluate(table.states[left])
     is_lost = is_unsafe & ~kinematics.same_side(state, nodes.inverses)
-    is_lost |= state.correction > _LOST_CORRECTION
+    # Beyond the longest step, nothing shows any more that what was found lies in the same mode.
+    is_lost |= state.correction > LONGEST_STEP
     if np.any(is_lost):
         from ..diagnosis.singularities import singularity_at  # Imported here: only errors need it.
 

@@ -15,6 +15,7 @@ from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch
+from .lines import BLOCK_SIZE
 
 _MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
@@ -30,8 +31,6 @@ soon get exact guesses as well."""
 _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 """Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
-_BLOCK_SIZE = 1024
-"""Samples whose coordinates are interpolated at a time, so that their arrays stay in the cache."""
 TURN = 2.0 * np.pi
 """One turn of the drive [rad]. Sweeps over more than that look for a period."""
 
@@ -172,8 +171,8 @@ class DriveMotion:
         own = kinematics.part([self._index], self.groups)
         branch.refine(own, node_limit=self._samples_served // _SAMPLES_PER_NODE)
         position, (every,) = self._positions(targets), followed.values
-        for first in range(0, targets.size, _BLOCK_SIZE):
-            block = slice(first, first + _BLOCK_SIZE)
+        for first in range(0, targets.size, BLOCK_SIZE):
+            block = slice(first, first + BLOCK_SIZE)
             periods = every[block]
             where, is_there = position[block], followed.is_there[block]
             if not is_there.all():

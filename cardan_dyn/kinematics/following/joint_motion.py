@@ -17,14 +17,12 @@ from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch, whole_turns
 from .drive_motion import TURN, Followed, turns_freely
 from .lattice import near_lattices
-from .lines import OnLines, Reached, along_lines, beyond_reach, follow, samples_on_lines
+from .lines import BLOCK_SIZE, OnLines, Reached, along_lines, beyond_reach, follow, samples_on_lines
 
 _TYPICAL_STEP = 0.25
 """Step along a line [rad] that most mechanisms allow. It only decides what serves samples best."""
 _FEWEST_PER_STEP = 2
 """Samples per step of their line from which on no lattice is tried."""
-_BLOCK_SIZE = 4096
-"""Samples whose coordinates are copied at a time, so that no copies of all of them are made."""
 _FARTHEST = 64
 """Turns of the drives together up to which a line is followed with all of them."""
 _MOST_LATTICE_DRIVES = 6
@@ -292,7 +290,7 @@ class JointMotion:
 
 def _blocks(count: int) -> list[slice]:
     """Return samples in blocks, of which arrays are made at a time."""
-    return [slice(first, first + _BLOCK_SIZE) for first in range(0, count, _BLOCK_SIZE)]
+    return [slice(first, first + BLOCK_SIZE) for first in range(0, count, BLOCK_SIZE)]
 
 
 def _along_one(

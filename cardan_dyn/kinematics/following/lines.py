@@ -59,7 +59,7 @@ _NEAR = 1e-6
 """Newton step [rad] after which a position on a line is closed well enough for the next step: what
 is left is its square, some 1e-12, far below `CLOSURE_TOLERANCE`. Who uses it takes another step."""
 BLOCK_SIZE = 768
-"""Greatest number of samples that advance together, so that their arrays stay in the cache."""
+"""Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
 
 
 class Rows(NamedTuple):

@@ -97,7 +97,7 @@ def test_residuals_of_a_sweep_do_not_depend_on_what_waits(
 ) -> None:
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
     where, speed = np.linspace(0.0, 6.0, 4000), np.linspace(0.0, 30.0, 4000)
-    monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 100)
+    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 100)
     assembled = scene.assemble(where)
     expected = scene.sweep(assembled, speed)
     monkeypatch.setattr(collected, "_MOST_SAMPLES", 150)
@@ -158,7 +158,7 @@ def test_elements_act_in_every_block(monkeypatch: pytest.MonkeyPatch, workers: i
     scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held=held, elements=elements)
     scene.sweep(where, speed=3.0, time=times)  # All that is learned of the motion.
     whole = scene.sweep(where, speed=3.0, time=times)
-    monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 32)
+    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 32)
     monkeypatch.setattr(collected, "_MOST_SAMPLES", 100)
     parts = scene.sweep(where, speed=3.0, time=times, workers=workers)
     np.testing.assert_allclose(parts.drive_effort, whole.drive_effort, rtol=0.0, atol=1e-12)

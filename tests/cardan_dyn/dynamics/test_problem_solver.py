@@ -35,7 +35,7 @@ def test_a_solution_in_blocks_is_that_in_one(monkeypatch: pytest.MonkeyPatch) ->
     where = positions(scene)
     item = solver(scene)
     whole = item.solve(item.assemble(Targets.of_positions(where)), acting(item, *rates(where)))
-    monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 8)
+    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 8)
     assembled = item.assemble(Targets.of_positions(where))
     # Blocks of equal size: 30 samples in four blocks of seven or eight.
     sizes = [span.stop - span.start for span in assembled.spans]
@@ -62,7 +62,7 @@ def test_loads_that_vary_are_divided_among_the_blocks(monkeypatch: pytest.Monkey
       <joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/>
         <axis xyz="0 0 1"/></joint></robot>"""
     scene = cd.Scene(cd.load(pendulum), drive="hinge", loads={"hinge": load, "arm": wrench})
-    monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 8)
+    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 8)
     item, where = solver(scene), np.linspace(0.0, 1.0, count)[:, None]
     solution = item.solve(
         item.assemble(Targets.of_positions(where)), acting(item, 0.0 * where, 0.0 * where)
