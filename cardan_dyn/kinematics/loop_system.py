@@ -191,7 +191,7 @@ def finer_groups(
         return groups
     moving = {*passives.tolist(), *drives.tolist()}
     of_open, of_closed = structure.ranks(x, moving), structure.ranks_at(x, moving)
-    closed = set().union(*(_items(structure, groups[index]) for index in solved))
+    closed = set().union(*(groups[index].items(structure) for index in solved))
     while True:
         trusted = {loop for group in divided for loop in group.loops}
         if all(of_closed[loop] == of_open[loop] for loop in trusted):
@@ -225,7 +225,7 @@ def _unproven(
     """
     known = {_identity(group) for group in groups}
     is_known = [_identity(group) in known for group in finer]
-    items = [_items(structure, group) for group in finer]
+    items = [group.items(structure) for group in finer]
     open_ones = [
         group
         for group, own, is_old in zip(finer, items, is_known, strict=True)
@@ -288,12 +288,6 @@ def _decides(state: GroupState) -> bool:
     """
     own, rank = state.scaled_rows, state.scaled_rows.shape[1] - len(state.group.idle)
     return bool(np.all(ranks(own) == rank) and np.all(ranks(state.all_scaled_rows) == rank))
-
-
-def _items(structure: Structure, group: Group) -> set[int]:
-    """Return the loops and couplings of a group, the latter counted after all loops."""
-    loops = len(structure.mechanism.loops)
-    return {*group.loops, *(loops + index for index in group.couplings)}
 
 
 def _share(first: Group, second: Group) -> bool:

@@ -146,8 +146,7 @@ def assembled_near(
 
 def _columns_on(structure: Structure, group: Group) -> set[int]:
     """Return the velocity coordinates on the loops and in the couplings of a group."""
-    items = (*group.loops, *(len(structure.mechanism.loops) + index for index in group.couplings))
-    return {column for item in items for column in structure.coordinates_on(item)}
+    return {column for item in group.items(structure) for column in structure.coordinates_on(item)}
 
 
 def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:

@@ -366,9 +366,45 @@ class Branch:
         while np.any(is_open):
             to_rounding = self._table.size < node_limit
             allowed = _EXACT_CORRECTION if to_rounding else _SAFE_GUESS_CORRECTION
-            self._table, is_open = _halved(self._table, kinematics, is_open, allowed)
+            is_open = self._halve(kinematics, is_open, allowed)
             if to_rounding and not np.any(is_open):
                 self._refined_to = _UNLIMITED
+
+    def _halve(self, kinematics: Kinematics, is_open: Array, allowed: float) -> Array:
+        """Halve intervals `(K - 1,)`; return which of the new ones are still too coarse."""
+        table, (left,) = self._table, np.nonzero(is_open)
+        middle = 0.5 * (table.positions[left] + table.positions[left + 1])
+        state = kinematics.close(table.guess(middle))
+        is_unsafe = state.correction > SAFE_CORRECTION
+        if np.any(is_unsafe):
+            nodes = kinematics.evaluate(table.states[left])
+            is_lost = is_unsafe & ~kinematics.same_side(state, nodes.inverses)
+            # Beyond the longest step, nothing shows any more that this is the same mode.
+            is_lost |= state.correction > LONGEST_STEP
+            if np.any(is_lost):
+                first = int(np.argmax(is_lost))
+                condition = float(nodes.condition[first])
+                raise self._unresolved(kinematics, float(middle[first]), left[first], condition)
+        self._table = table.with_nodes(_rows(kinematics, state))
+        is_coarse = np.zeros((len(is_open), 2), dtype=bool)
+        is_coarse[left] = (state.correction / _ERROR_RATIO > allowed)[:, None]
+        # An interval that was not halved is still one interval, and stays closed.
+        return is_coarse[np.stack([np.ones_like(is_open), is_open], axis=1)]
+
+    def _unresolved(
+        self, kinematics: Kinematics, position: float, left: int, condition: float
+    ) -> SingularConfigurationError:
+        from ..diagnosis.singularities import singularity_at  # Only errors need it.
+
+        states = self._table.states
+        singularity = singularity_at(kinematics, states[left], states[0])
+        return SingularConfigurationError(
+            f"the branch cannot be resolved near drive position {position:.9g}, which is "
+            f"singular (condition {condition:.1e}): {singularity.text}",
+            position=position,
+            condition=condition,
+            **singularity.details,
+        )
 
     def guess(self, positions: Array) -> Array:
         """Return `(N, size)` coordinates near the branch, exact in the drive's coordinate.
@@ -419,53 +455,3 @@ def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Arra
 def _rows(kinematics: Kinematics, state: ClosedState) -> Rows:
     """Return closed positions with derivatives with respect to the only drive."""
     return Rows.along(kinematics, state, np.ones((len(state.x), 1)))
-
-
-def _halved(
-    table: BranchTable, kinematics: Kinematics, is_open: Array, allowed: float
-) -> tuple[BranchTable, Array]:
-    """Halve the open intervals of a table, and find which halves are still too coarse.
-
-    With is_open `(K - 1,)`.
-
-    Returns:
-        The table with a new node in the middle of every open interval, and which intervals of
-        that table are open.
-    """
-    left = np.nonzero(is_open)[0]
-    middle = 0.5 * (table.positions[left] + table.positions[left + 1])
-    state = kinematics.close(table.guess(middle))
-    _check_mode(table, kinematics, left, middle, state)
-    is_coarse = np.zeros((len(is_open), 2), dtype=bool)
-    is_coarse[left] = (state.correction / _ERROR_RATIO > allowed)[:, None]
-    # An interval that was not halved is still one interval, and stays closed.
-    exists = np.stack([np.ones_like(is_open), is_open], axis=1)
-    return table.with_nodes(_rows(kinematics, state)), is_coarse[exists]
-
-
-def _check_mode(
-    table: BranchTable, kinematics: Kinematics, left: Array, middle: Array, state: ClosedState
-) -> None:
-    """Check that states in the middle of intervals are in the assembly mode of the branch.
-
-    With left `(M,)`, middle `(M,)`.
-    """
-    is_unsafe = state.correction > SAFE_CORRECTION
-    if not np.any(is_unsafe):
-        return
-    nodes = kinematics.evaluate(table.states[left])
-    is_lost = is_unsafe & ~kinematics.same_side(state, nodes.inverses)
-    # Beyond the longest step, nothing shows any more that what was found lies in the same mode.
-    is_lost |= state.correction > LONGEST_STEP
-    if np.any(is_lost):
-        from ..diagnosis.singularities import singularity_at  # Imported here: only errors need it.
-
-        first = int(np.argmax(is_lost))
-        singularity = singularity_at(kinematics, table.states[left[first]], table.states[0])
-        raise SingularConfigurationError(
-            f"the branch cannot be resolved near drive position {middle[first]:.9g}, which is "
-            f"singular (condition {nodes.condition[first]:.1e}): {singularity.text}",
-            position=float(middle[first]),
-            condition=float(nodes.condition[first]),
-            **singularity.details,
-        )

@@ -48,6 +48,11 @@ class Group(NamedTuple):
     inertial_bodies: set[int]
     idle: tuple[IdleRod, ...] = ()
 
+    def items(self, structure: Structure) -> set[int]:
+        """Return the loops and couplings as `Structure` counts them: these after all loops."""
+        loops = len(structure.mechanism.loops)
+        return {*self.loops, *(loops + index for index in self.couplings)}
+
 
 class _Block(NamedTuple):
     """Loops and couplings that are solved together.
