@@ -20,6 +20,8 @@ from ...mechanism.mechanism import Mechanism
 _FEWEST_POOLED = 32
 """Samples from which on Pinocchio goes through them by itself, in less time per sample; for fewer,
 turning the arrays costs more than it saves."""
+_BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
+"""Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
 
 
 class BaseMotion(NamedTuple):
@@ -288,10 +290,6 @@ def positions(rotation: Array, moment: Array) -> Array:
     products = moment.take(_BEFORE, 0)
     products *= rotation.take(_AFTER, 0)
     return np.asarray(np.add.reduce(products, axis=-2))
-
-
-_BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
-"""Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
 
 
 class _Joints(NamedTuple):

@@ -29,6 +29,18 @@ from ..loops.idle_rods import IdleRod
 from ..tolerances import RANK_TOLERANCE
 from .batch_model import BatchModel, UnitTwists, placement
 
+_HALF_TURN = 1e-12
+"""Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
+is then within 1e-6 rad of one. A smaller square would lose its digits in rounding: of 1e-12, the
+rounding of its terms, 1e-16, is already 1e-4."""
+_UNROTATED = np.eye(3)
+_BELOW_DIAGONAL, _ABOVE_DIAGONAL = np.array([7, 2, 3]), np.array([5, 6, 1])
+"""Entries (z, y), (x, z), (y, x) of a matrix of nine numbers in a row, and their mirror images."""
+_ALIGNED = 1e-12
+"""Greatest deviation of a projector's entries from 0 and 1 that counts as rounding. The rounding of
+a projector of six columns is some 1e-15; a space that is tilted against the axes by an angle has
+entries of the size of that angle."""
+
 
 class BodiesOn(NamedTuple):
     """The bodies on a loop, k in all.
@@ -354,17 +366,6 @@ def _slip_unit(coupling: Coupling, slides: Array, length: float) -> float:
     return abs(coupling.ratio) * (length if slides[first] else 1.0)
 
 
-_HALF_TURN = 1e-12
-"""Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
-is then within 1e-6 rad of one. A smaller square would lose its digits in rounding: of 1e-12, the
-rounding of its terms, 1e-16, is already 1e-4."""
-
-
-_UNROTATED = np.eye(3)
-_BELOW_DIAGONAL, _ABOVE_DIAGONAL = np.array([7, 2, 3]), np.array([5, 6, 1])
-"""Entries (z, y), (x, z), (y, x) of a matrix of nine numbers in a row, and their mirror images."""
-
-
 class LoopEnd(NamedTuple):
     """One end of a loop, where it is welded.
 
@@ -538,12 +539,6 @@ def _with_half_turns(sines: Array, square: Array, first: Array, second: Array) -
         axis = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
         result[:, sample] = 2.0 * axis / np.linalg.norm(axis)
     return result
-
-
-_ALIGNED = 1e-12
-"""Greatest deviation of a projector's entries from 0 and 1 that counts as rounding. The rounding of
-a projector of six columns is some 1e-15; a space that is tilted against the axes by an angle has
-entries of the size of that angle."""
 
 
 class Reduction(NamedTuple):

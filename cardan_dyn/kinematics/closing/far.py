@@ -42,6 +42,17 @@ _STATIONARY = 1e-12
 is given up."""
 _LEAST_GAIN = 1e-3
 """Least ratio of the actual to the predicted fall of the squared error of a step that is taken."""
+_NEAR = 1e-11
+"""Closure error that counts as closed here. Newton's method removes the rest."""
+_AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
+"""Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a
+singular position, from which no step leads away, and keep the assembly mode; large ones find a
+closed configuration wherever it is."""
+_STARTS = 12
+"""Starts per amplitude. They are solved together, and the search ends with the first amplitude that
+leads to closed loops."""
+_SEED = 7
+"""The same starts in every call, so that a scene starts in the same configuration every time."""
 
 
 def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
@@ -95,19 +106,6 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
         growth[worse] *= 2.0
         damping[active[predicted <= _STATIONARY * squares[active]]] = np.inf
     return x, residual
-
-
-_NEAR = 1e-11
-"""Closure error that counts as closed here. Newton's method removes the rest."""
-_AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
-"""Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a
-singular position, from which no step leads away, and keep the assembly mode; large ones find a
-closed configuration wherever it is."""
-_STARTS = 12
-"""Starts per amplitude. They are solved together, and the search ends with the first amplitude that
-leads to closed loops."""
-_SEED = 7
-"""The same starts in every call, so that a scene starts in the same configuration every time."""
 
 
 def assembled_near(

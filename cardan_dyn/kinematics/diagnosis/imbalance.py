@@ -37,6 +37,15 @@ _MOST_MOTIONS = 3
 """Motions that a message describes; the others are counted."""
 _MOST_TRIED = 100
 """Held joints, and drives, that are left out by way of trial, each of which takes some time."""
+_GOOD = 0.5
+"""Part of the fastest candidate's rate with which another one decides a motion as well."""
+_SAME = 1e-6
+"""Difference of twists, relative to the fastest link of a motion, up to which links move alike, or
+rest. Rates of closed configurations are exact to 1e-9 and better where messages describe them."""
+_MOST_SETS = 3
+"""Sets of links that move alike which a message describes unless it has others to describe."""
+_DIGITS = 3
+"""Digits of points and directions in a message: enough to find them in a drawing."""
 
 
 class _Prescribed(NamedTuple):
@@ -321,10 +330,6 @@ def _advice(scene: _Prescribed, best: Freedoms, advised: list[str]) -> str:
     return f"drive or hold one of: {choices(scene.advice(useful))}"
 
 
-_GOOD = 0.5
-"""Part of the fastest candidate's rate with which another one decides a motion as well."""
-
-
 class Freedoms(NamedTuple):
     """Independent motions of a mechanism at a closed configuration.
 
@@ -510,15 +515,6 @@ def _rank(rows: Array) -> int:
     if not rows.size:
         return 0
     return int(np.sum(np.linalg.svd(rows, compute_uv=False) > MOVES))
-
-
-_SAME = 1e-6
-"""Difference of twists, relative to the fastest link of a motion, up to which links move alike, or
-rest. Rates of closed configurations are exact to 1e-9 and better where messages describe them."""
-_MOST_SETS = 3
-"""Sets of links that move alike which a message describes unless it has others to describe."""
-_DIGITS = 3
-"""Digits of points and directions in a message: enough to find them in a drawing."""
 
 
 class _Alike(NamedTuple):

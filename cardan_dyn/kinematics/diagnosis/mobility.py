@@ -26,6 +26,10 @@ STATES_STUDIED = 32
 """States of a branch from which independent rows are found. Two states may not suffice: at both
 ends of a parallelogram's motion its links are in line, and these two states together show only two
 of its three independent rows. More than two is a precaution whose number is chosen, not derived."""
+_SHORT_WAY = 1e-3
+"""Displacement of a drive [rad, or lengths of the mechanism] that shows whether it can move: where
+a locked mechanism can only be shaken, the loops are open by the square of it afterwards, far more
+than what counts as closed."""
 
 
 class Redundancy(NamedTuple):
@@ -143,24 +147,6 @@ class RedundancyStudy:
         )
 
 
-_SHORT_WAY = 1e-3
-"""Displacement of a drive [rad, or lengths of the mechanism] that shows whether it can move: where
-a locked mechanism can only be shaken, the loops are open by the square of it afterwards, far more
-than what counts as closed."""
-
-
-class _Balance(NamedTuple):
-    """How the passives of a scene and its independent closure equations compare.
-
-    Attributes:
-        undecided: whether there are velocity coordinates that nothing decides.
-        excess: number of closure equations that the drives would have to meet.
-    """
-
-    undecided: bool
-    excess: int
-
-
 def check_mobility(
     mechanism: Mechanism,
     state: ClosedState,
@@ -182,8 +168,18 @@ def check_mobility(
         MobilityError: too many or too few drives, or drives that leave joints free.
         SingularConfigurationError: there are enough drives, but all positions are dead points.
     """
-    balance = _balance(state, passives)
-    if not balance.undecided and not balance.excess:
+    # Coordinates that nothing decides, and closure equations that the drives would have to meet.
+    undecided, excess = set(passives), 0
+    for group_state in state.groups:
+        rank = ranks(group_state.scaled_rows)
+        best = int(np.argmax(rank))
+        excess += int(np.max(ranks(group_state.all_scaled_rows))) - int(rank[best])
+        columns = group_state.group.passives
+        decided = np.ones(len(columns), dtype=bool)
+        if len(columns) - rank[best] != len(group_state.group.idle):
+            decided = ~_moves(group_state.scaled_rows[best], int(rank[best]))
+        undecided -= set(columns[decided].tolist())
+    if not undecided and not excess:
         return
     from .imbalance import imbalance  # Imported here, as all that explains errors: few need it.
 
@@ -203,22 +199,6 @@ def can_move(kinematics: Kinematics, start: Array) -> bool:
         residual = kinematics.close(guess).residual
     moves = (residual < CLOSURE_TOLERANCE).reshape(2, count)
     return bool(np.all(np.any(moves, axis=0)))
-
-
-def _balance(state: ClosedState, passives: set[int]) -> _Balance:
-    """Return whether there are passives that nothing decides, and how many equations are left."""
-    undecided = set(passives)
-    excess = 0
-    for group_state in state.groups:
-        rank = ranks(group_state.scaled_rows)
-        best = int(np.argmax(rank))
-        excess += int(np.max(ranks(group_state.all_scaled_rows))) - int(rank[best])
-        columns = group_state.group.passives
-        if len(columns) - rank[best] == len(group_state.group.idle):
-            undecided -= set(columns.tolist())
-            continue
-        undecided -= set(columns[~_moves(group_state.scaled_rows[best], int(rank[best]))].tolist())
-    return _Balance(bool(undecided), excess)
 
 
 def _moves(rows: Array, rank: int) -> Array:

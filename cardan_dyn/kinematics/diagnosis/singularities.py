@@ -24,6 +24,10 @@ vanish."""
 _REGULAR = 1e-2
 """Ratio of singular values from which on a position where a drive stops is not singular: the drive
 is locked there. Singular positions are followed to ratios of 1e-4 and less."""
+_NEAR = 1e-3
+"""Distance [rad] of the middle angle from ±90° up to which a singularity that was found counts as
+gimbal lock. The condition number is the reciprocal of that distance, and errors are raised where it
+is a million or more."""
 
 
 class Singularity(NamedTuple):
@@ -95,12 +99,6 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
     # A ball may lose one component of its rotation, and turn along another.
     cannot = [name for name in coordinates.names_of(lost) if name not in can_move]
     return Singularity(tuple(cannot), can_move, resting, modes_meet)
-
-
-_NEAR = 1e-3
-"""Distance [rad] of the middle angle from ±90° up to which a singularity that was found counts as
-gimbal lock. The condition number is the reciprocal of that distance, and errors are raised where it
-is a million or more."""
 
 
 def gimbal_note(coordinates: Coordinates, x: Array, passives: Iterable[int]) -> str:

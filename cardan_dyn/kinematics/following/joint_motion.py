@@ -27,6 +27,17 @@ _FARTHEST = 64
 """Turns of the drives together up to which a line is followed with all of them."""
 _MOST_LATTICE_DRIVES = 6
 """Drives up to which a lattice is tried: a point takes an acceleration for each pair of them."""
+_SPACINGS = (0.0125, 0.025, 0.05, 0.1)
+"""Distances [rad, or lengths of the mechanism] between designs that represent others; the first one
+is taken at which each represents enough."""
+_FEWEST = 16
+"""Designs that each of them has to represent, so that ways to them take little of the time."""
+_LOOKS = 24
+"""Positions per turn at which it is looked how near a singular configuration is."""
+_NEAREST = 0.1
+"""Greatest product of a distance between designs and the condition number at which one represents
+the other: at a distance δ from a singular configuration, the condition number is about 3/δ. It is a
+thirtieth of that, since the condition may be greater between the positions that are looked at."""
 
 
 class JointMotion:
@@ -314,19 +325,6 @@ def _along_one(
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     return Reached(*(values[back] for values in found))
-
-
-_SPACINGS = (0.0125, 0.025, 0.05, 0.1)
-"""Distances [rad, or lengths of the mechanism] between designs that represent others; the first one
-is taken at which each represents enough."""
-_FEWEST = 16
-"""Designs that each of them has to represent, so that ways to them take little of the time."""
-_LOOKS = 24
-"""Positions per turn at which it is looked how near a singular configuration is."""
-_NEAREST = 0.1
-"""Greatest product of a distance between designs and the condition number at which one represents
-the other: at a distance δ from a singular configuration, the condition number is about 3/δ. It is a
-thirtieth of that, since the condition may be greater between the positions that are looked at."""
 
 
 class DesignTurns(NamedTuple):

@@ -5,6 +5,10 @@ lines are replaced by those of the points of a lattice: a line goes from lattice
 point, each the nearest one to it, and all lines that pass a point share what is known there.
 So no line is farther than the lattice's spacing from the sample's own, and as on a single line
 every step from point to point is tried: a line one step of which is not safe is not used.
+
+It is there for speed alone: without it, sweeps of the universal joint over random input and joint
+angles took 2.4 times the processor time at 1000 samples, 4.9 times at 10 000 and 6.4 times at
+100 000; on six legs of a platform it makes no difference.
 """
 
 from __future__ import annotations
@@ -38,6 +42,8 @@ _FEWEST_PER_POINT = 4
 from each of its neighbours that lines come from."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
+_MOST_PASSED = 100_000
+"""Points that the lines pass which are worked on at a time."""
 
 
 def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
@@ -259,10 +265,6 @@ def _count(ahead: Array, spacing: float) -> float:
 def _blocks(indices: Array) -> list[Array]:
     """Return indices in blocks of at most `BLOCK_SIZE`."""
     return [indices[k : k + BLOCK_SIZE] for k in range(0, len(indices), BLOCK_SIZE)]
-
-
-_MOST_PASSED = 100_000
-"""Points that the lines pass which are worked on at a time."""
 
 
 class _Ways(NamedTuple):

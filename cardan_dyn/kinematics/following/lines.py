@@ -60,6 +60,9 @@ _NEAR = 1e-6
 is left is its square, some 1e-12, far below `CLOSURE_TOLERANCE`. Who uses it takes another step."""
 BLOCK_SIZE = 768
 """Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
+_SMALLEST_BATCH, _LARGEST_BATCH = 8, 512
+"""Samples tried at once: few where most of them would be thrown away, and not so many that arrays
+become large. Between the two, a batch is twice as large as the last one was successful."""
 
 
 class Rows(NamedTuple):
@@ -413,11 +416,6 @@ def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Arra
     is_safe = state.correction < REJECTED * allowed_error(state.condition)
     is_safe &= state.residual < CLOSURE_TOLERANCE
     return np.asarray(is_safe & kinematics.same_side(state, inverses))
-
-
-_SMALLEST_BATCH, _LARGEST_BATCH = 8, 512
-"""Samples tried at once: few where most of them would be thrown away, and not so many that arrays
-become large. Between the two, a batch is twice as large as the last one was successful."""
 
 
 def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: Array) -> Array:
