@@ -26,9 +26,9 @@ import pinocchio
 
 from ..arrays import Array, quaternion_product
 from ..mechanism.coordinates import Coordinates
-from ..mechanism.couplings import Coupling
 from ..mechanism.joints import Joint, Part
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.welds import Coupling
 
 _NORMAL = 1e-12
 """Cosine of the angle between axes up to which they are normal, and distance of axes, as a fraction

@@ -20,10 +20,9 @@ import numpy as np
 import pinocchio
 
 from ...arrays import Array, consecutive, cross
-from ...mechanism.couplings import Coupling
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
-from ...mechanism.welds import Loop
+from ...mechanism.welds import Coupling, Loop
 from ..loops.groups import Group
 from ..loops.idle_rods import IdleRod
 from ..tolerances import RANK_TOLERANCE
