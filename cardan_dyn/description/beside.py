@@ -171,23 +171,19 @@ def list_of_names(value: object, at: str) -> list[str]:
     return value
 
 
-def check_joints(names: list[str], joints: set[str], where: str) -> None:
-    """Refuse names of joints that do not exist."""
-    for name in names:
-        if name not in joints:
-            raise ModelError(
-                f"{where}: joint {name!r} does not exist; joints: {choices(joints, name)}; "
-                "load(..., strict=False) passes it over"
-            )
+def unknown_joints(names: list[str], joints: set[str], where: str, strict: bool) -> list[str]:
+    """Return warnings about names of joints that do not exist.
 
-
-def passed_over(names: list[str], joints: set[str], where: str) -> tuple[str, ...]:
-    """Return warnings about names of joints that do not exist."""
-    return tuple(
-        f"{where}: joint {name!r} does not exist and was passed over"
-        for name in dict.fromkeys(names)
-        if name not in joints
-    )
+    Raises:
+        ModelError: there are some, and `strict` refuses them.
+    """
+    unknown = [name for name in dict.fromkeys(names) if name not in joints]
+    if strict and unknown:
+        raise ModelError(
+            f"{where}: joint {unknown[0]!r} does not exist; joints: "
+            f"{choices(joints, unknown[0])}; load(..., strict=False) passes it over"
+        )
+    return [f"{where}: joint {name!r} does not exist and was passed over" for name in unknown]
 
 
 def gepetto(
@@ -219,8 +215,7 @@ def gepetto(
     joint_types = _joint_types(content, where)
     check_unique(motors, "name_mot", where)
     named = [*motors, *joint_types]
-    if strict:
-        check_joints(named, joints, where)
+    unknown += unknown_joints(named, joints, where, strict)
     return Beside(
         path=existing[0],
         notation=f"Gepetto {existing[0].name}",
@@ -228,7 +223,7 @@ def gepetto(
         loops=loops,
         motors=tuple(name for name in motors if name in joints),
         joint_types={name: changed for name, changed in joint_types.items() if name in joints},
-        warnings=(*unknown, *passed_over(named, joints, where)),
+        warnings=tuple(unknown),
     )
 
 
@@ -376,8 +371,7 @@ def _loop_closures(
     # Where all loops were passed over, nothing but their mimics decides these joints.
     solved = frozenset(named["dependent"]) & joints if loops else frozenset()
     every = [name for names in named.values() for name in names]
-    if strict:
-        check_joints(every, joints, where)
+    unknown_names = unknown_joints(every, joints, where, strict)
     motors = [*named["independent"], *named["actuated_joints"]]
     if "ball_limit_deg" in content:
         warnings.append(f"{where}: ball_limit_deg left out: limits play no part")
@@ -391,7 +385,7 @@ def _loop_closures(
             name: ChangedType("spherical") for name in named["ball_upgrades"] if name in joints
         },
         solved=solved,
-        warnings=(*warnings, *passed_over(every, joints, where)),
+        warnings=(*warnings, *unknown_names),
     )
 
 

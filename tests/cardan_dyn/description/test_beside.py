@@ -9,9 +9,8 @@ import pytest
 import cardan_dyn as cd
 from cardan_dyn.description.beside import (
     Beside,
-    check_joints,
     list_of_names,
-    passed_over,
+    unknown_joints,
     yaml_content,
 )
 from cardan_dyn.description.elements import file_text
@@ -55,12 +54,12 @@ def test_lists_of_names() -> None:
 
 
 def test_joints_that_do_not_exist() -> None:
-    check_joints(["a"], {"a", "b"}, "x")
+    assert unknown_joints(["a"], {"a", "b"}, "x", strict=True) == []
     with pytest.raises(cd.ModelError, match=r"x: joint 'c' does not exist; joints: a, b; load\("):
-        check_joints(["a", "c"], {"a", "b"}, "x")
-    assert passed_over(["c", "a", "c"], {"a"}, "x") == (
-        "x: joint 'c' does not exist and was passed over",
-    )
+        unknown_joints(["a", "c"], {"a", "b"}, "x", strict=True)
+    assert unknown_joints(["c", "a", "c"], {"a"}, "x", strict=False) == [
+        "x: joint 'c' does not exist and was passed over"
+    ]
 
 
 def test_files_add_nothing_unless_they_say_so() -> None:
