@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable
+from contextlib import suppress
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -43,6 +45,15 @@ what axes written with ten digits have."""
 ROTATION_TOLERANCE = 1e-9
 """Greatest difference between a matrix and the rotation that is written for it. Rotations that were
 read differ by some 1e-15; whatever is no rotation (a reflection, a scaled one) by much more."""
+_MULTIBYTE = frozenset(
+    {
+        *("utf-8", "gb2312", "gbk", "gb18030", "big5", "big5hkscs", "cp932", "cp949", "cp950"),
+        *("shift_jis", "shift_jis_2004", "shift_jisx0213"),
+        *("euc_jp", "euc_jis_2004", "euc_jisx0213", "euc_kr", "johab"),
+    }
+)
+"""Python's encodings of several bytes a letter that write ASCII as ASCII: expat knows UTF-8 by that
+name alone, and none of the others."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A decimal number as XML Schema has it."""
 
@@ -83,15 +94,26 @@ def xml_root(source: str | bytes, where: str) -> tuple[ElementTree.Element, str]
         ModelError: it is malformed; or its DOCTYPE, or an entity that this defines, is in another
             document, so that it would silently be read as nothing.
     """
-    from xml.parsers import expat
-
+    encoding, is_external = _prolog(source)
     try:
+        if isinstance(source, bytes) and codecs.lookup(encoding).name in _MULTIBYTE:
+            source = source.decode(encoding)
+            is_external = _prolog(source)[1]
         root = ElementTree.fromstring(source)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         hint = ""
         if isinstance(source, bytes) and not source.isascii():
             hint = "; is it in the encoding that it declares, UTF-8 where it declares none?"
         raise ModelError(f"{where}: malformed XML: {error}{hint}") from error
+    if is_external:
+        raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
+    return root, source if isinstance(source, str) else source.decode(encoding)
+
+
+def _prolog(source: str | bytes) -> tuple[str, bool]:
+    """Return the encoding that XML declares, and whether its DOCTYPE refers to another document."""
+    from xml.parsers import expat
+
     encoding, is_external = "utf-8", False
 
     def declaration(_version: str, declared: str | None, _standalone: int) -> None:
@@ -110,10 +132,9 @@ def xml_root(source: str | bytes, where: str) -> tuple[ElementTree.Element, str]
     parser.XmlDeclHandler = declaration
     parser.StartDoctypeDeclHandler = doctype
     parser.EntityDeclHandler = entity
-    parser.Parse(source, True)
-    if is_external:
-        raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
-    return root, source if isinstance(source, str) else source.decode(encoding)
+    with suppress(expat.ExpatError, ValueError, LookupError):  # Whoever reads the elements tells.
+        parser.Parse(source, True)
+    return encoding, is_external
 
 
 def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element | None:

@@ -22,6 +22,7 @@ def declared(encoding: str, quote: str = '"') -> str:
 BYTES = {
     "nothing": PLAIN.encode(),
     "utf-8": declared("UTF-8").encode(),
+    "utf-8, called otherwise": declared("utf8").encode(),
     "utf-8 with a mark": codecs.BOM_UTF8 + declared("utf8").encode(),
     "latin-1": declared("ISO-8859-1").encode("iso-8859-1"),
     "single quotes": declared("iso-8859-15", "'").encode("iso-8859-15"),
@@ -52,6 +53,28 @@ def test_encodings(data: bytes, tmp_path: Path) -> None:
     assert mechanism.description.source.text.endswith(PLAIN)
     turn = cd.Scene(mechanism, drive="a", loads={"b": 1.0}).sweep([0.3, 0.4])
     np.testing.assert_allclose(turn.coupling_moment["Prüfling"], -1.0)
+
+
+@pytest.mark.parametrize("encoding", ["gb2312", "GBK", "gb18030", "big5", "Shift_JIS", "euc-jp"])
+def test_encodings_of_several_bytes_a_letter(encoding: str, tmp_path: Path) -> None:
+    """Some of their second bytes are those of `\\` and `|` in ASCII."""
+    path = tmp_path / "a.urdf"
+    text = declared(encoding).replace("Prüfling", "teeth").replace(NAME, "表一")
+    path.write_bytes(text.encode(encoding))
+    assert cd.load(path).name == "表一"
+    path.write_bytes(path.read_bytes().replace("表一".encode(encoding), b"\xff\xff"))
+    with pytest.raises(cd.ModelError, match=r"a\.urdf: malformed XML: .*codec can't decode"):
+        cd.load(path)
+
+
+def test_other_documents_are_refused_in_any_encoding(tmp_path: Path) -> None:
+    path = tmp_path / "a.urdf"
+    for encoding in ("utf8", "gbk", "latin-1", "utf-16"):
+        head, _, rest = declared(encoding).replace("ü", "u").replace("ä", "a").partition("?>")
+        text = f'{head}?><!DOCTYPE robot SYSTEM "file:///nowhere">{rest}'.replace("µ", "m")
+        path.write_bytes(text.encode(encoding))
+        with pytest.raises(cd.ModelError, match="its DOCTYPE refers to another document"):
+            cd.load(path)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1", "x-unknown"])
