@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
-from cardan_dyn.elements.stepping import Stepper, advance, on_step
+from cardan_dyn.elements.stepping import Stepper, advance, first_fall, on_step
 from cardan_dyn.errors import SimulationError
 
 TIGHT = {"rtol": 1e-13, "atol": np.full(2, 1e-15)}
@@ -108,3 +108,15 @@ def test_what_cannot_be_integrated_says_when() -> None:
     with pytest.raises(SimulationError, match="could not be integrated beyond 1") as caught:
         advance(lambda _, y: y * y, 0.0, np.ones(1), 2.0, [], rtol=1e-9, atol=np.ones(1))
     assert caught.value.time == pytest.approx(1.0, abs=1e-3)
+
+
+def test_first_falls() -> None:
+    times = [0.0, 1.0, 2.0, 3.0]
+    assert first_fall(lambda t: 1.5 - t, times) == pytest.approx(1.5)
+    assert first_fall(lambda t: 1.0 + t, times) == np.inf
+    # It begins at a zero, from which it rises.
+    assert first_fall(lambda t: t * (2.5 - t), times) == pytest.approx(2.5)
+    # Below zero between two of the times.
+    assert first_fall(lambda t: (t - 1.1) ** 2 - 0.0025, times) == pytest.approx(1.05)
+    # It fell before.
+    assert first_fall(lambda t: -t, times) == pytest.approx(0.0, abs=1e-5)

@@ -10,7 +10,6 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.elements.contact_laws import ContactLaw
-from cardan_dyn.simulation.contact_following import first_fall
 
 MASS = 2.0
 BALL = f"""<robot name="ball"><link name="world"/><link name="pin"><inertial>
@@ -116,15 +115,3 @@ def test_methods_that_leap_over_touches_are_refused() -> None:
         with pytest.raises(cd.ArgumentError, match="every touch is located"):
             scene.simulate(0.01, method=method)
     assert "pins with clearance strike" in scene.plan().simulation
-
-
-def test_first_falls() -> None:
-    times = [0.0, 1.0, 2.0, 3.0]
-    assert first_fall(lambda t: 1.5 - t, times) == pytest.approx(1.5)
-    assert first_fall(lambda t: 1.0 + t, times) == np.inf
-    # It begins at a zero, from which it rises.
-    assert first_fall(lambda t: t * (2.5 - t), times) == pytest.approx(2.5)
-    # Below zero between two of the times.
-    assert first_fall(lambda t: (t - 1.1) ** 2 - 0.0025, times) == pytest.approx(1.05)
-    # It fell before.
-    assert first_fall(lambda t: -t, times) == pytest.approx(0.0, abs=1e-5)
