@@ -17,7 +17,7 @@ import pinocchio
 from ..arrays import Array
 from ..errors import SingularConfigurationError
 
-_ZERO = 1e-10
+ZERO = 1e-10
 """Singular value of the closure equations, as a fraction of their greatest, that counts as zero."""
 _MASSLESS = 1e-14
 """Inertia along a direction, as a fraction of the greatest, that counts as none."""
@@ -102,7 +102,7 @@ class ClosedDirections:
         rows = self.jacobian(x)
         gains = -self._drift(x, v) - rows @ a
         left, values, right = np.linalg.svd(rows[:, free])
-        rank = min(self._rank, _rank(values))
+        rank = min(self._rank, rank_of(values))
         a[free] = right[:rank].T @ ((left[:, :rank].T @ gains) / values[:rank])
         ways = _graded(right[rank:].T, np.sqrt(np.abs(np.diag(inertia)[free])))
         missing = (efforts - resisting - inertia @ a)[free]
@@ -138,7 +138,7 @@ class ClosedDirections:
             # So far away that rounding decides the inertia: the step that looks there is too long.
             return np.full(model.nv, np.nan)
         left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
-        rank = min(self._rank, _rank(values))
+        rank = min(self._rank, rank_of(values))
         left, values = left[:, :rank], values[:rank]
         forces = np.zeros(len(rows))
         for _ in range(_REFINED):
@@ -166,7 +166,7 @@ class ClosedDirections:
             root = np.linalg.cholesky(self.metric(x))
             weighted = np.linalg.solve(root, rows[:, free].T).T
             left, values, right = np.linalg.svd(weighted, full_matrices=False)
-            rank = min(self._rank, _rank(values))
+            rank = min(self._rank, rank_of(values))
             if strong_alone:
                 rank = _strong(values[: self._rank])
             missing = left[:, :rank].T @ gaps
@@ -190,7 +190,7 @@ class ClosedDirections:
         values = np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False)
         if not self._rank:
             return 0.0
-        least = max(float(values[self._rank - 1]), _ZERO * float(values[0]))
+        least = max(float(values[self._rank - 1]), ZERO * float(values[0]))
         return float(np.finfo(float).eps * (values[0] / least) ** 2)
 
     def singular_gap(self, x: Array) -> float:
@@ -252,7 +252,7 @@ class ClosedDirections:
     def rank(self, x: Array) -> int:
         """Return the rank of the closure equations along free coordinates at a configuration."""
         values = np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False)
-        return _rank(values)
+        return rank_of(values)
 
     def jacobian(self, x: Array) -> Array:
         """Return the rows `(6 L + k, nv)` of loops and couplings at a configuration."""
@@ -299,9 +299,9 @@ def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, 
     )
 
 
-def _rank(values: Array) -> int:
-    """Return how many singular values are not zero."""
-    return int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
+def rank_of(values: Array) -> int:
+    """Return how many singular values `(n,)`, in any order, are not zero."""
+    return int(np.count_nonzero(values > ZERO * np.max(values, initial=0.0)))
 
 
 def _strong(values: Array) -> int:

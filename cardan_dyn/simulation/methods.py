@@ -22,6 +22,7 @@ from .integration import Equations, Integration, Judge
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .setup import Setup
+from .stiffness import judged, limited, modes, settled
 from .system import System
 from .trajectory import Course, Trajectory
 
@@ -209,10 +210,15 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
     crossings.check_start(y)
     notes: list[str] = []
     if setup.solver.problem.elements and setup.step is None and not following:
-        start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
-        y = start.settled(speed) if setup.settle else y
-        is_stiff, notes = start.judged(y, setup.duration, speed)
-        method = method or ("Radau" if is_stiff else None)
+
+        def rates(row: Array) -> Array:
+            return system.derivative(0.0, row)
+
+        tolerance = setup.atol * unit + setup.rtol * np.abs(y)
+        if setup.settle:
+            y = settled(rates, lambda row: system.restored(0.0, row), y, unit, tolerance, speed)
+        begins = judged(modes(rates, y, unit, tolerance), setup.duration, speed)
+        method, notes = method or ("Radau" if begins.is_stiff else None), begins.notes
     # Before the integration takes whole turns off the row.
     state = system.state(y, system.turns, np.zeros_like(y))
     begun = state.x + 2.0 * np.pi * state.turns, state.v
@@ -250,8 +256,6 @@ def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
     """
 
     def is_stiff(time: float, y: Array, jacobian: Array, length: float) -> bool:
-        from .stiffness import limited, modes  # Most simulations have no springs.
-
         def rates(row: Array) -> Array:
             return equations.derivative(time, row)
 
@@ -273,48 +277,6 @@ def _speed(system: System, y: Array) -> float:
         a = system.accelerations(0.0, x, v) / scale
         speed = max(speed, min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0))
     return speed or 1.0
-
-
-class Start:
-    """The start of a system with force elements: whether it is stiff, and whether it rings."""
-
-    def __init__(self, system: System, y: Array, unit: Array, tolerance: Array) -> None:
-        """Keep the start.
-
-        Args:
-            system: the equations of motion.
-            y: first row.
-            unit: sizes of its entries.
-            tolerance: error of its entries that a step may have.
-        """
-        self._system, self._y, self._unit, self._tolerance = system, y, unit, tolerance
-
-    def _rates(self, y: Array) -> Array:
-        return self._system.derivative(0.0, y)
-
-    def settled(self, speed: float) -> Array:
-        """Return a row near the first one in which fast modes rest."""
-        from .stiffness import settled  # Most simulations have no springs.
-
-        def restored(y: Array) -> Array:
-            return self._system.restored(0.0, y)
-
-        return settled(self._rates, restored, self._y, self._unit, self._tolerance, speed)
-
-    def judged(self, y: Array, duration: float, speed: float) -> tuple[bool, list[str]]:
-        """Return whether a row is a stiff start, and what a user should know of it."""
-        from .stiffness import judged, modes
-
-        judgement = judged(modes(self._rates, y, self._unit, self._tolerance), duration, speed)
-        notes = []
-        if judgement.is_stiff:
-            notes.append("stiff: fast modes rest, which an implicit method need not follow")
-        if judgement.frequency:
-            notes.append(
-                f"oscillatory: the start rings at {judgement.frequency:.6g} Hz, which steps have "
-                "to follow; settle=True starts where fast modes rest"
-            )
-        return judgement.is_stiff, notes
 
 
 def _model(setup: Setup) -> ConstrainedModel:

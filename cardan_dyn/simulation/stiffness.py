@@ -93,6 +93,19 @@ class Judgement(NamedTuple):
     is_stiff: bool
     frequency: float
 
+    @property
+    def notes(self) -> list[str]:
+        """What a user should know of it."""
+        notes = []
+        if self.is_stiff:
+            notes.append("stiff: fast modes rest, which an implicit method need not follow")
+        if self.frequency:
+            notes.append(
+                f"oscillatory: the start rings at {self.frequency:.6g} Hz, which steps have to "
+                "follow; settle=True starts where fast modes rest"
+            )
+        return notes
+
 
 def judged(found: Modes, duration: float, speed: float) -> Judgement:
     """Return whether a start is stiff, and whether it rings.

@@ -11,8 +11,7 @@ from testkit.linkages import four_bar, loop
 from testkit.many import in_one
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.chains import chains_of
-from cardan_dyn.simulation.constrained_chain import ConstrainedChain
+from cardan_dyn.simulation.constrained_model import ConstrainedChain, chains_of
 
 LINKS = "".join(
     f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
