@@ -304,7 +304,9 @@ def _followed(
     reason, failure = "", None
     try:
         while integration.is_running and not reason:
-            failure = integration.advance()
+            # A step that was too long leads beyond all numbers, and is taken anew.
+            with np.errstate(over="ignore", invalid="ignore"):
+                failure = integration.advance()
             if failure is not None:
                 last = integration.points[-1]
                 failure = equations.boundless(*last[:3], _HARDLY_APART) or failure
