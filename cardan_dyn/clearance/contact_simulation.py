@@ -13,11 +13,13 @@ from ..arrays import Array
 from ..elements.link_motions import LinkMotions
 from ..errors import ModelError, choices
 from ..frozen import read_only
+from ..results.result import Result
+from ..results.table import Table
 from ..simulation.trajectory import Trajectory
 from .opened_mechanism import across
+from .row_tables import COMPONENTS, row_table, variable
 
 if TYPE_CHECKING:
-    import pandas
     from numpy.typing import ArrayLike
 
     from ..elements.pin_contact import ContactForce, PinContact
@@ -29,6 +31,17 @@ _CHAOTIC = 0.9
 _MISSING = 0.1
 """Missing energy, as a fraction of what a wall stores at most, that is remarked: forces go by the
 root of what is stored."""
+
+
+_COURSES = (
+    ("force", ("time",), ("N", "by which the wall presses the pin")),
+    ("friction", ("time",), ("N", "along the wall on the pin")),
+    ("depth", ("time",), ("m", "of the pin in the wall, negative in the clearance")),
+    ("offset", ("time", "component"), ("m", "of the pin from the bush's axis, in the world")),
+    ("orbit", ("time", "orbit_component"), ("m", "the same as the bush sees it")),
+    ("vector", ("time", "component"), ("N", "force on the pin, in the world")),
+)
+"""What a pin does over time: dimensions, units and what it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +69,7 @@ class PinImpact:
 
 
 @dataclass(frozen=True, eq=False)
-class JointContact:
+class JointContact(Result):
     """What a pin did in its bush, at N times.
 
     Attributes:
@@ -84,6 +97,22 @@ class JointContact:
     vector: Array
     impacts: tuple[PinImpact, ...]
 
+    def table(self) -> Table:
+        """Return what the pin did over time, SI units."""
+        return Table(
+            [
+                variable("time", self.time, "time", told=("s", "time"), given=True),
+                variable("position", self.position, "time"),
+                *(
+                    variable(name, getattr(self, name), *dims, told=told)
+                    for name, dims, told in _COURSES
+                ),
+            ],
+            {"time": len(self.time)},
+            labels=COMPONENTS,
+            attributes={"bearing": self.name},
+        )
+
     @property
     def is_pressed(self) -> Array:
         """Whether the wall presses the pin `(N,)`."""
@@ -107,7 +136,7 @@ def finer(times: Array, parts: int) -> Array:
     return np.concatenate([between, times[-1:]])
 
 
-class ContactSimulation(Mapping[str, JointContact]):
+class ContactSimulation(Result, Mapping[str, JointContact]):
     """A simulation of play: pins by the names of joints, or of bearings; `print` shows a table.
 
     Attributes:
@@ -273,16 +302,18 @@ class ContactSimulation(Mapping[str, JointContact]):
         """
         return self.trajectory.at(self.steps).energy_residual
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each impact, SI units, in order of time."""
-        import pandas
+    def table(self) -> Table:
+        """Return a row for each impact, SI units, in order of time.
 
-        rows: list[dict[str, Any]] = []
-        for item in self.impacts:
-            values = {name: value for name, value in vars(item).items() if name != "direction"}
-            axes = {f"direction_{axis}": float(item.direction[k]) for k, axis in enumerate("xyz")}
-            rows.append({**values, **axes})
-        return pandas.DataFrame(rows)
+        What pins did over time is theirs: `simulation[name].to_xarray()`.
+        """
+        told = {
+            "position": ("rad", "position of the drive at the start, all turns counted"),
+            "speed": ("m/s", "speed at which the pin struck the wall"),
+            "peak": ("N", "greatest force"),
+        }
+        rows = [vars(item) for item in self.impacts]
+        return row_table(rows, "impact", told, drive_speed=self.speed)
 
     def __str__(self) -> str:
         ended = f", ended by: {self.reason}" if self.reason else ""

@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..checks import described, positives
 from ..errors import ArgumentError, choices
-from ..frozen import Record
+from ..results.result import Result
+from ..results.table import Table
 from .impact_model import Contact, Estimates, ImpactModel, estimates
 from .pin_geometry import StiffnessLaw
+from .row_tables import variable
 from .scan_results import ForceReversal
 
 PARAMETERS = ("speed", "slope", "clearance", "mass", "stiffness")
@@ -22,7 +24,7 @@ _FACTORS = np.geomspace(0.2, 5.0, 97)
 
 
 @dataclass(frozen=True, eq=False)
-class Influence(Record):
+class Influence(Result, Record):
     """The peak of an impact over one of its parameters, the others staying as they are.
 
     Attributes:
@@ -47,6 +49,31 @@ class Influence(Record):
     added: Array
     model: ImpactModel
     exponent: float
+
+    def table(self) -> Table:
+        """Return everything over the factor on the parameter."""
+        unit = {"slope": "N/s", "clearance": "m", "mass": "kg", "stiffness": "N/m"}
+        told = {
+            "factor": ("1", f"on the {self.parameter}"),
+            "value": (unit.get(self.parameter, "1"), f"of the {self.parameter}"),
+            "peak": ("N", "greatest force after the impact"),
+            "rigid": ("N", "part of an undamped peak of the ramp"),
+        }
+        names = ("factor", "value", "tau", "impact_speed", "peak", "rigid", "added")
+        return Table(
+            [
+                variable(
+                    name,
+                    getattr(self, name),
+                    "factor",
+                    told=told.get(name),
+                    given=name in ("factor", "value"),
+                )
+                for name in names
+            ],
+            {"factor": len(self.factor)},
+            attributes={"parameter": self.parameter, "exponent": float(self.exponent)},
+        )
 
 
 def influence(

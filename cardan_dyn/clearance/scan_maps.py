@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,19 +15,20 @@ from ..arrays import Array
 from ..checks import mapping, several, text
 from ..errors import ArgumentError
 from ..frozen import read_only
+from ..results.result import Result
+from ..results.table import Table
 from .arguments import scene_of, speed_of
 from .joint_arguments import Lengths, Stiffnesses
+from .row_tables import variable
 from .scan_results import JointScan
 from .scanning import Scanner
 
 if TYPE_CHECKING:
-    import pandas
-
     from ..scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class ScanMap:
+class ScanMap(Result):
     """Scans of a joint over speeds and designs: estimates, no simulation.
 
     Attributes:
@@ -72,31 +73,27 @@ class ScanMap:
     def _of(self, name: str) -> Array:
         return np.array([[getattr(item, name) for item in row] for row in self.scans], dtype=float)
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return a row for each design and speed, by column, SI units."""
-        return [
-            {
-                **{name: float(values[index]) for name, values in self.held.items()},
-                "speed": float(speed),
-                "rigid_peak": item.rigid_peak,
-                "peak": item.peak,
-                "impacts_per_turn": item.impacts_per_turn,
-                "impact_power": item.impact_power,
-                **_worst(item),
-                "verdict": item.verdict,
-            }
-            for index, row in enumerate(self.scans)
-            for speed, item in zip(self.speed, row, strict=True)
-        ]
+    def table(self) -> Table:
+        """Return numbers by design and speed, SI units.
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each design and speed, SI units.
-
-        Columns of a single reversal, such as `tau`, are those of the greatest impact.
+        Those of a single reversal, such as `tau`, are of the greatest impact, NaN where nothing
+        strikes.
         """
-        import pandas
-
-        return pandas.DataFrame(self.rows())
+        both = "design", "speed"
+        variables = [
+            variable(name, values, "design", told=(self.units[name], "position"), given=True)
+            for name, values in self.held.items()
+        ]
+        variables.append(variable("speed", self.speed, "speed", given=True))
+        numbers = "rigid_peak", "peak", "severity", "impacts_per_turn", "impact_power"
+        variables += [variable(name, self._of(name), *both) for name in numbers]
+        for name in ("position", "tau", "turn_through", "flown", "deviation", "impact_speed"):
+            worst = [[getattr(item.worst, name, np.nan) for item in row] for row in self.scans]
+            variables.append(variable(name, np.array(worst, dtype=float), *both))
+        verdicts = np.array([[item.verdict for item in row] for row in self.scans])
+        variables.append(variable("verdict", verdicts, *both))
+        sizes = {"design": len(self.scans), "speed": len(self.speed)}
+        return Table(variables, sizes, attributes={"joint": self.name})
 
     def __iter__(self) -> Iterator[JointScan]:
         """Iterate over all scans, the speeds of a design in turn."""
@@ -104,10 +101,12 @@ class ScanMap:
 
     def __str__(self) -> str:
         lines = [f"clearance in {self.name}, estimated by theory"]
-        for row in self.rows():
-            design = ", ".join(f"{name} {row[name]:.4g} {self.units[name]}" for name in self.held)
-            numbers = f"{row['peak']:.4g} N instead of {row['rigid_peak']:.4g} N; {row['verdict']}"
-            lines.append(f"- {design}, {row['speed']:g} rad/s: {numbers}")
+        for index, row in enumerate(self.scans):
+            held = {name: f"{values[index]:.4g}" for name, values in self.held.items()}
+            design = ", ".join(f"{name} {at} {self.units[name]}" for name, at in held.items())
+            for speed, item in zip(self.speed.tolist(), row, strict=True):
+                text = f"{item.peak:.4g} N instead of {item.rigid_peak:.4g} N; {item.verdict}"
+                lines.append(f"- {design}, {speed:g} rad/s: {text}")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -170,9 +169,3 @@ def scan_map(
     named = scene.mechanism.coordinates.named
     units = {key: "m" if named[key].slides else "rad" for key in designs}
     return ScanMap(name, read_only(np.array(every)), kept, units, tuple(scans))
-
-
-def _worst(scanned: JointScan) -> dict[str, float]:
-    """Return numbers of the greatest impact, NaN where nothing strikes."""
-    columns = ("position", "tau", "turn_through", "flown", "deviation", "impact_speed")
-    return {name: getattr(scanned.worst, name, float("nan")) for name in columns}

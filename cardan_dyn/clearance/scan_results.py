@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +14,12 @@ from analytic.peak_exponents import PeakExponents
 
 from ..arrays import Array
 from ..errors import ModelError, choices
+from ..results.result import Result
+from ..results.table import Table
 from .impact_model import ImpactModel
 from .pin_geometry import PinGeometry, StiffnessLaw
 from .planar_motion import FollowedPin, Passages
-
-if TYPE_CHECKING:
-    import pandas
+from .row_tables import COMPONENTS, row_table, variable
 
 _REVERSAL = 0.03
 """Turn-through number up to which a swing behaves as if the force vanished, within some 7 %."""
@@ -345,7 +345,7 @@ _NUMBERS = [name for name in ForceReversal.__dataclass_fields__ if name not in _
 
 
 @dataclass(frozen=True, eq=False)
-class JointScan:
+class JointScan(Result):
     """What clearance would do in the `B` open bearings of a joint: an estimate, no simulation.
 
     Attributes:
@@ -456,6 +456,22 @@ class JointScan:
         """Its name, and of a universal joint which bearings are open."""
         return f"{', '.join(self.bearings)} of {self.name}" if self.radius else self.name
 
+    def table(self) -> Table:
+        """Return the force of each open bearing over a period, in the world, SI units."""
+        names = self.bearings or (self.name,)
+        force = np.reshape(self.force, (len(self.position), len(names), 3))
+        dims = "position", "bearing", "component"
+        told = "N", "across the pin without clearance, on the child link, in the world"
+        return Table(
+            [
+                variable("position", self.position, "position", given=True),
+                variable("force", force, *dims, told=told),
+            ],
+            {"position": len(self.position)},
+            labels={"bearing": names, **COMPONENTS},
+            attributes={"joint": self.name, "verdict": self.verdict},
+        )
+
     @property
     def torsional_clearance(self) -> float:
         """Angle between both ends, by which one side of a universal joint turns against the other.
@@ -564,16 +580,13 @@ class ComparedReversal:
         }
 
 
-class ScanComparison(tuple[ComparedReversal, ...]):
+class ScanComparison(Result, tuple[ComparedReversal, ...]):
     """Reversals as they were estimated and simulated, joint by joint; `print` shows a table."""
 
-    __slots__ = ()
-
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each reversal, SI units."""
-        import pandas
-
-        return pandas.DataFrame([item.row() for item in self])
+        told = {"rigid": ("N", "greatest force without clearance until the next reversal")}
+        return row_table([item.row() for item in self], "reversal", told)
 
     def __str__(self) -> str:
         lines = ["estimate beside simulation [N]"]
@@ -597,7 +610,7 @@ def _interval(item: ComparedReversal) -> str:
     return f", in the plane {found.least:.4g} to {found.greatest:.4g}"
 
 
-class Scan(Mapping[str, JointScan]):
+class Scan(Result, Mapping[str, JointScan]):
     """Joints by name, with what play would do in each; `print` shows a table.
 
     Attributes:
@@ -691,15 +704,15 @@ class Scan(Mapping[str, JointScan]):
                 rows.append(row)
         return rows
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each reversal, SI units, in the order of the ranking.
 
-        Columns `exponent_...` say by which powers of speed, slope, play, mass and stiffness the
-        peak grows; see `Reversal.exponents`.
+        Columns `exponent_...` say by which powers of speed, slope, clearance, mass and stiffness
+        the peak grows; see `ForceReversal.exponents`. The forces over a period are those of each
+        joint: `scan[name].to_xarray()`.
         """
-        import pandas
-
-        return pandas.DataFrame(self.rows())
+        told = {"rigid": ("N", "part of an undamped peak that the ramp has reached by then")}
+        return row_table(self.rows(), "reversal", told, speed=self.speed)
 
     def __str__(self) -> str:
         lines = [f"clearance at {self.speed:g} rad/s"]
