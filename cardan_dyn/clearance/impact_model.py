@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,22 +29,6 @@ _BELOW_LIMIT = 0.999
 """Fraction of the greatest force of a contact up to which steps go; beyond, there is no answer."""
 
 
-class Contact(NamedTuple):
-    """What holds the sides of a joint apart.
-
-    Attributes:
-        stiffness: c [N/m], or a geometry that decides it at the peak.
-        clearance: difference 2 s of the diameters of bush and pin [m].
-        damping_ratio: as a fraction of critical damping with the reduced mass.
-        start: "release", as a contact that unloads lets go, or "rest".
-    """
-
-    stiffness: float | Array | StiffnessLaw
-    clearance: float | Array
-    damping_ratio: float | Array = 0.0
-    start: Start = "release"
-
-
 class Estimates(NamedTuple):
     """What impacts are estimated to be, each `(K,)` or a number.
 
@@ -66,30 +50,41 @@ class Estimates(NamedTuple):
     added: Array
 
 
-def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
-    """Return what impacts are estimated to be.
+def estimates(
+    mass: Array | float,
+    stiffness: Array | float | StiffnessLaw,
+    clearance: Array | float,
+    slope: Array | float,
+    damping_ratio: Array | float = 0.0,
+    start: Start = "release",
+) -> Estimates:
+    """Return what impacts are estimated to be; arguments broadcast.
 
     Flight, impact and peak are those of a contact with its damping.
 
     Args:
         mass: reduced masses [kg].
-        slope: of the force, F₀/t₀ [N/s]. All arguments broadcast.
-        contact: of one play if its stiffness is a geometry.
+        stiffness: c [N/m], or a law that decides it at the peak.
+        clearance: difference 2 s of the diameters of bush and pin [m], one if there is a law.
+        slope: of the force, F₀/t₀ [N/s].
+        damping_ratio: as a fraction of critical damping with the reduced mass.
+        start: "release", as a contact that unloads lets go, or "rest".
 
     Source:
         Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34); own derivation with damping.
     """
-    law = contact.stiffness
+    law = stiffness
     if not isinstance(law, StiffnessLaw):
-        return _at(mass, slope, np.asarray(law), contact)
-    clearance = float(np.asarray(contact.clearance))
+        return _at(mass, np.asarray(law), clearance, slope, damping_ratio, start)
+    clearance = float(np.asarray(clearance))
     limit = law.limit(clearance)
     most = _BELOW_LIMIT * limit
     # Peaks depend on stiffness little, and it on them less: steps converge from any force.
     force = np.full(np.broadcast_shapes(np.shape(mass), np.shape(slope)), _OUTSET * limit)
     stays = np.zeros(force.shape, dtype=bool)
     for _ in range(_MOST_STEPS):
-        found = _at(mass, slope, law.stiffness(force, clearance), contact)
+        at = law.stiffness(force, clearance)
+        found = _at(mass, at, clearance, slope, damping_ratio, start)
         # Without a peak the force goes on rising, and the contact with it gets stiffer.
         after = np.minimum(np.where(np.isnan(found.peak), 2.0 * force, found.peak), most)
         stays = np.abs(after - force) <= _STAYS * force
@@ -106,16 +101,23 @@ def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
     return found._replace(peak=peak, rigid=rigid, added=added)
 
 
-def _at(mass: Array, slope: Array, stiffness: Array, contact: Contact) -> Estimates:
+def _at(
+    mass: Any, stiffness: Array, clearance: Any, slope: Any, ratio: Any, start: Start
+) -> Estimates:
     """Return estimates with a given stiffness."""
-    numbers_of = mass, stiffness, 0.5 * np.asarray(contact.clearance), slope
-    found = undamped(*numbers_of, start=contact.start)
+    numbers_of = mass, stiffness, 0.5 * np.asarray(clearance), slope
+    found = undamped(*numbers_of, start=start)
     time, speed, peak = found.t_1, found.v_1, found.peak
-    if np.any(contact.damping_ratio):
-        time, speed = flight(*numbers_of, contact.damping_ratio, start=contact.start)
-        peak = damped_peak(*numbers_of, contact.damping_ratio, start=contact.start)
+    if np.any(ratio):
+        time, speed = flight(*numbers_of, ratio, start=start)
+        peak = damped_peak(*numbers_of, ratio, start=start)
     stiffness = np.broadcast_to(stiffness, np.shape(found.tau))
     return Estimates(stiffness, time, speed, found.tau, peak, found.rigid, found.added)
+
+
+def vars_of(model: ImpactModel) -> dict[str, Any]:
+    """Return the numbers of a model by name, as `estimates` takes them."""
+    return {field.name: getattr(model, field.name) for field in fields(model)}
 
 
 @dataclass(frozen=True)
@@ -146,11 +148,6 @@ class ImpactModel:
         object.__setattr__(self, "damping_ratio", damping_ratio_of(self.damping_ratio))
         start_of(self.start)
 
-    @property
-    def contact(self) -> Contact:
-        """Stiffness, play, damping and start."""
-        return Contact(self.stiffness, self.clearance, self.damping_ratio, self.start)
-
     @cached_property
     def estimate(self) -> Estimates:
         """What the impact is estimated to be.
@@ -158,7 +155,7 @@ class ImpactModel:
         Raises:
             ArgumentError: the peak is beyond what the contact has a stiffness for.
         """
-        found = estimates(np.asarray(self.mass), np.asarray(self.slope), self.contact)
+        found = estimates(**vars_of(self))
         return Estimates(*(np.asarray(value)[()] for value in found))
 
     @cached_property

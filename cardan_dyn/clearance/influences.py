@@ -12,7 +12,7 @@ from ..checks import described, positives
 from ..errors import ArgumentError, choices
 from ..results.result import Result
 from ..results.table import Table
-from .impact_model import Contact, Estimates, ImpactModel, estimates
+from .impact_model import Estimates, ImpactModel, estimates, vars_of
 from .pin_geometry import StiffnessLaw
 from .row_tables import variable
 from .scan_results import ForceReversal
@@ -83,8 +83,8 @@ def influence(
 
     Args:
         of: a reversal of a scan, or the numbers of any two-mass model.
-        parameter: "speed", "slope", "play", "mass" or "stiffness". A stiffness from a geometry is
-            varied from what it is at the peak; otherwise it follows force and play.
+        parameter: "speed", "slope", "clearance", "mass" or "stiffness". A stiffness from a geometry
+            is varied from what it is at the peak; otherwise it follows force and clearance.
         factors: `(N,)` on the parameter; from 0.2 to 5 if None.
 
     Raises:
@@ -124,28 +124,15 @@ def influence(
 
 def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Array]:
     """Return estimates `(N,)` for factors on a parameter."""
-    ones = np.ones_like(factor)
-    mass = model.mass * (factor if parameter == "mass" else ones)
-    power = {"slope": 1.0, "speed": 3.0}.get(parameter, 0.0)
-    slope, contact = model.slope * factor**power, model.contact
-    if parameter == "clearance" and isinstance(model.stiffness, StiffnessLaw):
-        # A geometry takes one play at a time.
-        every = [
-            estimates(mass[:1], slope[:1], contact._replace(clearance=model.clearance * float(one)))
-            for one in factor
-        ]
-        columns = [np.concatenate(column) for column in zip(*every, strict=True)]
+    given = vars_of(model)
+    name = "slope" if parameter == "speed" else parameter
+    values = given[name] * (factor**3 if parameter == "speed" else factor)
+    if name == "clearance" and isinstance(model.stiffness, StiffnessLaw):
+        # A law takes one clearance at a time.
+        every = [estimates(**{**given, name: float(value)}) for value in values]
+        columns = [np.array(column) for column in zip(*every, strict=True)]
     else:
-        columns = list(estimates(mass, slope, _scaled(contact, parameter, factor)))
+        columns = list(estimates(**{**given, name: values}))
     names = ("tau", "impact_speed", "peak", "rigid", "added")
     found = dict(zip(Estimates._fields, columns, strict=True))
     return {name: np.array(np.broadcast_to(found[name], factor.shape)) for name in names}
-
-
-def _scaled(contact: Contact, parameter: str, factor: Array) -> Contact:
-    """Return a contact with factors on its play or stiffness."""
-    if parameter == "clearance":
-        return contact._replace(clearance=contact.clearance * factor)
-    if parameter == "stiffness" and not isinstance(contact.stiffness, StiffnessLaw):
-        return contact._replace(stiffness=contact.stiffness * factor)
-    return contact

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ..frozen import read_only
 from .arguments import damping_ratio_of, made_of, scene_of, speed_of, start_of
 from .comparing import compare
 from .forces import ForceCourse, ForceSource, Swing
-from .impact_model import Contact, Estimates, ImpactModel, estimates
+from .impact_model import Estimates, ImpactModel, estimates
 from .joint_arguments import Lengths, Stiffnesses, opened_joints
 from .opened_joint import Mobility, OpenedJoint, mean_positions
 from .pin_geometry import PinGeometry, StiffnessLaw
@@ -228,7 +228,7 @@ class Scanner:
         cases = self._cases(moving, speed)
         found = _estimated(cases)
         through = [
-            case.least / (case.slope * float(item.contact_time))
+            case.least / (case.model.slope * float(item.contact_time))
             for case, item in zip(cases, found, strict=True)
         ]
         kept = [index for index, number in enumerate(through) if number < _STAYS_CLOSED]
@@ -240,7 +240,9 @@ class Scanner:
             case = cases[index]
             after = case.of.joint.mobility(x).reduced_mass(case.swing.direction)
             every[case.of.joint.name].append(
-                self._reversal(case, found[index], through[index], after / case.mass - 1.0, speed)
+                self._reversal(
+                    case, found[index], through[index], after / case.model.mass - 1.0, speed
+                )
             )
         return [self._together(item, every[item.joint.name], speed) for item in moving]
 
@@ -257,15 +259,17 @@ class Scanner:
             joint.check_mass(mobility, direction, swing.position)
             mass, most = mobility.reduced_mass(direction), float(np.max(joint.shares(direction)))
             ratio = self._ratio * float(np.sqrt(item.mean_mass / mass))
-            contact = Contact(
+            slope, least = most * swing.slope * abs(speed), most * swing.least
+            model = ImpactModel(
+                mass,
                 joint.stiffness(direction),
                 joint.clearance(direction),
+                slope,
                 min(ratio, MOST_DAMPED),
                 self._start,
             )
-            slope, least = most * swing.slope * abs(speed), most * swing.least
-            if least < _STAYS_CLOSED * slope * _longest(contact, mass, slope, least):
-                cases.append(_Case(item, swing, mobility, mass, slope, least, contact))
+            if least < _STAYS_CLOSED * slope * _longest(model, least):
+                cases.append(_Case(item, swing, mobility, least, model))
         return cases
 
     def _reversal(
@@ -280,16 +284,16 @@ class Scanner:
         critical = 2.0 * float(np.sqrt(numbers["stiffness"] * case.of.mean_mass))
         return ForceReversal(
             position=swing.position,
-            force_slope=case.slope,
+            force_slope=case.model.slope,
             direction=read_only(along / shares[most]),
-            reduced_mass=case.mass,
+            reduced_mass=case.model.mass,
             guided_mass=mobility.reduced_mass(swing.direction, is_guided=True),
             turn_through=turn_through,
             flown=abs(speed) * numbers["contact_time"] / swing.way,
             mass_change=change,
             deviation=mobility.deviation(swing.direction),
             slope_growth=np.nan if self._source.problem.elements else swing.growth,
-            model=ImpactModel(case.mass, slope=case.slope, **case.contact._asdict()),
+            model=case.model,
             damping=self._ratio * critical,
             share=tuple((shares / shares[most]).tolist()),
             split=joint.split(swing.direction, mobility.movable) if joint.is_cross else 0.0,
@@ -342,36 +346,33 @@ class _Moving(NamedTuple):
 class _Case(NamedTuple):
     """A swing of a joint's forces, with what moves there and what it strikes.
 
-    Slope and least force are those of the bearing that carries most.
+    The model and the least force are those of the bearing that carries most.
     """
 
     of: _Moving
     swing: Swing
     mobility: Mobility
-    mass: float
-    slope: float
     least: float
-    contact: Contact
+    model: ImpactModel
 
 
-def _longest(contact: Contact, mass: float, slope: float, least: float) -> float:
+def _longest(model: ImpactModel, least: float) -> float:
     """Return what no flight lasts longer than [s]: beyond it, a swing is no reversal in any case.
 
     That of a release, x³ + 6 x = τ³ + 12 ζ for its time x by ω, exceeds that from rest, τ, only
     where it is shorter than 2 ζ. Then the peak is above the ramp at the impact, and so above the
     least force of a swing that counts: no stiffness is less than that of this force.
     """
-    clearance, law = float(np.asarray(contact.clearance)), contact.stiffness
-    from_rest = float(contact_time(mass, 0.5 * clearance, slope))
-    ratio = float(np.asarray(contact.damping_ratio))
-    if not ratio or contact.start != "release":
+    mass, law, clearance, ratio = model.mass, model.stiffness, model.clearance, model.damping_ratio
+    from_rest = float(contact_time(mass, 0.5 * clearance, model.slope))
+    if not ratio or model.start != "release":
         return from_rest
     if isinstance(law, StiffnessLaw):
         if least == 0.0:
             return np.inf
-        law = law.stiffness(np.asarray(min(least, _BELOW_LIMIT * law.limit(clearance))), clearance)
-    stiffness = float(np.asarray(law))
-    return max(from_rest, 2.0 * ratio * float(np.sqrt(mass / stiffness)))
+        force = np.asarray(min(least, _BELOW_LIMIT * law.limit(clearance)))
+        law = float(law.stiffness(force, clearance))
+    return max(from_rest, 2.0 * ratio * float(np.sqrt(mass / law)))
 
 
 def _estimated(cases: list[_Case]) -> list[Estimates]:
@@ -380,35 +381,27 @@ def _estimated(cases: list[_Case]) -> list[Estimates]:
     groups: dict[tuple[str, StiffnessLaw] | None, list[int]] = {}
     for index, case in enumerate(cases):
         # A law takes one clearance at a time.
-        law = case.contact.stiffness
+        law = case.model.stiffness
         key = (case.of.joint.name, law) if isinstance(law, StiffnessLaw) else None
         groups.setdefault(key, []).append(index)
     for key, group in groups.items():
-        some = [cases[index] for index in group]
-        contact = some[0].contact
-        if key is None:
-            contact = contact._replace(
-                stiffness=np.array([case.contact.stiffness for case in some]),
-                clearance=np.array([case.contact.clearance for case in some]),
-            )
-        contact = contact._replace(
-            damping_ratio=np.array([case.contact.damping_ratio for case in some])
-        )
-        masses = np.array([case.mass for case in some])
-        slopes = np.array([case.slope for case in some])
+        some = [cases[index].model for index in group]
+        given: dict[str, Any] = {
+            name: np.array([getattr(model, name) for model in some])
+            for name in ("mass", "stiffness", "clearance", "slope", "damping_ratio")
+        }
+        if key:
+            given |= {"stiffness": key[1], "clearance": some[0].clearance}
         try:
             with np.errstate(over="raise"):
-                values = estimates(masses, slopes, contact)
+                values = estimates(**given, start=some[0].start)
         except FloatingPointError:
             raise ArgumentError(
                 "clearance and stiffness are so great, or so small, that impacts overflow; "
                 "clearance is in m, stiffness in N/m"
             ) from None
         except ArgumentError as error:
-            name = some[0].of.joint.name
-            raise ArgumentError(
-                str(error) if key is None else f"joint {name!r}: {error}"
-            ) from error
+            raise ArgumentError(f"joint {key[0]!r}: {error}" if key else str(error)) from error
         for place, index in enumerate(group):
             found[index] = Estimates(*(value[place] for value in values))
     return [found[index] for index in range(len(cases))]

@@ -245,7 +245,7 @@ def driveline(
 @options.figures
 @click.option("--json", "as_json", is_flag=True, help="Print the scan as JSON.")
 def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
-    """Tell which joints would hammer if they had play, and how hard.
+    """Tell which joints would hammer if they had clearance, and how hard.
 
     NAME_OR_FILE is a bundled description or a file. Joints are listed by the peaks of their
     impacts, with what 10 % less of a parameter would buy and what speaks against the estimate.
