@@ -53,7 +53,7 @@ def scene_of(given: Any) -> Scene:
 
 
 def clearance_of(given: Any, name: str, length: float) -> float:
-    """Return the play of a joint, given for all joints or by name.
+    """Return the clearance of a joint, given for all joints or by name.
 
     Args:
         given: of all joints or by name.
@@ -169,7 +169,7 @@ def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]
 
 
 def made_of(problem: Problem, rotor: Any) -> dict[str, str]:
-    """Return what the forces of a mechanism without play depend on, each with its hash.
+    """Return what the forces of a mechanism without clearance depend on, each with its hash.
 
     Two that differ in one of these have other forces. Functions, such as an actuator's, cannot be
     compared and are left out.

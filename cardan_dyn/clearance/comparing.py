@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..elements.pin_contact import PinContact
 
 _SAME = 1e-6
-"""Difference of play, stiffness or damping, as a fraction, that is rounding."""
+"""Difference of clearance, stiffness or damping, as a fraction, that is rounding."""
 _PER_STEP = 8
 """Times at which the force is looked at between two steps of a simulation."""
 

@@ -78,7 +78,7 @@ class JointContact(Result):
         position: of the drive `(N,)`, all turns counted [rad].
         force: `(N,)` by which the wall presses the pin [N].
         friction: `(N,)` along the wall on the pin, in the sense of a turn about the axis [N].
-        depth: `(N,)` of the pin in the wall, negative in the play [m].
+        depth: `(N,)` of the pin in the wall, negative in the clearance [m].
         offset: `(N, 3)` of the pin from the axis of its bush, in world axes [m].
         orbit: `(N, 2)` the same as the bush sees it, along two of its directions that are normal to
             its axis and to each other [m].
@@ -137,13 +137,13 @@ def finer(times: Array, parts: int) -> Array:
 
 
 class ContactSimulation(Result, Mapping[str, JointContact]):
-    """A simulation of play: pins by the names of joints, or of bearings; `print` shows a table.
+    """A simulation of clearance: pins by names of joints or bearings; `print` shows a table.
 
     Attributes:
         trajectory: of the mechanism with its joints open; all that a trajectory tells.
         drive: name of the drive in it.
         speed: of the drive, or its first one [rad/s].
-        made_of: of the mechanism without play, see `Scan`.
+        made_of: of the mechanism without clearance, see `Scan`.
     """
 
     def __init__(
@@ -239,10 +239,10 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         )
 
     def contact(self, bearing: str) -> PinContact:
-        """Return what a pin strikes: its play and its law.
+        """Return what a pin strikes: its clearance and its law.
 
         Raises:
-            ModelError: no such joint has play.
+            ModelError: no such joint has clearance.
         """
         if bearing not in self._indices:
             raise ModelError(

@@ -38,7 +38,7 @@ class Estimates(NamedTuple):
         impact_speed: v₁ [m/s].
         tau: characteristic number.
         peak: greatest force after the impact [N]; NaN if there is none.
-        rigid, added: parts of the undamped peak: of the ramp, and of the play [N].
+        rigid, added: parts of the undamped peak: of the ramp, and of the clearance [N].
     """
 
     stiffness: Array
@@ -164,7 +164,7 @@ class ImpactModel:
 
         Closed forms, by the chain rule through f(τ). The damping ratio stays as it is, and `speed`
         is that of inertia forces, whose slope grows with its cube. Where a geometry decides the
-        stiffness, that follows force and play; `stiffness` is then a factor on what it gives.
+        stiffness, that follows force and clearance; `stiffness` is then a factor on what it gives.
         """
         found = self.estimate
         if self.damping_ratio:

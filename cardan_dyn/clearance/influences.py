@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..checks import described, positives
 from ..errors import ArgumentError, choices
+from ..frozen import Record
 from ..results.result import Result
 from ..results.table import Table
 from .impact_model import Estimates, ImpactModel, estimates, vars_of

@@ -118,7 +118,7 @@ class Plane(NamedTuple):
     Attributes:
         mobility: `(N, 2, 2)` inverse of M [1/kg].
         gyration: `(N, 2, 2)` C [kg/rad].
-        force: `(N, 2)` F without play, on the pin [N].
+        force: `(N, 2)` F without clearance, on the pin [N].
         period: after which they repeat [rad].
     """
 

@@ -59,7 +59,7 @@ class Opened(NamedTuple):
     """A scene with open joints.
 
     Attributes:
-        scene: driven like the scene with tight joints; what the play frees is free.
+        scene: driven like the scene with tight joints; what the clearance frees is free.
         drive: name of the drive.
         contacts: joint to the indices of its contacts among the elements of the scene.
     """

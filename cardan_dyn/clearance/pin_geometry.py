@@ -144,7 +144,7 @@ class PinGeometry(StiffnessLaw):
     def hardening(self, force: Array, clearance: float) -> Array:
         """Return by which power of the force the stiffness grows, d ln c / d ln F.
 
-        It falls with the same power of the play.
+        It falls with the same power of the clearance.
 
         Args:
             force: [N], of any shape, below `limit`.

@@ -28,7 +28,7 @@ _GRID = 4096
 """Places over a period between which coefficients are linear."""
 _RTOL = 1e-5
 _DEFLECTIONS = 10.0
-"""Greatest deflections of the wall that a tolerance is meant for, if the play is more."""
+"""Greatest deflections of the wall that a tolerance is meant for, if the clearance is more."""
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
 _MOST_STEPS = 60_000
 """Of one joint: some seconds."""
@@ -157,7 +157,7 @@ class PlanarModel:
 
     @property
     def greatest(self) -> tuple[float, float]:
-        """When the force without play is greatest [s], and how great it is [N]."""
+        """When the force without clearance is greatest [s], and how great it is [N]."""
         sizes = np.hypot(*self._force.T)
         index = int(np.argmax(sizes))
         return index / self._per_time, float(sizes[index])
@@ -222,7 +222,7 @@ class _Run:
         self._half = 0.5 * model.contact.clearance
         force = model.greatest[1]
         deepest = self._half + force / model.contact.stiffness
-        # What a step may miss: of the play and the wall's deflection, and of the speeds there.
+        # What a step may miss: of the clearance and the wall's deflection, and of the speeds there.
         place = min(self._half, _DEFLECTIONS * (deepest - self._half))
         lightest = max(row[6] + row[8] for row in model._table)
         self._atol = _RTOL * place, _RTOL * math.sqrt(place * force * lightest)
@@ -426,7 +426,7 @@ class Passages(NamedTuple):
         struck: `(K,)` greatest force until a swing of the contact after the hardest strike, or
             after the time of the flight along a line [N].
         speed: `(K,)` of this strike, normal to the wall [m/s]; 0 if the pin stays on its wall.
-        gap: `(K,)` greatest distance from the wall on the way, as a fraction of half the play.
+        gap: `(K,)` greatest distance from the wall on the way, as a fraction of half the clearance.
     """
 
     greatest: Array
@@ -458,7 +458,7 @@ class FollowedPin:
         Args:
             opened: the mechanism with this joint open, its drive's motion prescribed.
             source: of closed positions.
-            course: of the force without play.
+            course: of the force without clearance.
             contact: what the pin touches.
             mass: mean of the joint [kg].
             speed: of the drive [rad/s].

@@ -70,10 +70,10 @@ class ForceReversal:
         stiffness: c of the contact, at the peak if it depends on the force [N/m].
         contact_time: t₁ from the reversal to the impact [s].
         impact_speed: v₁ [m/s].
-        tau: √(c/m) times the time in the play from rest.
+        tau: √(c/m) times the time in the clearance from rest.
         peak: greatest force after the impact [N]; NaN if there is none.
         rigid: part of an undamped peak that the ramp has reached by then [N].
-        added: part of an undamped peak that the play adds [N].
+        added: part of an undamped peak that the clearance adds [N].
         turn_through: ρ, the least force as a fraction of what the ramp gains over the flight: 0 of
             a true reversal.
         flown: angle that the drive turns during the flight, as a fraction of that to the next
@@ -178,7 +178,7 @@ class ForceReversal:
 
     @property
     def gap(self) -> float:
-        """Greatest distance from the wall, as a fraction of half the play, median of all turns."""
+        """Greatest distance from the wall by half the clearance, median of all turns."""
         return math.nan if self.passages is None else float(np.median(self.passages.gap))
 
     @property
@@ -223,8 +223,8 @@ class ForceReversal:
     def exponents(self) -> PeakExponents:
         """By which powers of its parameters the peak grows, d ln peak / d ln parameter.
 
-        Of speed, slope, play, mass and stiffness; each with the others as they are, but for the
-        slope, which follows the speed. The mass stays, though the reversal moves with the speed
+        Of speed, slope, clearance, mass and stiffness; each with the others as they are, but for
+        the slope, which follows the speed. The mass stays, though the reversal moves with the speed
         where more than inertia acts. NaN where there is no peak.
         """
         found = self.model.exponents
@@ -611,7 +611,7 @@ def _interval(item: ComparedReversal) -> str:
 
 
 class Scan(Result, Mapping[str, JointScan]):
-    """Joints by name, with what play would do in each; `print` shows a table.
+    """Joints by name, with what clearance would do in each; `print` shows a table.
 
     Attributes:
         speed: of the drive [rad/s].

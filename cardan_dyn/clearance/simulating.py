@@ -35,7 +35,7 @@ _SEARCHED = 180
 _STEP = 1e-4
 """Way of the drive [rad] over which the motion of pins along their walls is differentiated."""
 _DEEPEST = 1e3
-"""Greatest depth, as a multiple of the play, at which a wall is looked for that bears the force."""
+"""Greatest depth, in clearances, at which a wall is looked for that bears the force."""
 
 
 def simulate(
@@ -57,16 +57,17 @@ def simulate(
     rtol: float = 1e-10,
     progress: bool | Callable[[float], object] = False,
 ) -> ContactSimulation:
-    """Simulate a mechanism whose pins have play in their bushes.
+    """Simulate a mechanism whose pins have clearance in their bushes.
 
     Joints are opened across their axes; pins begin pressed into their walls by the forces of the
-    mechanism without play. How that differs from what follows decays with the damping. The bush
-    belongs to a joint's parent or a loop's predecessor: friction acts where its wall is touched.
+    mechanism without clearance. How that differs from what follows decays with the damping. The
+    bush belongs to a joint's parent or a loop's predecessor: friction acts where its wall is
+    touched.
 
     Args:
         scene: with one drive that turns.
         speed: of the drive, the first one if it is free [rad/s].
-        joints: names of the turning joints that have play.
+        joints: names of the turning joints that have clearance.
         clearance: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
         law: of the contact, likewise, such as `HuntCrossley`.
         stiffness: instead of a law, that of a `LinearContact`, likewise [N/m].
@@ -84,7 +85,7 @@ def simulate(
 
     Raises:
         ArgumentError: a value is out of range, or the scene has several drives.
-        ModelError: a joint has no pin, or the others hold it whatever its play.
+        ModelError: a joint has no pin, or the others hold it whatever its clearance.
         CardanError: as `Scene.simulate`.
     """
     begun = RigidStart(scene, speed, joints, position, bearings, rotor)
@@ -139,10 +140,10 @@ def _law(name: str, begun: RigidStart, given: Any, stiffness: Any, ratio: float)
 
 
 class RigidStart:
-    """The mechanism without play, as it moves where a simulation begins.
+    """The mechanism without clearance, as it moves where a simulation begins.
 
     Attributes:
-        joints: names of the joints that have play.
+        joints: names of the joints that have clearance.
         speed: of the drive [rad/s].
         position: of the drive [rad].
         reach: joints whose pin has two bearings to their distance from its origin [m].
@@ -162,7 +163,7 @@ class RigidStart:
         Args:
             scene: with one drive.
             speed: of it [rad/s].
-            joints: that have play.
+            joints: that have clearance.
             position: of the drive [rad]; where all forces are far from a reversal if None.
             bearings: see `reach`.
             rotor: inertia that turns with the drive [kg m²]; None if its motion is prescribed.
@@ -229,7 +230,7 @@ class RigidStart:
     def _slides(self, opened: Mechanism, pins: Sequence[OpenPin]) -> dict[str, tuple[float, float]]:
         """Return positions and speeds of the slides and tilts of open joints by name.
 
-        Those whose force is not unique begin in the middle of the play, at rest.
+        Those whose force is not unique begin in the middle of the clearance, at rest.
 
         Args:
             opened: the mechanism with open joints.
@@ -274,7 +275,7 @@ class RigidStart:
         not unique, it is zero.
 
         Args:
-            sweep: without play.
+            sweep: without clearance.
             name: of the joint.
             reach: of its bearings, see `OpenPin`.
         """

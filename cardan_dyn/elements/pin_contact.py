@@ -41,7 +41,7 @@ class ContactForce(NamedTuple):
     Attributes:
         pressure: `(N,)` force that presses pin and wall apart, not negative [N].
         friction: `(N,)` force along the wall on the pin, in the sense of a turn about the axis [N].
-        depth: `(N,)` by which the pin has entered the wall; negative in the play [m].
+        depth: `(N,)` by which the pin has entered the wall; negative in the clearance [m].
         offset: `(N, 3)` of the pin's point from the bush's axis, in world axes [m].
         force: `(N, 3)` on `link_b`, in world axes [N]; on `link_a`, the opposite.
         energy: `(N,)` that the wall stores [J].
@@ -59,12 +59,12 @@ class ContactForce(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PinContact(LinkElement):
-    """A pin on one link in a bush on another one, with play: contact across the bush's axis.
+    """A pin on one link in a bush on another one, with clearance: contact across its axis.
 
-    The point of the pin moves freely within the play; farther out, the wall presses it back by its
-    law, never pulls, and Coulomb's friction acts along the wall, where the pin's surface slides:
-    -friction times the pressure times v / sqrt(v² + transition²), as of `JointFriction`. Along the
-    axis and against tilting nothing acts: joints do that.
+    The point of the pin moves freely within the clearance; farther out, the wall presses it back by
+    its law, never pulls, and Coulomb's friction acts along the wall, where the pin's surface
+    slides: -friction times the pressure times v / sqrt(v² + transition²), as of `JointFriction`.
+    Along the axis and against tilting nothing acts: joints do that.
 
     Attributes:
         link_a: of the bush.
@@ -90,7 +90,7 @@ class PinContact(LinkElement):
         Quantity("friction", "contact_friction", "force along the wall on the pin", "N"),
         Quantity(
             *("depth", "contact_depth"),
-            *("depth by which the pin has entered the wall, negative in the play", "m"),
+            *("depth by which the pin has entered the wall, negative in the clearance", "m"),
         ),
         Quantity(
             *("offset", "contact_offset"),
@@ -136,7 +136,7 @@ class PinContact(LinkElement):
     def jump(self) -> str:
         """See `Element.jump`."""
         return (
-            f"the pin of {self.link_b!r} has play in its bush: it strikes, which no linear "
+            f"the pin of {self.link_b!r} has clearance in its bush: it strikes, which no linear "
             "vibration knows; use Scene.simulate"
         )
 
@@ -186,7 +186,7 @@ class PinContact(LinkElement):
             ArgumentError: see `pressure`.
         """
         distance = np.sqrt(np.einsum("ni,ni->n", motion.offset, motion.offset))
-        # In the middle of the play, no direction is needed.
+        # In the middle of the clearance, no direction is needed.
         away = motion.offset / np.where(distance > 0.0, distance, 1.0)[:, None]
         along = np.cross(motion.axis, away)
         depth = distance - 0.5 * self.clearance

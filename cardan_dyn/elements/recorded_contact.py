@@ -12,8 +12,8 @@ from ..arrays import Array
 from .pin_contact import PinContact
 
 FREE, PRESSED, PARTED = "free", "pressed", "parted"
-"""States of a contact: the pin is in the play; its law acts; the wall follows too slowly to press,
-so that the pin has left it before it is back in the play."""
+"""States of a contact: the pin is in the clearance; its law acts; the wall follows too slowly to
+press, so that the pin has left it before it is back in the clearance."""
 
 
 class Phase(NamedTuple):

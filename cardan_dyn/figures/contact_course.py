@@ -25,18 +25,18 @@ def contact_course(
 ) -> Figure:
     """Draw the force by which the wall presses the pin of a joint over the drive's position.
 
-    Beside it, if they are given, the force of the mechanism without play, and the estimated peak of
-    each reversal that strikes, at the position of its estimated impact.
+    Beside it, if they are given, the force of the mechanism without clearance, and the estimated
+    peak of each reversal that strikes, at the position of its estimated impact.
 
     Args:
         simulation: from `clearance.simulate`.
-        joint: with play, or one of its bearings.
+        joint: with clearance, or one of its bearings.
         scanned: from `clearance.scan`, of the same mechanism and speed; none if None.
         turns: of the drive at the end of the simulation that are drawn; all if there are fewer.
         title: of the figure.
 
     Raises:
-        ModelError: no such joint has play, or it was not scanned.
+        ModelError: no such joint has clearance, or it was not scanned.
         ArgumentError: turns that are not positive, or a scan at another speed.
 
     Source:
@@ -77,7 +77,7 @@ def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Arra
 
 
 def _beside(axes: Axes, joint: JointScan, speed: float, position: Array) -> None:
-    """Draw the force without play, and the estimated peaks."""
+    """Draw the force without clearance, and the estimated peaks."""
     first = float(joint.position[0])
     period = float(joint.position[1]) - first
     period *= len(joint.position)

@@ -18,12 +18,12 @@ _SPREAD = 0.6
 
 
 def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
-    """Draw joints by severity: forces with and without play, and what less of each parameter buys.
+    """Draw joints by severity: forces with and without clearance, and what less would buy.
 
-    On the left the greatest force of each joint without play and that of its impacts, where the
-    force vanishes and, in another bar, where it turns through; those first that are greatest;
+    On the left the greatest force of each joint without clearance and that of its impacts, where
+    the force vanishes and, in another bar, where it turns through; those first that are greatest;
     joints in which nothing strikes have no such bar. On the right by
-    how much that peak would change with 10 % less of speed, slope, play, mass or stiffness.
+    how much that peak would change with 10 % less of speed, slope, clearance, mass or stiffness.
 
     Args:
         scanned: from `clearance.scan`.

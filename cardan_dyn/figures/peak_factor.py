@@ -53,7 +53,7 @@ def peak_factor(
     # A joint has one damper, which is another fraction of critical at each of its reversals.
     kinds = sorted({(round(m.damping_ratio, 2), m.start) for m in models.values()} - _UNDAMPED)
     for ratio, start in kinds:
-        # Mass, stiffness and ramp of 1: half the play is τ³/12.
+        # Mass, stiffness and ramp of 1: half the clearance is τ³/12.
         half = tau**3 / 12.0
         damped = damped_peak(1.0, 1.0, half, 1.0, ratio, start=start) / half
         lines[f"from {start}, damping ratio {ratio:g}"] = damped

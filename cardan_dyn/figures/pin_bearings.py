@@ -11,7 +11,7 @@ from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, legen
 
 
 def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:
-    """Draw what open bearings carry without play over the drive's angle, and the peaks with play.
+    """Draw what open bearings carry without clearance over the drive's angle, and the peaks.
 
     A point stands where the force swings round, as high as the peak of the impact that theory
     expects after it; it is hollow where the sides would not strike.
@@ -46,7 +46,7 @@ def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:
 
 
 def pin_peaks(mapped: ScanMap, *, title: str = "") -> Figure:
-    """Draw the greatest bearing force over speed, a line for each design, with and without play.
+    """Draw the greatest bearing force over speed, a line for each design, with and without it.
 
     A line of peaks ends where theory expects no impact, or none that has a peak.
 

@@ -14,25 +14,25 @@ _PER_STEP = 4
 """Times at which the pin is looked at between two steps of a simulation."""
 _MICRO = 1e6
 _CIRCLE = 361
-"""Points of the circle that bounds the play."""
+"""Points of the circle that bounds the clearance."""
 
 
 def pin_orbit(
     simulation: ContactSimulation, joint: str, *, plane: str | None = None, title: str = ""
 ) -> Figure:
-    """Draw the orbit of a pin as its bush sees it: free in the play, or pressed to the wall.
+    """Draw the orbit of a pin as its bush sees it: free in the clearance, or pressed to the wall.
 
-    The circle bounds the play: beyond it, the pin has entered the wall. Each impact begins at a
-    point on it.
+    The circle bounds the clearance: beyond it, the pin has entered the wall. Each impact begins
+    at a point on it.
 
     Args:
         simulation: from `clearance.simulate`.
-        joint: with play, or one of its bearings.
+        joint: with clearance, or one of its bearings.
         plane: `xy`, `yz` or `zx` of the world, instead of the plane across the bush's axis.
         title: of the figure.
 
     Raises:
-        ModelError: no such joint has play.
+        ModelError: no such joint has clearance.
         ArgumentError: unknown plane, or a single time.
     """
     times = simulation.time

@@ -64,6 +64,7 @@ def checked(
     held, near, loads = mapping("held", held), starting(near), mapping("loads", loads)
     if drive is None and not free:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
+    in_list = drive is not None and not isinstance(drive, str)
     drive = names("drive", () if drive is None else drive)
     free = names("free", () if free is None else free)
     independent = (*drive, *free)
@@ -90,6 +91,7 @@ def checked(
     return Problem(
         mechanism=mechanism,
         independent=_independent(mechanism, drive, free, held_at),
+        listed=in_list,
         free=free,
         held=frozen(held_at),
         near=frozen(near_at),

@@ -35,6 +35,8 @@ class Problem(Record):
             that are free. Loops are closed and wrenches solved alike for both. Of a joint with
             several coordinates these and the following attributes name a coordinate, see
             `Mechanism.drivable`.
+        listed: whether they were named in a list: then the last axis of their positions, speeds
+            and accelerations may be one of length 1 where the list has one name.
         free: those among them whose motion is to be found.
         held: joints whose position is fixed, to that position [rad or m].
         near: joints that are brought to a position before the drives take over.
@@ -52,6 +54,7 @@ class Problem(Record):
 
     mechanism: Mechanism
     independent: tuple[str, ...]
+    listed: bool
     free: tuple[str, ...]
     held: FrozenDict[str, float]
     near: FrozenDict[str, float]

@@ -211,7 +211,7 @@ def targets_of(
         ArgumentError: not finite, empty, shapes that do not broadcast, or a joint that is not held.
         ModelError: no such joint.
     """
-    driven = _drive_values("position", position, len(problem.independent))
+    driven = _drive_values("position", position, problem)
     every = _held(problem, held)
     varied = {
         name: values for name, values in every.items() if np.any(values != problem.held[name])
@@ -246,7 +246,6 @@ def acting_on(
         ArgumentError: not finite, empty, of a wrong shape, or a factor below zero.
         ModelError: no such joint or link.
     """
-    drives = len(problem.independent)
     efforts, wrenches = split_loads(problem.mechanism, loads)
     for name in efforts:
         if name not in problem.mechanism.coordinates.named:
@@ -262,8 +261,8 @@ def acting_on(
     if not times.size:
         raise ArgumentError("time is empty")
     return Acting(
-        _drive_values("speed", speed, drives),
-        _drive_values("acceleration", acceleration, drives),
+        _drive_values("speed", speed, problem),
+        _drive_values("acceleration", acceleration, problem),
         frozen({**problem.joint_loads, **efforts}) if efforts else problem.joint_loads,
         frozen({**problem.link_loads, **wrenches}) if wrenches else problem.link_loads,
         gravities,
@@ -294,13 +293,14 @@ def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
         ) from error
 
 
-def _drive_values(name: str, value: object, drives: int) -> Array:
+def _drive_values(name: str, value: object, problem: Problem) -> Array:
     """Return positions, speeds or accelerations of the drives as `(..., d)`.
 
     Args:
         name: how messages call the argument.
-        value: of any shape for one drive; a number for all of d drives, or `(..., d)`.
-        drives: their number d.
+        value: of any shape for one drive, `(..., 1)` if it was named in a list; a number for all
+            of d drives, or `(..., d)`.
+        problem: of the scene.
 
     Raises:
         ArgumentError: it is not numeric, not finite, empty or has another shape.
@@ -308,8 +308,10 @@ def _drive_values(name: str, value: object, drives: int) -> Array:
     array = numbers(name, value)
     if not array.size:
         raise ArgumentError(f"{name} is empty")
+    drives = len(problem.independent)
     if drives == 1:
-        return array[..., None]
+        has_axis = problem.listed and array.ndim > 1 and array.shape[-1] == 1
+        return array if has_axis else array[..., None]
     if not array.ndim:
         return np.full(drives, float(array))
     if array.shape[-1] != drives:

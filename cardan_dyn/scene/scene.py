@@ -183,6 +183,8 @@ class Scene(Prescribed):
                 arguments[role] = {name: present[name] for name in present if name not in taken}
             elif role not in changes:
                 arguments[role] = tuple(name for name in present if name not in taken)
+        if "drive" not in changes and len(arguments["drive"]) == 1 and not self._problem.listed:
+            arguments["drive"] = arguments["drive"][0]
         problem = checked(**arguments)
         return Scene._of(ProblemSolver(problem, like=self._solver))
 
@@ -222,7 +224,8 @@ class Scene(Prescribed):
         """Solve motion and reactions at given drive positions.
 
         All arguments broadcast: their common shape is that of the results, `(1,)` if all of them
-        are numbers; of several drives, the last axis of what they have is not part of it. With
+        are numbers. Positions, speeds and accelerations of drives that a list names have a last
+        axis of its length, which is not part of that shape and may be left out if it is 1. With
         positions `(P,)` and held positions `(D, 1)`, D designs are swept over P positions each.
 
         The configuration at a sample is the one that is reached from where the scene starts,
@@ -232,7 +235,7 @@ class Scene(Prescribed):
         way is not open, the drives move along the whole straight line.
 
         `<limit>` elements of the description are not regarded. Results are reproducible to rounding
-        times `Sweep.condition`, not bit for bit: earlier sweeps give later ones nearer guesses.
+        times `Sweep.condition`, not bit for bit.
 
         Beside its arguments and results, a sweep of any size takes some 20 MB of memory for each
         worker; of mechanisms with very many joints its blocks alone hold up to 48 MB.

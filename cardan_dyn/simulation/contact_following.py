@@ -27,8 +27,8 @@ _LEFT = np.concatenate([np.linspace(1.0, 0.0, _INNER, endpoint=False), np.logspa
 """Parts of the way out of a wall, on which it may press once more, that are left where it is
 looked at."""
 _AT_WALL = 1e-9
-"""Depth, as a fraction of the play, up to which a pin that the wall no longer presses is back in
-the play: errors of what locates it."""
+"""Depth, as a fraction of the clearance, up to which a pin that the wall no longer presses is back
+in the clearance: errors of what locates it."""
 _SOON = 1e-6
 """Part of the first interval after which a phase ends that rounding began on the wrong side."""
 _STRICT = 1e-2
@@ -182,7 +182,7 @@ class _Pin:
 
     @property
     def clearance(self) -> float:
-        """Play of the contact [m]."""
+        """Clearance of the contact [m]."""
         return self._contact.clearance
 
     @property
@@ -199,7 +199,7 @@ class _Pin:
         return float(self._contact.law.force(place.depth, place.growth, touch_speed))
 
     def begin(self, time: float, is_pressed: bool, speed: float = np.nan) -> None:
-        """Begin to touch, or to be free in the play; `speed` is that towards the wall, if known."""
+        """Begin to touch, or to be free; `speed` is that towards the wall, if known."""
         law_speed = np.inf if np.isnan(speed) else speed
         self._contact.phases.begin(Phase(time, PRESSED if is_pressed else FREE, law_speed))
         self._begun, self._left, self._speed, self._peak = time, np.inf, speed, None

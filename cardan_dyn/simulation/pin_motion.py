@@ -17,7 +17,7 @@ class PinPlace(NamedTuple):
     """Where a pin is in its bush.
 
     Attributes:
-        depth: by which it has entered the wall; negative in the play [m].
+        depth: by which it has entered the wall; negative in the clearance [m].
         growth: rate of the depth [m/s].
         away: `(3,)` unit vector from the bush's axis to the pin, in world axes.
         along: `(3,)` unit vector along the wall, in the sense of a turn about the axis.

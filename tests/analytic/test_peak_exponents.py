@@ -60,7 +60,7 @@ def test_exponents_of_an_impact_alone(start):
         np.testing.assert_allclose(getattr(found, name), value, rtol=1e-10)
 
 
-def test_exponents_without_play_are_those_of_the_ramp():
+def test_exponents_without_clearance_are_those_of_the_ramp():
     found = peak_exponents(1e-6)
     assert found.clearance == pytest.approx(0.0, abs=1e-15)
     assert (found.slope, found.mass, found.stiffness) == pytest.approx((1.0, 0.5, -0.5))

@@ -63,7 +63,7 @@ def test_friction_in_the_bush_brings_the_pin_onto_the_line_of_the_estimate() -> 
 
 
 def test_slider_crank_turns_its_force_through() -> None:
-    """The excess over the force without play is a part of what is estimated, and doubted."""
+    """The excess over the force without clearance is a part of what is estimated, and doubted."""
     for item in compared("slider_crank", "crank_bearing", "piston_pin", 150.0, 1e-4, 1e8):
         assert 0.1 < item.reversal.turn_through < 0.3
         assert any("turns through" in doubt for doubt in item.reversal.doubts)

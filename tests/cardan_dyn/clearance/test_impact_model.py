@@ -126,7 +126,7 @@ def test_bad_input(change: dict[str, Any], match: str) -> None:
 
 
 def added(stiffness: float, half: float) -> float:
-    """What the play adds to the ramp at an undamped peak [N]."""
+    """What the clearance adds to the ramp at an undamped peak [N]."""
     found = ImpactModel(3.6, stiffness, 2.0 * half, 360e3).estimate
     return float(found.added)
 

@@ -39,7 +39,7 @@ def test_pins_begin_pressed_by_the_force_without_play_and_move_with_it(
     force = motion.at([0.0]).element_force[0]
     tight = scene().sweep([0.8], 200.0)
     expected = tight.wrench(joint, "world").force[0]
-    # Of a joint whose bush moves, the play of its pin turns the bush a little.
+    # Of a joint whose bush moves, the clearance of its pin turns the bush a little.
     near = 1e-9 if joint != "piston_pin" else 1e-3
     np.testing.assert_allclose(force.force[0], expected, atol=near * np.linalg.norm(expected))
     # The wall presses as its force does a little later: it is followed, not struck.
@@ -105,7 +105,7 @@ def test_a_damping_ratio_means_one_damper_in_scans_and_simulations() -> None:
 
 @pytest.mark.parametrize("pins", [["pin_in"], ["pin_out"], ["pin_in", "pin_out"]])
 def test_bearings_begin_pressed_by_the_moment_that_they_pass_on(pins: list[str]) -> None:
-    """Shaft 2 begins to accelerate as it does without play."""
+    """Shaft 2 begins to accelerate as it does without clearance."""
     tight = cd.Scene(
         cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": np.radians(20.0)}
     )

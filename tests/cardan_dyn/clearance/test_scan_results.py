@@ -116,7 +116,7 @@ def test_exponents_and_what_changes_would_buy() -> None:
     # Where loads act the slope grows with another power of the speed.
     loaded = replace(GOOD, slope_growth=5.0).exponents
     assert loaded.speed == pytest.approx(5.0 * expected.slope)
-    # Half the play makes so much less of a peak of which a small change is known.
+    # Half the clearance makes so much less of a peak of which a small change is known.
     assert GOOD.effects(-1e-6)["clearance"] == pytest.approx(-1e-6 * expected.clearance, rel=1e-5)
     undamped = replace(GOOD, model=replace(MODEL, damping_ratio=0.0, start="rest"))
     found = undamped.exponents.clearance

@@ -51,7 +51,7 @@ def test_estimates_are_those_of_the_closed_forms(drive: cd.Scene, found: Scan) -
         near = drive.sweep(item.position + np.array([-step, step]), 300.0)
         forces = near.wrench("rocker_bearing", "world").force
         rate = (forces[1] - forces[0]) / (2.0 * step) * 300.0
-        rate[2] = 0.0  # Along the pin, where play does nothing.
+        rate[2] = 0.0  # Along the pin, where clearance does nothing.
         np.testing.assert_allclose(item.force_slope * item.direction, rate, rtol=1e-6, atol=1.0)
         contact = item.reduced_mass, 1e8, 0.5e-4, item.force_slope
         undamped = impact.reversal(*contact, start="release")
@@ -118,7 +118,7 @@ def test_tables(found: Scan) -> None:
 
 
 def test_what_does_not_strike_is_ranked_behind_what_does() -> None:
-    """By its force without play."""
+    """By its force without clearance."""
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -300.0})
     found = scan(scene, 120.0, damping_ratio=0.25, **CONTACT)
     strikes = [found[name].impacts > 0 for name in found.ranking]
@@ -210,7 +210,7 @@ def test_copies_know_what_pins_did(drive: cd.Scene) -> None:
 
 
 def test_exponents_are_those_of_other_scans(drive: cd.Scene, found: Scan) -> None:
-    """A per mille more of speed, play and stiffness in scans of the whole mechanism."""
+    """A per mille more of speed, clearance and stiffness in scans of the whole mechanism."""
     step = 1e-3
     options: dict[str, Any] = {"speed": 300.0, "joints": "rocker_pin", "damping_ratio": 0.25}
     for name in ("speed", "clearance", "stiffness"):

@@ -56,7 +56,7 @@ def test_bearings_carry_the_flywheel_and_the_load(load: float, bearings: str | N
 @pytest.mark.parametrize("name", ["pin_in", "pin_out"])
 @pytest.mark.parametrize("start", ["release", "rest"])
 def test_one_pin_by_closed_forms(name: str, start: Any) -> None:
-    """m = J/(2r²), J = Θ/(e₂·n)², of a bearing with the force P, the play and the stiffness."""
+    """m = J/(2r²), J = Θ/(e₂·n)², of a bearing with the force P."""
     options: dict[str, Any] = {"bearings": name, "start": start, **GIVEN}
     found = scan_pins(scene("thoma_rig", BETA), SPEED, "cross", **options)
     assert found.freedoms == 2
@@ -86,7 +86,7 @@ def test_one_pin_by_closed_forms(name: str, start: Any) -> None:
 
 
 def test_both_pins_act_in_series() -> None:
-    """ψ = s₁/r₁ + s₂/r₂ each way and 1/k = Σ 1/(2 c r²), as one torsional spring with play."""
+    """ψ = s₁/r₁ + s₂/r₂ each way and 1/k = Σ 1/(2 c r²), as one torsional spring with clearance."""
     radius, clearance = {"pin_in": 0.05, "pin_out": 0.04}, {"pin_in": 1e-5, "pin_out": 2e-5}
     stiffness = {"pin_in": 1e8, "pin_out": 6e7}
     found = scan_pins(
@@ -152,7 +152,7 @@ def test_other_descriptions_of_the_same_joint() -> None:
     """As one joint of type universal, and with joints elsewhere on their pins.
 
     The displaced origins change the force through the cross that statics leaves open and least norm
-    chooses; nothing of it is felt where bearings have play.
+    chooses; nothing of it is felt where bearings have clearance.
     """
     expected = scan_pins(scene("thoma_rig", BETA), SPEED, "cross", bearings="pin_out", **GIVEN)
     options = {"bearings": "coupling.turn_2", **GIVEN}

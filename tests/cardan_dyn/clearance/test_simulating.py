@@ -181,7 +181,7 @@ def test_driven_joints_and_loops_can_have_play(joint: str) -> None:
     tight = np.interp(
         course.position, rigid[joint].position, np.linalg.norm(rigid[joint].force, axis=1)
     )
-    # It begins pressed, near the force without play.
+    # It begins pressed, near the force without clearance.
     np.testing.assert_allclose(course.force[:10], tight[:10], rtol=0.02)
     assert found.energy_residual < 1e-6
 
