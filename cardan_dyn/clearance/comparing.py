@@ -66,7 +66,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
         for name, item in joint.by_bearing().items():
             _check_same(item, simulation.contact(name))
     fine = simulation.at(finer(simulation.steps, _PER_STEP))
-    scanned = {name: item for joint in common for name, item in joint.by_bearing().items()}
+    scanned = scan.by_bearing()
     result = []
     for name in (name for name in simulation if name in scanned):
         course = fine[name]

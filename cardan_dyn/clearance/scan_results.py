@@ -51,7 +51,7 @@ _LESS = -0.1
 """Change of a parameter of which summaries tell what it would buy."""
 _TOGETHER = 0.05
 """Part of the clearance, as a fraction, by which bearings may differ where they close together."""
-_NO_NUMBERS = {"direction", "model", "motion", "share", "ahead", "unfollowed"}
+_NO_NUMBERS = {"direction", "directions", "model", "motion", "share", "ahead", "unfollowed"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +87,7 @@ class ForceReversal:
         rigid_ahead: greatest force without clearance until then [N].
         damping: damper d that the contact has then [N s/m].
         share: force of each open bearing as a fraction of the greatest.
+        directions: `(B, 3)` of each as `direction`; None if there is one.
         ahead: greatest force of each without clearance until the next reversal [N].
         split: part of the clearance, as a fraction, that cannot close at once in all open bearings,
             since the mechanism ties their motions together.
@@ -120,6 +121,7 @@ class ForceReversal:
     rigid_ahead: float = math.nan
     damping: float = 0.0
     share: tuple[float, ...] = (1.0,)
+    directions: Array | None = None
     ahead: tuple[float, ...] = ()
     split: float = 0.0
     motion: FollowedPin | None = field(default=None, repr=False)
@@ -513,6 +515,7 @@ class JointScan(Result):
         damping = item.damping * law / item.stiffness
         return replace(
             item,
+            direction=item.direction if item.directions is None else item.directions[index],
             peak=peak,
             rigid=share * item.rigid,
             added=share * item.added,
@@ -661,6 +664,14 @@ class Scan(Result, Mapping[str, JointScan]):
             return -max(joint.severity, joint.partial_severity), -joint.rigid_peak
 
         return sorted(self._joints, key=key)
+
+    def by_bearing(self) -> dict[str, JointScan]:
+        """Return what is said of each open bearing of each joint; see `JointScan.by_bearing`."""
+        return {
+            name: item
+            for joint in self._joints.values()
+            for name, item in joint.by_bearing().items()
+        }
 
     @property
     def notes(self) -> tuple[str, ...]:

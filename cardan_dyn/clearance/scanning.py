@@ -278,14 +278,16 @@ class Scanner:
         """Return what is said of a swing."""
         swing, mobility, joint = case.swing, case.mobility, case.of.joint
         shares = joint.shares(swing.direction)
+        local = swing.direction.reshape(len(shares), -1)
+        world = np.einsum("bd,bdi->bi", local, mobility.frames)
+        directions = world / np.where(shares > 0.0, shares, 1.0)[:, None]
         most = int(np.argmax(shares))
-        along = swing.direction.reshape(len(shares), -1)[most] @ mobility.frames[most]
         numbers = {name: float(value) for name, value in found._asdict().items()}
         critical = 2.0 * float(np.sqrt(numbers["stiffness"] * case.of.mean_mass))
         return ForceReversal(
             position=swing.position,
             force_slope=case.model.slope,
-            direction=read_only(along / shares[most]),
+            direction=read_only(directions[most]),
             reduced_mass=case.model.mass,
             guided_mass=mobility.reduced_mass(swing.direction, is_guided=True),
             turn_through=turn_through,
@@ -296,6 +298,7 @@ class Scanner:
             model=case.model,
             damping=self._ratio * critical,
             share=tuple((shares / shares[most]).tolist()),
+            directions=read_only(directions) if joint.is_cross else None,
             split=joint.split(swing.direction, mobility.movable) if joint.is_cross else 0.0,
             **numbers,  # type: ignore[arg-type]
         )

@@ -6,12 +6,10 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
-
-from analytic.impact import Start
 
 from ..clearance import PinGeometry, Scan, scan
 from ..errors import ArgumentError
@@ -33,123 +31,74 @@ _NAME = 7
 _BOUGHT = ("speed", "clearance", "mass", "stiffness")
 
 
-class ScanOptions(NamedTuple):
-    """Options of the command, unchecked.
-
-    Attributes:
-        source: name of a bundled description, or a path.
-        speed: of the drive [rad/s]; None if `speed_rpm` is given.
-        speed_rpm: the same [1/min].
-        clearances: as VALUE or JOINT=VALUE [m].
-        stiffnesses: likewise [N/m].
-        pin: length and radius of steel pins [m], instead of a stiffness.
-        seat_stiffness: of what holds them [N/m].
-        damping_ratio: of the contact.
-        start: of the flights.
-        rotor: inertia that turns with the drive [kg m²].
-        verify: simulate joints that strike as well.
-        joints: to be scanned; all if empty.
-        drive: driven joint; that of the preset if empty.
-        held: as JOINT=VALUE [°, slides: m].
-        loads: as JOINT=VALUE [N·m, slides: N].
-        gravity: [m/s²].
-        strict: see `load`.
-    """
-
-    source: str
-    speed: float | None
-    speed_rpm: float | None
-    clearances: tuple[str, ...]
-    stiffnesses: tuple[str, ...]
-    pin: tuple[float, float] | None
-    seat_stiffness: float | None
-    damping_ratio: float
-    start: Start
-    rotor: float | None
-    verify: bool
-    joints: tuple[str, ...]
-    drive: tuple[str, ...]
-    held: tuple[str, ...]
-    loads: tuple[str, ...]
-    gravity: tuple[float, float, float] | None
-    strict: bool
-
-    def scan(self) -> Scan:
-        """Return the scan.
-
-        Raises:
-            ArgumentError: options do not fit each other.
-            CardanError: as `load`, `Scene` and `clearance.scan` do.
-        """
-        speed = self._speed()
-        mechanism = load(self.source, strict=self.strict)
-        stiffness = self._stiffness(mechanism)
-        held = {
+def scanned_by(
+    source: str,
+    *,
+    speed: float | None,
+    speed_rpm: float | None,
+    clearances: tuple[str, ...],
+    stiffnesses: tuple[str, ...],
+    radii: tuple[str, ...],
+    pin: tuple[float, float] | None,
+    seat_stiffness: float | None,
+    drive: tuple[str, ...],
+    held: tuple[str, ...],
+    loads: tuple[str, ...],
+    gravity: tuple[float, float, float] | None,
+    strict: bool,
+    joints: tuple[str, ...],
+    bearings: tuple[str, ...],
+    **rest: Any,
+) -> Scan:
+    """Return the scan that the options of the command ask for; `rest` are arguments of `scan`."""
+    if (speed is None) == (speed_rpm is None):
+        raise ArgumentError("give the speed of the drive either by --speed or by --speed-rpm")
+    mechanism = load(source, strict=strict)
+    if bool(stiffnesses) == (pin is not None):
+        raise ArgumentError("give the stiffness of contacts either by --stiffness or by --pin")
+    if pin is None and seat_stiffness is not None:
+        raise ArgumentError("--seat-stiffness goes with --pin; --stiffness is that of the whole")
+    stiffness: Any = _by_joint(stiffnesses, "--stiffness", "1e8", mechanism)
+    if pin is not None:
+        stiffness = PinGeometry(*pin, seat_stiffness=seat_stiffness)
+    scene = default_scene(
+        mechanism,
+        drive=drive,
+        held={
             name: value if slides(mechanism, name) else float(np.deg2rad(value))
-            for name, value in parsed_assignments(self.held, "--held").items()
-        }
-        scene = default_scene(
-            mechanism,
-            drive=self.drive,
-            held=held,
-            loads=parsed_assignments(self.loads, "--load"),
-            gravity=self.gravity,
-        )
-        return scan(
-            scene,
-            speed,
-            clearance=_by_joint(self.clearances, "--clearance", "1e-4", mechanism),
-            stiffness=stiffness,
-            joints=self.joints or None,
-            damping_ratio=self.damping_ratio,
-            start=self.start,
-            rotor=self.rotor,
-            verify=self.verify,
-        )
-
-    def _speed(self) -> float:
-        """Return the speed of the drive [rad/s].
-
-        Raises:
-            ArgumentError: it is given twice, or not at all.
-        """
-        if (self.speed is None) == (self.speed_rpm is None):
-            raise ArgumentError("give the speed of the drive either by --speed or by --speed-rpm")
-        return self.speed if self.speed is not None else _RAD_PER_S * (self.speed_rpm or 0.0)
-
-    def _stiffness(self, mechanism: Mechanism) -> Any:
-        """Return stiffness or geometry.
-
-        Raises:
-            ArgumentError: both are given, or none.
-        """
-        if bool(self.stiffnesses) == (self.pin is not None):
-            raise ArgumentError("give the stiffness of contacts either by --stiffness or by --pin")
-        if self.pin is not None:
-            return PinGeometry(*self.pin, seat_stiffness=self.seat_stiffness)
-        if self.seat_stiffness is not None:
-            raise ArgumentError(
-                "--seat-stiffness goes with --pin; --stiffness is that of the whole"
-            )
-        return _by_joint(self.stiffnesses, "--stiffness", "1e8", mechanism)
+            for name, value in parsed_assignments(held, "--held").items()
+        },
+        loads=parsed_assignments(loads, "--load"),
+        gravity=gravity,
+    )
+    return scan(
+        scene,
+        speed if speed is not None else _RAD_PER_S * (speed_rpm or 0.0),
+        clearance=_by_joint(clearances, "--clearance", "1e-4", mechanism),
+        stiffness=stiffness,
+        radius=_by_joint(radii, "--radius", "0.02", mechanism) if radii else None,
+        joints=joints or None,
+        bearings=bearings or None,
+        **rest,
+    )
 
 
-def run(options: ScanOptions, directory: Path | None, as_json: bool) -> None:
+def run(directory: Path | None, as_json: bool, **options: Any) -> None:
     """Print a scan, and write its figures.
 
     Args:
-        options: of the command.
         directory: of the figures; None for none.
         as_json: print JSON instead of tables.
+        options: of the command, see `scanned_by`.
 
     Raises:
         MissingExtraError: figures are wanted and matplotlib is not installed.
         ClickException: a file cannot be written.
-        CardanError: see `ScanOptions.scan`.
+        CardanError: options do not fit each other, or as `load`, `Scene` and `clearance.scan`.
     """
     from rich.console import Console
 
-    scanned = options.scan()
+    scanned = scanned_by(**options)
     if as_json:
         click.echo(json_text(scanned))
     else:

@@ -236,7 +236,27 @@ def driveline(
 @click.option(
     "--verify", is_flag=True, help="Simulate joints that strike as well; takes seconds for each."
 )
-@click.option("--joint", "joints", multiple=True, metavar="JOINT", help="Scan only these joints.")
+@click.option(
+    "--joint",
+    "joints",
+    multiple=True,
+    metavar="JOINT",
+    help="Scan only these joints; a universal joint by its name, or by the link that is its cross.",
+)
+@click.option(
+    "--radius",
+    "radii",
+    multiple=True,
+    metavar="[PIN=]VALUE",
+    help="Of a universal joint, from its centre to the bearings of its pins [m].",
+)
+@click.option(
+    "--bearing",
+    "bearings",
+    multiple=True,
+    metavar="BEARING",
+    help="That has clearance in a universal joint, PIN+ or PIN-, or PIN for both; all if none.",
+)
 @click.option("--drive", multiple=True, metavar="JOINT", help="Driven joint.")
 @options.held
 @options.loads
@@ -251,9 +271,9 @@ def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
     impacts, with what 10 % less of a parameter would buy and what speaks against the estimate.
     Inertia alone acts unless loads or gravity are given.
     """
-    from .clearance_command import ScanOptions, run
+    from .clearance_command import run
 
-    run(ScanOptions(**given), directory, as_json)
+    run(directory, as_json, **given)
 
 
 main.add_command(vibration)

@@ -54,7 +54,9 @@ def contact_course(
         degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with clearance"
     )
     if scanned is not None:
-        _beside(axes, scanned[joint], scanned.speed, position)
+        bearings = scanned.by_bearing()
+        of = bearings[joint] if joint in bearings else scanned[joint]
+        _beside(axes, of, scanned.speed, position)
     angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
     axes.set_ylabel(f"force in {joint} [N]")
     axes.set_ylim(bottom=0.0)

@@ -30,7 +30,8 @@ def force_reversals(
 
     Args:
         scanned: from `clearance.scan`.
-        joints: one or several of it; all in the order of their severity if None.
+        joints: one or several of it, of universal joints each bearing; all in the order of their
+            severity if None.
         plane: `xy`, `yz` or `zx`, instead of the plane most nearly across each pin.
         title: of the figure.
 
@@ -41,7 +42,8 @@ def force_reversals(
     Source:
         Dresig and Thümmel, Bild 1.
     """
-    shown = [scanned[name] for name in (scanned.ranking if joints is None else names(joints))]
+    wanted = scanned.ranking if joints is None else names(joints)
+    shown = [item for name in wanted for item in scanned[name].by_bearing().values()]
     columns = min(len(shown), 3 if len(shown) > 4 else 2) or 1
     rows = -(-len(shown) // columns) or 1
     figure, axes = axes_grid(rows, columns, size=(1.2 + 3.6 * columns, 0.8 + 3.7 * rows))

@@ -152,3 +152,21 @@ def test_verification_is_part_of_the_output() -> None:
     for row in content["verified"]:
         assert row["least"] < row["simulated"] < row["greatest"]
     assert "verified" not in json.loads(run("needle_drive", *options, "--json").output)
+
+
+def test_bearings_of_a_universal_joint(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="figures need matplotlib")
+    options = ("--speed", "150", *CONTACT, "--held", "joint_angle=20", "--joint", "cross")
+    options = (*options, "--radius", "0.05", "--bearing", "pin_in", "--json")
+    result = run("thoma_rig", *options, "--figures", str(tmp_path))
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "force_reversals.svg").exists()
+    (joint,) = json.loads(result.stdout)["joints"]
+    rig = cd.Scene(
+        cd.load("thoma_rig"), drive="bearing_in", held={"joint_angle": math.radians(20.0)}
+    )
+    given = {"clearance": 1e-4, "stiffness": 1e8, "radius": 0.05, "bearings": "pin_in"}
+    found = scan(rig, 150.0, joints="cross", **given)["cross"]  # type: ignore[arg-type]
+    assert joint["joint"] == "cross"
+    assert joint["rigid_peak"] == pytest.approx(found.rigid_peak, rel=1e-9)
+    assert len(joint["reversals"]) == len(found.reversals) == 4
