@@ -177,7 +177,7 @@ def _free_coordinates(
         if np.linalg.norm(ways[[coordinates.named[name].rate for name in own]]) < _ZERO:
             raise ModelError(
                 f"the other joints hold the pin of joint {joint!r}, whatever clearance it has; a "
-                "joint whose pin has two bearings opens with bearings={name: distance}"
+                "joint whose pin has two bearings opens with radius={name: distance}"
             )
     if len(chosen) < ways.shape[1]:
         raise ModelError(

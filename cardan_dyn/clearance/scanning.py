@@ -431,7 +431,7 @@ def _verified(
                 joints=pins,
                 clearance=joint.clearance,
                 law={pin: _law(joint, pin) for pin in pins},
-                bearings=joint.radius or None,
+                radius=joint.radius or None,
                 rotor=rotor,
                 turns=_VERIFIED * period / (2.0 * np.pi),
                 rtol=_VERIFIED_TO,

@@ -49,7 +49,7 @@ def simulate(
     damping_ratio: float = 0.0,
     friction: float | Mapping[str, float] = 0.0,
     pin_radius: float | Mapping[str, float] = 0.0,
-    bearings: Mapping[str, float] | None = None,
+    radius: float | Mapping[str, float] | None = None,
     rotor: float | None = None,
     turns: float = 2.0,
     position: float | None = None,
@@ -75,7 +75,8 @@ def simulate(
             with the joint's mean reduced mass along its force over a period, from 0 to below 1.
         friction: coefficient of Coulomb's friction along the wall, likewise.
         pin_radius: of pins whose surfaces slide as they turn, likewise [m].
-        bearings: joints whose pin has two bearings, to their distance from its origin [m].
+        radius: of joints whose pin has two bearings, as those of a cross: their distance from its
+            origin [m], of all joints or by name; those without it have one bush.
         rotor: inertia that turns with the drive, which then gives way [kg m²]; None if it does not.
         turns: of the drive at its speed, after which it ends.
         position: of the drive where it begins [rad]; far from reversals of forces if None.
@@ -88,7 +89,7 @@ def simulate(
         ModelError: a joint has no pin, or the others hold it whatever its clearance.
         CardanError: as `Scene.simulate`.
     """
-    begun = RigidStart(scene, speed, joints, position, bearings, rotor)
+    begun = RigidStart(scene, speed, joints, position, radius, rotor)
     values = {"clearance": clearance, "law": law, "stiffness": stiffness, "friction": friction}
     refuse_unknown(scene.mechanism.joints, pin_radius=pin_radius, **values)
     ratio, length = damping_ratio_of(damping_ratio), scene.mechanism.characteristic_length
@@ -155,7 +156,7 @@ class RigidStart:
         speed: Any,
         joints: str | Collection[str],
         position: Any = None,
-        bearings: Any = None,
+        radius: Any = None,
         rotor: Any = None,
     ) -> None:
         """Check what is asked for.
@@ -165,7 +166,7 @@ class RigidStart:
             speed: of it [rad/s].
             joints: that have clearance.
             position: of the drive [rad]; where all forces are far from a reversal if None.
-            bearings: see `reach`.
+            radius: see `reach`.
             rotor: inertia that turns with the drive [kg m²]; None if its motion is prescribed.
         """
         self._scene, self._rotor, self.speed = scene_of(scene), rotor, speed_of(speed)
@@ -173,19 +174,21 @@ class RigidStart:
         if joints is None:
             raise ArgumentError("joints is None; name those that have clearance")
         self.joints, _ = pins_of(scene.problem, joints)
-        self.reach = self._reach(bearings)
+        self.reach = self._reach(radius)
         self.position = self._steady() if position is None else number("position", position)
 
-    def _reach(self, bearings: Any) -> dict[str, float]:
+    def _reach(self, radius: Any) -> dict[str, float]:
         """Return the distances of bearings from the origins of joints."""
-        given = mapping("bearings", bearings)
+        if radius is not None and not isinstance(radius, Mapping):
+            return dict.fromkeys(self.joints, positive("radius", radius))
+        given = mapping("radius", radius)
         for name in given:
             if name not in self.joints:
                 raise ArgumentError(
-                    f"bearings names joint {name!r}, which has no clearance; joints: "
+                    f"radius names joint {name!r}, which has no clearance; joints: "
                     f"{choices(self.joints)}"
                 )
-        return {name: positive(f"bearings[{name!r}]", value) for name, value in given.items()}
+        return {name: positive(f"radius[{name!r}]", value) for name, value in given.items()}
 
     def _steady(self) -> float:
         """Position of the drive at which all forces are far from a reversal [rad]."""

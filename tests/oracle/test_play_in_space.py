@@ -176,7 +176,7 @@ def test_the_package_simulates_what_it_expects(pin: str) -> None:
     )["cross"]
     item = scanned.reversals[1]
     law = clearance.LinearContact.of_ratio(STIFFNESS, RATIO, scanned.mean_mass)
-    given = {"joints": pin, "clearance": 1e-5, "law": law, "bearings": {pin: RADIUS}}
+    given = {"joints": pin, "clearance": 1e-5, "law": law, "radius": {pin: RADIUS}}
     found = clearance.simulate(still, SPEED, turns=0.165, position=0.8, rtol=1e-7, **given)
     struck = [impact for impact in found.impacts if impact.position > item.position]
     assert {impact.bearing for impact in struck} == set(scanned.bearings)

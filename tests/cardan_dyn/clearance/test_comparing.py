@@ -138,7 +138,7 @@ def test_bearings_of_a_pin() -> None:
     contact = {"radius": 0.05, "clearance": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25}
     scan = clearance.scan(rig, 150.0, joints="cross", bearings="pin_in", **contact)
     law = clearance.LinearContact.of_ratio(1e7, 0.25, scan["cross"].mean_mass)
-    given = {"clearance": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
+    given = {"clearance": 4e-5, "law": law, "radius": 0.05}
     simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=1.45, rtol=1e-6, **given)
     found = clearance.compare(scan, simulation)
     assert [item.joint for item in found] == ["pin_in+"] * 4 + ["pin_in-"] * 4
@@ -232,7 +232,7 @@ def test_pin_bearings_that_differ_are_not_compared() -> None:
     }
     scan = clearance.scan(rig, 150.0, joints="cross", **contact)
     law = clearance.LinearContact.of_ratio(1e7, 0.25, scan["cross"].mean_mass)
-    given = {"clearance": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
+    given = {"clearance": 4e-5, "law": law, "radius": 0.05}
     simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=0.02, **given)
     with pytest.raises(cd.ArgumentError, match="too short"):
         clearance.compare(scan, simulation)

@@ -207,7 +207,7 @@ def test_bearings_of_a_universal_joint_strike_in_pairs(pins: list[str]) -> None:
     reach = dict.fromkeys(pins, 0.03)
     law = cd.LinearContact(1e7, 1000.0)
     found = clearance.simulate(
-        joint, 150.0, joints=pins, bearings=reach, clearance=1e-4, law=law, turns=0.8
+        joint, 150.0, joints=pins, radius=reach, clearance=1e-4, law=law, turns=0.8
     )
     assert list(found) == [f"{pin}{side}" for pin in pins for side in "+-"]
     assert found.trajectory.energy_residual < 1e-8 and found.energy_residual < 1e-5
@@ -271,9 +271,9 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
         ({"damping_ratio": 1.0}, cd.ArgumentError, "damping_ratio is 1"),
         ({"friction": -0.1}, cd.ArgumentError, "friction is -0.1"),
         ({"pin_radius": np.inf}, cd.ArgumentError, "pin_radius"),
-        ({"bearings": {"piston_pin": 0.1}}, cd.ArgumentError, "has no clearance"),
-        ({"bearings": {"crank_pin": 0.1}, "damping_ratio": 0.2}, cd.ArgumentError, "of_ratio"),
-        ({"bearings": {"crank_pin": 0.0}}, cd.ArgumentError, "expected a positive number"),
+        ({"radius": {"piston_pin": 0.1}}, cd.ArgumentError, "has no clearance"),
+        ({"radius": {"crank_pin": 0.1}, "damping_ratio": 0.2}, cd.ArgumentError, "of_ratio"),
+        ({"radius": {"crank_pin": 0.0}}, cd.ArgumentError, "expected a positive number"),
         ({"rotor": -1.0}, cd.ArgumentError, "rotor is -1"),
         ({"turns": 0.0}, cd.ArgumentError, "turns is 0"),
         ({"max_touches": 0}, cd.ArgumentError, "max_touches"),
