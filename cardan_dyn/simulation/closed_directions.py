@@ -332,16 +332,7 @@ def _graded(ways: Array, weights: Array) -> Array:
 
 
 def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
-    """Return the accelerations `(d,)` along directions; none along those that nothing pushes.
-
-    Args:
-        inertia: `(d, d)`.
-        efforts: `(d,)`.
-        terms: sizes of what the efforts are sums of `(d,)`.
-
-    Raises:
-        SingularConfigurationError: efforts push along a direction that moves no mass.
-    """
+    """Return the accelerations `(d,)` along directions; none along those that nothing pushes."""
     own = np.diag(inertia)
     heavy = own > _MASSLESS * np.max(own, initial=0.0)
     root = np.sqrt(np.where(heavy, own, 1.0))

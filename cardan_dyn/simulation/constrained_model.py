@@ -437,11 +437,6 @@ class ConstrainedChain:
         """Return the least displacements `(nv,)`, in the metric of the kinetic energy.
 
         At the state that was prepared: its dynamics have decomposed the equations.
-
-        Args:
-            gaps: what the rows of the loops have to gain `(6 L,)`.
-            efforts: `(nv,)` what pushes them, inertia times displacement.
-            rounds: of the proximal iteration.
         """
         rhs = np.concatenate((gaps, efforts))
         solution = self._decomposition.solve(rhs)
@@ -671,17 +666,7 @@ def _overclosed(
     closed: Callable[[Array], Array],
     gaps: Callable[[Array], Array],
 ) -> ClosedDirections | None:
-    """Return how a chain moves if closure equations are redundant only where its loops are closed.
-
-    Args:
-        model: see `ClosedDirections`.
-        constraints: see `ClosedDirections`.
-        couplings: see `ClosedDirections`.
-        prescribed: see `ClosedDirections`.
-        state: a closed configuration.
-        closed: closes a configuration that is a little open.
-        gaps: see `ClosedDirections`.
-    """
+    """Return how a chain moves if equations are redundant only where its loops are closed."""
     if not len(constraints):
         return None
     made_of = model, constraints, couplings, prescribed

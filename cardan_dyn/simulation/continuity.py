@@ -158,13 +158,7 @@ class Continuity:
         return max(self.worst, Misfit(float(misfits[worst]), float(times[worst])))
 
     def _from_neighbours(self, times: Array, states: States, rounding: Array) -> Array:
-        """Return `(N,)` how far states are off what the ones before and after them say.
-
-        Args:
-            times: `(N,)`.
-            states: there.
-            rounding: what it leaves open `(N,)`.
-        """
+        """Return `(N,)` how far states are off what the ones before and after them say."""
         misfits = self._off(times, states, _NEAR) - rounding
         bad = np.nonzero(misfits > self.tolerance)[0]
         for _ in range(_MOST_HALVINGS):

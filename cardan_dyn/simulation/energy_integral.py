@@ -143,12 +143,7 @@ class EnergyIntegral:
         return minima[first : first + count + 1]
 
     def _both_beside(self, starts: Array, ways: Array) -> tuple[Array, Array]:
-        """Return how much work is done beyond that of a constant force, and inertias.
-
-        Args:
-            starts: ways from the start to anchors `(N,)`.
-            ways: from there `(N,)`.
-        """
+        """Return how much work is done beyond that of a constant force, and inertias."""
         starts = self._start + starts
         return self._work.bent(starts, ways)[0], self._inertia(starts + ways)[0]
 
@@ -224,14 +219,7 @@ class EnergyIntegral:
         return ends[0], ends[1]
 
     def _end(self, sign: float, inside: float, beyond: float, minimum: _Anchor | None) -> _Anchor:
-        """Return where kinetic energy vanishes, between two distances from the start.
-
-        Args:
-            sign: of the ways there.
-            inside: distance at which there is some.
-            beyond: distance at which there is none.
-            minimum: the next one behind.
-        """
+        """Return where kinetic energy vanishes, between two distances from the start."""
 
         def beside(anchor: _Anchor, sense: float) -> Callable[[Array, Array], tuple[Array, Array]]:
             def rising(distances: Array, chosen: Array) -> tuple[Array, Array]:
@@ -264,21 +252,13 @@ class EnergyIntegral:
         return _Anchor(way, 0.0, self._force_beside(minimum, -sign * distance), True)
 
     def _refuse_speeding_up(self) -> None:
-        """Refuse a constant torque.
-
-        Raises:
-            NotSuitableError: there is one.
-        """
+        """Refuse a constant torque."""
         trend = abs(float(self._work.slope[0]))
         if trend > self._error * max(self._scale, self._energy / self._turn):
             raise NotSuitableError("a constant torque speeds the drive up")
 
     def _judge(self, minima: list[_Anchor], anchors: list[_Anchor]) -> None:
-        """Find the doubt that rounding leaves, see the attribute.
-
-        Raises:
-            NotSuitableError: it decides whether the mechanism passes a maximum of the potential.
-        """
+        """Find the doubt that rounding leaves, see the attribute."""
         if not minima:
             return
         first, last = anchors[0], anchors[-1]
@@ -431,11 +411,7 @@ class _Elapsed:
         return found[0], found[1], found[2], found[3]
 
     def _paces(self, pieces: Array, q: Array) -> Array:
-        """Return times per q `(N,)` on pieces.
-
-        Raises:
-            NotSuitableError: kinetic energy vanishes where it must not.
-        """
+        """Return times per q `(N,)` on pieces."""
         way, kinetic, force, is_end = self._anchors[:, pieces]
         distances, slopes = np.where(is_end, q * q, q), np.where(is_end, 2.0 * q, 1.0)
         ways = self._sense[pieces] * distances

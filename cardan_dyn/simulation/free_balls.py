@@ -603,15 +603,7 @@ def _free_ball(
     moved: pinocchio.SE3,
     columns: tuple[int, int],
 ) -> FreeBall:
-    """Return a ball.
-
-    Args:
-        model: of the mechanism.
-        hinge: its first turn.
-        axes: of turns, in their frames.
-        moved: from the last turn's frame to that of the ball.
-        columns: its first ones in a row of the mechanism, and in one that is integrated.
-    """
+    """Return a ball."""
     second, third = (model.jointPlacements[hinge + k] for k in (1, 2))
     zero = second * third
     a = zero.rotation.T @ axes[hinge]

@@ -124,12 +124,7 @@ def _lingering(setup: Setup, integration: Integration) -> list[str]:
 
 
 def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
-    """Return when events or an interruption ended a run, the reason, and the events before.
-
-    Args:
-        setup: the simulation.
-        run: its motion.
-    """
+    """Return when events or an interruption ended a run, the reason, and the events before."""
     count = _SAMPLES_PER_PERIOD
     if np.isfinite(run.period):
         count = max(count, int(_SEARCHED_PER_PERIOD * setup.duration / run.period))
@@ -246,14 +241,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
 
 
 def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
-    """Return what judges whether equations with forces are stiff at a row.
-
-    Args:
-        setup: of the simulation.
-        equations: that are integrated.
-        unit: sizes of entries of a row.
-        size: how many of its first entries are positions.
-    """
+    """Return what judges whether equations with forces are stiff at a row."""
 
     def is_stiff(time: float, y: Array, jacobian: Array, length: float) -> bool:
         def rates(row: Array) -> Array:
@@ -335,11 +323,7 @@ def _trajectory(
     contacts: ContactFollowing | None = None,
     start: tuple[Array, Array] | None = None,
 ) -> Trajectory:
-    """Return what was integrated.
-
-    Raises:
-        SimulationError: it failed; with the trajectory up to there.
-    """
+    """Return what was integrated."""
     notes = [*setup.notes, *notes, *setup.progress.notes]
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")

@@ -204,11 +204,7 @@ def _spline(label: str, times: Any, positions: Any, duration: float) -> Motion:
 
 
 def _checked(label: str, motion: Motion, duration: float) -> Motion:
-    """Return a motion after its derivatives were compared with it.
-
-    Raises:
-        ArgumentError: not finite, or speed or acceleration are not the derivatives.
-    """
+    """Return a motion after its derivatives were compared with it."""
     times = np.linspace(0.0, duration, _SAMPLES + 1)
     ends = np.array([motion(time) for time in times.tolist()])
     if not np.all(np.isfinite(ends)):

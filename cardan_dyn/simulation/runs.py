@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..problem.samples import Targets
 from ..results.collect import motion_at
+from .continuity import States
 from .energy_integral import Law
 from .free_balls import WithBalls
 from .integration import Integration, Point
@@ -62,19 +63,6 @@ class BodyStates(NamedTuple):
     a: Array
 
 
-class OfDrives(NamedTuple):
-    """The motion of the drives at N times.
-
-    Attributes:
-        x: positions `(N, d)`, all turns counted.
-        v, a: speeds and accelerations `(N, d)`.
-    """
-
-    x: Array
-    v: Array
-    a: Array
-
-
 class Run(Protocol):
     """What a method of simulation found."""
 
@@ -98,11 +86,11 @@ class Run(Protocol):
         """Velocity coordinates whose values have no bound: angles that are read off rotations."""
         ...
 
-    def drives_alone(self, times: Array) -> OfDrives | None:
-        """Return the motion of the drives at times, None if all coordinates are needed for it."""
+    def drives_alone(self, times: Array) -> States | None:
+        """Return the drives at times, turns counted; None if all coordinates are needed for it."""
         ...
 
-    def rows(self, times: Array, drives: OfDrives | None = None) -> Rows:
+    def rows(self, times: Array, drives: States | None = None) -> Rows:
         """Return the states at times within the run; `drives` is what `drives_alone` returned."""
         ...
 
@@ -129,7 +117,7 @@ class ConstrainedRun:
     def drives_alone(self, times: Array) -> None:
         """See `Run.drives_alone`."""
 
-    def rows(self, times: Array, drives: OfDrives | None = None) -> Rows:
+    def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
         if times is self.times:
             points = self._integration.points
@@ -178,11 +166,11 @@ class OneCoordinateRun:
         self.period, self.is_exact = period, is_exact
         self.boundless: frozenset[int] = frozenset()
 
-    def drives_alone(self, times: Array) -> OfDrives:
+    def drives_alone(self, times: Array) -> States:
         """See `Run.drives_alone`; no loop has to be closed for it."""
-        return OfDrives(*(values[:, None] for values in self._law(times)))
+        return States(*(values[:, None] for values in self._law(times)))
 
-    def rows(self, times: Array, drives: OfDrives | None = None) -> Rows:
+    def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
         drives = drives or self.drives_alone(times)
         motion = motion_at(self._solver, Targets.of_positions(drives.x), drives.v, drives.a)

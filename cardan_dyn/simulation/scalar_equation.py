@@ -48,12 +48,7 @@ class ScalarEquation:
         self._energy = Fourier(self._table.coefficients[:3], self._table.frequency)
 
     def _at(self, position: float, turns: float) -> tuple[Array, Array, Array]:
-        """Return inertia, its slope and force `(3,)`, coordinates and velocity ratios.
-
-        Args:
-            position: of the drive, within some periods [rad].
-            turns: of the drive, that it lacks.
-        """
+        """Return inertia, its slope and force `(3,)`, coordinates and velocity ratios."""
         values = self._table.at(position)
         if turns:
             values += self._table.slope * (2.0 * np.pi * turns)
@@ -103,11 +98,7 @@ class ScalarEquation:
 
 
 def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:
-    """Return inertia, its slope, force, joint positions and velocity ratios over the position.
-
-    Raises:
-        NotSuitableError: the positions that resolve the inertia do not resolve the joints'.
-    """
+    """Return inertia, its slope, force, joint positions and velocity ratios over the position."""
     inertia, force = functions.inertia, functions.force
     count, period = inertia.coefficients.shape[1], 2.0 * np.pi / inertia.frequency
     grid = period / (2 * count) * np.arange(2 * count + 1)[:, None]

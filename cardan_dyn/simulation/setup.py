@@ -187,13 +187,7 @@ def setup_of(
 
 
 def _refuse_distances(scale: Array, speeds: Array, duration: float) -> None:
-    """Refuse speeds at which coordinates would lose their digits within a duration.
-
-    Args:
-        scale: `(nv,)` characteristic length for slides, else 1.
-        speeds: `(nv,)` at the start.
-        duration: [s].
-    """
+    """Refuse speeds at which coordinates would lose their digits within a duration."""
     fastest = float(np.max(np.abs(speeds) / scale, initial=0.0))
     if not fastest <= _FARTHEST / duration:
         raise ArgumentError(

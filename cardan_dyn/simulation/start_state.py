@@ -60,11 +60,7 @@ def drive_positions(
 
 
 def _refuse_other(label: str, given: Mapping[str, float], prescribed: Mapping[str, float]) -> None:
-    """Refuse values of drives that are not those of their prescribed motion.
-
-    Raises:
-        ArgumentError: one differs.
-    """
+    """Refuse values of drives that are not those of their prescribed motion."""
     for name, value in prescribed.items():
         gap = abs(given.get(name, value) - value)
         if gap > _CONSISTENT * max(1.0, abs(value)):
@@ -75,12 +71,7 @@ def _refuse_other(label: str, given: Mapping[str, float], prescribed: Mapping[st
 
 
 def _given(solver: ProblemSolver, label: str, value: Any) -> dict[str, float]:
-    """Return values by name, of numbers for the free coordinates or for driven and free ones.
-
-    Raises:
-        ModelError: no such joint.
-        ArgumentError: no number, a wrong shape, or a joint that is held.
-    """
+    """Return values by name, of numbers for the free coordinates or for driven and free ones."""
     problem = solver.problem
     if value is None:
         return {}
@@ -119,9 +110,6 @@ def _following(
     """Return drive positions at which other joints are at given positions.
 
     A solver that is driven by these joints finds them.
-
-    Raises:
-        ArgumentError: these joints cannot decide the motion.
     """
     problem = solver.problem
     kept = [name for name in problem.independent if name in given] + undecided[len(others) :]
@@ -145,11 +133,7 @@ def _motion(solver: ProblemSolver, positions: Array, speeds: Array) -> Motion:
 
 
 def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[str, float]) -> None:
-    """Refuse positions of other joints that are not where the drives put them.
-
-    Raises:
-        ArgumentError: they are not.
-    """
+    """Refuse positions of other joints that are not where the drives put them."""
     motion = _motion(solver, positions[None, :], np.zeros((1, len(positions))))
     mechanism = solver.problem.mechanism
     for name, value in others.items():

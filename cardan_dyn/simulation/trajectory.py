@@ -36,7 +36,7 @@ from .contact_following import Touch
 from .continuity import Continuity, States
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
-from .runs import OfDrives, Rows, Run
+from .runs import Rows, Run
 from .setup import Setup
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ class Course:
         rates = coordinates.rates_of(drives.independent)
 
         def look(times: Array) -> States:
-            return States(*cast("OfDrives", self.run.drives_alone(times)))
+            return cast("States", self.run.drives_alone(times))
 
         start = self.start[0][columns], self.start[1][rates]
         return self._continuity(look, start, closes_loops=not self.run.is_exact)
@@ -343,18 +343,14 @@ class Trajectory(MotionResult, Prescribed):
         return rows
 
     @cached_property
-    def _drives_alone(self) -> OfDrives | None:
+    def _drives_alone(self) -> States | None:
         drives = self._run.drives_alone(self.time)
         if drives is not None and self._course.is_proven:
-            self._prove(self._course.of_drives, States(*drives))
+            self._prove(self._course.of_drives, drives)
         return drives
 
     def _prove(self, motion: Continuity, states: States) -> None:
-        """Refuse states that are not on the motion from the start.
-
-        Raises:
-            AccuracyError: they are not.
-        """
+        """Refuse states that are not on the motion from the start."""
         misfit = motion.misfit(self.time, states)
         self.__dict__["_misfit"] = max(self.__dict__.get("_misfit", 0.0), misfit.size)
         if not misfit.size <= motion.tolerance:
@@ -378,12 +374,12 @@ class Trajectory(MotionResult, Prescribed):
         return float(self.__dict__.get("_misfit", np.nan))
 
     @cached_property
-    def _of_drives(self) -> OfDrives:
+    def _of_drives(self) -> States:
         if self._drives_alone is not None:
             return self._drives_alone
         of, rows = self.mechanism.coordinates, self._rows
         columns, rates = of.columns_of(self.coordinates), of.rates_of(self.coordinates)
-        return OfDrives(self._counted()[0][:, columns], rows.v[:, rates], rows.a[:, rates])
+        return States(self._counted()[0][:, columns], rows.v[:, rates], rows.a[:, rates])
 
     @property
     def position(self) -> Array:
@@ -499,7 +495,7 @@ class Trajectory(MotionResult, Prescribed):
         part = self.at(self.time[chosen])
         drives = self._drives_alone
         if drives is not None:
-            drives = OfDrives(*(values[chosen] for values in drives))
+            drives = drives.at(chosen)
         known = {"_rows": self._rows.at(chosen), "_drives_alone": drives}
         part.__dict__.update(known)
         if "_misfit" in self.__dict__:
@@ -508,11 +504,7 @@ class Trajectory(MotionResult, Prescribed):
 
     @cached_property
     def _unproven(self) -> Sweep:
-        """The motion as a sweep at all times, whatever its residuals are.
-
-        Raises:
-            CardanError: as `Scene.sweep`.
-        """
+        """The motion as a sweep at all times, whatever its residuals are."""
         positions = self._of_drives.x
         assembled = self._run.assembled(positions, self._rows)
         acting = self._acting()
@@ -521,12 +513,7 @@ class Trajectory(MotionResult, Prescribed):
         return sweep_of(self._solver, assembled, acting, solution)
 
     def _wrong_accelerations(self, sweep: Sweep, errors: Array) -> AccuracyError:
-        """Return the error that refuses wrong accelerations.
-
-        Args:
-            sweep: at the times.
-            errors: `(N,)`, see `effort_residual`.
-        """
+        """Return the error that refuses wrong accelerations."""
         worst = int(np.argmax(errors))
         if sweep.idle_rods:
             rods = "; ".join(" and ".join(rod) for rod in sweep.idle_rods)
@@ -545,12 +532,7 @@ class Trajectory(MotionResult, Prescribed):
         )
 
     def _run_motion(self, sweep: Sweep, known: Array) -> Motion:
-        """Return the motion at all times, of which some are solved.
-
-        Args:
-            sweep: at those.
-            known: their indices.
-        """
+        """Return the motion at all times, of which some are solved."""
         motion, rows = sweep.motion, self._rows
         a, x, v = np.full_like(rows.a, np.nan), rows.x.copy(), rows.v.copy()
         turns = rows.turns.copy()
