@@ -13,7 +13,6 @@ the global optimum.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from .fork_polygon import (
     polygon_phases,
     turning_senses,
 )
-from .fork_search import minima
+from .fork_search import Choice, minima
 
 _BLOCK = 4096
 """Branches that are followed together: large enough for arrays, small enough to be cut early."""
@@ -42,20 +41,6 @@ _BUDGET = 20_000_000
 """Branches of a search by branch and bound: some seconds."""
 Allowed = Sequence[Array | None]
 """For each intermediate shaft the offsets that its fork can take [rad], None if any."""
-
-
-class Choice(NamedTuple):
-    """Forks that were found.
-
-    Attributes:
-        offsets: `(c, n - 1)` fork offsets of lines that may be the best [rad].
-        complete: whether one of them is proven to be it.
-        method: how they were found.
-    """
-
-    offsets: Array
-    complete: bool
-    method: str
 
 
 def tooth_offsets(offset: float, teeth: int) -> Array:
@@ -120,9 +105,7 @@ def least_residual(
         angles = [drive_line.residual_angle(betas[:k], phases[:, :k]) for k in corners]
         return np.asarray(np.tan(np.stack(angles, axis=1) / 2.0) ** 4)
 
-    found = minima(squares, squares, allowed, count, given)
-    method = f"search from the best of {found.visited} candidates"
-    return Choice(found.offsets, False, method)
+    return minima(squares, squares, allowed, count, given)
 
 
 def _in_steps(

@@ -40,20 +40,18 @@ _STILL = 1e-12
 """Gain of a round, relative to the value, below which it is rounding."""
 
 
-class Found(NamedTuple):
-    """What a search found, the best first.
+class Choice(NamedTuple):
+    """Forks that were found, the best first.
 
     Attributes:
-        offsets: `(c, m)` of the forks [rad].
-        squares: `(c,)` greatest of the squares there.
-        visited: number of candidates that were looked at.
-        complete: whether all combinations were tried, and no offset is free.
+        offsets: `(c, m)` of lines that may be the best [rad].
+        complete: whether one of them is proven to be it.
+        method: how they were found, in words.
     """
 
     offsets: Array
-    squares: Array
-    visited: int
     complete: bool
+    method: str
 
 
 Squares = Callable[[Array], Array]
@@ -62,7 +60,7 @@ Squares = Callable[[Array], Array]
 
 def minima(
     squares: Squares, rough: Squares, allowed: Sequence[Array | None], count: int, given: Array
-) -> Found:
+) -> Choice:
     """Return the least of the greatest square over offsets.
 
     Args:
@@ -80,7 +78,7 @@ def minima(
     if not free.any():
         best = order[:count]
         if is_all:
-            return Found(candidates[best], values[best], len(candidates), True)
+            return Choice(candidates[best], True, f"all {len(candidates)} choices")
         found = [_exchanged(squares, allowed, candidates[i], float(values[i])) for i in best]
     else:
         near = candidates[order[: 100 * _STARTS]]
@@ -88,9 +86,10 @@ def minima(
         starts.append(_evolved(rough, free, starts[0], candidates[order]))
         found = [_descended(squares, free, start) for start in starts]
     found.sort(key=lambda item: item[1])
-    offsets, least = np.array([item[0] for item in found]), np.array([item[1] for item in found])
+    offsets = np.array([item[0] for item in found])
     rows = _apart(offsets, _SAME if free.any() else 0.0, count)
-    return Found(offsets[rows], least[rows], len(candidates), False)
+    method = f"search from the best of {len(candidates)} candidates"
+    return Choice(offsets[rows], False, method)
 
 
 def _greatest(squares: Squares, candidates: Array) -> Array:

@@ -16,9 +16,9 @@ from ...checks import described
 from ...errors import ArgumentError, ModelError, choices
 from ..line.data import LineData
 from ..line.fields import Entry, number
-from .fork_choice import Allowed, Choice, halved, least_residual, phases_of, tooth_offsets
+from .fork_choice import Allowed, halved, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
-from .fork_search import minima
+from .fork_search import Choice, minima
 from .support_loads import SupportLoads, support_loads
 
 Line = TypeVar("Line", bound=LineData)
@@ -349,16 +349,14 @@ def _least_force(line: Line, task: ForkTask) -> Phasing[Line]:
 
         return of
 
-    found = minima(squares(_FINE), squares(_ROUGH), task.allowed, task.most, given)
-    offsets = halved(found.offsets)
-    how = "all {} choices" if found.complete else "search from the best of {} candidates"
-    choice = Choice(offsets, found.complete, how.format(found.visited))
+    choice = minima(squares(_FINE), squares(_ROUGH), task.allowed, task.most, given)
+    choice = choice._replace(offsets=halved(choice.offsets))
 
     def values(phases: Array) -> Array:
         return abs(task.torque) * np.array([peak(loads, of_line) for of_line in phases])
 
-    bound = float(values(phases_of(choice.offsets, planes)).min()) if found.complete else 0.0
-    return _phasing(line, task, choice, values, bound, found.complete)
+    bound = float(values(phases_of(choice.offsets, planes)).min()) if choice.complete else 0.0
+    return _phasing(line, task, choice, values, bound, choice.complete)
 
 
 def chosen_loads(loads: SupportLoads, bearings: Sequence[str] | None) -> SupportLoads:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import AssemblyError
-from ...frozen import FrozenDict, read_only
+from ...frozen import FrozenDict
 from ...mechanism.mechanism import Mechanism
 from ...results.sweep import Sweep
 from ...results.wrench import JointWrench
@@ -108,15 +108,6 @@ class _Setup(NamedTuple):
     slips: tuple[_Slip, ...]
 
 
-class _Part(NamedTuple):
-    """Results of a block of samples."""
-
-    motion: LineMotion
-    static: LineForces
-    inertial: LineForces | None
-    residuals: tuple[float, ...]
-
-
 def scene_of(line: LineData, mechanism: Mechanism, **options: object) -> Scene:
     """Return a scene of a line, driven at its input; see `DriveLine.scene`."""
     arguments: dict[str, object] = {"drive": "bearing_in"}
@@ -133,19 +124,20 @@ def scene_of(line: LineData, mechanism: Mechanism, **options: object) -> Scene:
 def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
     """Return the analysis of a line."""
     setup = _setup(line, mechanism, task)
-    arrays = _Arrays(task)
-    residuals = []
-    for chosen, block, moved in _blocks(line, task):
-        part = _solved(setup, line, block, moved)
-        arrays.put("motion", chosen, part.motion[:4])
-        if task.variants is not None:
-            arrays.put("mean", chosen, part.motion[4:])
-        arrays.put("static", chosen, part.static)
-        arrays.put("inertial", chosen, part.inertial or ())
-        residuals.append(part.residuals)
-    rotation, ratio, acceleration, slip = arrays.of["motion"]
-    inertial = arrays.of["inertial"]
-    mean_lead = arrays.of["mean"][0] if "mean" in arrays.of else read_only(part.motion.mean_lead)
+    blocks: list[tuple[Array, ...]] = []
+    means, residuals = [], []
+    for block, moved in _blocks(line, task):
+        motion, static, inertial, residual = _solved(setup, line, block, moved)
+        blocks.append((*motion[:4], *static, *(inertial or ())))
+        means.append(motion.mean_lead)
+        residuals.append(residual)
+    # Array by array, so that no more than one is there twice.
+    columns = [list(column) for column in zip(*blocks, strict=True)]
+    del blocks
+    arrays = [np.concatenate(columns.pop(0)) for _ in range(len(columns))]
+    rotation, ratio, acceleration, slip = arrays[:4]
+    size = len(LineForces._fields)
+    forces = [LineForces(*arrays[i : i + size]) for i in range(4, len(arrays), size)]
     loop, balance, power = np.max(residuals, axis=0).tolist()
     return Analysis(
         name=line.name,
@@ -155,43 +147,20 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
         centrings=tuple(line.shaft_names[k] for k in line.centred),
         splines=tuple(line.shaft_names[slip.shaft] for slip in setup.slips),
         speed=task.speed,
-        position=read_only(task.positions),
+        position=task.positions,
         moved=task.variants.moved if task.variants else FrozenDict({}),
         rotation=rotation,
         ratio=ratio,
         acceleration=acceleration,
-        static=LineForces(*arrays.of["static"]),
-        inertial=LineForces(*inertial) if inertial else None,
+        static=forces[0],
+        inertial=forces[1] if len(forces) > 1 else None,
         slip=slip,
-        mean_lead=mean_lead,
+        mean_lead=means[-1] if task.variants is None else np.concatenate(means),
         indeterminate=supports(line).indeterminate,
         loop_residual=loop,
         balance_residual=balance,
         power_residual=power,
     )
-
-
-class _Arrays:
-    """Arrays of all samples, which blocks are written to.
-
-    Attributes:
-        of: groups of arrays by name, which cannot be written to by others.
-    """
-
-    of: dict[str, list[Array]]
-
-    def __init__(self, task: Task) -> None:
-        self._count = len(task.positions) if task.variants is None else task.variants.designs
-        self._whole: dict[str, list[Array]] = {}
-        self.of = {}
-
-    def put(self, name: str, chosen: slice, values: Sequence[Array]) -> None:
-        """Write the values of some designs or positions."""
-        if name not in self._whole:
-            self._whole[name] = [np.empty((self._count, *value.shape[1:])) for value in values]
-            self.of[name] = [read_only(whole.view()) for whole in self._whole[name]]
-        for whole, value in zip(self._whole[name], values, strict=True):
-            whole[chosen] = value
 
 
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
@@ -244,28 +213,27 @@ def _sleeves(
     return tuple(found)
 
 
-def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, _Moved]]:
-    """Yield some positions or designs at a time, with the task and the adjustable joints `(d, 1)`.
-
-    Of variants, the slice is one of designs, and the task has all positions.
-    """
+def _blocks(line: LineData, task: Task) -> Iterator[tuple[Task, _Moved]]:
+    """Yield the task for some positions at a time, or for all of them and some designs."""
     size = _BLOCK_OF_ONE if task.variants is None else _BLOCK
     most = max(1, size // line.count)
     if task.variants is None:
         for start in range(0, len(task.positions), most):
             chosen = slice(start, start + most)
             torque = task.torque[chosen] if task.torque.ndim else task.torque
-            yield chosen, task._replace(positions=task.positions[chosen], torque=torque), {}
+            yield task._replace(positions=task.positions[chosen], torque=torque), {}
         return
     size = max(1, most // len(task.positions))
     for start in range(0, task.variants.designs, size):
         chosen = slice(start, min(start + size, task.variants.designs))
         moved = task.variants.moved.items()
-        yield chosen, task, {joint: values[chosen, None] for joint, values in moved}
+        yield task, {joint: values[chosen, None] for joint, values in moved}
 
 
-def _solved(setup: _Setup, line: LineData, task: Task, moved: _Moved) -> _Part:
-    """Return the results of a block of samples."""
+def _solved(
+    setup: _Setup, line: LineData, task: Task, moved: _Moved
+) -> tuple[LineMotion, LineForces, LineForces | None, tuple[float, ...]]:
+    """Return motion, static and inertial forces, and residuals of a block of samples."""
     scene = setup.scene
     # Designs × positions, even where there is one design or nothing varies.
     count = max((len(values) for values in moved.values()), default=1)
@@ -314,7 +282,7 @@ def _solved(setup: _Setup, line: LineData, task: Task, moved: _Moved) -> _Part:
         float(np.max([getattr(item, name) for item in sweeps]))
         for name in ("loop_residual", "balance_residual", "power_residual")
     )
-    return _Part(motion, static, inertial, residuals)
+    return motion, static, inertial, residuals
 
 
 def _check_place(setup: _Setup, sweep: Sweep, moved: _Moved) -> None:
