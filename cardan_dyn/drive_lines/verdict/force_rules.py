@@ -79,8 +79,8 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
     unit = case.unit
     if unit is None:
         return
-    radial, cases = case.worst(lambda item: item.bearing_radial)
-    axial, axial_cases = case.worst(lambda item: item.bearing_axial)
+    across = case.worst(lambda item: item.bearing_radial)
+    along = case.worst(lambda item: item.bearing_axial)
     by_rule, reason = _by_statics(case)
     names = (item.name for item in supports(case.line).bearings)
     by_name = dict(zip(names, case.line.bearings, strict=True))
@@ -94,42 +94,31 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
         )
     for index, name in enumerate(unit.bearings):
         bearing = by_name.get(name)
-        row = VerdictRow(
-            rule="bearing_forces",
-            where=name,
-            quantity="force across the shaft",
-            value=float(radial[index]),
-            unit="N",
-            rule_value=by_rule.get(name),
-            condition=cases[index].point.name,
-            note=cases[index].how,
-            broken=tuple(broken),
-        )
-        limit = bearing.radial_limit if bearing else None
-        if limit is not None and radial[index]:
-            torque = abs(cases[index].point.torque or 0.0) * limit / float(radial[index])
-            row = _with_inverse(case, row, torque)
-        missing = "give radial_limit of the bearing" if bearing else "a bearing at the joint itself"
-        held = judged(row, None if limit is None else Limit(limit, "N", "radial_limit"), missing)
-        yield _unless_friction_is_unknown(case, held)
-        along = bearing.axial_limit if bearing else None
-        if along is not None or axial[index] > _SMALL * max(radial.max(), 1.0):
+        for (sizes, cases), quantity, field, by_its_rule, why_not in (
+            (across, "across", "radial_limit", by_rule.get(name), "a bearing at the joint itself"),
+            (along, "along", "axial_limit", None, "no bearing of its own"),
+        ):
+            size, where = float(sizes[index]), cases[index]
+            most = getattr(bearing, field) if bearing else None
+            # Locating bearings alone carry forces along their shafts.
+            if quantity == "along" and most is None and size <= _SMALL * max(across[0].max(), 1.0):
+                continue
             row = VerdictRow(
                 rule="bearing_forces",
                 where=name,
-                quantity="force along the shaft",
-                value=float(axial[index]),
+                quantity=f"force {quantity} the shaft",
+                value=size,
                 unit="N",
-                condition=axial_cases[index].point.name,
-                note=axial_cases[index].how,
+                rule_value=by_its_rule,
+                condition=where.point.name,
+                note=where.how,
                 broken=tuple(broken),
             )
-            if along is not None and axial[index]:
-                torque = abs(axial_cases[index].point.torque or 0.0) * along / float(axial[index])
-                row = _with_inverse(case, row, torque)
-            missing = "give axial_limit of the bearing" if bearing else "no bearing of its own"
-            held = judged(row, None if along is None else Limit(along, "N", "axial_limit"), missing)
-            yield _unless_friction_is_unknown(case, held)
+            if most is not None and size:
+                row = _with_inverse(case, row, abs(where.point.torque or 0.0) * most / size)
+            limit = None if most is None else Limit(most, "N", field)
+            missing = f"give {field} of the bearing" if bearing else why_not
+            yield _unless_friction_is_unknown(case, judged(row, limit, missing))
 
 
 def _centrings(case: Case) -> Iterator[VerdictRow]:
