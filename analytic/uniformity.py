@@ -1,10 +1,11 @@
 """How evenly a drive line turns, as makers judge it, and the angles and speeds that a limit allows.
 
-The torsional acceleration excites the driven end, the inertia accelerations the shafts in
-between: when the engine drives, each joint accelerates all shafts after it, when it brakes, all
-shafts before it. Joints are given as in `analytic.drive_line`: `betas` and `phases` with the
-joints along the last axis, phases of 0 and 90 degrees being the signs + and -. Angles in radians,
-all arguments broadcast.
+The torsional acceleration excites the driven end, with the equivalent angle
+`drive_line.residual_angle_approximate`, the inertia accelerations the shafts in between: when the
+engine drives, each joint accelerates all shafts after it, when it brakes, all shafts before it.
+Joints are given as in `analytic.drive_line`: `betas` and `phases` with the joints along the last
+axis, phases of 0 and 90 degrees being the signs + and -. Angles in radians, all arguments
+broadcast.
 
 Customary limits: torsional 300 to 400 rad/s^2, inertia 500 to 1000 rad/s^2.
 
@@ -22,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from analytic._arrays import filled
 from analytic._checks import FloatArray, joint_angle, not_negative, positive, real, same_shape
-from analytic.drive_line import _joints, _turn, residual_angle_approximate
+from analytic.drive_line import _joints, _turn
 
 __all__ = [
     "AngleRange",
@@ -36,7 +37,6 @@ __all__ = [
     "inertia_drive_angle",
     "mass_acceleration_moment",
     "n_beta_acceleration",
-    "torsional_angle",
 ]
 
 
@@ -133,7 +133,7 @@ def allowed_second_angle(
         ValueError: an argument out of range or shapes that do not match.
 
     Source:
-        Inverse of `uniformity.torsional_angle`; engineersedge.com tabulates the greatest
+        Inverse of `drive_line.residual_angle_approximate`; engineersedge.com tabulates the greatest
         for 400 rad/s^2.
 
     >>> greatest = allowed_second_angle(np.radians(9.0), 400.0, 1500 * np.pi / 30).greatest
@@ -145,25 +145,6 @@ def allowed_second_angle(
     shape = same_shape(beta_1=beta_1, limit=spread)
     least = np.sqrt(np.maximum((beta_1 - spread) * (beta_1 + spread), 0.0))
     return AngleRange(filled(least, shape), filled(np.hypot(beta_1, spread), shape))
-
-
-def torsional_angle(betas: ArrayLike, phases: ArrayLike) -> FloatArray:
-    """Equivalent angle of the torsional excitation, theta^2 = |sum s_k beta_k^2|.
-
-    Args:
-        betas: (..., n) joint angles [rad], each 0 <= beta < pi/2.
-        phases: (..., n) fork phases [rad].
-
-    Returns:
-        theta [rad] of shape (...), the same as `drive_line.residual_angle_approximate`.
-
-    Raises:
-        ValueError: betas out of range or shapes that do not match.
-
-    Source:
-        SAE AE-7.
-    """
-    return residual_angle_approximate(betas, phases)
 
 
 def inertia_drive_angle(betas: ArrayLike, phases: ArrayLike) -> FloatArray:

@@ -33,7 +33,7 @@ def test_allowed_angles_reach_the_limit(rpm):
     speed, first, limit = rpm * RPM, np.radians([1.0, 6.0, 12.0]), 300.0
     least, greatest = uniformity.allowed_second_angle(first, limit, speed)
     for second in (least, greatest):
-        theta = uniformity.torsional_angle(np.stack([first, second], -1), [0, QUARTER])
+        theta = drive_line.residual_angle_approximate(np.stack([first, second], -1), [0, QUARTER])
         reached = uniformity.angular_acceleration(theta, speed, small_angle=True)
         expected = np.where(second > 0, limit, (first * speed) ** 2)
         np.testing.assert_allclose(reached, expected, rtol=1e-11)

@@ -267,7 +267,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             "torsional_acceleration",
             "torsional acceleration of the output",
             float(single_joint.greatest_acceleration(residual)),
-            uniformity.torsional_angle(betas, phases),
+            drive_line.residual_angle_approximate(betas, phases),
         )
     ]
     if line.count > 1:
