@@ -68,6 +68,8 @@ class GroupSolver:
         coordinates: layout of coordinate rows.
         batch: its bodies.
         equations: its closure equations.
+        row_scale: `(p, 1)` lengths for the rows of slides, or None where nothing slides.
+        known_scale: `(k, 1)` likewise for what is known.
     """
 
     def __init__(self, mechanism: Mechanism, group: Group) -> None:
@@ -83,8 +85,8 @@ class GroupSolver:
         self._scale = np.where(sliding, 1.0 / self._length, 1.0)
         # Slides count in characteristic lengths; otherwise the unit of length would decide which
         # positions are singular.
-        self._row_scale = self._length ** sliding[:, None] if np.any(sliding) else None
-        self._known_scale = self._length ** slides[group.known][:, None]
+        self.row_scale = self._length ** sliding[:, None] if np.any(sliding) else None
+        self.known_scale = self._length ** slides[group.known][:, None]
 
     def rounding(self, states: Array) -> Array:
         """Return `(p,)` Newton steps of the passives that are mere rounding.
@@ -134,19 +136,15 @@ class GroupSolver:
         idle = np.zeros((count, passive.shape[1], 0))
         if self.group.idle:
             rank = passive.shape[1] - len(self.group.idle)
-            inverse, null, condition, idle = factorised_at_rank(passive, self._row_scale, rank)
-        elif inverse is not None and is_near(passive, inverse, self._row_scale):
+            inverse, null, condition, idle = factorised_at_rank(passive, self.row_scale, rank)
+        elif inverse is not None and is_near(passive, inverse, self.row_scale):
             null = np.zeros((count, inverse.shape[1], 0))
-            condition = condition_numbers(passive, inverse, self._row_scale)
+            condition = condition_numbers(passive, inverse, self.row_scale)
         else:
-            inverse, null, condition = factorised(passive, self._row_scale)
+            inverse, null, condition = factorised(passive, self.row_scale)
         state = GroupState(
-            group=self.group,
-            batch=self.batch,
-            equations=equations,
+            solver=self,
             reduction=reduction,
-            row_scale=self._row_scale,
-            known_scale=self._known_scale,
             q=q,
             actions=actions,
             twists=twists,
@@ -171,8 +169,8 @@ class GroupSolver:
         actions = self.batch.actions(self.batch.configuration(x))
         rows, error = equations.at_welds(equations.unit_twists.of(actions), actions)
         passive = rows[:, known:]
-        if self._row_scale is not None:
-            passive = passive * self._row_scale
+        if self.row_scale is not None:
+            passive = passive * self.row_scale
         _, residual = equations.error(actions)
         slips = self._slips(x, None)
         if slips.size:
@@ -325,12 +323,8 @@ class GroupState(NamedTuple):
     """A group at given positions: its closure equations there and their factors.
 
     Attributes:
-        group: its loops and joints.
-        batch: its bodies.
-        equations: its closure equations.
-        reduction: which of their rows were solved.
-        row_scale: `(p, 1)` lengths for the rows of slides, or None where nothing slides.
-        known_scale: `(k, 1)` likewise for what is known.
+        solver: of the group.
+        reduction: which rows of its closure equations were solved.
         q: `(N, 7 n)` configurations of the batch model.
         actions: see `BatchModel.actions`.
         twists: `(N, m, 6)` unit twists of the movable coordinates.
@@ -343,12 +337,8 @@ class GroupState(NamedTuple):
         idle: `(N, p, k)` passive rates that violate no equation, of k idle freedoms.
     """
 
-    group: Group
-    batch: BatchModel
-    equations: ClosureEquations
+    solver: GroupSolver
     reduction: Reduction
-    row_scale: Array | None
-    known_scale: Array
     q: Array
     actions: Array
     twists: Array
@@ -362,14 +352,30 @@ class GroupState(NamedTuple):
     idle: Array
 
     @property
+    def group(self) -> Group:
+        """Its loops and joints."""
+        return self.solver.group
+
+    @property
+    def batch(self) -> BatchModel:
+        """Its bodies."""
+        return self.solver.batch
+
+    @property
+    def equations(self) -> ClosureEquations:
+        """Its closure equations."""
+        return self.solver.equations
+
+    @property
     def scaled_rows(self) -> Array:
         """The passives' rows with slides counted in lengths, for decisions about rank."""
-        return self.passive_rows if self.row_scale is None else self.passive_rows * self.row_scale
+        scale = self.solver.row_scale
+        return self.passive_rows if scale is None else self.passive_rows * scale
 
     @property
     def all_scaled_rows(self) -> Array:
         """The rows of what is known, then of the passives, slides counted in lengths."""
-        known = self.known_rows * self.known_scale
+        known = self.known_rows * self.solver.known_scale
         return np.concatenate([known, self.scaled_rows], axis=1)
 
     @property

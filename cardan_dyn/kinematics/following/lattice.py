@@ -21,6 +21,7 @@ import numpy as np
 from ...arrays import Array
 from ..closing.all_groups import ClosedState, Kinematics
 from .lines import (
+    ALLOWED_ERROR,
     BLOCK_SIZE,
     MOST_CORRECTIONS,
     REJECTED,
@@ -227,7 +228,7 @@ class _Points:
         state = kinematics.evaluate(self.x[second])
         error = np.max(np.abs(guess - state.x) * kinematics.coordinates.scale, axis=1)
         inverses = [inverse[first] for inverse in self._inverses]
-        is_short &= error < REJECTED * allowed_error(state.condition)
+        is_short &= error < REJECTED * ALLOWED_ERROR
         return np.asarray(is_short & kinematics.same_side(state, inverses))
 
     def _keep(self, points: Array, state: ClosedState, chosen: Array) -> None:

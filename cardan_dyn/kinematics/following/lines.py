@@ -4,8 +4,9 @@ Positions of several drives have no order. What configuration a position means i
 by the straight line of drive positions from the start to it, whatever other samples there are. All
 lines advance together, each with steps of its own length: every step has a predictor (extrapolation
 by two derivatives), a corrector (Newton's method) and a control, which keeps steps so short that
-Newton's method cannot change the assembly mode, and shorter towards singular configurations, where
-assembly modes meet. The branch of a single drive is two such lines whose nodes are kept.
+Newton's method cannot change the assembly mode. The branch of a single drive is two such lines
+whose nodes are kept. As these lead on, its steps become shorter towards singular configurations,
+where assembly modes meet; samples at the ends of lines may be singular, and are refused later.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ...arrays import Array
 from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import ClosedState, Kinematics
-from ..tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
+from ..tolerances import CLOSURE_TOLERANCE
 
 ALLOWED_ERROR = 0.03
 """Error [rad] of an extrapolation that steps are chosen for where the closure equations are well
@@ -35,7 +36,7 @@ these are then off by some 3e-5, which two Newton steps make rounding."""
 _AMBIGUOUS_CONDITION = 1e7
 """Condition number from which on rounding decides in which assembly mode a branch goes on: modes
 are about its reciprocal apart, 1e-7 rad, and positions near a dead point known to the root of
-rounding, 1e-8. The end of a line leads nowhere, and may be as ill conditioned as any position."""
+rounding, 1e-8."""
 _LONGEST_WAY = 1.0
 """Greatest displacement [rad] of a coordinate in a step, by each of its first two derivatives. Of
 longer steps some end by accident near other solutions, often whole turns of a joint away."""
@@ -246,8 +247,7 @@ class Lines:
         units = kinematics.coordinates.scale[columns]
         self._extent = np.max(np.abs(self._way) * units, axis=1, initial=0.0)
         self.x = starts.copy()
-        self.tried, self.residual = np.zeros((2, len(ends)))
-        self.share = np.where(self._extent == 0.0, 1.0, 0.0)
+        self.share, self.tried, self.residual = np.zeros((3, len(ends)))
         self.condition = np.ones(len(ends))
         self.nodes: list[tuple[Array, Array]] = []
 
@@ -329,7 +329,6 @@ class Lines:
             step = _FIRST_STEP * longest
         if begin:
             step = np.minimum(step, _SINGULAR_DISTANCE * margin / self._extent)
-        worst = _AMBIGUOUS_CONDITION if begin else SINGULAR_CONDITION
         shortest = _SHORTEST * np.minimum(1.0 / self._extent, 1.0)
         inverses = [inverse.copy() for inverse in state.inverses]
         active = np.arange(len(share))
@@ -353,9 +352,11 @@ class Lines:
             # to extrapolate to its end, and too long to interpolate over it.
             back = np.abs(new.after(-length) - at.x) * layout.scale
             error = np.maximum(state.correction, np.max(back, axis=1, initial=0.0))
-            error /= allowed_error(state.condition)
+            error /= allowed_error(state.condition) if begin else ALLOWED_ERROR
             is_safe = kinematics.same_side(state, [inverse[active] for inverse in inverses])
-            is_safe &= (error < REJECTED) & (state.condition < worst)
+            is_safe &= error < REJECTED
+            if begin:
+                is_safe &= state.condition < _AMBIGUOUS_CONDITION
             if not quick:
                 is_safe &= state.residual < CLOSURE_TOLERANCE
             # What is not a number counts as the greatest error.
@@ -373,10 +374,11 @@ class Lines:
             if done.size == active.size and (to == 1.0).all():
                 self.x[done] = new.x
                 return
-            # The margin is taken to fall in proportion to the distance from where it vanishes.
-            margins = 1.0 / state.condition[chosen]
-            approach = _APPROACH * length * margins / np.maximum(margin[done] - margins, 0.0)
-            step[done], margin[done] = np.fmin(step[done], approach), margins
+            if begin:
+                # The margin is taken to fall in proportion to the distance from where it vanishes.
+                margins = 1.0 / state.condition[chosen]
+                approach = _APPROACH * length * margins / np.maximum(margin[done] - margins, 0.0)
+                step[done], margin[done] = np.fmin(step[done], approach), margins
             longest[done] = new.longest(layout)
             rows.keep(done, new)
             for inverse, after in zip(inverses, state.inverses, strict=True):
@@ -413,7 +415,7 @@ def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Arra
         state: after the step.
         inverses: of every group's closure equations before it.
     """
-    is_safe = state.correction < REJECTED * allowed_error(state.condition)
+    is_safe = state.correction < REJECTED * ALLOWED_ERROR
     is_safe &= state.residual < CLOSURE_TOLERANCE
     return np.asarray(is_safe & kinematics.same_side(state, inverses))
 

@@ -183,7 +183,7 @@ def test_a_driven_slide_is_scaled_among_what_is_known() -> None:
     mechanism = cd.load(scaled_slider_crank(100.0))
     state = state_of(mechanism, "d", np.array([0.0, 1.0]))
     assert np.max(state.residual) < 1e-14
-    assert state.row_scale is None
+    assert state.solver.row_scale is None
     length = mechanism.characteristic_length
     np.testing.assert_allclose(state.all_scaled_rows[:, :1], length * state.known_rows, rtol=1e-15)
     np.testing.assert_array_equal(state.all_scaled_rows[:, 1:], state.passive_rows)
