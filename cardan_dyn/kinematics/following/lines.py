@@ -316,7 +316,8 @@ class Lines:
             passed: is told of the steps that were taken.
             aim: part of the allowed error that steps are chosen for.
             quick: see `to_ends`.
-            begin: rows at the starts, which may be near singular configurations.
+            begin: rows at the starts of lines that lead on, and so keep clear of singular
+                configurations; None where only their ends count.
         """
         kinematics, layout, share = self._kinematics, self._kinematics.coordinates, self.share
         state = kinematics.evaluate(self.x)
