@@ -51,7 +51,10 @@ _TRIED = 24
 
 
 class Equations(Protocol):
-    """A system of differential equations for rows `y`, whose states obey constraints as well."""
+    """A system of differential equations for rows `y`, whose states may obey constraints as well.
+
+    What has a default is that of rows that obey none, and whose turns nothing else counts.
+    """
 
     turns: Array
     """What has to be added to a row, in turns of its entries; `wrap` changes it."""
@@ -62,13 +65,17 @@ class Equations(Protocol):
         """Return the time derivative of a row."""
         ...
 
-    def restored(self, time: float, y: Array, *, crosses: bool = False) -> Array:
-        """Return the row that obeys the constraints, near one that drifted."""
-        ...
-
     def wrap(self, y: Array) -> Array:
         """Return a row without whole turns, which `turns` then counts."""
         ...
+
+    def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
+        """Return positions and speeds by name of a row."""
+        ...
+
+    def restored(self, time: float, y: Array, *, crosses: bool = False) -> Array:
+        """Return the row that obeys the constraints, near one that drifted."""
+        return y
 
     def followed(
         self,
@@ -85,19 +92,15 @@ class Equations(Protocol):
             rows: at them.
             way: rows at any time of the step.
         """
-        ...
+        return turns
 
     def is_misread(self, y: Array, turns: Array) -> bool:
         """Return whether derivatives took a row at a step's end for one with other turns."""
-        ...
-
-    def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
-        """Return positions and speeds by name of a row."""
-        ...
+        return False
 
     def boundless(self, time: float, y: Array, turns: Array, apart: float) -> str:
         """Return why forces on a row have no bound, see `System`; empty if they have one."""
-        ...
+        return ""
 
 
 Judge = Callable[[float, Array, Array, float], bool]

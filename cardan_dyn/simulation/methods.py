@@ -131,12 +131,9 @@ def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
     known: dict[float, tuple[Named, Named]] = {}
 
     def read(times: Array) -> None:
-        rows = run.rows(times)
-        states = rows.x + 2.0 * np.pi * rows.turns, rows.v
-        known.update(
-            (time, forces_names(setup, *state))
-            for time, *state in zip(times.tolist(), *states, strict=True)
-        )
+        rows, names = run.rows(times), setup.forces.names
+        states = zip(times.tolist(), rows.x + 2.0 * np.pi * rows.turns, rows.v, strict=True)
+        known.update((time, (names.positions(x), names.speeds(v))) for time, x, v in states)
 
     def reading(time: float) -> tuple[Named, Named]:
         if time not in known:
@@ -159,12 +156,6 @@ def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
     except KeyboardInterrupt:
         return reached, "interrupted", search.happened
     return setup.duration, "", search.happened
-
-
-def forces_names(setup: Setup, x: Array, v: Array) -> tuple[Named, Named]:
-    """Return positions and speeds by name."""
-    names = setup.forces.names
-    return names.positions(x), names.speeds(v)
 
 
 def by_response(setup: Setup) -> Trajectory:

@@ -15,13 +15,14 @@ from ..results.collect import motion_at
 from .energy_functions import EnergyFunctions, NotSuitableError
 from .forces import Forces, Named, StateNames
 from .fourier import Fourier
+from .integration import Equations
 from .turning_model import turning_model
 
 _UNRESOLVED = 100.0
 """Greatest tail of the joints' coefficients, in errors of the inertia's."""
 
 
-class ScalarEquation:
+class ScalarEquation(Equations):
     """The equation of motion of the only drive."""
 
     def __init__(
@@ -67,10 +68,6 @@ class ScalarEquation:
         push = force - 0.5 * slope * speed * speed
         return np.array([speed, push / inertia])
 
-    def restored(self, time: float, y: Array, *, crosses: bool = False) -> Array:
-        """Return a row as it is: it obeys no constraints but the tables'."""
-        return y
-
     def wrap(self, y: Array) -> Array:
         """Return a row without whole periods of the mechanism, which `turns` counts as angles."""
         periods = np.round(y[0] / self._period)
@@ -78,18 +75,6 @@ class ScalarEquation:
             y = np.array([y[0] - periods * self._period, y[1]])
             self.turns = self.turns + np.array([periods * self._period / (2.0 * np.pi), 0.0])
         return y
-
-    def followed(self, turns: Array, *way: object) -> Array:
-        """Return the turns of a step as they are; see `Equations`."""
-        return turns
-
-    def is_misread(self, y: Array, turns: Array) -> bool:
-        """Return that no row is; see `Equations`."""
-        return False
-
-    def boundless(self, *_: object) -> str:
-        """Return that forces have a bound; see `Equations`."""
-        return ""
 
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""
