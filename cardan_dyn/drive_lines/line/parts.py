@@ -14,6 +14,8 @@ from ...errors import ModelError
 from .fields import flag, part, parts, point, quantity, refuse, settle, text
 
 _QUARTER = math.pi / 2
+_LENGTHS = (1e-3, 30.0)
+"""Lengths and distances that lines have [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,12 +84,12 @@ class Spline:
 
     distance: float | None = quantity("length", None, least=0.0)
     friction: float | None = quantity("number", None, least=0.0, usual=(0.01, 0.5))
-    radius: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
-    travel: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
-    compressed: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
-    profile: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
-    shortest: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
-    longest: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    radius: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
+    travel: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
+    compressed: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
+    profile: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
+    shortest: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
+    longest: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -113,7 +115,7 @@ class Bearing:
         axial_limit: greatest force that it bears along the shaft [N].
     """
 
-    distance: float = quantity("length", above=0.0, usual=(1e-3, 30.0))
+    distance: float = quantity("length", above=0.0, usual=_LENGTHS)
     name: str = text()
     locating: bool | None = flag()
     stiffness: float | None = quantity("rigidity", None, above=0.0, usual=(1e3, 1e11))
@@ -245,7 +247,7 @@ class Shaft:
     """
 
     name: str = text()
-    length: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    length: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
     slope_side: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
     slope_plan: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
     start: tuple[float, float, float] | None = point()
