@@ -17,14 +17,14 @@ def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:
     expects after it; it is hollow where the sides would not strike.
 
     Args:
-        scanned: from `clearance.scan`, of a universal joint.
+        scanned: a joint of `clearance.scan`.
         title: of the figure.
     """
     figure, axes = axes_grid(1, size=(7.2, 4.2))
     angle = np.rad2deg(scanned.position)
-    sizes = np.linalg.norm(scanned.force, axis=-1)
-    for index, name in enumerate(scanned.bearings):
-        axes.plot(angle, sizes[:, index], label=name, **curve_style(index, len(angle)))
+    for index, (name, bearing) in enumerate(scanned.by_bearing().items()):
+        sizes = np.linalg.norm(bearing.force, axis=1)
+        axes.plot(angle, sizes, label=name, **curve_style(index, len(angle)))
     color = line_style(len(scanned.bearings))["color"]
     for struck, label in ((True, "peak with clearance, by theory"), (False, "no impact")):
         some = [item for item in scanned.reversals if item.strikes is struck]
