@@ -43,12 +43,14 @@ def test_speed_ratio_is_exact(positions):
     assert worst(sj.speed_ratio(beta, phi), [c.speed_ratio() for c in crosses]) <= 8 * ULP
 
 
+@pytest.mark.slow
 def test_acceleration_ratio_is_exact(positions):
     beta, phi, crosses = positions
     references = [c.acceleration_ratio() for c in crosses]
     assert worst(sj.acceleration_ratio(beta, phi), references) <= 8 * ULP
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["output_angle", "lead", "speed_ratio", "acceleration_ratio"])
 def test_weisbachs_zero_lies_a_quarter_turn_further(name, positions):
     beta, phi, _ = positions

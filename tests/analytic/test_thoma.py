@@ -31,6 +31,7 @@ def test_bending_moments_are_exact(positions):
         assert np.max(relative_errors(value, reference)) <= 8 * ULP
 
 
+@pytest.mark.slow
 def test_rig_moments_are_exact(positions):
     beta, phi, crosses = positions
     inertia, speed = 0.37, 150.0

@@ -208,6 +208,7 @@ def test_loads_that_vary_are_those_of_other_scenes() -> None:
     assert grid.loads["bearing_out"].shape == (3, 1)
 
 
+@pytest.mark.slow
 def test_positions_and_designs_may_be_reached_or_not(joint: cd.Mechanism) -> None:
     """What the mask leaves is solved; each of the others is refused."""
     platform = scene_of("stewart_platform")

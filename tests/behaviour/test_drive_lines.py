@@ -63,6 +63,7 @@ def test_the_description_alone_gives_the_same() -> None:
     assert np.all(sweep.unique)
 
 
+@pytest.mark.slow
 def test_cost_of_sixty_four_joints() -> None:
     """A joint and position of a long line cost at most 60 `pin.rnea` of a double shaft."""
     shaft = cd.load("double_shaft_z").model

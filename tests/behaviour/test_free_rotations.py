@@ -107,6 +107,7 @@ def simulated(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spherical", "floating", "hinges"])
 @pytest.mark.parametrize("miss", [0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.1])
 def test_no_stall_where_the_middle_angle_passes_a_right_angle(kind: str, miss: float) -> None:
@@ -124,6 +125,7 @@ def test_no_stall_where_the_middle_angle_passes_a_right_angle(kind: str, miss: f
         np.testing.assert_allclose(found.at(times).speed[:, -2], 2.0, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spherical", "euler"])
 @pytest.mark.parametrize("seed", range(4))
 def test_heavy_top_and_branches_of_its_angles(kind: str, seed: int) -> None:

@@ -68,6 +68,7 @@ def changed(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.mean(np.max(np.abs(first - second)[:, :940], axis=2) > 20))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["universal_joint", "double_shaft_z"])
 def test_scene_shows_both_shafts_turning(name: str, opened: Opener, tmp_path: Path) -> None:
     sweep = default_sweep(cd.load(name))
@@ -90,6 +91,7 @@ def test_scene_shows_both_shafts_turning(name: str, opened: Opener, tmp_path: Pa
     assert page.requests == [file.as_uri()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["double_shaft_spatial", "drive_line", "stewart_platform"])
 def test_labels_do_not_cover_each_other(name: str, opened: Opener, tmp_path: Path) -> None:
     page = opened(cd.view(default_sweep(cd.load(name))).export(tmp_path / "scene.html"))
@@ -173,6 +175,7 @@ def test_without_visuals_rods_and_axes_are_shown(opened: Opener, tmp_path: Path)
     assert page.complaints == []
 
 
+@pytest.mark.slow
 def test_report_page_shows_both_scenes_offline(opened: Opener, tmp_path: Path) -> None:
     path = report.write(comparisons.run(), tmp_path)
     page = opened(path, scene=False)

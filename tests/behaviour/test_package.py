@@ -91,6 +91,7 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
     assert unwanted == ""
 
 
+@pytest.mark.slow
 def test_the_readme_script_prints_what_the_readme_says() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     blocks = [part.split("```")[0] for part in readme.split("```python\n")[1:]]

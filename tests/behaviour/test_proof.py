@@ -46,6 +46,7 @@ MODEL_FAULTS: dict[str, Callable[[pin.Model, int], None]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", MODEL_FAULTS)
 @pytest.mark.parametrize("name", ["universal", "four-bar", "spatial"])
 def test_a_false_number_in_any_body_of_the_model_is_refused(name: str, fault: str) -> None:

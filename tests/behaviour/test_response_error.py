@@ -57,6 +57,7 @@ RANGES: dict[str, dict[str, object]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RANGES)
 @pytest.mark.parametrize("left", [(1e-2, 1e-2), (1e-3, 1e-3), (0.3, 1e-4)], ids=str)
 def test_the_error_near_dead_points_is_reported_within_a_factor_of_30(

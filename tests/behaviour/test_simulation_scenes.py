@@ -31,6 +31,7 @@ def confirmed(found: cd.Trajectory, energy: float) -> None:
     assert found.energy_residual < energy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["response", "DOP853", "Radau"])
 def test_methods_agree_where_all_kinds_of_forces_act(method: str) -> None:
     rtol = 1e-7 if method == "Radau" else 1e-9

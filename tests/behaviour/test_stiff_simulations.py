@@ -105,6 +105,7 @@ print(found.reason, found.notes, flush=True)
     assert answer.startswith("interrupted") and process.returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rotor", [None, 1e-2])
 @pytest.mark.parametrize("mechanism", ["slider_crank", "four_bar"])
 @pytest.mark.parametrize(

@@ -94,6 +94,7 @@ def _parts(result: Any) -> dict[str, Any]:
     return parts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_saved_result_is_read_back_whole(
     results: dict[str, Any], name: str, tmp_path: Path

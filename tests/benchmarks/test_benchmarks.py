@@ -39,6 +39,7 @@ MEASURED = {
 """Tasks that other tests run in their short form, and look at what they measure."""
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # Other packages' warnings are theirs.
 @pytest.mark.parametrize("task", sorted(set(run.TASKS) - MEASURED))
 def test_every_task_runs_as_a_command(
@@ -57,11 +58,13 @@ def test_every_task_runs_as_a_command(
         assert found.stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_skipping_has_complete_records() -> None:
     for record in skipping.measure(fast=True):
         assert record.microseconds and record.ratio and record.flat()["samples"] == 721
 
 
+@pytest.mark.slow
 def test_candidates_take_turns_until_patience_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short ones run several times in a turn, impatience ends a long one's turns."""
     clock = [0.0]

@@ -180,6 +180,7 @@ def growth(name: str, ratio: float) -> float:
     return float(np.max(twist[2000:]) / np.max(twist[:2000]))
 
 
+@pytest.mark.slow
 def test_spring_in_front_grows_near_its_natural_frequency() -> None:
     assert growth("torsional_line_front", 1.0) > 2.0
     assert growth("torsional_line_front", 1.1) < 1.05
@@ -194,6 +195,7 @@ def test_phased_double_shaft_grows_near_its_natural_frequency() -> None:
     assert growth("elastic_double_shaft", 1.1) < 1.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "speed"),
     [
@@ -224,6 +226,7 @@ def test_simulations_stay_on_the_periodic_motion(name: str, speed: float) -> Non
     assert np.max(np.abs(simulated - expected)) < 1e-8 * np.max(np.abs(expected))
 
 
+@pytest.mark.slow
 def test_speeds_at_which_motions_are_too_large_are_marked() -> None:
     """At its second order and 20° the twist of the double shaft would exceed a radian."""
     rig = scene("elastic_double_shaft", float(np.radians(20.0)))

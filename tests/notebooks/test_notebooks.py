@@ -83,6 +83,7 @@ def test_says_where_it_comes_from_and_asserts(name: str) -> None:
     assert len(mains) == 1 and "main = " in mains[0].source
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_executes(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     executed = run(name, DIRECTORY, monkeypatch)
@@ -90,6 +91,7 @@ def test_executes(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert pictures(executed) >= 1
 
 
+@pytest.mark.slow
 def test_reads_results_of_benchmarks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     records = [
         {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import pytest
 from chains import Redraw, random_chain
 
 import cardan_dyn as cd
@@ -53,6 +54,7 @@ def decided(mechanism: cd.Mechanism, drive: str) -> list[str] | None:
     return [drive]
 
 
+@pytest.mark.slow
 def test_what_is_missing_can_be_driven_and_held() -> None:
     count: Counter[str] = Counter()
     for seed in SEEDS:
@@ -68,6 +70,7 @@ def test_what_is_missing_can_be_driven_and_held() -> None:
     assert count["one"] > 10
 
 
+@pytest.mark.slow
 def test_every_joint_of_which_one_is_missing_does() -> None:
     count = 0
     for seed in SEEDS:
@@ -83,6 +86,7 @@ def test_every_joint_of_which_one_is_missing_does() -> None:
     assert count > 40
 
 
+@pytest.mark.slow
 def test_what_is_too_much_can_be_left_out() -> None:
     """One more joint is driven, or held, than the mechanism has motions."""
     count: Counter[str] = Counter()

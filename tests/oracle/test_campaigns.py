@@ -21,21 +21,25 @@ def runner() -> ModuleType:
     return module
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_motions_close_to_separatrices(seed: int) -> None:
     assert separatrices.ask(seed)[0] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_free_rotations(seed: int) -> None:
     assert free_rotations.ask(seed)[0] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 7, 9, 10])
 def test_energy_of_contacts(seed: int) -> None:
     assert contacts.ask(seed)[0] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["chains", "turned", "similar", "cut", "wound", "near_singular"])
 def test_campaigns_by_name(runner: ModuleType, name: str, capsys) -> None:
     assert runner.main([name, "--seeds", "1", "--start", "2"]) == 0

@@ -15,6 +15,7 @@ from vibrating_lines import SpringInFront
 WIDTHS = {0: (30.0,), 2: (100.0,), 4: (10.0,), 6: (), 40: (10.0,), 41: ()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", WIDTHS)
 def test_table_of_a_random_rig(seed: int) -> None:
     assert differences(draw(seed), WIDTHS[seed]) == []

@@ -8,6 +8,7 @@ import pytest
 
 
 # Then platforms, and dead points of sliders that are driven, so close that rounding decides.
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [*range(12), 20, 48, 59, 94])
 def test_starts_close_to_singular_configurations(seed: int) -> None:
     """Linkages in line that miss it or not, dead points and platforms, by regular coordinates."""
@@ -15,6 +16,7 @@ def test_starts_close_to_singular_configurations(seed: int) -> None:
     assert not near_singular.is_wrong(error, said), (what, error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", [1e-2, 1e-3, 1e-4, 5e-5, 2e-5])
 def test_two_rods_close_to_in_line(bend: float) -> None:
     error, moved = near_singular.rods_error(bend, 0.5, 1.5, np.zeros(3))

@@ -79,6 +79,7 @@ def peaks(found: JointScan, run: Run) -> np.ndarray:
     return np.asarray(np.linalg.norm(run.forces, axis=2)[chosen][:, opened].max(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pin", ["pin_in", "pin_out"])
 def test_one_pin(pin: str) -> None:
     found, _, run = both((pin,), 1e-5)
@@ -90,6 +91,7 @@ def test_one_pin(pin: str) -> None:
     assert run.touches > 0
 
 
+@pytest.mark.slow
 def test_both_pins_with_a_light_cross() -> None:
     found, _, run = both(("pin_in", "pin_out"), 4e-6)
     item = found.reversals[1]
@@ -111,6 +113,7 @@ def test_the_flight_takes_as_long_as_expected() -> None:
     assert np.linalg.norm(rates[0]) == pytest.approx(item.impact_speed, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_compact_cross_is_doubted_for_a_reason() -> None:
     """Its own inertia pulls its ends out of the moment's plane, or keeps them on the wall."""
     for pin, doubt, least in (("pin_in", "beside the force", 0.03), ("pin_out", "turns thr", 0.2)):
@@ -120,6 +123,7 @@ def test_a_compact_cross_is_doubted_for_a_reason() -> None:
         assert abs(item.peak / np.max(peaks(found, run)) - 1.0) > least
 
 
+@pytest.mark.slow
 def test_the_package_simulates_the_same() -> None:
     """Both pins open, from the middle of the play: two impacts, by equations of other form."""
     damping, gap, start, turns = 8e3, 1e-5, 0.8, 0.175
@@ -160,6 +164,7 @@ def test_the_package_simulates_the_same() -> None:
             assert sizes[before, column][-1] == 0.0 < sizes[after, column][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pin", ["pin_in", "pin_out"])
 def test_the_package_simulates_what_it_expects(pin: str) -> None:
     """Theory beside the package's own simulation, in which the other pin is rigid."""

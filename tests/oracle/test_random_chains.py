@@ -10,6 +10,7 @@ from compare import cut_differently, differences, dissimilar, sweep_of
 from scenes import draw
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(80))
 def test_a_random_chain_agrees_with_its_free_bodies(seed: int) -> None:
     case = draw(seed)
@@ -17,6 +18,7 @@ def test_a_random_chain_agrees_with_its_free_bodies(seed: int) -> None:
     assert not differing, f"{sorted(case.features)}: " + "; ".join(map(str, differing))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_loops_may_be_turned_along_their_freedoms(seed: int) -> None:
     case = draw(seed, turns=True)
@@ -25,6 +27,7 @@ def test_loops_may_be_turned_along_their_freedoms(seed: int) -> None:
 
 
 # Among them a rack beside a pinion, closures to the world and masses far from their joints.
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3, 11, 43, 83, 138, 158, 203, 207, 288])
 def test_a_similar_chain_of_another_size_has_similar_wrenches(seed: int) -> None:
     differing = dissimilar(draw(seed), seed)

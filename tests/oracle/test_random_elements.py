@@ -37,6 +37,7 @@ def random_elements(case: Case, mechanism: cd.Mechanism, seed: int) -> list[Elem
     return elements
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_the_work_of_the_drives_is_what_the_elements_store(seed: int) -> None:
     case = draw(seed)

@@ -15,6 +15,7 @@ def test_what_fails_a_line_is_what_its_forces_and_limits_say(seed: int) -> None:
     assert list(verdicts.differences(line, own)) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", examples())
 def test_lines_of_the_package_by_hand(name: str) -> None:
     line = DriveLine.from_toml(name)

@@ -101,6 +101,7 @@ def trace_plus_2(system: type, beta: float) -> object:
     return lambda speed: periodic(system(beta, speed), np.zeros(2)).trace + 2.0
 
 
+@pytest.mark.slow
 def test_first_unstable_region_of_a_spring_in_front() -> None:
     """15°, a = 1/2: 0.9911629395 … 1.0084989812."""
     measure = trace_plus_2(SpringInFront, FRONT)
@@ -108,6 +109,7 @@ def test_first_unstable_region_of_a_spring_in_front() -> None:
     assert edge(measure, 1.0084, 1.0085) == pytest.approx(1.0084989812, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_unstable_region_of_an_elastic_middle_shaft() -> None:
     """20°: 0.9696 … 1.0318, although the phased joint turns its output uniformly."""
     measure = trace_plus_2(ElasticMiddleShaft, BETA)
@@ -116,6 +118,7 @@ def test_unstable_region_of_an_elastic_middle_shaft() -> None:
     assert np.max(np.abs(periodic(ElasticMiddleShaft(BETA, 1.0), np.zeros(2)).start)) < 1e-13
 
 
+@pytest.mark.slow
 def test_springs_on_both_sides_have_a_combined_region() -> None:
     """About (ω₁ + ω₂)/2 = √2.5, as wide as β² makes it, between positive discriminants."""
     widths = []
@@ -142,6 +145,7 @@ def test_a_spring_behind_the_joint_is_never_unstable(speed: float) -> None:
     assert found.determinant == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_trace_against_multiple_precision() -> None:
     """Taylor series with 25 digits of the variational equation about the same motion."""
     system = SpringInFront(FRONT, 0.95)
@@ -180,6 +184,7 @@ def test_trace_against_multiple_precision() -> None:
     assert abs(found.determinant - 1.0) < 1e-11
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "order", "amplitude"),
     [(0.51303, 2, 2.13018e-4), (0.48789, -2, 2.03884e-4), (0.25320, 4, 5.2991e-5)],

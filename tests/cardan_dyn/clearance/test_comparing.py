@@ -32,6 +32,7 @@ def compared(
     return clearance.compare(scan, simulation)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("joint", "speed", "gap", "stiffness", "within"),
     [
@@ -54,6 +55,7 @@ def test_needle_drive_within_a_tenth_where_the_estimate_has_no_doubts(
         assert abs(item.error) < within
 
 
+@pytest.mark.slow
 def test_friction_in_the_bush_brings_the_pin_onto_the_line_of_the_estimate() -> None:
     """Without it, nothing damps the motion along the wall, and no two turns are alike."""
     case = "needle_drive", "main_shaft", "rocker_pin", 300.0, 1e-4, 1e8
@@ -62,6 +64,7 @@ def test_friction_in_the_bush_brings_the_pin_onto_the_line_of_the_estimate() -> 
         assert np.ptp(item.simulated) <= 1e-3 * np.min(item.simulated)
 
 
+@pytest.mark.slow
 def test_slider_crank_turns_its_force_through() -> None:
     """The excess over the force without clearance is a part of what is estimated, and doubted."""
     for item in compared("slider_crank", "crank_bearing", "piston_pin", 150.0, 1e-4, 1e8):
@@ -100,6 +103,7 @@ def test_what_does_not_belong_together_is_refused() -> None:
         clearance.compare(faster, short)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -132,6 +136,7 @@ def test_what_is_no_scan_or_no_simulation_is_refused() -> None:
         clearance.compare(scan, scan)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_bearings_of_a_pin() -> None:
     """Thoma's rig with a disc for a cross, both bearings of a pin open: each has its share."""
     rig = scene(disc(0.5, (1.5e-4, 1.5e-4, 3e-4)), np.radians(20.0))
@@ -149,6 +154,7 @@ def test_bearings_of_a_pin() -> None:
         assert abs(item.error) < 0.05
 
 
+@pytest.mark.slow
 def test_it_does_not_matter_at_which_times_a_simulation_is_looked_at() -> None:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
     contact = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
@@ -187,6 +193,7 @@ def lever(*, mass: float = 1.0) -> cd.Mechanism:
 SPRING, STRONGER = cd.JointSpring("guide", 100.0, 1.0), cd.JointSpring("guide", 100.0, 2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -224,6 +231,7 @@ def test_scenes_that_differ_are_not_compared(change: dict[str, Any], said: str) 
     assert again.made_of == scan.made_of
 
 
+@pytest.mark.slow
 def test_pin_bearings_that_differ_are_not_compared() -> None:
     rig = scene(disc(0.5, (1.5e-4, 1.5e-4, 3e-4)), np.radians(20.0))
     contact: dict[str, Any] = {

@@ -20,6 +20,7 @@ def found() -> clearance.ContactSimulation:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_courses_fit_the_trajectory(found: clearance.ContactSimulation) -> None:
     at = found.evenly(200)
     course = at["coupler_pin"]
@@ -50,6 +51,7 @@ def test_impacts_are_where_pins_reach_the_wall(found: clearance.ContactSimulatio
     np.testing.assert_allclose(peaks, [item.peak for item in struck], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_copies_and_texts(found: clearance.ContactSimulation) -> None:
     again = copy.deepcopy(found)
     np.testing.assert_array_equal(again["coupler_pin"].force, found["coupler_pin"].force)
@@ -60,10 +62,12 @@ def test_copies_and_texts(found: clearance.ContactSimulation) -> None:
         found.at([9.0])
 
 
+@pytest.mark.slow
 def test_energy_is_that_of_walls(found: clearance.ContactSimulation) -> None:
     assert found.energy_residual < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "is_told"), [(0.03, False), (0.3, True)])
 def test_energy_that_is_missing_beside_that_of_walls_is_noted(
     found: clearance.ContactSimulation,

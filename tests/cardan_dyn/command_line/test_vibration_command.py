@@ -146,6 +146,7 @@ def test_refused(arguments: tuple[str, ...], message: str) -> None:
     assert message in " ".join(found.output.split())
 
 
+@pytest.mark.slow
 def test_modes_are_numbered_as_in_the_table(rig: Path) -> None:
     scene = rig_scene("elastic_thoma_rig", RigOptions())
     found = found_speeds(scene, None, (2.0,))
@@ -195,6 +196,7 @@ def test_data_stand_alone_on_standard_output(rig: Path, tmp_path: Path) -> None:
     assert f"Scene: {page}" in found.stderr
 
 
+@pytest.mark.slow
 def test_jumps_and_remarks_stand_below_the_table() -> None:
     """In 1/min, as the table; as JSON in rad/s."""
     arguments = ("torsional_line_front", "--held", "joint_angle=20", "--order", 2)

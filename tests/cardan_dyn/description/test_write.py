@@ -53,6 +53,7 @@ def compare(found: cd.Sweep, reference: cd.Sweep, tolerance: float = 1e-12) -> N
     assert deviation(found.drive_effort, reference.drive_effort) < tolerance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_bundled_mechanisms(name: str) -> None:
     mechanism = cd.load(name)

@@ -50,6 +50,7 @@ def test_non_uniformity_and_its_inverse() -> None:
     assert second.inverses[0].value == pytest.approx(np.radians(3.0), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("most", [None, 0.02, np.radians(3.0), 0.4])
 def test_a_residual_angle_and_its_own_non_uniformity_pass_together(most: float | None) -> None:
     """Both are limits of one angle: 2.99 degrees pass both, and so at any limit."""

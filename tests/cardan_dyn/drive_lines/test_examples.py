@@ -23,6 +23,7 @@ def test_names() -> None:
     assert set(examples()) == set(FAILED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(FAILED))
 def test_verdict(name: str) -> None:
     line = DriveLine.from_toml(name)

@@ -40,6 +40,7 @@ def least(betas: np.ndarray, planes: np.ndarray, lists: list[np.ndarray], ends: 
     return float(np.max(angles, axis=0).min())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("kind", ["tooth first", "tooth last", "inner shaft", "later shaft"])
 def test_free_forks_beside_teeth(seed: int, kind: str) -> None:

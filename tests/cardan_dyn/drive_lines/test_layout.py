@@ -54,6 +54,7 @@ def test_far_bearings_carry_least() -> None:
     assert found.given_value == pytest.approx(100.0 * math.tan(0.3) / 0.12, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_centre_bearing_against_a_grid() -> None:
     line = random_line(3, seed=1)
     free = {"C1.distance": (0.1, 0.4)}

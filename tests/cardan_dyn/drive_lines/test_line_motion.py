@@ -12,6 +12,7 @@ from cardan_dyn.drive_lines.verdict.line_motion import mean_leads
 TURN = np.linspace(0.0, 2.0 * np.pi, 4096, endpoint=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "bend"), [(1, 0.3), (2, 0.5), (4, 0.3), (7, 0.2), (3, 0.8)])
 def test_angle_errors_at_any_positions(count: int, bend: float) -> None:
     line = random_line(count, seed=count, bend=bend)

@@ -14,6 +14,7 @@ from cardan_dyn.drive_lines import DriveLine, Shaft, arrangements
 from cardan_dyn.drive_lines.design.phasing import with_forks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_no_exhaustive_search_is_better(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -132,6 +133,7 @@ def test_fixed_forks_stay() -> None:
     assert still.value == pytest.approx(still.given_value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_bearing_forces_against_a_grid(count: int) -> None:
     line = random_line(count, seed=10 + count)
@@ -146,6 +148,7 @@ def test_bearing_forces_against_a_grid(count: int) -> None:
     assert found.value <= found.given_value
 
 
+@pytest.mark.slow
 def test_a_z_arrangement_has_the_least_forces_by_its_closed_form() -> None:
     # In Z with equal angles forks in line leave only the couples T tan β / a and T tan β / f.
     line = double_shaft((0.0, 0.3, 0.0))
@@ -207,6 +210,7 @@ def test_texts_of_phasings_say_what_was_gained() -> None:
     assert repr(line.phasing()) == "<Phasing of 'z' by residual_angle: 0°, given 0°; proven>"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [33, 70])
 def test_lines_of_more_joints_than_arrays_have_dimensions(count: int) -> None:
     line = random_line(count, seed=count, bend=0.05)

@@ -75,6 +75,7 @@ def test_a_lost_worker_is_reported() -> None:
         each([dying] * 8, 2)
 
 
+@pytest.mark.slow
 @forks
 @pytest.mark.parametrize("along_path", [False, True])
 def test_sweeps_are_the_same_to_the_last_bit(shaft: cd.Mechanism, along_path: bool) -> None:

@@ -46,6 +46,7 @@ def test_figures_have_units(
     assert figure.axes[0].get_title().endswith(", β = 50°")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CLOSED)
 @pytest.mark.parametrize("case", ODD_SWEEPS)
 def test_points_lie_on_the_lines_of_any_sweep(

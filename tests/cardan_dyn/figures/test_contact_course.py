@@ -18,6 +18,7 @@ from cardan_dyn import figures
 from cardan_dyn.clearance import scan
 
 
+@pytest.mark.slow
 def test_the_line_has_every_peak_of_the_simulation(tmp_path: Path) -> None:
     simulation = simulated()
     figure = figures.contact_course(simulation, JOINT, turns=9.0, title="course")

@@ -23,6 +23,7 @@ def scanned() -> Scan:
     return scan(drive, 300.0, clearance=1e-4, stiffness=1e8)
 
 
+@pytest.mark.slow
 def test_every_joint_has_its_diagram_and_its_reversals(scanned: Scan, tmp_path: Path) -> None:
     figure = figures.force_reversals(scanned, title="forces")
     check_units_and_files(figure, tmp_path)

@@ -16,6 +16,7 @@ from cardan_dyn import figures
 from cardan_dyn.clearance import ImpactModel, scan
 
 
+@pytest.mark.slow
 def test_points_lie_on_their_lines(tmp_path: Path) -> None:
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
     found = scan(drive, 300.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.25)

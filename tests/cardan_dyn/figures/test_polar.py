@@ -16,6 +16,7 @@ from testkit.drawings import check_units_and_files
 from cardan_dyn import figures
 
 
+@pytest.mark.slow
 def test_figures_have_units(joint_turn: cd.Sweep, needle_turn: cd.Sweep, tmp_path: Path) -> None:
     for figure in (
         figures.moment_polar(joint_turn, "bearing_out", ["parent", "joint"]),

@@ -98,6 +98,7 @@ def test_legend_has_each_label_once() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["a", "b"]
 
 
+@pytest.mark.slow
 def test_same_figure_is_the_same_file(joint_turn: cd.Sweep, tmp_path: Path) -> None:
     contents = [
         [

@@ -86,6 +86,7 @@ def test_names() -> None:
     assert len(set(listed)) == 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_spins_of_idle_rods_make_no_modes(way: str) -> None:
     """Crank and rocker of a spatial four-bar with balls have two positions, as in a plane."""

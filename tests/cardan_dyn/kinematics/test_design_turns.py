@@ -39,6 +39,7 @@ def test_each_design_comes_back_as_grashof_says(scene: cd.Scene) -> None:
     np.testing.assert_array_equal(np.abs(found.windings[:, column]), [0.0, 1.0, 0.0])
 
 
+@pytest.mark.slow
 def test_many_designs_come_back_as_each_alone(scene: cd.Scene) -> None:
     """Near the borders of the kinds, at frames of 0.05 m and 0.55 m, none stands for others."""
     rows = np.linspace(-0.375, 0.19, 2400)[:, None]

@@ -111,6 +111,7 @@ def test_the_order_follows_the_drive() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_divided_and_undivided_lines_have_the_same_wrenches(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -130,6 +131,7 @@ def test_divided_and_undivided_lines_have_the_same_wrenches(
             np.testing.assert_array_equal(found[name].unique, expected[name].unique)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["pin_2_in", "pin_4_in", "bearing_1"])
 def test_indeterminate_forces_of_few_outputs_stay_as_they_are(
     output: str, monkeypatch: pytest.MonkeyPatch

@@ -37,6 +37,7 @@ def displaced(description: Description, rng: np.random.Generator, length: float)
     return replace(description, joints=joints, source=None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_random_chains_are_assembled_from_zeros_that_are_not_closed(seed: int) -> None:
     original = cd.load(draw(seed).chain.text)

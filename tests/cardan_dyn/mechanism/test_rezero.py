@@ -119,6 +119,7 @@ class Text:
         self.text = text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_random_chains_have_the_same_wrenches(seed: int) -> None:
     """At the configuration itself; rates of slides that turn would have other meanings."""

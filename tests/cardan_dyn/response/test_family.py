@@ -134,6 +134,7 @@ def test_copies_and_files(scene: cd.Scene, family: ResponseFamily, tmp_path: obj
         family.shape = (1,)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_reached_is_refused_by_design(scene: cd.Scene) -> None:
     with pytest.raises(cd.AssemblyError, match=r"^design 2: .*held joint 'joint_angle'"):
         scene.responses({"joint_angle": [0.1, 0.2, 2.0]})

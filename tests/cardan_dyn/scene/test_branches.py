@@ -22,6 +22,7 @@ def branches(stewart: cd.Scene) -> cd.Branches:
     return stewart.branches()
 
 
+@pytest.mark.slow
 def test_the_stewart_platform_has_eight_poses(stewart: cd.Scene, branches: cd.Branches) -> None:
     """Poses of the platform, and no flips of yokes and wrists: each is another pose of it."""
     assert list(branches) == list("ABCDEFGH")
@@ -38,6 +39,7 @@ def test_the_stewart_platform_has_eight_poses(stewart: cd.Scene, branches: cd.Br
     assert np.min(distances + 10.0 * np.eye(8)) > 1e-2
 
 
+@pytest.mark.slow
 def test_variants_of_a_pose_leave_the_platform_where_it_is(
     stewart: cd.Scene, branches: cd.Branches
 ) -> None:

@@ -76,6 +76,7 @@ def test_counted_ranks_are_the_measured_ones(count: int, monkeypatch: pytest.Mon
     assert counted._repr_html_().count("<td>not examined</td>") == count
 
 
+@pytest.mark.slow
 def test_long_lines_are_measured_as_well() -> None:
     report = cd.describe(cd.load(drive_line(30)))
     assert not report.is_counted

@@ -85,6 +85,7 @@ def assert_shaped(sweep: cd.Sweep, shape: tuple[int, ...]) -> None:
 # Held joints at other positions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rates", [{}, RATES], ids=["at rest", "moving"])
 @pytest.mark.parametrize("name", DESIGNS)
 def test_designs_are_scenes_that_hold_their_joints_elsewhere(
@@ -331,6 +332,7 @@ MASSIVE: dict[str, Callable[[], cd.Scene]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rates", [{}, RATES], ids=["at rest", "moving"])
 @pytest.mark.parametrize("name", MASSIVE)
 def test_factors_on_inertia_are_those_of_a_scaled_description(
@@ -553,6 +555,7 @@ def test_reach_of_several_drives() -> None:
     np.testing.assert_array_equal(found, np.reshape(expected, (11, 9)))
 
 
+@pytest.mark.slow
 def test_whole_turns_do_not_close_a_way_that_is_open() -> None:
     """Lines of many turns lead where they lead, though each drive by itself could turn back."""
     rng, scene = np.random.default_rng(3), cd.Scene(five_bar(), drive=["A", "D"])
@@ -605,6 +608,7 @@ def test_nothing_at_all_may_be_in_reach() -> None:
     assert np.all(both.reachable([[0.1, 0.1], [0.0, 0.2]]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_reachable_is_what_a_sweep_solves(seed: int) -> None:
     """The same scene answers both, whatever it was asked before."""

@@ -40,6 +40,7 @@ def test_a_fall_through_the_play_ends_when_and_as_fast_as_gravity_says() -> None
     assert touch.end - touch.start == pytest.approx(lasts, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
     [
@@ -83,6 +84,7 @@ def test_grazing_touches_are_not_missed() -> None:
     assert 0.0 < min(touch.peak for touch in found.touches) < 1.0
 
 
+@pytest.mark.slow
 def test_friction_turns_the_pin_and_takes_energy() -> None:
     scene = ball(cd.LinearContact(1e6, 100.0), 9.81, friction=0.4, radius=0.05)
     found = scene.simulate(0.06, speed={"p.turn": 5.0})

@@ -78,6 +78,7 @@ def again(trajectory: Trajectory, run: Any, times: np.ndarray = TIMES) -> Trajec
     return Trajectory(replace(trajectory._course, run=run), times)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("change", [late, skipping, turned, once, slow])
@@ -95,6 +96,7 @@ def test_wrong_states_are_refused(method: str, start: str, change: Callable[...,
             _ = again(moved, wrong._run, TIMES[[71]]).position
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("speed", [1.0, 8.0])
 def test_another_assembly_mode_is_refused(method: str, speed: float) -> None:

@@ -140,6 +140,7 @@ def near_separatrix(random: np.random.Generator, kind: int) -> tuple[float, floa
     return position, float(sign * np.sqrt(max(square, 0.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", range(4))
 def test_motions_beside_a_separatrix_are_elliptic(kind: int) -> None:
     """Errors are those that rounding of the start's energy has, and no greater ones."""

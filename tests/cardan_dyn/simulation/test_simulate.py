@@ -48,6 +48,7 @@ def test_what_is_no_scalar_is_simulated_in_all_coordinates(two: cd.Scene) -> Non
     assert sliding.simulate(0.01).method == "DOP853"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["quadrature", "response", "DOP853", "Radau"])
 @pytest.mark.parametrize("of_scene", [{}, {"d": 50.0}])
 def test_loads_act_instead_of_those_of_the_scene(
@@ -148,6 +149,7 @@ def late(value: object) -> Any:
     return load
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["response", "DOP853", "Radau"])
 @pytest.mark.parametrize(
     ("value", "message"),

@@ -64,6 +64,7 @@ def test_energies_of_a_pendulum(swing: cd.Trajectory) -> None:
     assert swing.effort_residual < 1e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["response", "DOP853"])
 @pytest.mark.parametrize("loads", [{"d": -3.0}, {"d": brake}, {"coupler": (1, 2, 0, 0, 0, 3)}])
 def test_work_is_what_the_energy_gains(

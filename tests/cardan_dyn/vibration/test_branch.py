@@ -21,6 +21,7 @@ def scene() -> object:
     return elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=2.0 * RATIO), BETA)
 
 
+@pytest.mark.slow
 def test_folds_and_peak(scene: object) -> None:
     search = MotionSearch(rotating_scene(scene))
     own = OwnBranch(lambda speed: SpringInFront(BETA, speed, 0.5, RATIO), 1, np.pi, 47, 0.3)

@@ -88,6 +88,7 @@ def test_separation_margin(found: Campbell) -> None:
         found.plot("first")
 
 
+@pytest.mark.slow
 def test_modes_keep_their_columns_where_frequencies_cross() -> None:
     """A weight on a spring by itself, which forward whirl overtakes: p² - Θ/A Ω p - 1 = 0."""
     weight = (

@@ -36,6 +36,7 @@ def disturbed(motions: Motions, by: float) -> Motions:
     return replace(motions, course=moved)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", [1e-6, 1e-4])
 def test_small_errors_are_corrected(search: MotionSearch, motions: Motions, by: float) -> None:
     found, residual = corrected(search.build.efforts, disturbed(motions, by))

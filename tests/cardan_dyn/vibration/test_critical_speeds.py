@@ -25,6 +25,7 @@ def rig() -> CriticalSpeeds:
     return vibration.critical_speeds(scene, [0.2, 0.6], instabilities=False)
 
 
+@pytest.mark.slow
 def test_orders_two_and_four_of_thomas_rig(rig: CriticalSpeeds) -> None:
     rows = {(row.order, row.whirl): row for row in rig}
     for order, whirl, speed, size in (
@@ -40,6 +41,7 @@ def test_orders_two_and_four_of_thomas_rig(rig: CriticalSpeeds) -> None:
     assert rows[4.0, "backward"].severity < 0.01 * rows[4.0, "forward"].severity
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("polar", [0.01])
 def test_half_and_quarter_of_the_natural_frequency(polar: float) -> None:
     """Thoma's conclusion, where the shaft has hardly a gyroscopic effect."""
@@ -51,6 +53,7 @@ def test_half_and_quarter_of_the_natural_frequency(polar: float) -> None:
         assert row.speed == pytest.approx(1.0 / row.order, rel=0.01)
 
 
+@pytest.mark.slow
 def test_instabilities_stand_beside_resonances() -> None:
     line = elastic_rigs.torsional_line(damping_in=0.004)
     scene = elastic_rigs.scene(line, np.radians(15.0))
@@ -82,6 +85,7 @@ def test_peak_of_a_strongly_damped_mode() -> None:
     assert row.frequency == pytest.approx(natural * np.sqrt(1.0 - ratio**2), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_half_power_at_the_ends_of_a_resonance() -> None:
     """To first order in the damping ratio."""
     ratio = 1e-3
@@ -102,6 +106,7 @@ def test_orders_that_force_are_found() -> None:
     assert found.orders == (2.0, 4.0, 6.0, 8.0)
 
 
+@pytest.mark.slow
 def test_a_drive_that_turns_back_has_the_same_critical_speeds(rig: CriticalSpeeds) -> None:
     back = vibration.critical_speeds(rig.scene, [-0.6, -0.2], orders=(2, 4), instabilities=False)
     expected = [row for row in rig if row.order in (2.0, 4.0)]
@@ -158,6 +163,7 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
         np.testing.assert_array_equal(stored["campbell.frequency"], rig.campbell.frequency)
 
 
+@pytest.mark.slow
 def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
     with pytest.raises(ArgumentError, match="two or more ascending"):
         vibration.critical_speeds(rig.scene, [0.6, 0.2])
@@ -186,6 +192,7 @@ def test_unbalance_between_equal_springs_excites_forward_whirl_alone() -> None:
     assert rows["backward"].severity < 1e-9 * peak
 
 
+@pytest.mark.slow
 def test_half_power_of_a_whirl_that_runs_along_with_its_order() -> None:
     """Θ/A = 1.5, order 2 forwards: Ω = 1, p' = 1.2, so that it is 2 ζ wide to either side."""
     scene = elastic_rigs.scene(elastic_rigs.elastic_rig(1.5), np.radians(2.0))
@@ -202,6 +209,7 @@ def test_half_power_of_a_whirl_that_runs_along_with_its_order() -> None:
     assert inside[-1] == pytest.approx(row.upper, abs=1.5e-3)
 
 
+@pytest.mark.slow
 def test_an_order_that_does_not_move_a_mode_has_no_severity() -> None:
     """Laval's rotor without damping: its unbalance goes round forwards alone."""
     scene = elastic_rigs.scene(elastic_rigs.rotor(damping=0.0), 0.0)
@@ -209,6 +217,7 @@ def test_an_order_that_does_not_move_a_mode_has_no_severity() -> None:
     assert {row.whirl: row.severity for row in found} == {"forward": np.inf, "backward": 0.0}
 
 
+@pytest.mark.slow
 def test_coarse_speeds_change_no_resonance() -> None:
     """Ends of a range as far apart as 1 and 1e4 rad/s, damped modes of a gyroscopic shaft."""
     scene = elastic_rigs.scene(elastic_rigs.elastic_rig(0.3), np.radians(5.0))
@@ -223,6 +232,7 @@ def test_coarse_speeds_change_no_resonance() -> None:
             assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.0, 0.01, 0.1])
 def test_an_order_that_moves_no_mode_is_critical_at_the_crossing(ratio: float) -> None:
     """Every map of a balanced rotor: order 1 meets ω_n √(1 - ζ²), half power at ± ζ ω_n."""
@@ -252,6 +262,7 @@ def front() -> cd.Scene:
     )
 
 
+@pytest.mark.slow
 def test_a_resonance_that_leans_over_is_one_whatever_the_range(front: cd.Scene) -> None:
     """Between its jumps two motions stay and one does not; the greatest is that of the branch."""
     ranges = [105.0, 116.0], [111.0, 111.6], [109.0, 1200.0]
@@ -279,6 +290,7 @@ def test_a_resonance_that_leans_over_is_one_whatever_the_range(front: cd.Scene) 
     assert frame.attrs["units"]["falling"] == "rad/s"
 
 
+@pytest.mark.slow
 def test_motions_that_nothing_survives_are_remarked(front: cd.Scene) -> None:
     found = vibration.critical_speeds(front, [105.0, 116.0], orders=2, instabilities=False)
     remarks = " ".join(found.remarks)
@@ -291,6 +303,7 @@ def test_motions_that_nothing_survives_are_remarked(front: cd.Scene) -> None:
     assert calm.remarks == ()
 
 
+@pytest.mark.slow
 def test_no_instability_is_invented_where_two_motions_stay(front: cd.Scene) -> None:
     places = np.array([111.3, 111.4, 111.45, 111.5, 111.55])
     found = vibration.floquet(front, places, edges=True)
@@ -300,6 +313,7 @@ def test_no_instability_is_invented_where_two_motions_stay(front: cd.Scene) -> N
     assert [row.kind for row in table] == ["resonance"]
 
 
+@pytest.mark.slow
 def test_wide_ranges_lose_no_instability() -> None:
     """Two modes that are unstable together, from a range and from one 100 times as wide."""
     line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0, 1e-3, 1e-3)
@@ -317,6 +331,7 @@ def test_wide_ranges_lose_no_instability() -> None:
         assert row.lower < row.speed < row.upper
 
 
+@pytest.mark.slow
 def test_what_cannot_have_been_seen_is_said() -> None:
     line = elastic_rigs.torsional_line(damping_in=0.02)
     scene = elastic_rigs.scene(line, np.radians(10.0))
@@ -326,12 +341,14 @@ def test_what_cannot_have_been_seen_is_said() -> None:
     assert fast.remarks == ()
 
 
+@pytest.mark.slow
 def test_an_instability_that_goes_on_is_remarked() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(30.0))
     found = vibration.critical_speeds(scene, [1.0, 1.2], orders=9.0)
     assert any("goes on below, beyond the range" in remark for remark in found.remarks)
 
 
+@pytest.mark.slow
 def test_figure_of_orders_has_the_peak_and_jumps_of_the_table() -> None:
     """Its curve, of the smallest motions, passes below them."""
     mechanism = cd.load("torsional_line_front")
@@ -362,6 +379,7 @@ def test_figure_of_orders_has_the_peak_and_jumps_of_the_table() -> None:
     assert set(axes.figure.axes[0].get_legend_handles_labels()[1]) == set(lines)
 
 
+@pytest.mark.slow
 def test_a_resonance_beyond_fine_models_is_held_against_sweeps() -> None:
     """A rotor that swings five times as far as its springs are away: polynomials are off by 1e-5.
 
@@ -372,6 +390,7 @@ def test_a_resonance_beyond_fine_models_is_held_against_sweeps() -> None:
     assert differences(plain, ()) == []
 
 
+@pytest.mark.slow
 def test_a_resonance_that_sweeps_do_not_put_right_is_remarked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

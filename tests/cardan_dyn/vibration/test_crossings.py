@@ -35,6 +35,7 @@ def test_a_crossing_at_the_first_or_last_speed_is_one() -> None:
         assert len(between(course, 2.0, 0)) == count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_coarse_speeds_find_the_whirls_of_a_gyroscopic_shaft(sense: float) -> None:
     """Frequencies bend between speeds as far apart as 10 rad/s; a joint angle of 0.05° is none."""

@@ -27,6 +27,7 @@ def near(
     return finder.of(motions.course.speed, motions.course.q, motions.model.divisor), motions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [0.0, 0.02])
 def test_a_shaft_by_hand_comes_back_to_its_start(slope: float) -> None:
     """Under what the motion is said to absorb, after half a turn in the time of its mean speed."""
@@ -57,6 +58,7 @@ def test_a_drive_that_is_held_asks_for_the_mean_effort() -> None:
     assert found.lack == pytest.approx(found.torque)
 
 
+@pytest.mark.slow
 def test_a_weight_on_the_input_shaft_asks_once_a_turn() -> None:
     """The efforts of the free coordinates repeat after half a turn, that of the drive does not."""
     heavy = '<link name="shaft_in"><inertial>'
@@ -79,6 +81,7 @@ def test_a_weight_on_the_input_shaft_asks_once_a_turn() -> None:
     assert orders[1] > orders[2] > 10.0 * orders[3]
 
 
+@pytest.mark.slow
 def test_a_drive_that_stands_still_within_a_turn_is_refused() -> None:
     heavy = '<link name="shaft_in"><inertial>'
     urdf = elastic_rigs.elastic_rig().replace(heavy, f'{heavy}<origin xyz="0 1 0"/>')

@@ -23,6 +23,7 @@ def chart() -> Floquet:
     return vibration.floquet(scene, np.linspace(0.8, 1.2, 9), held={"joint_angle": angles})
 
 
+@pytest.mark.slow
 def test_the_unstable_wedge_of_a_chart(chart: Floquet) -> None:
     assert chart.kind.shape == (3, 9)
     assert chart.multipliers.shape == (3, 9, 2)
@@ -42,6 +43,7 @@ def test_a_design_of_a_chart_is_the_scene_that_holds_it(chart: Floquet) -> None:
     np.testing.assert_allclose(alone.trace, chart.trace[1], atol=1e-11)
 
 
+@pytest.mark.slow
 def test_workers_change_nothing(chart: Floquet) -> None:
     held = {"joint_angle": np.radians([5.0, 20.0, 40.0, 10.0, 11.0, 12.0, 13.0, 14.0])}
     alone, shared = (
@@ -72,6 +74,7 @@ def test_a_damped_line_is_stable_in_both_senses() -> None:
     assert np.all(found.determinant < 0.9)
 
 
+@pytest.mark.slow
 def test_further_motions_are_counted() -> None:
     """Below a half of the natural frequency its resonance is bent: several motions coexist."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
@@ -98,6 +101,7 @@ def test_designs_of_different_periods_are_not_compared() -> None:
         vibration.floquet(scene, 0.7, held={"joint_angle": [0.0, 0.3]})
 
 
+@pytest.mark.slow
 def test_a_chart_may_begin_without_an_angle_at_a_resonance() -> None:
     """Undamped, order 2 meets the frequency 1; nothing excites it at the angle 0."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.0)
@@ -175,6 +179,7 @@ def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
         vibration.floquet(chart.scene, 1.0, held={"joint_angle": 0.3})
 
 
+@pytest.mark.slow
 def test_charts_of_several_joints_slides_and_single_designs() -> None:
     scene = elastic_rigs.scene(elastic_rigs.double_joint(), 0.1)
     equal, angles = [0.1, 0.1, 0.1], np.array([0.3, 0.1, 0.2])

@@ -35,6 +35,7 @@ def peak(speed: np.ndarray, size: np.ndarray) -> tuple[float, float]:
     return float(speed[top] - b / (2.0 * a)), float(c - b**2 / (4.0 * a))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "sense", "speed", "amplitude"),
     [
@@ -54,6 +55,7 @@ def test_peaks_of_the_tilting_shaft(order: int, sense: int, speed: float, amplit
     assert where == pytest.approx(critical, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_fourth_order_is_forward_alone() -> None:
     forward = response([0.2532], joints=[]).whirls("tilt_y", "tilt_z", 4)[0]
     backward = response(np.linspace(0.245, 0.249, 9), joints=[]).whirls("tilt_y", "tilt_z", 4)[1]
@@ -74,6 +76,7 @@ def greatest(order: int, sense: int, beta: float) -> float:
 GROWTH = [(2, 0, 0.0, 63.80), (2, 1, 0.75, 69.90), (4, 0, 1.0, 71.54)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("order", "sense", "share", "steep"), GROWTH)
 def test_peaks_grow_with_the_cube_of_small_angles(
     order: int, sense: int, share: float, steep: float
@@ -140,6 +143,7 @@ def test_a_constant_input_torque_has_no_fourth_order() -> None:
     assert 1e-4 * torque * np.tan(beta) > 3e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("urdf", "beta", "waves"),
     [(elastic_rigs.torsional_line(damping_in=0.1), 0.1, 9), (RIG, 20.0, 31), (RIG, 45.0, 63)],

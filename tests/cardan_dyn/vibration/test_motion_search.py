@@ -60,6 +60,7 @@ def test_motions_are_carried_from_neighbouring_speeds() -> None:
     assert list(finder.missed) == [0]
 
 
+@pytest.mark.slow
 def test_a_motion_larger_than_any_model_of_a_range() -> None:
     """A shaft at 45° that tilts by 20° and more: it has a model about itself."""
     finder, speed = search(elastic_rigs.elastic_rig(), np.radians(45.0)), np.array([0.473])

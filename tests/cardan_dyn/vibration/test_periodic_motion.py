@@ -48,6 +48,7 @@ def test_amplitudes_against_shooting(found: PeriodicMotion) -> None:
     assert found.index.tolist() == [1, 1]
 
 
+@pytest.mark.slow
 def test_steady_part_of_a_simulation() -> None:
     scene = elastic_rigs.scene(LINE, np.radians(20.0))
     speed, turns = 0.7, 40
@@ -86,6 +87,7 @@ def test_several_motions_are_rows_of_one_speed() -> None:
     assert "5 motions at 2 speeds" in repr(found)
 
 
+@pytest.mark.slow
 def test_motions_that_were_not_found_are_said_to_exist() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.04), np.radians(45.0))
     every = vibration.periodic_motion(scene, [0.505, 0.8])

@@ -30,6 +30,7 @@ def course(model: ReducedModel) -> Course:
     return course_of(q[None], np.array([SPEED]), model.period)
 
 
+@pytest.mark.slow
 def test_efforts_are_mass_times_what_is_missing(model: ReducedModel, course: Course) -> None:
     equation = model.equation(course)
     missing = np.array(

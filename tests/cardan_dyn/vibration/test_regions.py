@@ -27,6 +27,7 @@ def test_first_region_of_a_spring_in_front() -> None:
     assert found.growth == pytest.approx(growth, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_narrow_third_region() -> None:
     """45°: 3.9e-3 wide about 1/3."""
     beta = np.radians(45.0)
@@ -59,6 +60,7 @@ def test_a_region_that_goes_on_is_not_closed() -> None:
     assert not found.is_closed
 
 
+@pytest.mark.slow
 def test_a_simulation_grows_inside_and_stays_bounded_outside() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(20.0))
     (found,) = vibration.floquet(scene, np.linspace(0.9, 1.1, 9), edges=True).regions

@@ -120,6 +120,7 @@ def test_a_motion_that_is_not_isolated_is_refused(line: cd.Scene) -> None:
         vibration.periodic_motion(line.replace(drive="twist_in", free="bearing_in"), 0.7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("calculation", ["campbell", "floquet", "linearise", "forced_response"])
 @pytest.mark.parametrize(
     ("behind", "free"), [(None, ["twist_in"]), (1.0, ["twist_out", "twist_in"])]

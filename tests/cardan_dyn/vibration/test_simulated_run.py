@@ -62,6 +62,7 @@ def test_it_begins_with_the_mean_speed_asked_for() -> None:
     assert found.speed[0] != pytest.approx(1.5, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_line_through_a_speed_settles_there() -> None:
     line = Characteristic(lambda speed: 0.2 * (1.55 - speed))
     assert run(1.5, 1.6, line).over(80.0, 1e-8).settled == pytest.approx(1.55, rel=2e-3)

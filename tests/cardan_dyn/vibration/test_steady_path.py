@@ -23,6 +23,7 @@ def path(
     return steady_path(search, first, last)
 
 
+@pytest.mark.slow
 def test_the_only_motion_is_that_of_the_response() -> None:
     beta = np.radians(25.0)
     urdf = elastic_rigs.elastic_rig()
@@ -42,6 +43,7 @@ def test_the_only_motion_is_that_of_the_response() -> None:
         np.testing.assert_allclose(item.course.q[0, 0], start, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_up_and_down_differ_between_the_folds() -> None:
     """At 45° a resonance leans over: a run follows its branch until it ends, and jumps."""
     line = elastic_rigs.torsional_line(damping_in=0.04)
@@ -62,6 +64,7 @@ def test_up_and_down_differ_between_the_folds() -> None:
             np.testing.assert_allclose(shot.start, start, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_motions_nearby_are_found_from_the_path() -> None:
     found = path(elastic_rigs.elastic_rig(), np.radians(25.0), 0.50, 0.52)
     speeds = np.array([0.5123, 0.5041])
@@ -72,6 +75,7 @@ def test_motions_nearby_are_found_from_the_path() -> None:
     assert sum(len(item.index) for item in found.together()) == len(found.motions)
 
 
+@pytest.mark.slow
 def test_speeds_without_a_motion_are_missed() -> None:
     """Undamped, the twist exceeds what is looked for near its resonance."""
     line = elastic_rigs.torsional_line()

@@ -35,6 +35,7 @@ def heat(speed: float) -> float:
     return float(0.02 * np.sum(rates**2) / speed)
 
 
+@pytest.mark.slow
 def test_the_torque_is_what_dampers_turn_into_heat() -> None:
     held = curve(0.24, 0.26)
     found = held.predicted()
@@ -50,6 +51,7 @@ def test_the_torque_is_what_dampers_turn_into_heat() -> None:
     assert top > max(below, above)
 
 
+@pytest.mark.slow
 def test_barriers_are_met_in_the_order_of_the_run() -> None:
     up, down = curve(0.47, 0.53), curve(0.53, 0.47)
     rising, falling = (item.barriers(item.predicted()) for item in (up, down))
@@ -66,6 +68,7 @@ def test_barriers_are_met_in_the_order_of_the_run() -> None:
         assert item.speed == pytest.approx(row.speed, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_backwards_it_is_the_same_with_other_signs() -> None:
     torque = Characteristic(4e-6)
     ahead = curve(0.505, 0.52, torque)
@@ -78,12 +81,14 @@ def test_backwards_it_is_the_same_with_other_signs() -> None:
     assert (one.whirl, other.whirl) == ("forward", "forward")
 
 
+@pytest.mark.slow
 def test_a_drive_that_slows_down_is_held_nowhere() -> None:
     falling = curve(0.53, 0.505, Characteristic(5e-6))
     (barrier,) = falling.barriers(falling.predicted())
     assert not barrier.is_passed and np.isnan(barrier.holds)
 
 
+@pytest.mark.slow
 def test_without_dampers_nothing_is_absorbed() -> None:
     free = curve(0.40, 0.42, urdf=elastic_rigs.elastic_rig(damping_ratio=0.0))
     found = free.predicted()

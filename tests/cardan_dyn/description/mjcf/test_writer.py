@@ -33,6 +33,7 @@ class Text:
         self.text = text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_closed", [False, True])
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_bundled_mechanisms(name: str, is_closed: bool) -> None:
@@ -67,6 +68,7 @@ WRITTEN = [0, 1, 3, 6, 8, 10, 11, 13, 17, 18, 19, 20, 21, 24, 32, 33, 34, 36, 38
 """Random chains in which every body has a mass, and couplings are those of two joints."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", WRITTEN)
 def test_random_chains(seed: int) -> None:
     case = draw(seed)
