@@ -106,6 +106,11 @@ class Step:
             are.
     """
 
+    __slots__ = (
+        *("start", "first", "end", "last", "rate", "turns", "crosses"),
+        *("_length", "_implicit", "_derivative", "_rates", "_series"),
+    )
+
     def __init__(self, start: float, first: Array, end: float, last: Array, rate: Array) -> None:
         self.start, self.first, self.end, self.last, self.rate = start, first, end, last, rate
         self.turns: Any = None
@@ -114,11 +119,16 @@ class Step:
         self._implicit: Callable[[float], Array] | None = None
         self._derivative: Rate | None = None
         self._rates: list[Array] = []
+        self._series: Any = None
 
     def __getstate__(self) -> dict[str, Any]:
         # What was integrated can be copied; derivatives are functions of what cannot.
         self.prepare()
-        return self.__dict__
+        return {name: getattr(self, name) for name in self.__slots__}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            setattr(self, name, value)
 
     def prepare(self) -> None:
         """Take the further derivatives that rows within a step of DOP853 need."""
@@ -184,6 +194,7 @@ class Stepper:
             self._options["jac"] = jacobian
         self._solver: Any = None
         self._stages: list[tuple[Array, Array]] = []
+        self._taken = _interpolant().taken if self.is_explicit else 0
 
     def take(self, time: float, row: Array, rate: Array) -> Step | str:
         """Return a step, or why it failed.
@@ -193,9 +204,8 @@ class Stepper:
             row: there.
             rate: its derivative.
         """
-        stages: list[tuple[Array, Array]] = []
-        self._stages = stages
-        solver = self._solver
+        stages, solver = self._stages, self._solver
+        stages.clear()
         if solver is None:
             solver = self._solver = self._begun(time, row, rate)
         elif solver.y is not row:
@@ -206,17 +216,18 @@ class Stepper:
         step = Step(time, row, float(solver.t), solver.y, stages[-1][1])
         if self.is_explicit:
             step._derivative = self._derivative
-            step._rates = [rate, *(found for _, found in stages[-_interpolant().taken :])]
+            step._rates = [rate] + [found for _, found in stages[-self._taken :]]
         else:
             step._implicit = solver.dense_output()
         return step
 
     def _begun(self, time: float, row: Array, rate: Array) -> Any:
         """Return a solver at a row whose derivative is known."""
+        evaluated, keep = self._derivative, self._stages.append
 
         def derivative(at: float, stage: Array) -> Array:
-            found = rate if stage is row else self._derivative(at, stage)
-            self._stages.append((stage, found))
+            found = rate if stage is row else evaluated(at, stage)
+            keep((stage, found))
             return found
 
         length = None if self._length is None else min(self._length, self._end - time)

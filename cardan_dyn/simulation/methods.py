@@ -281,11 +281,11 @@ def _followed(
     equations, start = integration.equations, integration.points[0]
     search = EventSearch(setup.events, lambda _: equations.named(start.y, start.turns))
     reason, failure = "", None
+    # A step that was too long leads beyond all numbers, and is taken anew.
+    heed = np.seterr(over="ignore", invalid="ignore")
     try:
         while integration.is_running and not reason:
-            # A step that was too long leads beyond all numbers, and is taken anew.
-            with np.errstate(over="ignore", invalid="ignore"):
-                failure = integration.advance()
+            failure = integration.advance()
             if failure is not None:
                 last = integration.points[-1]
                 failure = equations.boundless(*last[:3], _HARDLY_APART) or failure
@@ -300,6 +300,7 @@ def _followed(
     except CardanError as error:
         failure = str(error)
     finally:
+        np.seterr(**heed)
         setup.progress.close()
     return _End(failure or reason, failure is not None, search.happened)
 
