@@ -187,7 +187,7 @@ class ForceCourse:
         count, self._period = len(forces), period
         self._each = np.linalg.norm(forces, axis=2)
         self._forces = forces.reshape(count, -1)
-        self._sizes = np.linalg.norm(self._forces, axis=1)
+        self._sizes = np.linalg.norm(self._each, axis=1)
         series = Fourier.of(self._forces.T, period)
         self.tail = _tail(series)
         self._local = _with_derivatives(series)
