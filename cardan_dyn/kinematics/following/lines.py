@@ -51,8 +51,8 @@ margin stays positive and the singular configuration is never stepped over."""
 _LONGER, _SHORTER, _AFTER_REJECTION = 4.0, 0.1, 0.5
 """Greatest and least ratio of a step to the one before it, and the greatest after a failure."""
 _SHORTEST = 1e-9
-"""Step [rad, or as a share of a shorter way] below which a line cannot be followed any farther. It
-is far above the rounding of drive positions, so that a step always moves."""
+"""Step [rad] below which a line cannot be followed any farther, far above the rounding of drive
+positions, so that a step always moves; as a share of its way where only its end counts."""
 MOST_CORRECTIONS = 6
 """Greatest number of Newton steps per step of a line. Convergence is quadratic: from the allowed
 error about four reach rounding. What needs more is tried again from nearer by."""
@@ -232,7 +232,8 @@ class Lines:
     Attributes:
         x: `(L, size)` closed coordinates where each line is.
         share: `(L,)` of it that was followed.
-        tried: `(L,)` share at which the last step failed, as far as the line has not passed it.
+        tried: `(L,)` share at which the last step failed, one to open loops if there was any; it
+            counts as long as the line has not passed it.
         residual: `(L,)` closure error there; zero where no step failed.
         condition: `(L,)` condition number there.
         nodes: after `to_ends`, the lines (index) and coordinates that each round has reached.
@@ -330,7 +331,9 @@ class Lines:
             step = _FIRST_STEP * longest
         if begin:
             step = np.minimum(step, _SINGULAR_DISTANCE * margin / self._extent)
-        shortest = _SHORTEST * np.minimum(1.0 / self._extent, 1.0)
+        shortest = _SHORTEST / self._extent
+        if not begin:
+            shortest = np.minimum(shortest, _SHORTEST)
         inverses = [inverse.copy() for inverse in state.inverses]
         active = np.arange(len(share))
         while True:
@@ -366,9 +369,14 @@ class Lines:
             if is_safe.all():
                 chosen: Array | slice = slice(None)
             else:
-                chosen, lost = is_safe, active[~is_safe]
-                self.tried[lost], self.residual[lost] = to[~is_safe], state.residual[~is_safe]
-                self.condition[lost] = state.condition[~is_safe]
+                chosen = is_safe
+                # Loops that are open beyond say more than steps that were too long.
+                failed = ~is_safe & (
+                    ~(state.residual < CLOSURE_TOLERANCE) | (self.tried[active] <= share[active])
+                )
+                lost = active[failed]
+                self.tried[lost], self.residual[lost] = to[failed], state.residual[failed]
+                self.condition[lost] = state.condition[failed]
             done, to, length, new = active[chosen], to[chosen], length[chosen], new.of(chosen)
             passed(done, to, at.of(chosen), new)
             share[done] = to

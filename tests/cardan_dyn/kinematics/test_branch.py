@@ -132,6 +132,17 @@ def test_limits_are_dead_points_or_infinite() -> None:
     assert (crank.limit(-8.0), crank.limit(8.0)) == (-np.inf, np.inf)
 
 
+@pytest.mark.parametrize("before", [1e-3, 1e-6, 1e-8])
+@pytest.mark.parametrize("beyond", [1e-8, 1e-3, 1.0, 100.0])
+def test_a_dead_point_is_refused_alike_from_near_and_far(before: float, beyond: float) -> None:
+    branch, (_, high) = branch_of(four_bar(), "D"), rocker_range()
+    branch.cover(0.0, high - before)
+    with pytest.raises(cd.AssemblyError) as caught:
+        branch.cover(0.0, high + beyond)
+    assert caught.value.nearest == pytest.approx(high, abs=1e-9)
+    assert caught.value.position > high
+
+
 def test_a_limit_is_also_where_modes_meet() -> None:
     """All links of the parallelogram are in line there."""
     parallelogram = branch_of(four_bar(1.0, 1.0, 2.0), "A")
