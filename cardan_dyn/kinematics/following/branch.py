@@ -266,15 +266,8 @@ class Branch:
         singularity = singularity_at(kinematics, last, table.states[table.size // 2])
         passives = [column for solver in kinematics.solvers for column in solver.group.passives]
         hint = gimbal_note(kinematics.coordinates, last, passives)
-        position, residual = float(lines.tried_at(line)[0]), float(lines.residual[line])
-        if residual < CLOSURE_TOLERANCE:
-            # The step was taken, or it was so short that rounding hides whether loops close there.
-            # They do farther on where modes meet, and do not beyond a dead point.
-            farther = min(_GREATEST_GAP * self.unit, abs(target - nearest))
-            position = nearest + np.copysign(farther, target - nearest)
-            beyond = last[None, :].copy()
-            beyond[:, table.drive_column] = position
-            residual = float(kinematics.close(beyond).residual[0])
+        residual = float(lines.residual[line])
+        # A step that was taken and leads to no further one ends where modes meet.
         if residual < CLOSURE_TOLERANCE or lines.condition[line] > SINGULAR_CONDITION:
             condition = float(kinematics.evaluate(last[None, :]).condition[0])
             return SingularConfigurationError(
@@ -286,6 +279,7 @@ class Branch:
                 hint=hint,
                 **singularity.details,
             )
+        position = float(lines.tried_at(line)[0])
         return AssemblyError(
             f"the loops cannot be closed at drive position {position:.9g}; the nearest "
             f"position that can be reached is {nearest:.9g}, {singularity.text}{hint}",

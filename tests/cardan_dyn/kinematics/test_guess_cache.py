@@ -210,7 +210,7 @@ def test_a_drive_out_of_reach_is_named_with_its_sample() -> None:
     positions = np.zeros((5, 3))
     positions[3, 1] = 2.0
     message = r"drive 'rocker_0' cannot be brought to 2 \(sample 3\); it moves only between"
-    with pytest.raises(cd.AssemblyError, match=message) as caught:
+    with pytest.raises(cd.SingularConfigurationError, match=message) as caught:
         cache.guesses(Targets.of_positions(positions))
     assert caught.value.sample == 3
     # What the other drives have learned is kept.
