@@ -94,7 +94,7 @@ class Rows(NamedTuple):
 
     def of(self, chosen: Array | slice | list[int]) -> Rows:
         """Return some of the rows."""
-        return Rows(*(values[chosen] for values in self))
+        return Rows(self.x[chosen], self.first[chosen], self.second[chosen])
 
     def keep(self, chosen: Array, rows: Rows) -> None:
         """Overwrite some of the rows."""
