@@ -79,9 +79,10 @@ class Record:
     """Base class of frozen dataclasses: arrays in their fields are read-only, in copies as well."""
 
     def __post_init__(self) -> None:
-        for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                read_only(value)
+        # Written without calls: sweeps of one position make several records.
+        for value in self.__dict__.values():
+            if type(value) is np.ndarray:
+                value.setflags(write=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor, which closes the arrays of a copy to writing.

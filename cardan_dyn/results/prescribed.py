@@ -19,6 +19,11 @@ class Prescribed(Frozen):
     _problem: Problem
 
     @property
+    def problem(self) -> Problem:
+        """The checked arguments of the scene: for what is built on scenes and their results."""
+        return self._problem
+
+    @property
     def mechanism(self) -> Mechanism:
         """The mechanism, with those balls as turns of which the scene names an angle."""
         return self._problem.mechanism

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from ..elements.element import Element
     from ..mechanism.configuration import Configuration
-    from ..problem.problem import Problem
     from ..response.family import ResponseFamily
     from ..response.response import Response
     from ..simulation.equilibrium import Equilibrium
@@ -140,11 +139,6 @@ class Scene(Prescribed):
     def solver(self) -> ProblemSolver:
         """What closes the loops and solves the reactions: for what is built on scenes."""
         return self._solver
-
-    @property
-    def problem(self) -> Problem:
-        """The checked arguments: for what is built on scenes."""
-        return self._problem
 
     def __reduce__(self) -> tuple[object, ...]:
         return Scene._of, (self._solver,)

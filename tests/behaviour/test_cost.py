@@ -7,6 +7,7 @@ import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
+from testkit.line_data import random_line
 from testkit.scenes import double
 
 import cardan_dyn as cd
@@ -97,3 +98,13 @@ def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
     # Not more than the result itself; beside it, the arrays of one block.
     assert per_sample < 1000
     assert peaks[0] - 5_000 * per_sample < 12e6
+
+
+def test_calls_grow_linearly_with_the_joints_of_a_line() -> None:
+    positions, counts = np.linspace(0.0, 2.0 * np.pi, 16), []
+    for joints in (16, 32, 64):
+        line = random_line(joints, seed=0, bend=0.08, mass=True)
+        scene = line.scene(loads={"bearing_out": -100.0})
+        scene.sweep(positions, 100.0)
+        counts.append(calls(lambda scene=scene: scene.sweep(positions, 100.0)))
+    assert counts[2] - counts[1] < 2.2 * (counts[1] - counts[0])

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 import numpy as np
-import pinocchio as pin
 import pytest
-from testkit.line_data import random_line
 
 import cardan_dyn as cd
 from cardan_dyn.drive_lines import DriveLine
@@ -28,15 +23,6 @@ spline = {}
 slope_side_deg = -3
 bearings = [{ distance_mm = 70 }, { distance_mm = 220 }]
 """
-
-
-def least_seconds(run: Callable[[], object], repeats: int) -> float:
-    best = np.inf
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        run()
-        best = min(best, time.perf_counter() - begin)
-    return float(best)
 
 
 def test_a_z_arrangement_from_its_file() -> None:
@@ -61,20 +47,3 @@ def test_the_description_alone_gives_the_same() -> None:
     found = np.linalg.norm(sweep["support_A"].force, axis=1)
     assert found == pytest.approx(np.linalg.norm(turn.total.bearing_force[:, 1], axis=1), rel=1e-11)
     assert np.all(sweep.unique)
-
-
-@pytest.mark.slow
-def test_cost_of_sixty_four_joints() -> None:
-    """A joint and position of a long line cost at most 60 `pin.rnea` of a double shaft."""
-    shaft = cd.load("double_shaft_z").model
-    data, q, v = shaft.createData(), pin.neutral(shaft), np.ones(shaft.nv)
-
-    def calls() -> None:
-        for _ in range(2000):
-            pin.rnea(shaft, data, q, v, v)
-
-    positions = np.linspace(0.0, 2.0 * np.pi, 720)
-    scene = random_line(64, seed=0, bend=0.08, mass=True).scene(loads={"bearing_out": -100.0})
-    scene.sweep(positions, 100.0)
-    sweep = least_seconds(lambda: scene.sweep(positions, 100.0), 2)
-    assert sweep / (64 * 720) < 60.0 * least_seconds(calls, 5) / 2000

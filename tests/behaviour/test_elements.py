@@ -299,7 +299,7 @@ def test_elements_are_replaced_as_a_whole() -> None:
     assert scene.replace(gravity=(0.0, 0.0, -9.81)).elements == scene.elements
     assert scene.replace(elements=[SPRING]).elements == (SPRING,)
     assert scene.replace(elements=None).elements == ()
-    assert scene.replace(elements=[SPRING])._solver.assembly is scene.solver.assembly
+    assert scene.replace(elements=[SPRING]).solver.assembly is scene.solver.assembly
     assert "4 elements" in repr(scene)
 
 

@@ -72,7 +72,7 @@ def test_of_scenes() -> None:
     crank = cd.load("slider_crank")
     slide = cd.Scene(crank, drive="piston_guide", start={"crank_bearing": 1.0})
     with pytest.raises(ArgumentError, match="piston_guide does not come back"):
-        period_of(slide._solver)
+        period_of(slide.solver)
 
 
 def test_names_of_no_joint_are_refused() -> None:

@@ -196,7 +196,7 @@ def test_what_cannot_be_divided_leaves_the_rest_divided() -> None:
     text = design_line(count).replace("</robot>", rods + "</robot>")
     mechanism = cd.load(text)
     held = nominal(count)
-    line = line_scene(count)._solver.assembly.start
+    line = line_scene(count).solver.assembly.start
     x = mechanism.coordinates.neutral()
     alone = cd.load(design_line(count)).coordinates.columns
     for name, columns in alone.items():
@@ -241,7 +241,7 @@ def test_proofs_need_a_regular_start_and_a_motion_around_it() -> None:
     rocker = four_bar(0.3, 0.8, 1.0)
     driven, start = solver(rocker, "D")
     dead = cd.Scene(rocker, drive="D").motion_range()[1]
-    near = cd.Scene(rocker, drive="D", near={"D": dead - 1e-4})._solver.assembly.start
+    near = cd.Scene(rocker, drive="D", near={"D": dead - 1e-4}).solver.assembly.start
     assert _refuted_around(driven, [0], start) == []
     assert _refuted_at(driven, [0], near) == []
     assert _refuted_around(driven, [0], near) == [0]

@@ -14,7 +14,7 @@ import cardan_dyn as cd
 def test_rates_leave_the_rod_without_spin(way: str) -> None:
     """Pinocchio's angular velocity of the rod has no part along the line between its balls."""
     mechanism = cd.load(WAYS[way]())
-    kinematics = cd.Scene(mechanism, drive="a")._solver.assembly.kinematics
+    kinematics = cd.Scene(mechanism, drive="a").solver.assembly.kinematics
     state = kinematics.evaluate(mechanism.coordinates.neutral()[None, :])
     v = kinematics.rates(state, np.ones((1, 1)))
     body, placement = mechanism.link("rod")
@@ -33,7 +33,7 @@ def test_rates_leave_the_rod_without_spin(way: str) -> None:
 def test_accelerations_are_derivatives_of_the_rates(way: str, acceleration: float) -> None:
     mechanism = cd.load(WAYS[way]())
     coordinates = mechanism.coordinates
-    kinematics = cd.Scene(mechanism, drive="a")._solver.assembly.kinematics
+    kinematics = cd.Scene(mechanism, drive="a").solver.assembly.kinematics
     x = coordinates.neutral()[None, :]
     state = kinematics.evaluate(x)
     v = kinematics.rates(state, np.ones((1, 1)))
@@ -51,7 +51,7 @@ def test_accelerations_are_derivatives_of_the_rates(way: str, acceleration: floa
 
 def test_steps_towards_closed_loops_do_not_spin_the_rod() -> None:
     mechanism = cd.load(WAYS["balls"]())
-    kinematics = cd.Scene(mechanism, drive="a")._solver.assembly.kinematics
+    kinematics = cd.Scene(mechanism, drive="a").solver.assembly.kinematics
     x = mechanism.coordinates.neutral()[None, :]
     x[:, mechanism.coordinates.columns["d"]] += 0.02
     (group,) = kinematics.evaluate(x).groups

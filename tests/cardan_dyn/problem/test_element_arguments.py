@@ -104,7 +104,7 @@ def test_both_ends_in_the_world_are_refused() -> None:
 
 def test_no_elements_are_none() -> None:
     assert scene().elements == ()
-    assert scene()._problem.element_forces is None
+    assert scene().problem.element_forces is None
 
 
 class Untold(JointElement):

@@ -22,13 +22,13 @@ ANGLES = {"joint_angle_1": 0.5, "joint_angle_2": 0.4}
 @pytest.fixture(scope="module")
 def one(shaft: cd.Mechanism) -> Problem:
     """One drive, two held joints, a load at a joint, none on links, no gravity."""
-    return double(shaft, 0.5, 0.4)._problem
+    return double(shaft, 0.5, 0.4).problem
 
 
 @pytest.fixture(scope="module")
 def two(joint: cd.Mechanism) -> Problem:
     """Two drives."""
-    return cd.Scene(joint, drive=["bearing_in", "joint_angle"])._problem
+    return cd.Scene(joint, drive=["bearing_in", "joint_angle"]).problem
 
 
 def problem(drives: int, one: Problem, two: Problem) -> Problem:
@@ -406,7 +406,7 @@ def test_what_cannot_act(
     joint: cd.Mechanism, options: dict[str, object], error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error, match=message):
-        acting_on(universal(joint, 0.5)._problem, **options)
+        acting_on(universal(joint, 0.5).problem, **options)
 
 
 def test_coordinates_of_a_ball_are_loaded_in_the_scene() -> None:
@@ -419,7 +419,7 @@ def test_coordinates_of_a_ball_are_loaded_in_the_scene() -> None:
     ):
         acting_on(scene.problem, loads={"s.x": 1.0})
     named = scene.replace(loads={"s.x": 0.0})
-    assert acting_on(named._problem, loads={"s.y": 1.0}).joint_loads["s.y"] == 1.0
+    assert acting_on(named.problem, loads={"s.y": 1.0}).joint_loads["s.y"] == 1.0
 
 
 def acting_of(joint: cd.Mechanism, **shapes: tuple[int, ...]) -> Acting:
@@ -431,7 +431,7 @@ def acting_of(joint: cd.Mechanism, **shapes: tuple[int, ...]) -> Acting:
         "shaft_out": cd.Wrench(values["force"], values["moment"]),
     }
     return acting_on(
-        universal(joint, 0.5)._problem,
+        universal(joint, 0.5).problem,
         values["speed"],
         values["acceleration"],
         loads,

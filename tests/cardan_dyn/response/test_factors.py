@@ -38,7 +38,7 @@ def built(joint: cd.Mechanism) -> tuple[ProblemSolver, ResponseData]:
         gravity=(0.0, 0.0, -9.81),
     )
     response = scene.response(1e-6)
-    return response._solver, response._data
+    return response.solver, response._data
 
 
 def operation(solver: ProblemSolver, **changes: object) -> Operation:

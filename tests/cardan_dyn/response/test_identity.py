@@ -143,15 +143,15 @@ def test_an_argument_changes_its_own_hash_alone(
         arguments = {"gravity": (0.0, 0.0, -9.81), "loads": {"bearing_out": load}, **options}
         return cd.Scene(joint, drive="bearing_in", held={"joint_angle": beta}, **arguments)
 
-    expected = identity(scene()._solver.problem)
-    changed = identity(scene(**changes)._solver.problem)  # type: ignore[arg-type]
+    expected = identity(scene().solver.problem)
+    changed = identity(scene(**changes).solver.problem)  # type: ignore[arg-type]
     assert {name for name in expected if expected[name] != changed[name]} == names
     assert set(changed) == set(expected)
 
 
 def test_drives_held_joints_and_branches_are_told_apart(shaft: cd.Mechanism) -> None:
     def of(**options: object) -> dict[str, str]:
-        return identity(cd.Scene(shaft, **options)._solver.problem)
+        return identity(cd.Scene(shaft, **options).solver.problem)
 
     held = {"joint_angle_1": 0.1, "joint_angle_2": 0.1}
     expected = of(drive="bearing_in", held=held)
@@ -160,7 +160,7 @@ def test_drives_held_joints_and_branches_are_told_apart(shaft: cd.Mechanism) -> 
     assert of(drive="bearing_in", held=dict(reversed(held.items())))["held"] != expected["held"]
     crank = cd.load("four_bar")
     branches = [
-        identity(cd.Scene(crank, drive="crank_bearing", branch=branch)._solver.problem)
+        identity(cd.Scene(crank, drive="crank_bearing", branch=branch).solver.problem)
         for branch in ("A", "B")
     ]
     assert branches[0]["branch"] != branches[1]["branch"]
@@ -169,15 +169,15 @@ def test_drives_held_joints_and_branches_are_told_apart(shaft: cd.Mechanism) -> 
 def test_the_version_and_the_description_belong_to_it(
     joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    expected = identity(universal(joint, 0.5)._solver.problem)
+    expected = identity(universal(joint, 0.5).solver.problem)
     urdf = text("universal_joint")
     commented = cd.load(urdf.replace("</robot>", "<!-- the same --></robot>"))
-    assert identity(universal(commented, 0.5)._solver.problem) == expected
+    assert identity(universal(commented, 0.5).solver.problem) == expected
     changed = cd.load(urdf.replace('<mass value="', '<mass value="1', 1))
-    different = identity(universal(changed, 0.5)._solver.problem)
+    different = identity(universal(changed, 0.5).solver.problem)
     assert {name for name in expected if expected[name] != different[name]} == {"description"}
     monkeypatch.setattr("cardan_dyn.response.identity.__version__", "0.0.7")
-    later = identity(universal(joint, 0.5)._solver.problem)
+    later = identity(universal(joint, 0.5).solver.problem)
     assert later == replace_version(expected, later["version of the package"])
     assert later != expected
 

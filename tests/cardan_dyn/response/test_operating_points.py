@@ -36,7 +36,7 @@ def wave(row: int, x: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def solver(joint: cd.Mechanism) -> ProblemSolver:
-    return universal(joint, 0.5)._solver
+    return universal(joint, 0.5).solver
 
 
 @pytest.fixture(scope="module")

@@ -29,7 +29,7 @@ def scene(joint: cd.Mechanism, **changes: object) -> cd.Scene:
 
 
 def layout(joint: cd.Mechanism, **changes: object) -> Layout:
-    return layout_of(scene(joint, **changes)._solver)
+    return layout_of(scene(joint, **changes).solver)
 
 
 def test_columns_are_listed_in_one_order_whatever_the_order_of_the_loads(
@@ -50,8 +50,8 @@ def test_without_masses_there_are_loads_alone() -> None:
       <axis xyz="0 0 1"/></joint></robot>"""
     mechanism = cd.load(urdf)
     loaded = cd.Scene(mechanism, drive="a", loads={"a": 2.0}, gravity=(0.0, 0.0, -9.81))
-    assert layout_of(loaded._solver).columns == (Column(Kind.JOINT_LOAD, "a"),)
-    idle = cd.Scene(mechanism, drive="a")._solver
+    assert layout_of(loaded.solver).columns == (Column(Kind.JOINT_LOAD, "a"),)
+    idle = cd.Scene(mechanism, drive="a").solver
     samples = FunctionSampler(idle).answer(Request(POSITIONS)).samples
     assert samples.values.shape == (0, len(POSITIONS))
     assert samples.condition == 1.0
@@ -77,7 +77,7 @@ def test_a_column_is_what_a_sweep_gives_where_it_acts_alone(
     speed: float,
     acceleration: float,
 ) -> None:
-    sampler = FunctionSampler(scene(joint)._solver)
+    sampler = FunctionSampler(scene(joint).solver)
     values = sampler.answer(Request(POSITIONS)).samples.values
     alone = scene(joint, loads=loads, gravity=gravity)
     sweep = alone.sweep(POSITIONS, speed, acceleration)
@@ -96,7 +96,7 @@ def test_moments_of_couplings_and_efforts_of_two_wheels() -> None:
     """The second wheel of 0.025 kg·m² turns at -2.5 times the speed of the first."""
     wheels = cd.load(gears(coupling("mesh", "a", "b", -2.5)))
     for options in ({}, {"outputs": []}):
-        sampler = FunctionSampler(cd.Scene(wheels, drive="a", loads={"b": 7.0}, **options)._solver)
+        sampler = FunctionSampler(cd.Scene(wheels, drive="a", loads={"b": 7.0}, **options).solver)
         samples = sampler.answer(Request(POSITIONS)).samples
         for column, effort, moment in (
             (ACCELERATION, 0.025 * (1.0 + 2.5**2), -2.5 * 0.025),
@@ -121,7 +121,7 @@ def test_moments_of_couplings_beside_a_loop() -> None:
         <predecessor link="crank"/><successor link="wheel"/><ratio value="-2"/></coupling>
         </robot>""",
     )
-    sampler = FunctionSampler(cd.Scene(cd.load(urdf), drive="a", loads={"w": 7.0})._solver)
+    sampler = FunctionSampler(cd.Scene(cd.load(urdf), drive="a", loads={"w": 7.0}).solver)
     values = sampler.answer(Request(POSITIONS)).samples.values
     for column, moment in (
         (SPEED_SQUARED, 0.0),
@@ -134,13 +134,13 @@ def test_moments_of_couplings_beside_a_loop() -> None:
 
 def test_proven_samples_are_those_that_are_solved(joint: cd.Mechanism) -> None:
     example = scene(joint)
-    sampler = FunctionSampler(example._solver)
+    sampler = FunctionSampler(example.solver)
     samples, loop_error, residuals = sampler.answer(Request(POSITIONS, proven=True))
     alone = sampler.answer(Request(POSITIONS))
     np.testing.assert_allclose(samples.values, alone.samples.values, atol=1e-12)
     assert alone.loop_error is alone.residuals is None
     # What is proven is the scene itself at unit speed and acceleration.
-    solver, ones = example._solver, np.ones((len(POSITIONS), 1))
+    solver, ones = example.solver, np.ones((len(POSITIONS), 1))
     closed = solver.assemble(Targets.of_positions(POSITIONS[:, None]))
     solution = solver.solve(closed, acting(solver, ones, ones))
     assert residuals is not None
@@ -154,7 +154,7 @@ def test_proven_samples_are_those_that_are_solved(joint: cd.Mechanism) -> None:
 
 def test_answers_to_several_spans_are_those_to_each() -> None:
     example = double(cd.load("double_shaft_z"), 0.5, 0.4, load=-10.0)
-    sampler = FunctionSampler(example._solver)
+    sampler = FunctionSampler(example.solver)
     position = np.linspace(0.0, 6.0, 1000)
     spans = [slice(0, 300), slice(300, 310), slice(310, 900), slice(900, 1000)]
     together = sampler.answers(Targets.of_positions(position[:, None]), spans, proven=True)
@@ -170,8 +170,8 @@ def test_samples_of_a_scene_with_a_load_per_sample_are_proven_with_a_constant_lo
     joint: cd.Mechanism,
 ) -> None:
     changing = scene(joint, loads={"bearing_out": np.linspace(-1.0, -2.0, 40), "shaft_out": PUSH})
-    answer = FunctionSampler(changing._solver).answer(Request(POSITIONS, proven=True))
-    constant = FunctionSampler(scene(joint)._solver).answer(Request(POSITIONS)).samples
+    answer = FunctionSampler(changing.solver).answer(Request(POSITIONS, proven=True))
+    constant = FunctionSampler(scene(joint).solver).answer(Request(POSITIONS)).samples
     np.testing.assert_allclose(answer.samples.values, constant.values, atol=1e-12)
     assert answer.residuals is not None
     assert answer.residuals.balance < 1e-13

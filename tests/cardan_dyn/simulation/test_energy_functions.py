@@ -24,7 +24,7 @@ def forces_of(scene: cd.Scene) -> Forces:
 
 @pytest.mark.parametrize("beta", [0.1, 0.9, 1.4])
 def test_inertia_of_the_universal_joint(joint: cd.Mechanism, beta: float) -> None:
-    functions = energy_functions(universal(joint, beta)._solver)
+    functions = energy_functions(universal(joint, beta).solver)
     expected = SpinningJoint(beta).inertia(POINTS)
     error = np.max(np.abs(functions.inertia(POINTS)[0] - expected))
     # As many coefficients as there are may err by what is stated for each of them.
