@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from ..clearance import PinGeometry, Scan, scan
+from ..clearance import PinGeometry, Scan, drawing, scan
 from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism, load
 from .presets import default_scene, slides
@@ -237,15 +237,15 @@ def save_figures(scanned: Scan, directory: Path) -> None:
     """
     from .. import figures
 
-    figures.save(figures.force_reversals(scanned), directory / "force_reversals")
-    figures.save(figures.impact_ranking(scanned), directory / "impact_ranking")
-    figures.save(figures.peak_factor(scanned), directory / "peak_factor")
+    figures.save(drawing.force_reversals(scanned), directory / "force_reversals")
+    figures.save(drawing.impact_ranking(scanned), directory / "impact_ranking")
+    figures.save(drawing.peak_factor(scanned), directory / "peak_factor")
     worst = {name: scanned[name].worst for name in scanned.ranking}
     striking = {name: item for name, item in worst.items() if item is not None}
     inertial = all(item.slope_growth == 3.0 for item in striking.values())
     if striking:
         parameters = ("speed",) * inertial + ("slope", "clearance", "mass", "stiffness")
-        figures.save(figures.peak_influence(striking, parameters), directory / "peak_influence")
+        figures.save(drawing.peak_influence(striking, parameters), directory / "peak_influence")
 
 
 def _by_joint(

@@ -145,7 +145,7 @@ def test_a_short_range_is_still_smooth(joint: cd.Mechanism) -> None:
 
 
 def test_closed_forms_need_a_torque(joint_without_load: cd.Sweep) -> None:
-    for draw in (figures.torque_ratio, figures.thoma_bending, figures.bending_polar):
+    for draw in (closed_forms.torque_ratio, closed_forms.thoma_bending, closed_forms.bending_polar):
         with pytest.raises(cd.ArgumentError, match=r"no torque passes .* load 'bearing_out'"):
             draw(joint_without_load)
 
@@ -155,7 +155,7 @@ def test_closed_forms_need_a_held_joint_angle(shaft_turn: cd.Sweep) -> None:
         "the closed forms need a universal joint whose 'joint_angle' is held; held: "
         "joint_angle_1, joint_angle_2"
     )
-    for draw in (figures.torque_ratio, figures.thoma_bending, figures.bending_polar):
+    for draw in (closed_forms.torque_ratio, closed_forms.thoma_bending, closed_forms.bending_polar):
         with pytest.raises(cd.ArgumentError, match=message):
             draw(shaft_turn)
     with pytest.raises(cd.ArgumentError, match=message):

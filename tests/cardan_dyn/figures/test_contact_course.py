@@ -14,14 +14,13 @@ from testkit.drawings import check_units_and_files
 from testkit.loose_needle_drive import JOINT, SPEED, scanned, simulated
 
 import cardan_dyn as cd
-from cardan_dyn import figures
-from cardan_dyn.clearance import scan
+from cardan_dyn.clearance import drawing, scan
 
 
 @pytest.mark.slow
 def test_the_line_has_every_peak_of_the_simulation(tmp_path: Path) -> None:
     simulation = simulated()
-    figure = figures.contact_course(simulation, JOINT, turns=9.0, title="course")
+    figure = drawing.contact_course(simulation, JOINT, turns=9.0, title="course")
     check_units_and_files(figure, tmp_path)
     (axes,) = figure.axes
     (line,) = axes.get_lines()
@@ -39,7 +38,7 @@ def test_the_line_has_every_peak_of_the_simulation(tmp_path: Path) -> None:
 
 
 def test_beside_the_force_without_play_and_the_estimates() -> None:
-    figure = figures.contact_course(simulated(), JOINT, scanned=scanned())
+    figure = drawing.contact_course(simulated(), JOINT, scanned=scanned())
     (axes,) = figure.axes
     simulation, rigid, *points = axes.get_lines()
     assert np.ptp(simulation.get_xdata()) == pytest.approx(360.0, abs=5.0)
@@ -61,13 +60,13 @@ def test_beside_the_force_without_play_and_the_estimates() -> None:
 @pytest.mark.parametrize("turns", [0.0, -1.0, [1.0, 2.0]])
 def test_bad_turns(turns: Any) -> None:
     with pytest.raises(cd.ArgumentError, match="turns"):
-        figures.contact_course(simulated(), JOINT, turns=turns)
+        drawing.contact_course(simulated(), JOINT, turns=turns)
 
 
 def test_what_does_not_belong_together() -> None:
     with pytest.raises(cd.ModelError, match="has clearance"):
-        figures.contact_course(simulated(), "rocker_pin")
+        drawing.contact_course(simulated(), "rocker_pin")
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
     other = scan(drive, 200.0, joints=JOINT, clearance=1e-4, stiffness=1e8)
     with pytest.raises(cd.ArgumentError, match="of 200 rad/s, the simulation of 300"):
-        figures.contact_course(simulated(), JOINT, scanned=other)
+        drawing.contact_course(simulated(), JOINT, scanned=other)

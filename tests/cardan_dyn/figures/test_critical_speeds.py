@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from cardan_dyn import ArgumentError, figures
+from cardan_dyn import ArgumentError
+from cardan_dyn.figures.critical_speeds import (
+    campbell,
+    critical_speed_map,
+    orders_over_speed,
+    stability_chart,
+)
 
 SPEED = np.linspace(10.0, 100.0, 31)
 PER_MINUTE = 30.0 / np.pi
@@ -15,7 +21,7 @@ def curves(axes: object) -> dict[str, object]:
 def test_campbell_has_modes_orders_and_critical_speeds() -> None:
     modes = np.stack([40.0 - 0.1 * SPEED, 40.0 + 0.1 * SPEED, 0.0 * SPEED], axis=1)
     whirl = np.stack([-1.0 + 0.0 * SPEED, 1.0 + 0.0 * SPEED, 0.0 * SPEED], axis=1)
-    figure = figures.campbell(SPEED, modes, whirl=whirl, critical=[(20.0, 40.0)], orders=(1, 2))
+    figure = campbell(SPEED, modes, whirl=whirl, critical=[(20.0, 40.0)], orders=(1, 2))
     (axes,) = figure.axes
     found = curves(axes)
     assert {"mode 1, backward", "mode 2, forward", "mode 3", "critical speed"} <= set(found)
@@ -35,7 +41,7 @@ def test_campbell_has_modes_orders_and_critical_speeds() -> None:
 
 def test_orders_rise_with_the_speed_of_a_drive_that_turns_back() -> None:
     back, modes = -SPEED[::-1], np.full((31, 1), 80.0)
-    (axes,) = figures.campbell(back, modes, orders=(1, 2)).axes
+    (axes,) = campbell(back, modes, orders=(1, 2)).axes
     rays = [line for line in axes.lines if line.get_label().startswith("_")]
     for line, order, text in zip(rays, (1.0, 2.0), axes.texts, strict=True):
         assert line.get_ydata() == pytest.approx(-order / 60.0 * np.asarray(line.get_xdata()))
@@ -47,7 +53,7 @@ def test_orders_rise_with_the_speed_of_a_drive_that_turns_back() -> None:
 def test_critical_speed_map_leaves_out_what_does_not_exist() -> None:
     stiffness = np.array([1e4, 1e5, 1e6])
     speeds = {"2× forward": [10.0, np.inf, 30.0], "2× backward": [5.0, 6.0, 7.0]}
-    (axes,) = figures.critical_speed_map(stiffness, speeds, operating=(8.0, 9.0)).axes
+    (axes,) = critical_speed_map(stiffness, speeds, operating=(8.0, 9.0)).axes
     line = curves(axes)["2× forward"]
     assert np.isnan(line.get_ydata()[1]) and line.get_ydata()[2] == pytest.approx(30.0 * PER_MINUTE)
     assert axes.get_xscale() == axes.get_yscale() == "log"
@@ -58,7 +64,7 @@ def test_critical_speed_map_leaves_out_what_does_not_exist() -> None:
 def test_points_beside_the_curves_of_orders() -> None:
     """Within the range of speeds; the axes reach up to them."""
     points = {"peak": [(50.0, 0.7), (200.0, 0.9)], "jump": [(500.0, 1.0)], "none": []}
-    (axes,) = figures.orders_over_speed(SPEED, {"2×": 1e-3 / SPEED}, unit="rad", peaks=points).axes
+    (axes,) = orders_over_speed(SPEED, {"2×": 1e-3 / SPEED}, unit="rad", peaks=points).axes
     found = curves(axes)
     assert set(found) == {"2×", "peak"}
     assert found["peak"].get_xdata() == pytest.approx([50.0 * PER_MINUTE])
@@ -69,7 +75,7 @@ def test_points_beside_the_curves_of_orders() -> None:
 def test_orders_over_speed_with_phases() -> None:
     amplitudes = {"2×": 1e-3 / SPEED, "4×": 1e-12 * SPEED}
     phases = {"2×": np.linspace(0.0, 9.0, 31)}
-    figure = figures.orders_over_speed(
+    figure = orders_over_speed(
         SPEED, amplitudes, unit="rad", phases=phases, critical={"ωₙ/2": 50.0}
     )
     top, bottom = figure.axes
@@ -80,13 +86,13 @@ def test_orders_over_speed_with_phases() -> None:
     assert bottom.lines[0].get_ydata() == pytest.approx(np.degrees(phases["2×"]))
     assert bottom.get_ylabel() == "phase [°]"
     assert [text.get_text() for text in top.texts] == ["ωₙ/2"]
-    (only,) = figures.orders_over_speed(SPEED, amplitudes, unit="m", logarithmic=False).axes
+    (only,) = orders_over_speed(SPEED, amplitudes, unit="m", logarithmic=False).axes
     assert only.get_yscale() == "linear"
 
 
 def test_campbell_of_a_drive_that_turns_back() -> None:
     modes = np.full((31, 1), 40.0)
-    (axes,) = figures.campbell(-SPEED[::-1], modes, orders=2).axes
+    (axes,) = campbell(-SPEED[::-1], modes, orders=2).axes
     (ray,) = [line for line in axes.lines if line.get_label().startswith("_")]
     assert ray.get_ydata() == pytest.approx(2.0 * SPEED[::-1] / (2.0 * np.pi))
     (text,) = axes.texts
@@ -97,27 +103,27 @@ def test_campbell_of_a_drive_that_turns_back() -> None:
 
 def test_rounding_has_no_name_in_a_legend() -> None:
     amplitudes = {"y, 1×": 1e-3 / SPEED, "y, 2×": 1e-12 * SPEED, "z, 1×": 2e-3 / SPEED}
-    (axes,) = figures.orders_over_speed(SPEED, amplitudes, unit="m").axes
+    (axes,) = orders_over_speed(SPEED, amplitudes, unit="m").axes
     assert axes.get_legend_handles_labels()[1] == ["y, 1×", "z, 1×"]
-    (axes,) = figures.orders_over_speed(SPEED, amplitudes, unit="m", logarithmic=False).axes
+    (axes,) = orders_over_speed(SPEED, amplitudes, unit="m", logarithmic=False).axes
     assert len(axes.lines) == 3
 
 
 def test_a_chart_without_instability_says_so() -> None:
     kind = np.zeros((31, 3), dtype=int)
-    (axes,) = figures.stability_chart(SPEED, ANGLE, kind, joint="offset", slides=True).axes
+    (axes,) = stability_chart(SPEED, ANGLE, kind, joint="offset", slides=True).axes
     assert [text.get_text() for text in axes.texts] == ["stable everywhere"]
     assert axes.get_ylabel() == "offset [m]"
     assert axes.get_ylim() == pytest.approx((0.0, ANGLE[-1]))
     kind[3, 1] = 1
-    assert not figures.stability_chart(SPEED, ANGLE, kind).axes[0].texts
+    assert not stability_chart(SPEED, ANGLE, kind).axes[0].texts
 
 
 def test_stability_chart_names_the_kinds_that_occur() -> None:
     kind = np.zeros((31, 3), dtype=int)
     kind[10:15, 1:], kind[20:25, 2], kind[0, 0] = 1, 3, 5
     edges = {"first order": (SPEED[:3], ANGLE)}
-    (axes,) = figures.stability_chart(SPEED, ANGLE, kind, edges=edges).axes
+    (axes,) = stability_chart(SPEED, ANGLE, kind, edges=edges).axes
     labels = axes.get_legend_handles_labels()[1]
     assert sorted(labels) == ["combination", "first order", "instability", "no motion"]
     assert axes.get_ylim() == pytest.approx((0.0, 20.0))
@@ -133,15 +139,30 @@ def test_stability_chart_names_the_kinds_that_occur() -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda: figures.campbell(SPEED, SPEED), r"'frequency' has shape \(31,\)"),
-        (lambda: figures.campbell(SPEED, SPEED[:, None], whirl=[1.0]), "whirl has shape"),
-        (lambda: figures.campbell([np.nan], [[1.0]]), "speed has shape"),
-        (lambda: figures.campbell(SPEED, SPEED[:, None], orders="2"), "orders is not an array"),
-        (lambda: figures.critical_speed_map(SPEED, {"a": [1.0]}), "'a' has shape"),
-        (lambda: figures.orders_over_speed(SPEED, {"a": [1.0]}, unit="m"), "'a' has shape"),
-        (lambda: figures.stability_chart(SPEED, ANGLE, [[1]]), "kind has shape"),
-        (lambda: figures.stability_chart(SPEED, ANGLE, np.full((31, 3), 6)), "from 0 to 5"),
-        (lambda: figures.stability_chart([1.0], ANGLE, np.zeros((1, 3))), "two speeds and two"),
+        (lambda: campbell(SPEED, SPEED), r"'frequency' has shape \(31,\)"),
+        (
+            lambda: campbell(SPEED, SPEED[:, None], whirl=[1.0]),
+            "whirl has shape",
+        ),
+        (lambda: campbell([np.nan], [[1.0]]), "speed has shape"),
+        (
+            lambda: campbell(SPEED, SPEED[:, None], orders="2"),
+            "orders is not an array",
+        ),
+        (lambda: critical_speed_map(SPEED, {"a": [1.0]}), "'a' has shape"),
+        (
+            lambda: orders_over_speed(SPEED, {"a": [1.0]}, unit="m"),
+            "'a' has shape",
+        ),
+        (lambda: stability_chart(SPEED, ANGLE, [[1]]), "kind has shape"),
+        (
+            lambda: stability_chart(SPEED, ANGLE, np.full((31, 3), 6)),
+            "from 0 to 5",
+        ),
+        (
+            lambda: stability_chart([1.0], ANGLE, np.zeros((1, 3))),
+            "two speeds and two",
+        ),
     ],
 )
 def test_shapes_that_do_not_match(draw: object, message: str) -> None:

@@ -13,8 +13,7 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_units_and_files
 
 import cardan_dyn as cd
-from cardan_dyn import figures
-from cardan_dyn.clearance import Scan, scan
+from cardan_dyn.clearance import Scan, drawing, scan
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +24,7 @@ def scanned() -> Scan:
 
 @pytest.mark.slow
 def test_every_joint_has_its_diagram_and_its_reversals(scanned: Scan, tmp_path: Path) -> None:
-    figure = figures.force_reversals(scanned, title="forces")
+    figure = drawing.force_reversals(scanned, title="forces")
     check_units_and_files(figure, tmp_path)
     assert [axes.get_title().split("\n")[0] for axes in figure.axes] == scanned.ranking
     for axes, name in zip(figure.axes, scanned.ranking, strict=True):
@@ -50,7 +49,7 @@ def test_arrows_of_what_does_not_strike_are_dashed() -> None:
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads=loads)
     found = scan(scene, 120.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.25)
     for name in ("piston_pin", "crank_pin"):
-        (axes,) = figures.force_reversals(found, name, plane="xy").axes
+        (axes,) = drawing.force_reversals(found, name, plane="xy").axes
         styles = [text.arrow_patch.get_linestyle() for text in axes.texts if text.arrow_patch]
         assert styles == ["-" if item.strikes else "--" for item in found[name].reversals]
     assert found["piston_pin"].impacts == 2 and found["crank_pin"].impacts == 0
@@ -59,4 +58,4 @@ def test_arrows_of_what_does_not_strike_are_dashed() -> None:
 @pytest.mark.parametrize(("joints", "plane"), [("needle", None), ("needle_pin", "xz")])
 def test_bad_input(scanned: Scan, joints: str, plane: Any) -> None:
     with pytest.raises(cd.CardanError):
-        figures.force_reversals(scanned, joints, plane=plane)
+        drawing.force_reversals(scanned, joints, plane=plane)

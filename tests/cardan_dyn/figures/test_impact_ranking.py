@@ -11,14 +11,14 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, figures
-from cardan_dyn.clearance import Scan, scan
+from cardan_dyn.clearance import Scan, drawing, scan
 
 
 def test_bars_are_forces_and_points_what_less_would_buy(tmp_path: Path) -> None:
     loads = {"piston_guide": -300.0}
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads=loads)
     found = scan(scene, 120.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.2)
-    figure = figures.impact_ranking(found)
+    figure = drawing.impact_ranking(found)
     assert all(path.stat().st_size > 5000 for path in figures.save(figure, tmp_path / "ranking"))
     forces, effects = figure.axes
     assert [label.get_text() for label in forces.get_yticklabels()] == found.ranking
@@ -43,4 +43,4 @@ def test_bars_are_forces_and_points_what_less_would_buy(tmp_path: Path) -> None:
 
 def test_nothing_to_be_ranked() -> None:
     with pytest.raises(ArgumentError, match="no joint was scanned"):
-        figures.impact_ranking(Scan({}, 1.0, {}))
+        drawing.impact_ranking(Scan({}, 1.0, {}))

@@ -12,8 +12,8 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 
 from testkit.drawings import check_units_and_files
 
-from cardan_dyn import ArgumentError, figures
-from cardan_dyn.clearance import ImpactModel, influence
+from cardan_dyn import ArgumentError
+from cardan_dyn.clearance import ImpactModel, drawing, influence
 
 PAPER = ImpactModel(3.6, 1e7, 1e-4, 360e3, start="rest")
 UNITS = {"speed": 1.0, "slope": 1e-3, "clearance": 1e6, "mass": 1.0, "stiffness": 1e-6}
@@ -21,7 +21,7 @@ UNITS = {"speed": 1.0, "slope": 1e-3, "clearance": 1e6, "mass": 1.0, "stiffness"
 
 def test_bild_8(tmp_path: Path) -> None:
     both = {"paper": PAPER, "damped": replace(PAPER, damping_ratio=0.2)}
-    figure = figures.peak_influence(both, title="Bild 8")
+    figure = drawing.peak_influence(both, title="Bild 8")
     check_units_and_files(figure, tmp_path)
     assert len(figure.axes) == 5
     for axes, (name, unit) in zip(figure.axes, UNITS.items(), strict=True):
@@ -36,11 +36,11 @@ def test_bild_8(tmp_path: Path) -> None:
 
 
 def test_one_panel_with_own_factors() -> None:
-    figure = figures.peak_influence(PAPER, "clearance", factors=[0.5, 1.0, 1.5])
+    figure = drawing.peak_influence(PAPER, "clearance", factors=[0.5, 1.0, 1.5])
     (axes,) = figure.axes
     assert axes.get_lines()[0].get_xdata() == pytest.approx([50.0, 100.0, 150.0])
     assert axes.get_xlabel() == "clearance 2s [µm]"
     with pytest.raises(ArgumentError, match="no reversal or no parameter"):
-        figures.peak_influence({}, "clearance")
+        drawing.peak_influence({}, "clearance")
     with pytest.raises(ArgumentError, match="'length' is unknown"):
-        figures.peak_influence(PAPER, "length")
+        drawing.peak_influence(PAPER, "length")

@@ -13,7 +13,7 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.pin_rigs import scene
 
 from cardan_dyn import ArgumentError, figures
-from cardan_dyn.clearance import scan, scan_map
+from cardan_dyn.clearance import drawing, scan, scan_map
 
 GIVEN: dict[str, Any] = {"radius": 0.018, "clearance": 2e-5, "stiffness": 5e7, "bearings": "pin_in"}
 HELD = {"joint_angle": np.radians([10.0, 30.0])}
@@ -21,7 +21,7 @@ HELD = {"joint_angle": np.radians([10.0, 30.0])}
 
 def test_forces_and_peaks_over_the_angle(tmp_path: Path) -> None:
     found = scan(scene("thoma_rig", 0.3), 100.0, joints="cross", **GIVEN)["cross"]
-    figure = figures.pin_forces(found)
+    figure = drawing.pin_forces(found)
     assert all(path.stat().st_size > 5000 for path in figures.save(figure, tmp_path / "forces"))
     (axes,) = figure.axes
     first, second, points = axes.get_lines()
@@ -34,7 +34,7 @@ def test_forces_and_peaks_over_the_angle(tmp_path: Path) -> None:
 
 def test_peaks_over_speed(tmp_path: Path) -> None:
     found = scan_map(scene("thoma_rig", 0.3), [300.0, 100.0], "cross", held=HELD, **GIVEN)
-    figure = figures.pin_peaks(found)
+    figure = drawing.pin_peaks(found)
     assert all(path.stat().st_size > 5000 for path in figures.save(figure, tmp_path / "peaks"))
     (axes,) = figure.axes
     lines = axes.get_lines()
@@ -55,4 +55,4 @@ def test_peaks_over_speed(tmp_path: Path) -> None:
 def test_one_speed_makes_no_line() -> None:
     found = scan_map(scene("thoma_rig", 0.3), 100.0, "cross", held=HELD, **GIVEN)
     with pytest.raises(ArgumentError, match="one speed only"):
-        figures.pin_peaks(found)
+        drawing.pin_peaks(found)

@@ -13,13 +13,13 @@ from testkit.drawings import check_units_and_files
 from testkit.loose_needle_drive import JOINT, PLAY, simulated
 
 import cardan_dyn as cd
-from cardan_dyn import figures
+from cardan_dyn.clearance import drawing
 
 RADIUS = 0.5e6 * PLAY
 
 
 def test_states_are_on_their_side_of_the_play(tmp_path: Path) -> None:
-    figure = figures.pin_orbit(simulated(), JOINT)
+    figure = drawing.pin_orbit(simulated(), JOINT)
     check_units_and_files(figure, tmp_path)
     (axes,) = figure.axes
     bounds, pressed, free, begun = (np.array(line.get_data()) for line in axes.get_lines())
@@ -35,7 +35,7 @@ def test_states_are_on_their_side_of_the_play(tmp_path: Path) -> None:
 
 
 def test_the_lines_are_the_simulated_orbit() -> None:
-    (axes,) = figures.pin_orbit(simulated(), JOINT, plane="yz").axes
+    (axes,) = drawing.pin_orbit(simulated(), JOINT, plane="yz").axes
     _, pressed, free, _ = (np.array(line.get_data()) for line in axes.get_lines())
     drawn = np.where(np.isnan(pressed), free, pressed)
     offset = 1e6 * simulated()[JOINT].offset[:, 1:]
@@ -46,8 +46,8 @@ def test_the_lines_are_the_simulated_orbit() -> None:
 
 def test_bad_input() -> None:
     with pytest.raises(cd.ModelError, match="has clearance"):
-        figures.pin_orbit(simulated(), "rocker_pin")
+        drawing.pin_orbit(simulated(), "rocker_pin")
     with pytest.raises(cd.ArgumentError, match="plane"):
-        figures.pin_orbit(simulated(), JOINT, plane="xz")
+        drawing.pin_orbit(simulated(), JOINT, plane="xz")
     with pytest.raises(cd.ArgumentError, match="several times"):
-        figures.pin_orbit(simulated().at([0.001]), JOINT)
+        drawing.pin_orbit(simulated().at([0.001]), JOINT)

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from cardan_dyn import ArgumentError, figures
+from cardan_dyn import ArgumentError
 from cardan_dyn.figures import vibration
+from cardan_dyn.figures.vibration import orbits, over_revolution, run_up
 
 SPEED = np.linspace(10.0, 100.0, 31)
 
@@ -14,7 +15,7 @@ def curves(axes: object) -> dict[str, object]:
 def test_orbits_have_equal_scales() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 50)
     path = np.stack([2.0 * np.cos(turn), np.sin(turn)], axis=1)
-    (axes,) = figures.orbits({"at 50 rad/s": path}, labels=("a [rad]", "b [rad]")).axes
+    (axes,) = orbits({"at 50 rad/s": path}, labels=("a [rad]", "b [rad]")).axes
     assert axes.get_aspect() == 1.0
     assert axes.lines[0].get_xydata() == pytest.approx(path)
     assert axes.lines[1].get_xydata() == pytest.approx(path[:1])
@@ -22,7 +23,7 @@ def test_orbits_have_equal_scales() -> None:
 
 def test_run_up_draws_predictions_to_both_sides() -> None:
     predicted = {"linear": (SPEED[:3], [1.0, 2.0, 3.0])}
-    (axes,) = figures.run_up(SPEED, np.sin(SPEED), unit="rad", predicted=predicted).axes
+    (axes,) = run_up(SPEED, np.sin(SPEED), unit="rad", predicted=predicted).axes
     assert curves(axes)["simulated"].get_ydata() == pytest.approx(np.sin(SPEED))
     assert [line.get_ydata()[2] for line in axes.lines[1:]] == [3.0, -3.0]
 
@@ -44,11 +45,11 @@ def test_torque_over_speed_marks_barriers_and_where_a_drive_is_held() -> None:
 def test_coordinates_and_coefficients_over_a_revolution() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 37)
     values = np.stack([np.sin(turn), np.cos(turn)], axis=1)
-    (axes,) = figures.over_revolution(turn, values, ("tilt_z", "tilt_y")).axes
+    (axes,) = over_revolution(turn, values, ("tilt_z", "tilt_y")).axes
     assert list(curves(axes)) == ["tilt_z", "tilt_y"]
     assert axes.lines[1].get_ydata() == pytest.approx(np.cos(turn))
     assert axes.get_ylabel() == "free coordinates [rad, m]"
-    (axes,) = figures.over_revolution(turn, values, ("y", "z"), unit="m").axes
+    (axes,) = over_revolution(turn, values, ("y", "z"), unit="m").axes
     assert axes.get_ylabel() == "free coordinates [m]"
     matrices = {"mass": np.ones((37, 2, 2)), "stiffness": np.zeros((37, 2, 2))}
     mass, stiffness = vibration.coefficients(turn, matrices, ("tilt_z", "tilt_y")).axes
@@ -81,9 +82,9 @@ def test_multipliers_over_speed() -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda: figures.orbits({"a": SPEED}, labels=("", "")), "path 'a' has shape"),
-        (lambda: figures.run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
-        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "'values' has shape"),
+        (lambda: orbits({"a": SPEED}, labels=("", "")), "path 'a' has shape"),
+        (lambda: run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
+        (lambda: over_revolution(SPEED, SPEED, ("a",)), "'values' has shape"),
         (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
         (lambda: vibration.multipliers(SPEED, SPEED), "'sizes' has shape"),
         (lambda: vibration.torque_over_speed(SPEED, [1.0]), "'torque' has shape"),

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Array
-from ..clearance.scan_results import ForceReversal, JointScan, Scan
-from .polar import across, columns_of, diagram
-from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style, names
+from ...arrays import Array
+from ...figures.polar import across, columns_of, diagram
+from ...figures.style import TITLE_SIZE, Axes, Figure, axes_grid, line_style, names
+from ..scan_results import ForceReversal, JointScan, Scan
 
 _ARROW = 0.35
 """Length of the arrow of a reversal, as a fraction of the greatest force."""

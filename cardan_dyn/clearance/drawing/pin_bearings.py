@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.scan_maps import ScanMap
-from ..clearance.scan_results import JointScan
-from ..errors import ArgumentError
-from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, legend, line_style
+from ...errors import ArgumentError
+from ...figures.style import (
+    TITLE_SIZE,
+    Figure,
+    angle_axis,
+    axes_grid,
+    curve_style,
+    legend,
+    line_style,
+)
+from ..scan_maps import ScanMap
+from ..scan_results import JointScan
 
 
 def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:

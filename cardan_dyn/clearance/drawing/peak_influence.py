@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..clearance.impact_model import ImpactModel
-from ..clearance.influences import PARAMETERS, influence
-from ..clearance.scan_results import ForceReversal
-from ..errors import ArgumentError
-from .style import Figure, axes_grid, legend, line_style, names, point_style
+from ...errors import ArgumentError
+from ...figures.style import Figure, axes_grid, legend, line_style, names, point_style
+from ..impact_model import ImpactModel
+from ..influences import PARAMETERS, influence
+from ..scan_results import ForceReversal
 
 _AXES = {
     "speed": (1.0, "speed Ω / Ω₀ [–]"),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
-from ..clearance.contact_simulation import ContactSimulation, JointContact, finer
-from ..errors import ArgumentError
-from .polar import columns_of
-from .style import TITLE_SIZE, Figure, axes_grid, legend, line_style, point_style
+from ...arrays import Array
+from ...errors import ArgumentError
+from ...figures.polar import columns_of
+from ...figures.style import TITLE_SIZE, Figure, axes_grid, legend, line_style, point_style
+from ..contact_simulation import ContactSimulation, JointContact, finer
 
 _PER_STEP = 4
 """Times at which the pin is looked at between two steps of a simulation."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.scan_results import Scan
-from ..errors import ArgumentError
-from .style import Figure, axes_grid, legend, line_style, point_style
+from ...errors import ArgumentError
+from ...figures.style import Figure, axes_grid, legend, line_style, point_style
+from ..scan_results import Scan
 
 _BAR = 0.26
 """Width of a bar, where joints are 1 apart."""

@@ -10,9 +10,9 @@ from analytic.damped_impact import damped_peak
 from analytic.peak_factor import peak_factor as factor_of
 from analytic.peak_factor import peak_factor_limits
 
-from ..clearance.impact_model import ImpactModel
-from ..clearance.scan_results import ForceReversal, Scan
-from .style import Figure, axes_grid, legend, line_style, point_style
+from ...figures.style import Figure, axes_grid, legend, line_style, point_style
+from ..impact_model import ImpactModel
+from ..scan_results import ForceReversal, Scan
 
 _RANGE = (0.5, 20.0)
 """Range of τ that is drawn at least."""

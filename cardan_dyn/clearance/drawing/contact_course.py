@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
-from ..checks import positive
-from ..clearance.contact_simulation import ContactSimulation, finer
-from ..clearance.scan_results import JointScan, Scan
-from ..errors import ArgumentError
-from .style import TITLE_SIZE, Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style
+from ...arrays import Array
+from ...checks import positive
+from ...errors import ArgumentError
+from ...figures.style import (
+    TITLE_SIZE,
+    Axes,
+    Figure,
+    angle_axis,
+    axes_grid,
+    legend,
+    line_style,
+    point_style,
+)
+from ..contact_simulation import ContactSimulation, finer
+from ..scan_results import JointScan, Scan
 
 _PER_STEP = 8
 """Times at which the force is looked at between two steps of a simulation."""
