@@ -52,6 +52,7 @@ class LocalEquation(NamedTuple):
         scale: `(S, n)` greatest sum of the sizes of their terms.
         mass, damping, stiffness: `(S, N, n, n)` derivatives of the efforts by accelerations, speeds
             and positions of the free coordinates.
+        slope: `(S, N, n)` derivatives of the efforts by the drive's speed, the course kept.
     """
 
     efforts: Array
@@ -59,6 +60,7 @@ class LocalEquation(NamedTuple):
     mass: Array
     damping: Array
     stiffness: Array
+    slope: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,26 +133,31 @@ class ReducedModel:
         w, acceleration = course.velocities, course.accelerations
         terms = self._terms(values)
         spun = np.einsum("...ijk,...k->...ij", terms.quadratic, w)
-        efforts, scale = _efforts(terms, w, acceleration)
+        parts = _parts(terms, w, acceleration)
+        scale = np.max(sum(np.abs(part) for part in parts), axis=-2)
         stiffness = np.empty(terms.mass.shape)
         for index in range(self.free):
             rates = self._terms(gradients[index] / self.half[index])
-            stiffness[..., index] = _efforts(rates, w, acceleration)[0]
+            stiffness[..., index] = sum(_parts(rates, w, acceleration))
         damping = 2.0 * spun[..., 1:] + terms.linear[..., 1:]
-        return LocalEquation(efforts, scale, terms.mass, damping, stiffness)
+        # Inertia goes with the square of the speed, dampers go with it.
+        pace = course.speed[:, None, None]
+        slope = (2.0 * (parts[0] + parts[1]) + parts[2]) / pace
+        return LocalEquation(
+            np.asarray(sum(parts)), np.asarray(scale), terms.mass, damping, stiffness, slope
+        )
 
     def efforts(self, course: Course) -> Array:
         """Return the efforts `(S, N, n)` along motions at the nodes."""
-        return _efforts(self.terms(course.q), course.velocities, course.accelerations)[0]
+        parts = _parts(self.terms(course.q), course.velocities, course.accelerations)
+        return np.asarray(sum(parts))
 
 
-def _efforts(terms: Terms, w: Array, acceleration: Array) -> tuple[Array, Array]:
-    """Return efforts `(S, N, n)`, and the greatest sum of the sizes of their terms `(S, n)`."""
-    parts = (
+def _parts(terms: Terms, w: Array, acceleration: Array) -> tuple[Array, Array, Array, Array]:
+    """Return what inertia, by accelerations and by speeds, dampers and springs add `(S, N, n)`."""
+    return (
         np.einsum("...ij,...j->...i", terms.mass, acceleration),
         np.einsum("...ijk,...j,...k->...i", terms.quadratic, w, w, optimize=True),
         np.einsum("...ij,...j->...i", terms.linear, w),
         terms.static,
     )
-    size = np.max(sum(np.abs(part) for part in parts), axis=-2)
-    return np.asarray(sum(parts)), np.asarray(size)

@@ -1,7 +1,8 @@
-"""Branch: periodic motions along a curve through speed, which turns back where motions vanish.
+"""Continuation: periodic motions along a curve through speed, which turns back where they vanish.
 
 Speed is an unknown like the nodes of the motion; each step goes along the tangent of the curve and
-is corrected across it, so that folds are passed as any other place (pseudo-arclength).
+is corrected across it, so that folds are passed as any other place (pseudo-arclength). Where the
+sign of the Jacobian changes without a fold, another curve crosses this one.
 
 Source: Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977.
 """
@@ -9,6 +10,8 @@ Source: Keller, Numerical solution of bifurcation and nonlinear eigenvalue probl
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,26 +19,36 @@ import numpy as np
 from ...arrays import Array
 from ...errors import CardanError
 from ..model.build import FINE, ROUGH, WORST_ERROR
-from ..model.periodic_grid import MOST_NODES, next_size, resampled
+from ..model.periodic_grid import MOST_NODES, next_size, resampled, tail
 from ..model.reduced_model import LocalEquation, ReducedModel
 from .correction import along
 from .harmonic_balance import course_of, jacobian, lacks_orders
-from .search import Motions, MotionSearch
+from .models import MotionModels, Motions
 
 _FIRST, _SHORTEST, _LONGEST = 0.05, 1e-7, 0.3
 """Steps: 1 is the greatest motion on the branch so far, or the width of the range."""
+_AT_LAST = 5e-3
+"""Shortest step towards the end of what can be modelled."""
 _FORETOLD = 0.02
 """Error of a motion that was foretold, in the same measure, at which a step is right."""
 _TURN = 0.9
 """Cosine of the angle between two tangents from which on a step was too long."""
-_CORRECTED = 1e-10
-"""Newton step, as a fraction of the range of the model, that no other follows."""
+_CORRECTED, _SWEPT = 1e-8, 1e-10
+"""Step, as a fraction of the range of the model, that no other follows: of Newton's method, which
+converges quadratically, and of steps on efforts by sweeps."""
+_CUT = 1e-4
+"""Highest orders, as a fraction of a motion, that a rough branch may lack."""
 _MOST_CORRECTIONS = 7
 _MOST_SWEEPS = 12
 """Steps on efforts by sweeps, with the derivatives of a rough model: they converge linearly."""
 _FARTHEST = 0.1
 """Longest of these steps, as a fraction of the range: what is farther away is another motion."""
-_MOST_POINTS = 3000
+_MOST_POINTS, _MOST_ROUGH = 3000, 200
+"""Of a branch, and of a rough one: none that was of use had more than a hundred."""
+_HALVINGS = 6
+"""Of the interval in which two branches cross, which then is shorter than the first step aside."""
+_LOOP = 8
+"""Points before which no curve can be closed."""
 _GROWTH = 2.0
 """Range of the next model, as a multiple of the motion that has left one."""
 _FULL = 0.98
@@ -64,10 +77,17 @@ class Point(NamedTuple):
     is_exact: bool = False
 
     @classmethod
-    def of(cls, motions: Motions) -> Point:
-        """Return the first of motions."""
-        course = motions.course
-        return cls(motions.model, float(course.speed[0]), course.q[0], float(motions.sign[0]))
+    def of(cls, motions: Motions, row: int = 0) -> Point:
+        """Return one of motions."""
+        course, sign = motions.course, float(motions.sign[row])
+        return cls(motions.model, float(course.speed[row]), course.q[row], sign)
+
+    def is_same(self, other: Point, gap: Array) -> bool:
+        """Return whether another motion differs by no more than a gap `(n,)`, and in no sign."""
+        count = max(len(self.q), len(other.q))
+        apart = np.abs(resampled(self.q, count) - resampled(other.q, count))
+        # Near a fold two motions are close, but of opposite signs.
+        return self.sign == other.sign and bool(np.all(apart <= gap))
 
     @property
     def error(self) -> float:
@@ -82,69 +102,116 @@ class Point(NamedTuple):
         return Motions(self.model, np.zeros(1, dtype=int), course, sign, self.model)
 
 
+Way = tuple[Array, float]
+"""By how much a motion `(N, n)` and its speed change."""
+
+
+class Fold(NamedTuple):
+    """Where a branch turns back.
+
+    Attributes:
+        place: number of the point nearby.
+        sense: in which speed went before.
+        point: right there.
+    """
+
+    place: int
+    sense: float
+    point: Point
+
+
 class Branch:
-    """Follows a branch from a motion to another speed.
+    """Follows a branch from a motion until it leaves a range of speed.
 
     Attributes:
         points: in their order along the branch.
-        is_whole: whether it reaches the other speed. Where it does not, motions are larger than
-            `max_amplitude` of the search, or beyond what the mechanism can do.
+        is_whole: whether it leaves the range at its other end. Where it does not, it comes back, or
+            motions are larger than `max_amplitude`, or beyond what the mechanism can do.
     """
 
-    def __init__(self, search: MotionSearch, start: Motions, last: float) -> None:
+    def __init__(
+        self,
+        models: MotionModels,
+        start: Point,
+        last: float,
+        *,
+        first: float | None = None,
+        way: Way | None = None,
+        is_rough: bool = False,
+    ) -> None:
         """Follow the branch.
 
         Args:
-            search: of the scene.
-            start: a single motion.
-            last: speed at which to end [rad/s].
+            models: of the scene.
+            start: its first point.
+            last: speed at which the range ends [rad/s].
+            first: speed at which it begins; somewhat before the start if None.
+            way: along which to leave the start; towards the last speed if None.
+            is_rough: whether rough models are enough, with points that are near to motions. If not,
+                points in which the branch turns, and those between others, are held against sweeps
+                where no finer model reaches as far.
         """
-        self._search, self._units = search, search.rotating.units
-        self._first, self._last = float(start.course.speed[0]), last
-        self._width = abs(last - self._first)
-        self._size = self._error = 0.0
+        self._models, self._units, self._is_rough = models, models.rotating.units, is_rough
+        self._first = start.speed - _BACK * (last - start.speed) if first is None else first
+        self._last = last
+        self._width = abs(last - (start.speed if first is None else first))
+        self._size = 0.0
         self.is_whole = False
-        model = start.model
-        if model is not start.middle:
-            # A model about a large motion holds no other one.
-            model = search.widest(np.mean(start.course.q[0], axis=0), search.max_amplitude)
-        count = max(model.count, start.course.q.shape[1])
-        q = resampled(start.course.q[0], count)
-        self.points = [Point(model.on(count), self._first, q, float(start.sign[0]))]
-        self._follow()
-
-    def _follow(self) -> None:
-        point = self.points[0]
-        self._grow(point)
-        way = np.sign(self._last - self._first)
+        self.points = [start]
+        self._grow(start)
         try:
-            point, ahead = self._at_home(point, np.zeros_like(point.q), way)
-            self.points = [point]
-            step = _FIRST
-            while len(self.points) < _MOST_POINTS and step >= _SHORTEST:
-                found = self._step(point, ahead, step)
-                if found is None:
-                    step *= 0.4
-                    continue
-                point, ahead, factor = found
-                self._grow(point)
-                self.points.append(point)
-                step = min(step * factor, _LONGEST)
-                gone = (point.speed - self._first) * way / self._width
-                if gone >= 1.0 or gone < -_BACK:
-                    self.is_whole = gone >= 1.0
-                    return
+            if is_rough and start.model.error < ROUGH:
+                start = self._roughly(start)
+            self._follow(start, way)
         except (CardanError, np.linalg.LinAlgError):
             return  # The range within which the mechanism can be modelled ends here.
+
+    def _roughly(self, point: Point) -> Point:
+        """Return a point in a rough model, which has fewer nodes.
+
+        Raises:
+            CardanError: there is none.
+        """
+        size = float(np.max(np.abs(point.q - np.mean(point.q, axis=0)) / self._units))
+        model = self._models.widest(np.mean(point.q, axis=0), _GROWTH * size, ROUGH)
+        while True:
+            q = resampled(point.q, model.count)
+            found = self._corrected(model, q, point.speed, (np.zeros_like(q), 1.0))
+            if found is not None or model.count >= len(point.q):
+                return found or point
+            model = model.on(next_size(model.count + 1))
+
+    def _follow(self, point: Point, way: Way | None) -> None:
+        sense = np.sign(self._last - self._first)
+        point, ahead = self._at_home(point, way or (np.zeros_like(point.q), sense))
+        self.points = [point]
+        step, shortest = _FIRST, _SHORTEST
+        most = _MOST_ROUGH if self._is_rough else _MOST_POINTS
+        while len(self.points) < most and step >= shortest:
+            try:
+                found = self._step(point, ahead, step)
+            except CardanError:
+                found, shortest = None, _AT_LAST  # No model reaches as far as the step.
+            if found is None:
+                step *= 0.4
+                continue
+            point, ahead, factor = found
+            self._grow(point)
+            self.points.append(point)
+            step = min(step * factor, _LONGEST)
+            self.is_whole = (point.speed - self._last) * sense >= 0.0
+            if self.is_whole or (point.speed - self._first) * sense < 0.0:
+                return
+            if len(self.points) > _LOOP and self._apart(point, self.points[0]) < 0.5 * step:
+                self.points.append(self.points[0])
+                return  # A curve that is closed.
 
     def _grow(self, point: Point) -> None:
         """Let the measure of lengths know a motion."""
         swing = (point.q - np.mean(point.q, axis=0)) / self._units
         self._size = max(self._size, float(np.sqrt(np.mean(swing**2))), 1e-9)
 
-    def _step(
-        self, point: Point, ahead: tuple[Array, float], step: float
-    ) -> tuple[Point, tuple[Array, float], float] | None:
+    def _step(self, point: Point, ahead: Way, step: float) -> tuple[Point, Way, float] | None:
         """Return the next point, the way on, and by which factor steps may change; or None."""
         # Lengths have another measure where the branch has grown.
         length = self._length(*ahead)
@@ -152,19 +219,19 @@ class Branch:
         q, speed = point.q + step * way, point.speed + step * rate
         if speed * self._last <= 0.0:
             return None
-        found = self._corrected(point.model, q, speed, way, rate)
+        found = self._corrected(point.model, q, speed, (way, rate))
         if found is None:
             if not self._holds(point.model, q):
-                point, (way, rate) = self._at_home(point, way, rate)
+                point, (way, rate) = self._at_home(point, (way, rate))
                 q, speed = point.q + step * way, point.speed + step * rate
-                found = self._corrected(point.model, q, speed, way, rate)
+                found = self._corrected(point.model, q, speed, (way, rate))
             if found is None:
                 return None
         gap = self._length(found.q - q, found.speed - speed)
         if gap > 2.0 * _FORETOLD:
             return None
         # What the next tangent is compared with has the nodes and the model of the new point.
-        further, (q_way, rate_on) = self._at_home(found, way, rate)
+        further, (q_way, rate_on) = self._at_home(found, (way, rate))
         old = resampled(way, len(q_way))
         cosine = self._product((old, rate), (q_way, rate_on))
         if cosine < _TURN:
@@ -172,30 +239,29 @@ class Branch:
         factor = min(2.0, 0.9 * float(np.sqrt(_FORETOLD / max(gap, 1e-6))))
         return further, (q_way, rate_on), factor
 
-    def _at_home(self, point: Point, way: Array, rate: float) -> tuple[Point, tuple[Array, float]]:
+    def _at_home(self, point: Point, way: Way) -> tuple[Point, Way]:
         """Return a point in a model that has room for it, on enough nodes; and the way on.
 
         Raises:
             CardanError: there is no such model.
         """
-        model, q, speed = point.model, point.q, point.speed
         while True:
-            if not self._holds(model, q):
-                model = self._wider(q)
-                count = max(model.count, len(q))
-                model, q = model.on(count), resampled(q, count)
-            elif lacks_orders(model, q[None])[0] and len(q) < MOST_NODES:
-                count = next_size(len(q) + 1)
-                model, q = model.on(count), resampled(q, count)
-            elif model is point.model:
-                break
-            way = resampled(way, len(q))
-            found = self._corrected(model, q, speed, way, rate)
+            if not self._holds(point.model, point.q):
+                model = self._wider(point.q)
+            elif self._lacks_orders(point) and len(point.q) < MOST_NODES:
+                model = point.model.on(next_size(len(point.q) + 1))
+            else:
+                return point, self._tangent(point, way)
+            q, way = resampled(point.q, model.count), (resampled(way[0], model.count), way[1])
+            found = self._corrected(model, q, point.speed, way)
             if found is None:
                 raise CardanError("the branch ends")
             point = found
-            model, q, speed = found.model, found.q, found.speed
-        return point, self._tangent(point, way, rate)
+
+    def _lacks_orders(self, point: Point) -> bool:
+        if not self._is_rough:
+            return bool(lacks_orders(point.model, point.q[None])[0])
+        return bool(np.max(tail(point.q - np.mean(point.q, axis=0))) > _CUT)
 
     def _holds(self, model: ReducedModel, q: Array) -> bool:
         return bool(np.max(np.abs((q - model.centre) / model.half)) <= _FULL)
@@ -208,21 +274,19 @@ class Branch:
         """
         middle = np.mean(q, axis=0)
         size = float(np.max(np.abs(q - middle) / self._units))
-        if size < self._search.max_amplitude:
-            for error in (FINE, ROUGH):
-                model = self._search.widest(middle, _GROWTH * size, error)
+        if size < self._models.max_amplitude:
+            for error in (ROUGH,) if self._is_rough else (FINE, ROUGH):
+                model = self._models.widest(middle, _GROWTH * size, error)
+                model = model.on(max(model.count, len(q)))
                 if self._holds(model, resampled(q, model.count)):
                     return model
         raise CardanError("motions are larger than what can be modelled")
 
-    def _corrected(
-        self, model: ReducedModel, q: Array, speed: float, way: Array, rate: float
-    ) -> Point | None:
+    def _corrected(self, model: ReducedModel, q: Array, speed: float, way: Way) -> Point | None:
         """Return the motion across a way, or None."""
-        across = self._dual(way, rate)
+        across = self._dual(*way)
         for _ in range(_MOST_CORRECTIONS):
-            equation, slope = self._equation(model, q, speed)
-            matrix = self._bordered(model, equation, slope, speed, across)
+            equation, matrix = self._bordered(model, q, speed, across)
             side = np.append(-equation.efforts[0].T.ravel(), 0.0)
             try:
                 change = np.linalg.solve(matrix, side)
@@ -241,50 +305,46 @@ class Branch:
     def _is_near(self, model: ReducedModel, q: Array) -> bool:
         return bool(np.max(np.abs((q - model.centre) / model.half)) <= 1.02)
 
-    def _equation(self, model: ReducedModel, q: Array, speed: float) -> tuple[LocalEquation, Array]:
-        """Return the equation along a motion, and how efforts `(N, n)` change with the speed."""
-        course = course_of(q[None], np.array([speed]), model.period)
-        # They are quadratic in the speed, for which central differences are exact.
-        beside = course_of(np.stack([q, q]), speed * np.array([0.5, 1.5]), model.period)
-        efforts = model.efforts(beside)
-        return model.equation(course), (efforts[1] - efforts[0]) / speed
-
     def _bordered(
-        self,
-        model: ReducedModel,
-        equation: LocalEquation,
-        slope: Array,
-        speed: float,
-        across: Array,
-    ) -> Array:
-        """Return the Jacobian with a column for the speed, and a row for the way."""
-        inner = jacobian(equation, np.array([speed]), model.period)[0]
-        size = len(inner)
-        matrix = np.empty((size + 1, size + 1))
-        matrix[:-1, :-1], matrix[:-1, -1], matrix[-1] = inner, slope.T.ravel(), across
-        return matrix
+        self, model: ReducedModel, q: Array, speed: float, across: Array
+    ) -> tuple[LocalEquation, Array]:
+        """Return the equation of a motion, and its Jacobian beside the speed's, above a row."""
+        at = np.array([speed])
+        equation = model.equation(course_of(q[None], at, model.period))
+        inner = jacobian(equation, at, model.period)[0]
+        matrix = np.empty((len(inner) + 1, len(inner) + 1))
+        matrix[:-1, :-1], matrix[:-1, -1], matrix[-1] = inner, equation.slope[0].T.ravel(), across
+        return equation, matrix
 
-    def _tangent(self, point: Point, way: Array, rate: float) -> tuple[Array, float]:
+    def _tangent(self, point: Point, way: Way) -> Way:
         """Return the way on of length 1, in the sense of another one."""
-        equation, slope = self._equation(point.model, point.q, point.speed)
-        matrix = self._bordered(point.model, equation, slope, point.speed, self._dual(way, rate))
+        _, matrix = self._bordered(point.model, point.q, point.speed, self._dual(*way))
         side = np.zeros(len(matrix))
         side[-1] = 1.0
-        found = np.linalg.solve(matrix, side)
-        ahead = found[:-1].reshape(point.q.shape[1], -1).T, float(found[-1])
-        length = self._length(*ahead)
-        return ahead[0] / length, ahead[1] / length
+        return self._unit(np.linalg.solve(matrix, side), point.q)
+
+    def _unit(self, change: Array, q: Array) -> Way:
+        """Return a change of nodes and speed `(n N + 1,)` as a way of length 1."""
+        way, rate = change[:-1].reshape(q.shape[1], -1).T, float(change[-1])
+        length = self._length(way, rate)
+        return way / length, rate / length
 
     def _dual(self, way: Array, rate: float) -> Array:
         """Return the row whose product with a change is its inner product with a way."""
         size = (self._size * self._units) ** 2 * way.size
         return np.append((way / size).T.ravel(), rate / self._width**2)
 
-    def _product(self, first: tuple[Array, float], second: tuple[Array, float]) -> float:
+    def _product(self, first: Way, second: Way) -> float:
         return float(self._dual(*first) @ np.append(second[0].T.ravel(), second[1]))
 
     def _length(self, way: Array, rate: float) -> float:
         return float(np.sqrt(self._product((way, rate), (way, rate))))
+
+    def _apart(self, first: Point, second: Point) -> float:
+        """Return the distance of two points."""
+        count = max(len(first.q), len(second.q))
+        way = resampled(first.q, count) - resampled(second.q, count)
+        return self._length(way, first.speed - second.speed)
 
     def greatest(self, index: int, measure: Callable[[Point], float]) -> Point:
         """Return the point beside an inner one at which a measure is greatest.
@@ -310,6 +370,79 @@ class Branch:
         minimize_scalar(value, bounds=(-1.0, 1.0), method="bounded", options={"xatol": _FLAT})
         return best[0]
 
+    @cached_property
+    def folds(self) -> list[Fold]:
+        """Where the branch turns back, in the order along it."""
+        steps = np.sign(np.diff([point.speed for point in self.points]))
+        (turns,) = np.nonzero(steps[1:] * steps[:-1] < 0.0)
+        return [
+            Fold(index, sense, self.greatest(index, _speed_along(sense)))
+            for index, sense in zip((turns + 1).tolist(), steps[turns].tolist(), strict=True)
+        ]
+
+    @cached_property
+    def _turned(self) -> tuple[list[Point], Array, set[int]]:
+        """Points with the folds in place of those nearby, their speeds, and where the folds are."""
+        folds = {fold.place: fold.point for fold in self.folds}
+        points = [folds.get(place, point) for place, point in enumerate(self.points)]
+        return points, np.array([point.speed for point in points]), set(folds)
+
+    def near(self, speed: float) -> list[Point]:
+        """Return where the branch passes a speed, interpolated."""
+        points, speeds, folds = self._turned
+        found = []
+        is_between = (speeds[:-1] - speed) * (speeds[1:] - speed) <= 0.0
+        for place in np.nonzero(is_between & (speeds[:-1] != speeds[1:]))[0].tolist():
+            first, second = points[place : place + 2]
+            share = (speed - first.speed) / (second.speed - first.speed)
+            # Beside a fold the way goes with the root of the speed's.
+            if place in folds:
+                share = np.sqrt(share)
+            elif place + 1 in folds:
+                share = 1.0 - np.sqrt(1.0 - share)
+            one = second if place in folds else first
+            count = max(len(first.q), len(second.q))
+            ends = [resampled(point.q, count) for point in (first, second)]
+            q = ends[0] + share * (ends[1] - ends[0])
+            found.append(Point(one.model, speed, q, one.sign))
+        return found
+
+    def crossed(self) -> list[tuple[Point, Way]]:
+        """Return where other branches cross this one, each with the way along the other."""
+        beside = {fold.place + side for fold in self.folds for side in (-1, 0)}
+        found = []
+        for place, (first, second) in enumerate(pairwise(self.points)):
+            if first.sign * second.sign < 0.0 and place not in beside:
+                found.append(self._aside(self._sign_change(first, second), first, second))
+        return found
+
+    def _sign_change(self, first: Point, second: Point) -> Point:
+        """Return a point near to the place between two points at which the sign changes."""
+        low, high, found = 0.0, 1.0, first
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            point = self.between(first, second, middle)
+            if point is None:
+                break  # Right there Newton's method has no way on.
+            found = point
+            low, high = (middle, high) if point.sign == first.sign else (low, middle)
+        return found
+
+    def _aside(self, point: Point, first: Point, second: Point) -> tuple[Point, Way]:
+        """Return a point at which the Jacobian is singular, and the way across this branch."""
+        ends = [resampled(end.q, len(point.q)) for end in (first, second)]
+        way = self._tangent(point, (ends[1] - ends[0], second.speed - first.speed))
+        _, matrix = self._bordered(point.model, point.q, point.speed, self._dual(*way))
+        scale = np.append(np.repeat(self._units * self._size, len(point.q)), self._width)
+        rows = np.max(np.abs(matrix * scale), axis=1, keepdims=True)
+        aside = np.linalg.svd(matrix * scale / rows)[2][-1] * scale
+        return point, self._unit(aside, point.q)
+
+    def beside(self, point: Point, way: Way) -> Point | None:
+        """Return the point at a first step along a way that leaves this branch; None if none."""
+        q, speed = point.q + _FIRST * way[0], point.speed + _FIRST * way[1]
+        return self._corrected(point.model, q, speed, way)
+
     def between(self, first: Point, second: Point, share: float) -> Point | None:
         """Return the point at a share of the way from one to the next."""
         model = max((first, second), key=lambda point: (np.min(point.model.half), len(point.q)))
@@ -317,20 +450,19 @@ class Branch:
         ends = [resampled(point.q, count) for point in (first, second)]
         way, rate = ends[1] - ends[0], second.speed - first.speed
         q, speed = ends[0] + share * way, first.speed + share * rate
-        found = self._corrected(model.model.on(count), q, speed, way, rate)
-        if found is None or found.model.error <= WORST_ERROR:
+        found = self._corrected(model.model.on(count), q, speed, (way, rate))
+        if found is None or found.model.error <= WORST_ERROR or self._is_rough:
             return found
-        return self._swept(found, resampled(way, len(found.q)), rate)
+        return self._swept(found, (way, rate))
 
-    def _swept(self, point: Point, way: Array, rate: float) -> Point:
+    def _swept(self, point: Point, way: Way) -> Point:
         """Return a point of a rough model after steps across a way on efforts by sweeps.
 
         Where they do not converge, the point stays that of the rough model, whose error it has.
         """
         model, q, speed = point.model, point.q, point.speed
-        efforts = self._search.build.efforts
-        equation, slope = self._equation(model, q, speed)
-        matrix = self._bordered(model, equation, slope, speed, self._dual(way, rate))
+        efforts = self._models.efforts
+        _, matrix = self._bordered(model, q, speed, self._dual(*way))
         for _ in range(_MOST_SWEEPS):
             course = course_of(q[None], np.array([speed]), model.period)
             try:
@@ -343,6 +475,10 @@ class Branch:
             length = float(np.max(np.abs(change_q / model.half)))
             if not length <= _FARTHEST:
                 return point
-            if length <= _CORRECTED and abs(change[-1]) <= _CORRECTED * abs(speed):
+            if length <= _SWEPT and abs(change[-1]) <= _SWEPT * abs(speed):
                 return point._replace(q=q, speed=speed, is_exact=True)
         return point
+
+
+def _speed_along(sense: float) -> Callable[[Point], float]:
+    return lambda point: sense * point.speed

@@ -11,7 +11,7 @@ from ...errors import AccuracyError, VibrationError
 from ..model.efforts import FreeEfforts
 from ..model.reduced_model import Course, LocalEquation, ReducedModel
 from .harmonic_balance import course_of, jacobian, newton_steps
-from .search import Motions
+from .models import Motions
 
 _STEPS = 3
 """Newton steps, each with the derivatives of the interpolated equation."""

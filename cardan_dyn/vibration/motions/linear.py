@@ -7,44 +7,25 @@ import numpy as np
 from ...arrays import Array
 from ..model.modes import averaged
 from ..model.periodic_grid import orders_of
-from ..model.reduced_model import Course
+from ..model.reduced_model import Course, ReducedModel
 from .harmonic_balance import jacobian, newton_steps
-from .search import Motions, MotionSearch
+from .models import Motions
 
 _STEPS = 30
 _PLACED = 1e-10
 """Newton step, as a fraction of the range, at which a place is found."""
-_ROOM = 2.0
-"""Range in which places are looked for, as a multiple of what some of them are apart."""
 
 
-def resting(course: Course) -> Course:
+def at_mean(course: Course) -> Course:
     """Return motions in which the free coordinates rest at their means."""
-    q = np.repeat(np.mean(course.q, axis=1, keepdims=True), course.q.shape[1], axis=1)
-    return Course(q, np.zeros_like(q), np.zeros_like(q), course.speed)
+    return _at_rest(np.mean(course.q, axis=1), course.speed, course.q.shape[1])
 
 
-def resting_motions(search: MotionSearch, speeds: Array) -> list[Motions]:
-    """Return the places at which mean efforts vanish while the free coordinates rest.
-
-    They are motions of the equation without what forces it, and thus have neither resonances nor
-    others beside them. Speeds without such a place within the range of the search are left out.
-
-    Args:
-        search: of the scene.
-        speeds: `(S,)` [rad/s].
-    """
-    units = search.rotating.units
-    known = search.primary(speeds[[0, len(speeds) // 2, -1]], carry=False)
-    means = [np.mean(motions.course.q, axis=1) for motions in known]
-    start = search.rotating.start[None, 1:]
-    places = np.concatenate(means) if means else start
-    centre = np.median(places, axis=0)
-    spread = float(np.max(np.abs(places - centre) / units))
-    model = search.widest(centre, _ROOM * spread)
-    q, there = np.tile(centre, (len(speeds), 1)), np.zeros(len(speeds), dtype=bool)
+def resting(model: ReducedModel, centre: Array, speed: Array) -> list[Motions]:
+    """Return the places near a centre `(n,)` at which mean efforts vanish at rest."""
+    q, there = np.tile(centre, (len(speed), 1)), np.zeros(len(speed), dtype=bool)
     for _ in range(_STEPS):
-        equation = model.equation(_at_rest(q, speeds, model.count))
+        equation = model.equation(_at_rest(q, speed, model.count))
         stiffness, efforts = (np.mean(x, axis=1) for x in (equation.stiffness, equation.efforts))
         step = -(np.linalg.pinv(stiffness) @ efforts[..., None])[..., 0]
         q = np.clip(q + step, centre - model.half, centre + model.half)
@@ -52,14 +33,14 @@ def resting_motions(search: MotionSearch, speeds: Array) -> list[Motions]:
         if np.all(there):
             break
     (index,) = np.nonzero(there)
-    rest = _at_rest(q[index], speeds[index], model.count)
+    rest = _at_rest(q[index], speed[index], model.count)
     return [Motions(model, index, rest, np.ones(len(index)), model)] if index.size else []
 
 
-def _at_rest(q: Array, speeds: Array, count: int) -> Course:
+def _at_rest(q: Array, speed: Array, count: int) -> Course:
     """Return coordinates `(S, n)` at rest on a number of nodes."""
     still = np.repeat(q[:, None], count, axis=1)
-    return Course(still, np.zeros_like(still), np.zeros_like(still), speeds)
+    return Course(still, np.zeros_like(still), np.zeros_like(still), speed)
 
 
 def linear_motions(motions: Motions) -> tuple[Array, Array]:
@@ -69,7 +50,7 @@ def linear_motions(motions: Motions) -> tuple[Array, Array]:
         with periodic coefficients, and with averaged ones.
     """
     model, course = motions.middle, motions.course
-    rest = resting(course)
+    rest = at_mean(course)
     equation = model.equation(rest)
     count = course.q.shape[1]
     matrix = jacobian(equation, course.speed, model.period)

@@ -1,22 +1,29 @@
-"""Search: a periodic motion of a rotating scene at each of many speeds.
+"""Search: the periodic motions of a rotating scene at each of many speeds.
 
-Models of small ranges come first; speeds whose motions leave them are solved in larger ones.
+About rest, models of small ranges come first; speeds whose motions leave them are solved in larger
+ones. Where a motion is not that of the linear equation, or none is found, the branches through the
+range of speed about it are followed: from its ends, from each motion that lies on none of them, and
+from where they cross. What passes a speed is a motion there.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import CardanError
-from ..model.build import FINE, ROUGH, ModelBuild
+from ..model.build import ROUGH
 from ..model.efforts import FreeEfforts
+from ..model.modes import averaged, modes
 from ..model.periodic_grid import resampled
-from ..model.reduced_model import Course, ReducedModel
+from ..model.reduced_model import ReducedModel
 from ..model.rotating_scene import RotatingScene
+from .continuation import Branch, Point, Way
 from .harmonic_balance import ROUGHLY, resolved, solved
+from .linear import linear_motions, resting
+from .models import FIRST_RANGE, GROWTH, MotionModels, Motions
 
 _POSITIONS = 24
 _STEP = 1e-4
@@ -26,26 +33,28 @@ _LONGEST = 0.5
 _MOST_STEPS = 40
 _PLACED = 1e-3
 """Step, in units of the coordinates, at which the place is good enough to begin with."""
-_FIRST = 0.05
-"""Half width of the first ranges, in units of the coordinates."""
-_GROWTH = 3.0
-"""Ratio of a range to the last one: a wider model costs some three times as much."""
-_AROUND = (0.09, 0.07, 0.05, 0.035, 0.025, 0.018, 0.012, 0.007, 0.003)
-"""Relative distances of the speeds along which motions are carried to one that has none."""
-_OFF_CENTRE = 0.1
-"""Distance between the middles of two ranges, in half widths, at which one serves for both."""
-_SHRINK = 0.8
-"""Ratio of a range to the last one that could not be computed."""
 _MOST_RANGES = 12
 """Of the loop over ranges, most of which are left for other middles."""
-_ROOM = 1.05
-"""Range of the model in which motions are refined, as a multiple of their own."""
-_NARROW = 0.02
-"""Half width of the ranges about a motion, in units of the coordinates."""
-_MOST_MODELS = 3
-"""About one motion, each about what the last one led to."""
-_FARTHEST = 10.0
-"""Way from the middle, in half ranges, from which no model about the new place is tried."""
+_LARGE = 5e-3
+"""Amplitude, in units of the coordinates, from which on a motion is large enough for others."""
+_BENT = 3e-3
+"""Distance from the linear motion, as a fraction of a motion's size, from which on there may be
+others."""
+_WINDOW = 0.2
+"""Relative distance from a forced resonance within which there may be others."""
+_STRAIGHT = 0.05
+"""The same up to which branches may begin and end: nothing bends them back that far away."""
+_NEAREST, _WIDER, WIDEST = 0.1, 1.7, 0.5
+"""Distance of the ends from a speed, as a fraction of it: the first, the ratio of the next, and the
+last."""
+_SAME = 1e-6
+"""Difference of two motions, in units of the coordinates, at which they are the same."""
+_MOST_BRANCHES = 12
+"""Through one range of speed."""
+_PASSED = 1e-2
+"""Difference of a motion from where a branch passes, as a fraction of its size, if it is on it."""
+_ROOM = 2.0
+"""Range in which places of rest are looked for, as a multiple of what some of them are apart."""
 
 
 def resting_place(efforts: FreeEfforts, start: Array, speeds: Array, units: Array) -> Array:
@@ -84,85 +93,49 @@ def resting_place(efforts: FreeEfforts, start: Array, speeds: Array, units: Arra
     return start
 
 
-@dataclass(frozen=True, eq=False)
-class Motions:
-    """Periodic motions of one model.
-
-    Attributes:
-        model: on the nodes of the motions.
-        index: `(S,)` of the speed among those that were asked for.
-        course: S motions.
-        sign: `(S,)` of the determinant of their Jacobians.
-        middle: a model on the same nodes that holds the means of the motions, which one about a
-            large motion does not.
-    """
-
-    model: ReducedModel
-    index: Array
-    course: Course
-    sign: Array
-    middle: ReducedModel
-
-    def part(self, chosen: Array | slice) -> Motions:
-        """Return some of them, by a mask, indices or a slice."""
-        course = Course(*(item[chosen] for item in self.course))
-        return replace(self, index=self.index[chosen], course=course, sign=self.sign[chosen])
-
-
 class MotionSearch:
-    """Finds periodic motions of one rotating scene; models that were built are kept.
+    """Finds periodic motions of one rotating scene; models and branches are kept.
 
     Attributes:
-        rotating: the scene.
-        max_amplitude: farthest that a free coordinate may be from its mean, in its unit.
+        models: of the scene.
         missed: index of speeds without a motion to the reason, of the last search.
     """
 
     def __init__(self, rotating: RotatingScene, max_amplitude: float = 1.0) -> None:
-        self.rotating, self.max_amplitude = rotating, max_amplitude
-        self.build = ModelBuild(rotating)
+        self.models = MotionModels(rotating, max_amplitude)
         self.missed: dict[int, str] = {}
-        self._models: dict[float, list[ReducedModel]] = {}
-        self._refused: dict[float, float] = {}
-        self._reach = max_amplitude
-        self._divisor: int | None = None
+        self._stretches: list[_Stretch] = []
 
     @property
-    def period(self) -> float:
-        """Of the equation in the drive's position [rad]; known after a search."""
-        return self.rotating.period / (self._divisor or 1)
+    def rotating(self) -> RotatingScene:
+        """The scene."""
+        return self.models.rotating
 
-    def primary(self, speeds: Array, *, carry: bool = True) -> list[Motions]:
-        """Return one motion for each speed, mostly the smallest.
-
-        Speeds without any are in `missed`.
+    def primary(self, speed: Array) -> list[Motions]:
+        """Return one motion for each speed, that about rest; speeds without one are left out.
 
         Args:
-            speeds: `(S,)` [rad/s].
-            carry: whether motions are carried from neighbouring speeds to those without one.
+            speed: `(S,)` [rad/s].
 
         Raises:
             CardanError: see `ModelBuild.model`.
         """
-        units = self.rotating.units
-        centre, share = self.rotating.start[1:].copy(), min(_FIRST, self.max_amplitude)
-        left, is_placed = np.arange(len(speeds)), False
+        units, most = self.rotating.units, self.models.max_amplitude
+        centre, share = self.rotating.start[1:].copy(), min(FIRST_RANGE, most)
+        left, is_placed = np.arange(len(speed)), False
         found: list[Motions] = []
         for _ in range(_MOST_RANGES):
-            try:
-                model = self._model(centre, share * units)
-            except CardanError:
-                if not self._models.get(FINE):
-                    raise
-                self._refused[FINE] = share
+            model = self.models.grown(centre, share)
+            if model is None:
                 break
-            there, motions, means = self._at(model, speeds, left)
+            there, motions, means = _at(model, speed, left)
             found += motions
             left = left[~there]
             if not left.size:
                 break
             if not found and not is_placed:
-                is_placed, place = True, resting_place(self.build.efforts, centre, speeds, units)
+                is_placed = True
+                place = resting_place(self.models.efforts, centre, speed, units)
                 if np.any(np.abs(place - centre) > 0.5 * share * units):
                     centre = place
                     continue
@@ -171,149 +144,294 @@ class MotionSearch:
                 # What acts all the time moves the middle, not the range.
                 centre = np.clip(moved, centre - 3.0 * share * units, centre + 3.0 * share * units)
                 continue
-            if share >= self.max_amplitude:
+            if share >= most:
                 break
-            share = min(_GROWTH * share, self.max_amplitude)
-        for ways in (self._roughly, self._carried) if carry else ():
-            for item in ways(speeds, left, centre) if left.size else []:
-                found.append(item)
-                left = np.setdiff1d(left, item.index)
+            share = min(GROWTH * share, most)
+        return found
+
+    def every(self, speed: Array) -> list[Motions]:
+        """Return all motions that are found at speeds; those without any are in `missed`.
+
+        Args:
+            speed: `(S,)` [rad/s].
+
+        Raises:
+            CardanError: see `ModelBuild.model`.
+        """
+        found = self.primary(speed)
+        found += self._roughly(speed, found)
+        known = _Known(len(speed), self.rotating.units)
+        for motions in found:
+            known.begin(motions)
+        asked = {
+            index
+            for item in found
+            for index in item.index[self._bends(item) & _resonates(item)].tolist()
+        }
+        asked |= {index for index in range(len(speed)) if not known.at[index]}
+        for low, high in _runs(speed[sorted(asked)]):
+            stretch = self._stretch(low, high)
+            (inside,) = np.nonzero((speed >= stretch.low) & (speed <= stretch.high))
+            found += stretch.motions(speed, inside, known)
         self.missed = {
-            index: f"no periodic motion was found at a speed of {speeds[index]:.12g} rad/s within "
-            f"{self._reach:g} rad (or characteristic lengths) of its mean"
-            for index in left.tolist()
+            index: f"no periodic motion was found at a speed of {speed[index]:.12g} rad/s within "
+            f"{self.models.max_amplitude:g} rad (or characteristic lengths) of its mean"
+            for index in range(len(speed))
+            if not known.at[index]
         }
         return found
 
-    def _model(self, centre: Array, half: Array, wanted: float = FINE) -> ReducedModel:
-        """Return a model of given ranges and error, or a known one that has them."""
-        for model in self._models.setdefault(wanted, []):
-            if np.array_equal(model.half, half) and np.all(
-                np.abs(model.centre[0] - centre) <= _OFF_CENTRE * half
-            ):
-                return model
-        model = self.build.model(centre, half, self._divisor, wanted)
-        self._divisor = model.divisor
-        self._models[wanted].append(model)
-        return model
+    def _roughly(self, speed: Array, found: list[Motions]) -> list[Motions]:
+        """Return motions at speeds without any, by a rough model of the widest range."""
+        left = np.setdiff1d(np.arange(len(speed)), np.concatenate([[], *(m.index for m in found)]))
+        if not left.size:
+            return []
+        means = [np.mean(motions.course.q, axis=1) for motions in found]
+        places = np.concatenate(means) if means else self.rotating.start[None, 1:]
+        rough = self.models.widest(np.median(places, axis=0), self.models.max_amplitude, ROUGH)
+        guess = np.tile(rough.centre, (len(left), 1, 1))
+        near = solved(rough, speed[left], guess, ROUGHLY)
+        left = left[near.converged]
+        refined = self.models.refined(speed[left], near.course.q[near.converged])
+        return [replace(motions, index=left[motions.index]) for motions in refined]
 
-    def widest(self, centre: Array, size: float, error: float = FINE) -> ReducedModel:
-        """Return the model of a known or new range that holds motions, as far as can be.
+    def smallest(self, speed: Array) -> tuple[list[Motions], Array]:
+        """Return the smallest motion at each speed, and how many others there are `(S,)`.
 
         Args:
-            centre: `(n,)` middle of the ranges.
-            size: half width that motions need, in units of the coordinates.
-            error: of the model.
+            speed: `(S,)` [rad/s]; those without a motion are in `missed`.
 
         Raises:
-            CardanError: not even a small range can be computed.
+            CardanError: see `ModelBuild.model`.
         """
-        share = min(_FIRST, self.max_amplitude)
-        while share < min(size, self.max_amplitude):
-            share = min(_GROWTH * share, self.max_amplitude)
-        while True:
-            if share < self._refused.get(error, np.inf):
-                try:
-                    return self._model(centre, share * self.rotating.units, error)
-                except CardanError:
-                    if share < 2.0 * _FIRST:
-                        raise
-                    self._refused[error] = share
-            share *= _SHRINK
+        every = self.every(speed)
+        sizes = [_sizes(motions, self.rotating.units) for motions in every]
+        rank = sorted(
+            (size, number, row)
+            for number, (motions, of) in enumerate(zip(every, sizes, strict=True))
+            for row, size in enumerate(of.tolist())
+        )
+        counts, chosen = np.full(len(speed), -1), [np.zeros(len(of), dtype=bool) for of in sizes]
+        for _, number, row in rank:
+            index = every[number].index[row]
+            counts[index] += 1
+            chosen[number][row] = not counts[index]
+        parts = [item.part(mask) for item, mask in zip(every, chosen, strict=True) if np.any(mask)]
+        return parts, np.maximum(counts, 0)
 
-    def _at(
-        self, model: ReducedModel, speeds: Array, left: Array
-    ) -> tuple[Array, list[Motions], Array]:
-        """Return which speeds have motions in a model, these, and means `(K, n)` of others."""
-        guess = np.tile(model.centre, (len(left), 1, 1))
-        there, motions, means = np.zeros(len(left), dtype=bool), [], []
-        for fine, index, found in resolved(model, speeds[left], guess):
-            there[index] = found.converged
-            means.append(np.mean(found.course.q[~found.converged], axis=1))
-            if np.any(found.converged):
-                every = Motions(fine, left[index], found.course, found.sign, fine)
-                motions.append(every.part(found.converged))
-        return there, motions, np.concatenate(means)
-
-    def _roughly(self, speeds: Array, left: Array, centre: Array) -> list[Motions]:
-        """Return motions at some of the speeds of given indices, by rough models of any range."""
-        rough = self.widest(centre, self.max_amplitude, ROUGH)
-        self._reach = float(np.min(rough.half / self.rotating.units))
-        guess = np.tile(rough.centre, (len(left), 1, 1))
-        found = solved(rough, speeds[left], guess, ROUGHLY)
-        return self.refined(speeds, left[found.converged], found.course.q[found.converged])
-
-    def _carried(self, speeds: Array, left: Array, centre: Array) -> list[Motions]:
-        """Return motions at some of the speeds of given indices, carried from neighbouring ones."""
-        result: list[Motions] = []
-        for side in (-1.0, 1.0):
-            if not left.size:
-                break
-            ratio = 1.0 + side * np.array(_AROUND)
-            begun = self.primary(speeds[left] * ratio[0], carry=False)
-            if not begun:
-                continue
-            index = left[np.concatenate([item.index for item in begun])]
-            rough = self.widest(centre, self.max_amplitude, ROUGH)
-            # Rough models may have fewer nodes than those in which the motions were found.
-            count = max(rough.count, *(item.model.count for item in begun))
-            rough = rough.on(count)
-            q = np.concatenate([resampled(item.course.q, count, 1) for item in begun])
-            for factor in (*ratio[1:], 1.0):
-                step = solved(rough, speeds[index] * factor, q, ROUGHLY)
-                q, index = step.course.q[step.converged], index[step.converged]
-            result += self.refined(speeds, index, q)
-            done = [item.index for item in result]
-            left = np.setdiff1d(left, np.concatenate(done)) if done else left
-        return result
-
-    def refined(self, speeds: Array, index: Array, q: Array) -> list[Motions]:
-        """Return the motions that rough ones are near to; some may have none.
-
-        Those that are too large for a model of their range have models of their own, about them.
+    def end(self, middle: float, width: float) -> Motions | None:
+        """Return a motion as far from a speed as it takes to be like the linear one; or the last.
 
         Args:
-            speeds: `(S,)`.
-            index: `(K,)` of the motions' speeds.
-            q: `(K, N, n)` rough motions at the nodes of a period.
+            middle: speed [rad/s].
+            width: distance of the first that is looked at, on its side [rad/s].
         """
-        if not index.size:
-            return []
-        units, result = self.rotating.units, []
-        middle = np.mean(q, axis=(0, 1))
-        sizes = np.max(np.abs(q - middle) / units, axis=(1, 2))
-        small = np.nonzero(_ROOM * sizes < self._refused.get(FINE, np.inf))[0]
-        if small.size:
-            model = self.widest(middle, _ROOM * float(np.max(sizes[small])))
-            small = small[sizes[small] <= np.min(model.half / units)]
-        if small.size:
-            count = max(model.count, q.shape[1])
-            guess = resampled(q[small], count, 1)
-            for fine, chosen, found in resolved(model, speeds[index[small]], guess):
-                every = Motions(fine, index[small[chosen]], found.course, found.sign, fine)
-                if np.any(found.converged):
-                    result.append(every.part(found.converged))
-        for item in np.setdiff1d(np.arange(len(index)), small).tolist():
-            result += self._along(speeds, index[item : item + 1], q[item])
-        return result
+        found = self._towards_end(middle, width)
+        return found[-1] if found else None
 
-    def _along(self, speeds: Array, index: Array, q: Array) -> list[Motions]:
-        """Return the motion near a rough one `(N, n)` by a model about it, or none."""
+    def _towards_end(self, middle: float, width: float) -> list[Motions]:
+        """Return motions at speeds ever farther from one, up to one like the linear one."""
+        found: list[Motions] = []
+        most = WIDEST * abs(middle)
+        while True:
+            width = np.sign(width) * min(abs(width), most)
+            found += self.primary(np.array([middle + width]))
+            is_straight = found and not self._bends(found[-1], _STRAIGHT, 0.0)[0]
+            if is_straight or abs(width) >= most:
+                return found
+            width *= _WIDER
+
+    def _bends(self, motions: Motions, share: float = _BENT, least: float = _LARGE) -> Array:
+        """Return whether motions differ from the linear ones, or cannot be alone `(S,)`."""
+        size = _sizes(motions, self.rotating.units)
+        gap = np.abs(linear_motions(motions)[0] - motions.course.q) / self.rotating.units
+        bends = (np.max(gap, axis=(1, 2)) > share * size) & (size > least)
+        # Motions come in pairs of opposite signs, beside one of sign +1.
+        return np.asarray(bends | (motions.sign < 0.0))
+
+    def _stretch(self, low: float, high: float) -> _Stretch:
+        """Return the range of speed about others, with the branches of motions beside it."""
+        for stretch in self._stretches:
+            if stretch.low <= low and high <= stretch.high:
+                return stretch
+        starts: list[Motions] = []
+        ends = []
+        for at, sense in ((low, -1.0), (high, 1.0)):
+            found = self._towards_end(at, sense * _NEAREST * abs(at))
+            starts += found
+            ends.append(
+                float(found[-1].course.speed[0]) if found else at + sense * WIDEST * abs(at)
+            )
+        stretch, speed = _Stretch(self.models, *ends), np.zeros(len(starts))
+        known = _Known(len(starts), self.rotating.units)
+        for index, item in enumerate(starts):
+            known.begin(replace(item, index=np.array([index])))
+            speed[index] = item.course.speed[0]
+        # From the ends inwards.
+        stretch.motions(speed, np.argsort(-np.abs(speed - 0.5 * (low + high))), known)
+        self._stretches.append(stretch)
+        return stretch
+
+    def resting(self, speed: Array) -> list[Motions]:
+        """Return the places at which mean efforts vanish while the free coordinates rest.
+
+        They are motions of the equation without what forces it, and thus have neither resonances
+        nor others beside them. Speeds without such a place within reach are left out.
+
+        Args:
+            speed: `(S,)` [rad/s].
+        """
         units = self.rotating.units
-        middle = self.widest(np.mean(q, axis=0), _FIRST)
-        for _ in range(_MOST_MODELS):
-            try:
-                model = self.build.along(q, _NARROW * units, middle.divisor)
-            except CardanError:
-                # It comes too near to where the mechanism cannot go.
-                break
-            count = max(model.count, middle.count)
-            guess = resampled(q, count)[None]
-            ((fine, _, found),) = resolved(model.on(count), speeds[index], guess)
-            if found.converged[0]:
-                rest = middle.on(fine.count)
-                return [Motions(fine, index, found.course, found.sign, rest)]
-            q = found.course.q[0]
-            if np.max(np.abs(q - fine.centre) / fine.half) > _FARTHEST:
-                break
+        known = self.primary(speed[[0, len(speed) // 2, -1]])
+        means = [np.mean(motions.course.q, axis=1) for motions in known]
+        places = np.concatenate(means) if means else self.rotating.start[None, 1:]
+        centre = np.median(places, axis=0)
+        spread = float(np.max(np.abs(places - centre) / units))
+        return resting(self.models.widest(centre, _ROOM * spread), centre, speed)
+
+
+class _Known:
+    """Motions at S speeds, without repetitions."""
+
+    def __init__(self, count: int, units: Array) -> None:
+        self.at: list[list[Point]] = [[] for _ in range(count)]
+        self.lonely: list[list[Point]] = [[] for _ in range(count)]
+        self._units = units
+
+    def begin(self, motions: Motions) -> None:
+        """Keep motions that lie on no branch as yet, one for each speed."""
+        for row, index in enumerate(motions.index.tolist()):
+            point = Point.of(motions, row)
+            self.at[index], self.lonely[index] = [point], [point]
+
+    def passed(self, motions: Motions) -> Array:
+        """Return which motions on a branch are new, and keep them."""
+        is_new = np.zeros(len(motions.index), dtype=bool)
+        for row, index in enumerate(motions.index.tolist()):
+            point = Point.of(motions, row)
+            is_new[row] = not self.is_passed(index, point, _SAME * self._units)
+            if is_new[row]:
+                self.at[index].append(point)
+        return is_new
+
+    def is_passed(self, index: int, point: Point, gap: Array) -> bool:
+        """Return whether a motion is that of a branch, up to a gap `(n,)`, which then is noted."""
+        for known in self.at[index]:
+            if point.is_same(known, gap):
+                self.lonely[index] = [item for item in self.lonely[index] if item is not known]
+                return True
+        return False
+
+
+class _Stretch:
+    """Branches through a range of speed."""
+
+    def __init__(self, models: MotionModels, low: float, high: float) -> None:
+        self._models, self.low, self.high = models, low, high
+        self._branches: list[Branch] = []
+
+    def motions(self, speed: Array, inside: Array, known: _Known) -> list[Motions]:
+        """Return the motions at speeds of given indices that were not known."""
+        result, done = [], 0
+        while True:
+            for branch in self._branches[done:]:
+                for motions in self._on(branch, speed, inside, known):
+                    is_new = known.passed(motions)
+                    if np.any(is_new):
+                        result.append(motions.part(is_new))
+            done = len(self._branches)
+            index = next((index for index in inside.tolist() if known.lonely[index]), None)
+            if index is None or done >= _MOST_BRANCHES:
+                return result
+            self.follow(known.lonely[index].pop())
+
+    def follow(self, point: Point) -> None:
+        """Follow the branch through a point, and those that cross it."""
+        below, above = self.low < point.speed, point.speed < self.high
+        new: list[tuple[Point, bool, Way | None]] = [(point, True, None)] if above else []
+        new += [(point, False, None)] if below else []
+        while new and len(self._branches) < _MOST_BRANCHES:
+            start, is_up, way = new.pop(0)
+            if way is not None and self._is_known(start):
+                continue
+            branch = self._branch(start, is_up, way)
+            self._branches.append(branch)
+            for place, across in branch.crossed():
+                for sense in (1.0, -1.0):
+                    aside = sense * across[0], sense * across[1]
+                    beside = branch.beside(place, aside)
+                    if beside is not None:
+                        new.append((beside, True, aside))
+
+    def _branch(self, start: Point, is_up: bool, way: Way | None = None) -> Branch:
+        first, last = (self.low, self.high) if is_up else (self.high, self.low)
+        return Branch(self._models, start, last, first=first, way=way, is_rough=True)
+
+    def _is_known(self, point: Point) -> bool:
+        """Return whether a branch passes a point."""
+        return any(
+            point.is_same(near, _PASSED * self._swing(point))
+            for branch in self._branches
+            for near in branch.near(point.speed)
+        )
+
+    def _swing(self, point: Point) -> Array:
+        """Return how far a motion goes from its mean, as much of each coordinate `(n,)`."""
+        units = self._models.rotating.units
+        return np.asarray(units * np.max(np.abs(point.q - np.mean(point.q, axis=0)) / units))
+
+    def _on(self, branch: Branch, speed: Array, inside: Array, known: _Known) -> list[Motions]:
+        """Return the motions in which a branch passes speeds of given indices, but known ones."""
+        near = [
+            (index, point)
+            for index in inside.tolist()
+            for point in branch.near(float(speed[index]))
+            if not known.is_passed(index, point, _PASSED * self._swing(point))
+        ]
+        if not near:
+            return []
+        count = max(len(point.q) for _, point in near)
+        at = np.array([index for index, _ in near])
+        q = np.stack([resampled(point.q, count) for _, point in near])
+        found = self._models.refined(speed[at], q)
+        return [replace(motions, index=at[motions.index]) for motions in found]
+
+
+def _runs(speed: Array) -> list[tuple[float, float]]:
+    """Return the ends of runs of speeds that are near to each other."""
+    if not speed.size:
         return []
+    every = np.sort(speed)
+    gaps = np.diff(every) > _NEAREST * np.abs(every[1:])
+    firsts, lasts = np.append(True, gaps), np.append(gaps, True)
+    return list(zip(every[firsts].tolist(), every[lasts].tolist(), strict=True))
+
+
+def _at(model: ReducedModel, speed: Array, left: Array) -> tuple[Array, list[Motions], Array]:
+    """Return which speeds have motions in a model, these, and means `(K, n)` of others."""
+    guess = np.tile(model.centre, (len(left), 1, 1))
+    there, motions, means = np.zeros(len(left), dtype=bool), [], []
+    for fine, index, found in resolved(model, speed[left], guess):
+        there[index] = found.converged
+        means.append(np.mean(found.course.q[~found.converged], axis=1))
+        if np.any(found.converged):
+            every = Motions(fine, left[index], found.course, found.sign, fine)
+            motions.append(every.part(found.converged))
+    return there, motions, np.concatenate(means)
+
+
+def _resonates(motions: Motions) -> Array:
+    """Return whether a natural frequency about motions is near a multiple of theirs `(S,)`."""
+    found = modes(*averaged(motions.model.equation(motions.course)))
+    base = np.abs(motions.course.speed) * 2.0 * np.pi / motions.model.period
+    ratio = found.frequency / base[:, None]
+    order = np.rint(ratio)
+    # What is about a motion of sign -1 says little of where others have their resonance.
+    window = np.where(motions.sign < 0.0, 1.0, _WINDOW)[:, None]
+    return np.asarray(np.any((order >= 1.0) & (np.abs(ratio - order) <= window * order), axis=1))
+
+
+def _sizes(motions: Motions, units: Array) -> Array:
+    """Return how far motions go from their means `(S,)`, in units of the coordinates `(n,)`."""
+    q = motions.course.q
+    return np.asarray(np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)) / units, axis=(1, 2)))

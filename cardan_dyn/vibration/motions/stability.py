@@ -19,8 +19,8 @@ from ...errors import VibrationError
 from ..model.modes import averaged, modes
 from ..model.periodic_grid import interpolation
 from ..model.reduced_model import LocalEquation
-from .coexisting import smallest
-from .search import Motions, MotionSearch
+from .models import Motions
+from .search import MotionSearch
 
 _STAGES = 8
 """Gauss points of an element: the method is of twice that order."""
@@ -229,7 +229,7 @@ def stability(search: MotionSearch, speeds: Array) -> Stability:
     )
     change = 0.0
     # What a search finds first may be one of several, and even one that no rig stays at.
-    found_motions, result.coexisting[:] = smallest(search, speeds)
+    found_motions, result.coexisting[:] = search.smallest(speeds)
     for motions in found_motions:
         equation, index = motions.model.equation(motions.course), motions.index
         speed = motions.course.speed
@@ -398,7 +398,7 @@ def _fastest(
         found = stability(search, places)
         is_unstable = (found.kind != STABLE) & (found.kind != NONE)
         size = np.where(is_unstable, found.excess, 0.0)
-        growth = np.log1p(size) * np.abs(places) / search.period
+        growth = np.log1p(size) * np.abs(places) / search.models.period
         top = int(np.argmax(growth))
         if growth[top] > best[0]:
             best = float(growth[top]), float(places[top]), str(found.kind[top])

@@ -15,9 +15,9 @@ from ...arrays import Array
 from ...errors import VibrationError
 from ..model.periodic_grid import resampled
 from ..model.reduced_model import Course
-from .coexisting import smallest
 from .harmonic_balance import resolved
-from .search import Motions, MotionSearch
+from .models import Motions
+from .search import MotionSearch
 
 _FIRST, _LONGEST, _SHORTEST = 1 / 200, 1 / 24, 1e-6
 """Steps, as fractions of the range of speed."""
@@ -154,7 +154,7 @@ class _Follower:
     def _begin(self, speed: float) -> None:
         """Begin with the smallest motion at a speed."""
         self._at, self._since = speed, len(self._motions)
-        found, _ = smallest(self._search, np.array([speed]))
+        found, _ = self._search.smallest(np.array([speed]))
         if found:
             self._add(found[0])
         else:
@@ -182,16 +182,16 @@ class _Follower:
             foretold += q * float(np.prod([(speed - x) / (place - x) for x in others]))
         model = known[-1].model
         inside = np.max(np.abs(resampled(foretold, model.count) - model.centre) / model.half)
-        found = _at(known[-1], speed, foretold, 0)
-        if found is None and inside > _EDGE and self._size(foretold) < self._search.max_amplitude:
+        found, most = _at(known[-1], speed, foretold, 0), self._search.models.max_amplitude
+        if found is None and inside > _EDGE and self._size(foretold) < most:
             # It may only have left the range of its model.
-            wider = self._search.refined(np.array([speed]), np.array([0]), foretold[None])
+            wider = self._search.models.refined(np.array([speed]), foretold[None])
             found = wider[0] if wider else None
-        if found is None or self._size(found.course.q[0]) > _BEYOND * self._search.max_amplitude:
+        if found is None or self._size(found.course.q[0]) > _BEYOND * most:
             return None, np.inf
         q = found.course.q[0]
-        most = max(len(q), count)
-        gap = np.abs(resampled(q, most) - resampled(foretold, most)) / self._search.rotating.units
+        fine = max(len(q), count)
+        gap = np.abs(resampled(q, fine) - resampled(foretold, fine)) / self._search.rotating.units
         return found, float(np.max(gap)) / max(self._greatest, 1e-12)
 
 

@@ -12,10 +12,9 @@ from ...arrays import Array
 from ...checks import positives
 from ..model.modes import Modes, WhirlSense, averaged, clear_senses, modes, sense_name
 from ..model.rotating_scene import speeds_of
-from ..motions.coexisting import smallest
 from ..motions.correction import refuse_unheld
-from ..motions.linear import resting_motions
-from ..motions.search import Motions, MotionSearch
+from ..motions.models import Motions
+from ..motions.search import MotionSearch
 from .periodic_motion import refuse_missed, search_of
 from .result import Result, frame_of
 
@@ -129,7 +128,7 @@ def campbell(scene: Scene, speed: Any, *, max_amplitude: float = 1.0) -> Campbel
 
 def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     """Return the modes about the motions that a search finds at speeds `(S,)`; see `campbell`."""
-    every_motion, _ = smallest(search, speeds)
+    every_motion, _ = search.smallest(speeds)
     refuse_missed(search, speeds)
     refuse_unheld(every_motion)
     return _modes_about(search, speeds, every_motion)
@@ -137,7 +136,7 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
 
 def resting_campbell(search: MotionSearch, speeds: Array) -> Campbell:
     """Return the modes about coordinates at rest, as `resting_motions`, at speeds `(S,)`."""
-    return _modes_about(search, speeds, resting_motions(search, speeds))
+    return _modes_about(search, speeds, search.resting(speeds))
 
 
 def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions]) -> Campbell:

@@ -16,7 +16,6 @@ from ..model.modes import sense_name
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import speeds_of
 from ..motions.continuation import Point
-from ..motions.linear import resting_motions
 from ..motions.search import MotionSearch
 from ..motions.stability import Region, regions, stability
 from .campbell import Campbell
@@ -249,8 +248,8 @@ def critical_speeds(
     unstable: list[Region] = []
     unseen = 0.0
     if instabilities:
-        places, unseen = _places(modes, speeds, search.period)
-        unstable = regions(search, places, stability(search, places), search.period)
+        places, unseen = _places(modes, speeds, search.models.period)
+        unstable = regions(search, places, stability(search, places), search.models.period)
     rows = [row for row, _ in resonances] + [_unstable(item) for item in unstable]
     return CriticalSpeeds(
         scene=search.rotating.scene,
@@ -276,7 +275,7 @@ def _exciting(search: MotionSearch, modes: Campbell) -> list[float]:
     if swings.size:
         places = np.array([np.min(swings) / _HIGHEST, np.min(swings), np.max(swings)])
     speeds = np.unique(np.sign(modes.speed[-1]) * places)
-    for motions in resting_motions(search, speeds):
+    for motions in search.resting(speeds):
         efforts = motions.model.efforts(motions.course)
         forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
         waves = orders_of(len(forcing), motions.model.period)

@@ -247,7 +247,7 @@ def _of_design(search: MotionSearch, speeds: Array, edges: bool) -> _Done:
     """Return stability, regions and period of one design."""
     refuse_unheld(search.primary(speeds[:: max(1, len(speeds) // _LOOKED_AT)]))
     found = stability(search, speeds)
-    period = search.period
+    period = search.models.period
     return found, regions(search, speeds, found, period) if edges else [], period
 
 

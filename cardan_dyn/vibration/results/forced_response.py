@@ -14,10 +14,10 @@ from ...errors import ArgumentError, choices
 from ...results.sweep import FRAMES
 from ..model.periodic_grid import amplitudes, nodes, orders_of
 from ..model.rotating_scene import speeds_of
-from ..motions.coexisting import smallest
 from ..motions.correction import corrected
 from ..motions.linear import linear_motions
-from ..motions.search import Motions, MotionSearch
+from ..motions.models import Motions
+from ..motions.search import MotionSearch
 from .periodic_motion import missed_of, refuse_missed, search_of, states
 from .result import Result, frame_of, unit_of
 
@@ -231,7 +231,7 @@ def response_of(
     search: MotionSearch, speeds: Array, joints: tuple[str, ...], frame: str
 ) -> ForcedResponse:
     """Return the response that a search finds; see `forced_response`."""
-    found, _ = smallest(search, speeds)
+    found, _ = search.smallest(speeds)
     refuse_missed(search, speeds)
     rotating, free = search.rotating, len(search.rotating.free)
     divisor = found[0].model.divisor
@@ -247,7 +247,7 @@ def response_of(
     errors = np.full((3, size), np.nan)
     wrench = np.full((size, waves, len(joints), 6), np.nan + 0j)
     for motions in found:
-        mended, residual = corrected(search.build.efforts, motions)
+        mended, residual = corrected(search.models.efforts, motions)
         linear, averaged = linear_motions(mended)
         q, index = mended.course.q, mended.index
         for name, values in (("amplitude", q), ("linear", linear), ("averaged", averaged)):

@@ -13,10 +13,10 @@ from ..model.modes import Modes, averaged, modes
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.reduced_model import LocalEquation
 from ..model.rotating_scene import speeds_of
-from ..motions.coexisting import smallest
 from ..motions.correction import corrected
-from ..motions.linear import resting
-from ..motions.search import Motions, MotionSearch
+from ..motions.linear import at_mean
+from ..motions.models import Motions
+from ..motions.search import MotionSearch
 from ..motions.stability import first_order, monodromy
 from .periodic_motion import refuse_missed, search_of
 from .result import Result, frame_of, unit_of
@@ -97,7 +97,8 @@ class Linearisation(Result):
     def _equation(self) -> LocalEquation:
         """The coefficients as those of one motion, whose efforts vanish."""
         none, coefficients = np.zeros((1, 0)), (self.mass, self.damping, self.stiffness)
-        return LocalEquation(none, none, *(item[None] for item in coefficients))
+        mass, damping, stiffness = (item[None] for item in coefficients)
+        return LocalEquation(none, none, mass, damping, stiffness, none)
 
     def modes(self) -> Modes:
         """Return the modes of the averaged equation, arrays with one row."""
@@ -167,9 +168,9 @@ def linearise(scene: Scene, speed: float, *, max_amplitude: float = 1.0) -> Line
     if not is_single:
         raise ArgumentError("linearise takes one speed; vibration.campbell and floquet take many")
     search = search_of(scene, max_amplitude)
-    found, _ = smallest(search, speeds)
+    found, _ = search.smallest(speeds)
     refuse_missed(search, speeds)
-    motions, _ = corrected(search.build.efforts, found[0])
+    motions, _ = corrected(search.models.efforts, found[0])
     model, course = motions.model, motions.course
     equation = model.equation(course)
     return Linearisation(
@@ -181,7 +182,7 @@ def linearise(scene: Scene, speed: float, *, max_amplitude: float = 1.0) -> Line
         mass=equation.mass[0].copy(),
         damping=equation.damping[0].copy(),
         stiffness=equation.stiffness[0].copy(),
-        forcing=-motions.middle.efforts(resting(course))[0],
+        forcing=-motions.middle.efforts(at_mean(course))[0],
         derivative_error=_derivative_error(search, motions, equation.stiffness[0]),
         model_error=model.error,
     )
@@ -201,7 +202,7 @@ def _derivative_error(search: MotionSearch, motions: Motions, stiffness: Array) 
             for sense in (1.0, -1.0):
                 q = course.q[0, chosen].copy()
                 q[:, column] += sense * place * _STEP * unit
-                efforts = search.build.efforts(np.column_stack([drive, q]), speed, acceleration)
+                efforts = search.models.efforts(np.column_stack([drive, q]), speed, acceleration)
                 differences[:, :, column] += sense * weight / (_STEP * unit) * efforts
     scale = float(np.max(np.abs(stiffness)))
     return float(np.max(np.abs(differences - stiffness[chosen])) / scale) if scale else 0.0

@@ -13,9 +13,9 @@ from ...checks import positive, several, whole
 from ...errors import ArgumentError, VibrationError
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
-from ..motions.coexisting import coexisting
 from ..motions.correction import corrected
-from ..motions.search import Motions, MotionSearch
+from ..motions.models import Motions
+from ..motions.search import MotionSearch
 from .result import Result, frame_of, unit_of
 
 if TYPE_CHECKING:
@@ -239,8 +239,8 @@ def periodic_motion(scene: Scene, speed: Any, *, max_amplitude: float = 1.0) -> 
 
     They are non-linear: Fourier sums whose efforts along the free coordinates vanish, found in an
     interpolated model of these efforts and corrected by inverse dynamics of the scene itself.
-    Near forced resonances, where motions are large, further ones are searched from guesses of many
-    amplitudes and phases along the modes that resonate.
+    Where a motion is not that of the linear equation, as near forced resonances, further ones are
+    found along branches of motions through speed, which turn back at folds and cross each other.
 
     Args:
         scene: with one drive and free coordinates, springs and dampers among the elements.
@@ -255,11 +255,8 @@ def periodic_motion(scene: Scene, speed: Any, *, max_amplitude: float = 1.0) -> 
     """
     search = search_of(scene, max_amplitude)
     speeds, _ = speeds_of(speed)
-    primary = search.primary(speeds)
+    every = search.every(speeds)
     refuse_missed(search, speeds)
-    every = list(primary)
-    for motions in primary:
-        every += coexisting(search, motions, is_thorough=True)
     return _collected(search, speeds, every)
 
 
@@ -297,7 +294,7 @@ def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> Per
     rows: list[tuple[int, float, Array, float, float]] = []
     divisor = 1
     for motions in every:
-        mended, residual = corrected(search.build.efforts, motions)
+        mended, residual = corrected(search.models.efforts, motions)
         divisor = motions.model.divisor
         waves = amplitudes(mended.course.q, 1)
         middle = waves[:, :1].real

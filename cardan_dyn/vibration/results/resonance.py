@@ -15,10 +15,8 @@ import numpy as np
 from ...arrays import Array
 from ...errors import VibrationError
 from ..model.periodic_grid import amplitudes
-from ..motions.coexisting import smallest
-from ..motions.continuation import Branch, Point
-from ..motions.linear import linear_motions
-from ..motions.search import Motions, MotionSearch
+from ..motions.continuation import Branch, Fold, Point
+from ..motions.search import WIDEST, MotionSearch
 from ..motions.stability import stays
 from .campbell import Campbell, campbell_of, followed, resting_campbell
 
@@ -42,13 +40,6 @@ moves it; there must be more than rounding of the whole motion."""
 _ROUNDING = 1e-12
 _HALF_WIDTHS = 3.0
 """Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
-_WIDEST = 0.5
-"""The same at the most, as a fraction of the speed, where an order follows a frequency closely."""
-_BENT = 0.05
-"""Distance from the linear motion, as a fraction of a motion's size, up to which a branch may begin
-and end: nothing bends its resonance that far away."""
-_WIDER = 1.7
-"""Ratio of a range to the last one whose ends were bent."""
 _ASIDE = 1e-3
 """Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
 _LEAST_DAMPING = 1e-7
@@ -314,7 +305,7 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
     branch = _branch(search, rest)
     if branch is None or not branch.is_whole:
         return _plain(rest, np.nan)
-    points, found = branch.points, _folds(branch)
+    points, found = branch.points, branch.folds
     crossing = rest if found else crossing_about_motion(search, order, rest)
     if _damping_ratio(crossing) <= _LEAST_DAMPING:
         crossing = rest
@@ -329,7 +320,7 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
     leads = own >= _LEADS * np.max(shares, axis=1)
     top = _top(own, leads | (is_inside & ~np.any(leads & _peaks(own))))
     if top is None:
-        there, _ = smallest(search, np.array([crossing.speed]))
+        there, _ = search.smallest(np.array([crossing.speed]))
         return _plain(crossing, share(Point.of(there[0])) if there else np.nan)
     peak = branch.greatest(top, share)
     jumps = _jumps(found, top, share)
@@ -368,7 +359,7 @@ def _widths(crossing: Crossing) -> tuple[float, float]:
     """Return half-power width of a crossing, and the width in which its peak is [rad/s]."""
     # At half power, order and natural frequency are as far apart as the mode decays.
     half = abs(crossing.decay / crossing.slope) if crossing.slope else np.inf
-    return half, min(_HALF_WIDTHS * half, _WIDEST * abs(crossing.speed))
+    return half, min(_HALF_WIDTHS * half, WIDEST * abs(crossing.speed))
 
 
 def shares_of(point: Point, order: float, shapes: Array) -> Array:
@@ -409,28 +400,10 @@ def _branch(search: MotionSearch, crossing: Crossing) -> Branch | None:
     """Return the branch through a crossing; None if no motion was found to begin with."""
     _, width = _widths(crossing)
     sides = np.sign(crossing.speed) * np.array([-1.0, 1.0])
-    start, last = (_end(search, crossing.speed, side * width) for side in sides)
+    start, last = (search.end(crossing.speed, side * width) for side in sides.tolist())
     if start is None or last is None:
         return None
-    return Branch(search, start, float(last.course.speed[0]))
-
-
-def _end(search: MotionSearch, middle: float, width: float) -> Motions | None:
-    """Return a motion as far from a crossing as it takes to have a motion like the linear one."""
-    found = None
-    while True:
-        motions, _ = smallest(search, np.array([middle + width]))
-        if motions:
-            (found,) = motions
-            q = found.course.q
-            swing = np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)) / search.rotating.units)
-            linear, _ = linear_motions(found)
-            gap = np.max(np.abs(linear - q) / search.rotating.units)
-            if found.sign[0] > 0.0 and gap <= _BENT * swing:
-                return found
-        if abs(width) >= _WIDEST * abs(middle):
-            return found
-        width = np.sign(width) * min(_WIDER * abs(width), _WIDEST * abs(middle))
+    return Branch(search.models, Point.of(start), float(last.course.speed[0]))
 
 
 def _peaks(sizes: Array) -> Array:
@@ -446,31 +419,7 @@ def _top(sizes: Array, chosen: Array) -> int | None:
     return int(places[np.argmax(sizes[places])]) if places.size else None
 
 
-class _Fold(NamedTuple):
-    """Where a branch turns back.
-
-    Attributes:
-        place: number of the point nearby.
-        sense: in which speed went before.
-        point: right there.
-    """
-
-    place: int
-    sense: float
-    point: Point
-
-
-def _folds(branch: Branch) -> list[_Fold]:
-    """Return where a branch turns back, in the order along it."""
-    steps = np.sign(np.diff([point.speed for point in branch.points]))
-    (turns,) = np.nonzero(steps[1:] * steps[:-1] < 0.0)
-    return [
-        _Fold(index, sense, branch.greatest(index, _speed_along(sense)))
-        for index, sense in zip((turns + 1).tolist(), steps[turns].tolist(), strict=True)
-    ]
-
-
-def _jumps(folds: list[_Fold], top: int, share: Callable[[Point], float]) -> Jumps:
+def _jumps(folds: list[Fold], top: int, share: Callable[[Point], float]) -> Jumps:
     """Return the pair of folds that is nearest to a peak."""
     pairs = list(zip(folds[::2], folds[1::2], strict=False))
     if not pairs:
@@ -483,13 +432,9 @@ def _jumps(folds: list[_Fold], top: int, share: Callable[[Point], float]) -> Jum
     return Jumps(**found)
 
 
-def _speed_along(sense: float) -> Callable[[Point], float]:
-    return lambda point: sense * point.speed
-
-
 def _half_power(
     branch: Branch,
-    folds: list[_Fold],
+    folds: list[Fold],
     sizes: Array,
     top: int,
     share: Callable[[Point], float],

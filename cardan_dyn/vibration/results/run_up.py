@@ -14,7 +14,6 @@ from ...checks import number, positive
 from ...errors import ArgumentError, VibrationError
 from ...simulation.events import Event
 from ..model.rotating_scene import rotating_scene
-from ..motions.coexisting import smallest
 from ..motions.driven import Characteristic, DrivenMotions
 from ..motions.search import MotionSearch
 from ..motions.steady_path import steady_path
@@ -104,11 +103,11 @@ class SimulatedRun:
         self._search, self._first, self._last, self._torque = search, first, last, torque
         rotating = search.rotating
         self._scene, self._drive = rotating.scene, rotating.drive
-        found, _ = smallest(search, np.array([first]))
+        found, _ = search.smallest(np.array([first]))
         refuse_missed(search, np.array([first]))
         (motions,) = found
         self._begun = DrivenMotions(
-            search.build.efforts, rotating.period, rotating.units, torque
+            search.models.efforts, rotating.period, rotating.units, torque
         ).of(motions.course.speed, motions.course.q, motions.model.divisor)
 
     def over(self, duration: float, rtol: float) -> Run:
@@ -190,7 +189,7 @@ class SimulatedRun:
         place[:, 1:] = np.mean(self._begun.position[0], axis=0)
         rest, unit = np.zeros_like(place), np.tile(np.eye(1 + free)[0], (count, 1))
         states = [(rest, unit), (rest, rest)]
-        risen, still = self._search.build.efforts.through(place, states)
+        risen, still = self._search.models.efforts.through(place, states)
         return float(np.mean(risen[:, 0] - still[:, 0]))
 
 

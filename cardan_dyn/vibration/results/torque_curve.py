@@ -16,7 +16,8 @@ from ..model.periodic_grid import amplitudes, orders_of, resampled
 from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
 from ..motions.linear import linear_motions
-from ..motions.search import Motions, MotionSearch
+from ..motions.models import Motions
+from ..motions.search import MotionSearch
 from ..motions.steady_path import SteadyPath, together
 
 _PROMINENT = 1e-3
@@ -96,7 +97,9 @@ class TorqueCurve:
         """
         rotating = search.rotating
         self._search, self._path, self._is_prescribed = search, path, torque is None
-        self._motions = DrivenMotions(search.build.efforts, rotating.period, rotating.units, torque)
+        self._motions = DrivenMotions(
+            search.models.efforts, rotating.period, rotating.units, torque
+        )
 
     def predicted(self) -> Predicted:
         """Return what the path predicts, speeds without a motion among it.
@@ -112,7 +115,7 @@ class TorqueCurve:
         torque, lack = np.full((2, size), np.nan)
         for motions in self._path.together():
             if self._is_prescribed:
-                motions, _ = corrected(self._search.build.efforts, motions)
+                motions, _ = corrected(self._search.models.efforts, motions)
             found = self._driven(motions)
             swing[motions.index] = half_swings(found.position)
             linear[motions.index] = half_swings(linear_motions(motions)[1])

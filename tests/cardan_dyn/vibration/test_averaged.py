@@ -53,7 +53,9 @@ def test_swinging_modes_come_before_creeping_ones() -> None:
 def test_means_of_coefficients() -> None:
     """Of cos², over all nodes of a period, a half; one motion is not mixed with another."""
     wave = np.cos(nodes(9, np.pi))[None, :, None, None] ** 2 * np.eye(2)
-    equation = LocalEquation(np.zeros(0), np.zeros(0), wave, 3.0 * wave, np.stack([wave[0]] * 2))
+    equation = LocalEquation(
+        np.zeros(0), np.zeros(0), wave, 3.0 * wave, np.stack([wave[0]] * 2), np.zeros(0)
+    )
     mass, damping, stiffness = averaged(equation)
     np.testing.assert_allclose(mass, [0.5 * np.eye(2)], atol=1e-15)
     np.testing.assert_allclose(damping, [1.5 * np.eye(2)], atol=1e-15)

@@ -10,7 +10,7 @@ from vibrating_lines import SpringInFront
 
 from cardan_dyn.vibration.model.periodic_grid import amplitudes
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.continuation import Branch
+from cardan_dyn.vibration.motions.continuation import Branch, Point
 from cardan_dyn.vibration.motions.search import MotionSearch
 
 BETA, RATIO = np.radians(20.0), 4e-3
@@ -34,16 +34,12 @@ def test_folds_and_peak(scene: object) -> None:
     ]
     for ends in ((0.46, 0.55), (0.55, 0.46)):
         (start,) = search.primary(np.array(ends[:1]))
-        found = Branch(search, start, ends[1])
+        found = Branch(search.models, Point.of(start), ends[1])
         assert found.is_whole
         speeds = np.array([point.speed for point in found.points])
         turns = np.nonzero(np.diff(np.sign(np.diff(speeds))))[0] + 1
         assert len(turns) == 2
-        sense = float(np.sign(ends[1] - ends[0]))
-        at = [
-            found.greatest(int(turn), lambda point, side=side: side * point.speed).speed
-            for turn, side in zip(turns, (sense, -sense), strict=True)
-        ]
+        at = [fold.point.speed for fold in found.folds]
         assert sorted(at) == pytest.approx(sorted(folds), rel=1e-8)
         # Between the folds, motions have the other sign.
         signs = [point.sign for point in found.points]
@@ -60,6 +56,6 @@ def test_folds_and_peak(scene: object) -> None:
 def test_a_branch_ends_where_motions_are_too_large(scene: object) -> None:
     search = MotionSearch(rotating_scene(scene), max_amplitude=0.2)
     (start,) = search.primary(np.array([0.46]))
-    found = Branch(search, start, 0.55)
+    found = Branch(search.models, Point.of(start), 0.55)
     assert not found.is_whole
     assert max(float(np.max(np.abs(point.q))) for point in found.points) > 0.1

@@ -9,9 +9,7 @@ from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-import cardan_dyn.vibration.motions.coexisting as module
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.coexisting import coexisting, smallest
 from cardan_dyn.vibration.motions.search import MotionSearch
 
 BETA = np.radians(15.0)
@@ -22,11 +20,9 @@ def search(damping: float = 0.0, beta: float = BETA) -> MotionSearch:
     return MotionSearch(rotating_scene(elastic_rigs.scene(line, beta)))
 
 
-@pytest.mark.slow
 def test_motions_that_coexist_at_a_forced_resonance() -> None:
     finder = search()
-    (first,) = finder.primary(np.array([0.5]))
-    every = [first, *coexisting(finder, first)]
+    every = finder.every(np.array([0.5]))
     starts = [
         np.r_[item.course.q[row, 0], item.course.rate[row, 0]]
         for item in every
@@ -40,19 +36,16 @@ def test_motions_that_coexist_at_a_forced_resonance() -> None:
     assert min(gaps) > 0.01
 
 
-@pytest.mark.slow
 def test_a_fold_has_three_motions_of_which_one_is_unstable() -> None:
     finder = search(0.04, np.radians(45.0))
-    (first,) = finder.primary(np.array([0.505]))
-    every = [first, *coexisting(finder, first, is_thorough=True)]
-    signs = sorted(float(item.sign[0]) for item in every)
+    every = finder.every(np.array([0.505]))
+    signs = sorted(float(sign) for item in every for sign in item.sign)
     assert signs == [-1.0, 1.0, 1.0]
 
 
-@pytest.mark.slow
 def test_the_smallest_is_chosen() -> None:
     finder = search(0.04, np.radians(45.0))
-    (found,), counts = smallest(finder, np.array([0.5]))
+    (found,), counts = finder.smallest(np.array([0.5]))
     start = np.r_[found.course.q[0, 0], found.course.rate[0, 0]]
     shot = periodic(SpringInFront(np.radians(45.0), 0.5, 0.5, 0.02), start)
     np.testing.assert_allclose(shot.start, start, atol=1e-9)
@@ -63,25 +56,11 @@ def test_the_smallest_is_chosen() -> None:
 
 def test_where_the_linear_equation_holds_nothing_is_searched() -> None:
     finder = search(0.4)
-    (first,) = finder.primary(np.array([0.5, 0.9]))
-    assert coexisting(finder, first, is_thorough=True) == []
+    speeds = np.array([0.5, 0.9])
+    (first,), (again,) = finder.primary(speeds), finder.every(speeds)
+    np.testing.assert_array_equal(again.course.q, first.course.q)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("phase", [0.25, 0.5])
-def test_where_one_of_a_pair_was_found_the_other_is_searched(
-    phase: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # These guesses alone lead to one of the two further motions.
-    monkeypatch.setattr(module, "_SHARES", (0.5,))
-    monkeypatch.setattr(module, "_PHASES", (phase,))
-    finder = search(0.04, np.radians(45.0))
-    (first,) = finder.primary(np.array([0.505]))
-    others = coexisting(finder, first)
-    assert sorted(float(item.sign[0]) for item in others) == [-1.0, 1.0]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "sign"), [(1.1, -1.0), (0.34, 1.0)])
 def test_motions_of_a_slider_crank_behind_an_elastic_shaft(ratio: float, sign: float) -> None:
     """The motion that comes first has the sign -1 and cannot be alone; a close pair beside a fold.
@@ -107,9 +86,12 @@ def test_motions_of_a_slider_crank_behind_an_elastic_shaft(ratio: float, sign: f
     finder = MotionSearch(rotating_scene(elastic_rigs.scene(urdf, 0.0)))
     (first,) = finder.primary(np.array([speed]))
     assert first.sign.tolist() == [sign]
-    every = [first, *coexisting(finder, first, is_thorough=True)]
-    assert sorted(float(item.sign[0]) for item in every) == [-1.0, 1.0, 1.0]
-    for item in every:
-        start = np.r_[item.course.q[0, 0], item.course.rate[0, 0]]
+    every = finder.every(np.array([speed]))
+    assert sorted(float(sign) for item in every for sign in item.sign) == [-1.0, 1.0, 1.0]
+    for start in (
+        np.r_[item.course.q[row, 0], item.course.rate[row, 0]]
+        for item in every
+        for row in range(len(item.index))
+    ):
         run = solve_ivp(rates, (0.0, 2.0 * np.pi), start, "DOP853", rtol=1e-12, atol=1e-13)
         np.testing.assert_allclose(run.y[:, -1], start, atol=1e-8)

@@ -13,7 +13,8 @@ from cardan_dyn.vibration.model.periodic_grid import resampled
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.correction import _refuse_singular, along, corrected
 from cardan_dyn.vibration.motions.harmonic_balance import course_of, solved
-from cardan_dyn.vibration.motions.search import Motions, MotionSearch
+from cardan_dyn.vibration.motions.models import Motions
+from cardan_dyn.vibration.motions.search import MotionSearch
 
 
 @pytest.fixture(scope="module")
@@ -39,13 +40,13 @@ def disturbed(motions: Motions, by: float) -> Motions:
 @pytest.mark.slow
 @pytest.mark.parametrize("by", [1e-6, 1e-4])
 def test_small_errors_are_corrected(search: MotionSearch, motions: Motions, by: float) -> None:
-    found, residual = corrected(search.build.efforts, disturbed(motions, by))
+    found, residual = corrected(search.models.efforts, disturbed(motions, by))
     np.testing.assert_allclose(found.course.q, motions.course.q, atol=1e-12)
     assert np.max(residual) < 1e-10
 
 
 def test_residual_is_that_of_the_scene(search: MotionSearch, motions: Motions) -> None:
-    found, residual = corrected(search.build.efforts, motions)
+    found, residual = corrected(search.models.efforts, motions)
     course = found.course
     position = np.column_stack([found.model.positions, course.q[1, :, 0]])
     speed, acceleration = course.velocities[1], course.accelerations[1]
@@ -58,8 +59,8 @@ def test_residual_is_that_of_the_scene(search: MotionSearch, motions: Motions) -
 
 def test_efforts_between_the_nodes(search: MotionSearch, motions: Motions) -> None:
     moved = disturbed(motions, 1e-3)
-    shifted = along(search.build.efforts, moved.model, moved.course, 1.0)
-    here = along(search.build.efforts, moved.model, moved.course)
+    shifted = along(search.models.efforts, moved.model, moved.course, 1.0)
+    here = along(search.models.efforts, moved.model, moved.course)
     # A whole step leads to the next node.
     np.testing.assert_allclose(shifted, np.roll(here, -1, axis=1), atol=1e-11)
 
@@ -74,10 +75,10 @@ def test_orders_that_nodes_do_not_carry_are_noticed(search: MotionSearch, motion
         found = solved(model, motions.course.speed, q[:, ::step])
         assert np.all(found.converged)
         coarse[45 // step] = replace(motions, model=model, middle=model, course=found.course)
-    _, residual = corrected(search.build.efforts, coarse[15])
+    _, residual = corrected(search.models.efforts, coarse[15])
     assert np.all((residual > 1e-10) & (residual < 1e-7))
     with pytest.raises(AccuracyError, match="do not vanish along the periodic motion") as caught:
-        corrected(search.build.efforts, coarse[9])
+        corrected(search.models.efforts, coarse[9])
     assert caught.value.residual > caught.value.tolerance
 
 
@@ -94,4 +95,4 @@ def test_equations_that_are_stiff_are_not_singular() -> None:
 
 def test_large_errors_are_refused(search: MotionSearch, motions: Motions) -> None:
     with pytest.raises(AccuracyError, match="do not vanish along the periodic motion"):
-        corrected(search.build.efforts, disturbed(motions, 0.8))
+        corrected(search.models.efforts, disturbed(motions, 0.8))

@@ -11,7 +11,8 @@ import cardan_dyn as cd
 from cardan_dyn import VibrationError
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.driven import Characteristic, Driven, DrivenMotions
-from cardan_dyn.vibration.motions.search import Motions, MotionSearch
+from cardan_dyn.vibration.motions.models import Motions
+from cardan_dyn.vibration.motions.search import MotionSearch
 
 BETA = np.radians(25.0)
 
@@ -22,7 +23,7 @@ def near(
     search = MotionSearch(rotating_scene(scene))
     (motions,) = search.primary(np.array(speeds))
     finder = DrivenMotions(
-        search.build.efforts, search.rotating.period, search.rotating.units, torque
+        search.models.efforts, search.rotating.period, search.rotating.units, torque
     )
     return finder.of(motions.course.speed, motions.course.q, motions.model.divisor), motions
 

@@ -8,8 +8,9 @@ from testkit import elastic_rigs
 
 from cardan_dyn.vibration.model.periodic_grid import amplitudes
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.linear import linear_motions, resting
-from cardan_dyn.vibration.motions.search import Motions, MotionSearch
+from cardan_dyn.vibration.motions.linear import at_mean, linear_motions
+from cardan_dyn.vibration.motions.models import Motions
+from cardan_dyn.vibration.motions.search import MotionSearch
 
 
 def found(urdf: str, beta: float, speed: float) -> Motions:
@@ -38,6 +39,6 @@ def test_the_second_order_of_a_spring_in_front() -> None:
 
 def test_resting_motions_keep_their_means() -> None:
     motions = found(elastic_rigs.torsional_line(), 0.4, 0.7)
-    rest = resting(motions.course)
+    rest = at_mean(motions.course)
     np.testing.assert_allclose(rest.q[0], np.mean(motions.course.q), atol=1e-16)
     assert not np.any(rest.rate)

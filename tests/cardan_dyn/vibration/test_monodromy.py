@@ -78,7 +78,7 @@ def test_two_coordinates_against_an_integration() -> None:
     damping = np.tile([[0.1, 0.4], [-0.4, 0.05]], (count, 1, 1))
     stiffness = np.tile([[2.0, 0.1], [0.0, 3.0]], (count, 1, 1))
     empty = np.zeros((1, 0))
-    equation = LocalEquation(empty, empty, mass[None], damping[None], stiffness[None])
+    equation = LocalEquation(empty, empty, mass[None], damping[None], stiffness[None], empty)
     found, _ = monodromy(first_order(equation, speed), np.pi)
 
     def rate(phi: float, y: np.ndarray) -> np.ndarray:
@@ -101,6 +101,7 @@ def test_a_drive_that_turns_backwards_meets_the_coefficients_in_that_order() -> 
         empty,
         empty,
         *(np.tile(item[:, None, None], (2, 1, 1, 1)) for item in (np.ones(count), damping, spring)),
+        empty,
     )
     speed = np.array([0.7, -0.7])
     found, _ = monodromy(first_order(equation, speed), np.pi)

@@ -10,7 +10,6 @@ from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.coexisting import coexisting
 from cardan_dyn.vibration.motions.harmonic_balance import course_of
 from cardan_dyn.vibration.motions.linear import linear_motions
 from cardan_dyn.vibration.motions.search import MotionSearch
@@ -28,7 +27,6 @@ def test_ranges_grow_only_where_motions_are_large() -> None:
     ranges = {int(place): float(item.model.half[0]) for item in found for place in item.index}
     assert ranges[0] == ranges[2] == 0.05
     assert ranges[1] > 0.3
-    assert not finder.missed
 
 
 def test_a_load_moves_the_middle() -> None:
@@ -41,31 +39,29 @@ def test_a_load_moves_the_middle() -> None:
 
 def test_motions_beyond_what_is_searched_are_missed() -> None:
     finder = search(elastic_rigs.torsional_line(), BETA, max_amplitude=0.1)
-    found = finder.primary(np.array([0.3, 0.5]))
+    found = finder.every(np.array([0.3, 0.5]))
     assert [item.index.tolist() for item in found] == [[0]]
     assert list(finder.missed) == [1]
     assert "no periodic motion was found at a speed of 0.5 rad/s" in finder.missed[1]
 
 
-def test_motions_are_carried_from_neighbouring_speeds() -> None:
+def test_motions_are_found_on_branches_from_other_speeds() -> None:
     """Beside a fold Newton's method from rest leads nowhere."""
     finder = search(elastic_rigs.torsional_line(damping_in=0.04), np.radians(45.0))
-    (found,) = finder.primary(np.array([0.51]))
+    (found,) = finder.every(np.array([0.51]))
     assert not finder.missed
     start = np.r_[found.course.q[0, 0], found.course.rate[0, 0]]
     shot = periodic(SpringInFront(np.radians(45.0), 0.51, 0.5, 0.02), start)
     np.testing.assert_allclose(shot.start, start, atol=1e-9)
     assert 0.4 < np.max(np.abs(found.course.q)) < 0.6
-    assert finder.primary(np.array([0.51]), carry=False) == []
-    assert list(finder.missed) == [0]
+    assert finder.primary(np.array([0.51])) == []
 
 
 @pytest.mark.slow
 def test_a_motion_larger_than_any_model_of_a_range() -> None:
     """A shaft at 45° that tilts by 20° and more: it has a model about itself."""
     finder, speed = search(elastic_rigs.elastic_rig(), np.radians(45.0)), np.array([0.473])
-    (first,) = finder.primary(speed)
-    (second,) = coexisting(finder, first)
+    _, second = finder.every(speed)
     assert second.model.half.tolist() == [0.02, 0.02]
     assert np.max(np.abs(second.course.q)) > 0.33
     mean = np.mean(second.course.q[0], axis=0)
@@ -82,7 +78,7 @@ def test_a_motion_larger_than_any_model_of_a_range() -> None:
     def efforts(share: float) -> np.ndarray:
         firsts = (second.model.positions, np.full(len(ways[0]), speed[0]), np.zeros(len(ways[0])))
         middles = (mean, 0.0, 0.0)
-        return finder.build.efforts(
+        return finder.models.efforts(
             *(
                 np.column_stack([first, middle + share * way])
                 for first, middle, way in zip(firsts, middles, ways, strict=True)

@@ -15,7 +15,6 @@ from tilting_shaft import TiltingShaft
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import PeriodicMotion
-from cardan_dyn.vibration.motions.coexisting import coexisting
 from cardan_dyn.vibration.results.periodic_motion import _collected, search_of
 
 SPEED = 0.51303
@@ -104,10 +103,8 @@ def test_rows_of_a_speed_are_sorted_by_size() -> None:
     """However they were found."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
     search, speeds = search_of(scene, 1.0), np.array([0.4975])
-    (first,) = search.primary(speeds)
-    every = [*reversed(coexisting(search, first)), first]
-    found = _collected(search, speeds, every)
-    assert found.branch.tolist() == list(range(len(every)))
+    found = _collected(search, speeds, [*reversed(search.every(speeds))])
+    assert found.branch.tolist() == [0, 1, 2, 3]
     places = np.linspace(0.0, np.pi, 100)
     assert np.all(np.diff(np.ptp(found.at(places).position, axis=(1, 2))) > 0.0)
 

@@ -1,0 +1,188 @@
+"""Models of one scene, in ranges as wide as its motions need; what was built is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import CardanError
+from ..model.build import FINE, ModelBuild
+from ..model.efforts import FreeEfforts
+from ..model.periodic_grid import resampled
+from ..model.reduced_model import Course, ReducedModel
+from ..model.rotating_scene import RotatingScene
+from .harmonic_balance import resolved
+
+FIRST_RANGE = 0.05
+"""Half width of the first ranges, in units of the coordinates."""
+GROWTH = 3.0
+"""Ratio of a range to the last one: a wider model costs some three times as much."""
+_OFF_CENTRE = 0.1
+"""Distance between the middles of two ranges, in half widths, at which one serves for both."""
+_SHRINK = 0.8
+"""Ratio of a range to the last one that could not be computed."""
+_ROOM = 1.05
+"""Range of the model in which motions are refined, as a multiple of their own."""
+_NARROW = 0.02
+"""Half width of the ranges about a motion, in units of the coordinates."""
+_MOST_MODELS = 3
+"""About one motion, each about what the last one led to."""
+_FARTHEST = 10.0
+"""Way from the middle, in half ranges, from which no model about the new place is tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """Periodic motions of one model.
+
+    Attributes:
+        model: on the nodes of the motions.
+        index: `(S,)` of the speed among those that were asked for.
+        course: S motions.
+        sign: `(S,)` of the determinant of their Jacobians.
+        middle: a model on the same nodes that holds the means of the motions, which one about a
+            large motion does not.
+    """
+
+    model: ReducedModel
+    index: Array
+    course: Course
+    sign: Array
+    middle: ReducedModel
+
+    def part(self, chosen: Array | slice) -> Motions:
+        """Return some of them, by a mask, indices or a slice."""
+        course = Course(*(item[chosen] for item in self.course))
+        return replace(self, index=self.index[chosen], course=course, sign=self.sign[chosen])
+
+
+class MotionModels:
+    """Reduced models of a rotating scene.
+
+    Attributes:
+        rotating: the scene.
+        max_amplitude: farthest that a free coordinate may be from its mean, in its unit.
+    """
+
+    def __init__(self, rotating: RotatingScene, max_amplitude: float) -> None:
+        self.rotating, self.max_amplitude = rotating, max_amplitude
+        self._build = ModelBuild(rotating)
+        self._models: dict[float, list[ReducedModel]] = {}
+        self._refused: dict[float, float] = {}
+        self._divisor: int | None = None
+
+    @property
+    def efforts(self) -> FreeEfforts:
+        """Of the free coordinates."""
+        return self._build.efforts
+
+    @property
+    def period(self) -> float:
+        """Of the equation in the drive's position [rad]; known after a model was built."""
+        return self.rotating.period / (self._divisor or 1)
+
+    def grown(self, centre: Array, share: float) -> ReducedModel | None:
+        """Return a model of a range that grows from the first one; None if it goes too far.
+
+        Args:
+            centre: `(n,)` middle of the range.
+            share: its half width, in units of the coordinates.
+
+        Raises:
+            CardanError: not even the first range can be computed.
+        """
+        try:
+            return self._model(centre, share * self.rotating.units)
+        except CardanError:
+            if not self._models.get(FINE):
+                raise
+            self._refused[FINE] = share
+            return None
+
+    def _model(self, centre: Array, half: Array, wanted: float = FINE) -> ReducedModel:
+        """Return a model of given ranges and error, or a known one that has them."""
+        for model in self._models.setdefault(wanted, []):
+            if np.array_equal(model.half, half) and np.all(
+                np.abs(model.centre[0] - centre) <= _OFF_CENTRE * half
+            ):
+                return model
+        model = self._build.model(centre, half, self._divisor, wanted)
+        self._divisor = model.divisor
+        self._models[wanted].append(model)
+        return model
+
+    def widest(self, centre: Array, size: float, error: float = FINE) -> ReducedModel:
+        """Return the model of a known or new range that holds motions, as far as can be.
+
+        Args:
+            centre: `(n,)` middle of the ranges.
+            size: half width that motions need, in units of the coordinates.
+            error: of the model.
+
+        Raises:
+            CardanError: not even a small range can be computed.
+        """
+        share = min(FIRST_RANGE, self.max_amplitude)
+        while share < min(size, self.max_amplitude):
+            share = min(GROWTH * share, self.max_amplitude)
+        while True:
+            if share < self._refused.get(error, np.inf):
+                try:
+                    return self._model(centre, share * self.rotating.units, error)
+                except CardanError:
+                    if share < 2.0 * FIRST_RANGE:
+                        raise
+                    self._refused[error] = share
+            share *= _SHRINK
+
+    def refined(self, speed: Array, q: Array) -> list[Motions]:
+        """Return the motions that rough ones are near to, with their index; some may have none.
+
+        Those that are too large for a model of their range have models of their own, about them.
+
+        Args:
+            speed: `(K,)` [rad/s].
+            q: `(K, N, n)` rough motions at the nodes of a period.
+        """
+        if not len(speed):
+            return []
+        units, result = self.rotating.units, []
+        middle = np.mean(q, axis=(0, 1))
+        sizes = np.max(np.abs(q - middle) / units, axis=(1, 2))
+        small = np.nonzero(_ROOM * sizes < self._refused.get(FINE, np.inf))[0]
+        if small.size:
+            model = self.widest(middle, _ROOM * float(np.max(sizes[small])))
+            small = small[sizes[small] <= np.min(model.half / units)]
+        if small.size:
+            count = max(model.count, q.shape[1])
+            guess = resampled(q[small], count, 1)
+            for fine, chosen, found in resolved(model, speed[small], guess):
+                every = Motions(fine, small[chosen], found.course, found.sign, fine)
+                if np.any(found.converged):
+                    result.append(every.part(found.converged))
+        for item in np.setdiff1d(np.arange(len(speed)), small).tolist():
+            result += self._along(speed, np.array([item]), q[item])
+        return result
+
+    def _along(self, speed: Array, index: Array, q: Array) -> list[Motions]:
+        """Return the motion near a rough one `(N, n)` by a model about it, or none."""
+        units = self.rotating.units
+        middle = self.widest(np.mean(q, axis=0), FIRST_RANGE)
+        for _ in range(_MOST_MODELS):
+            try:
+                model = self._build.along(q, _NARROW * units, middle.divisor)
+            except CardanError:
+                # It comes too near to where the mechanism cannot go.
+                break
+            count = max(model.count, middle.count)
+            guess = resampled(q, count)[None]
+            ((fine, _, found),) = resolved(model.on(count), speed[index], guess)
+            if found.converged[0]:
+                rest = middle.on(fine.count)
+                return [Motions(fine, index, found.course, found.sign, rest)]
+            q = found.course.q[0]
+            if np.max(np.abs(q - fine.centre) / fine.half) > _FARTHEST:
+                break
+        return []
