@@ -1,13 +1,18 @@
-"""Writes the pages that come from data: `practice.md` and `errata.md`.
+"""Writes the pages that come from data or docstrings: `practice`, `errata` and `interface`.
 
-Run it after a change of the rules, limits or errata of `analytic`: python docs/write_pages.py
+Run it after a change of the rules, limits or errata of `analytic`, or of a public name:
+python docs/write_pages.py
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
 
+import analytic
+import cardan_dyn as cd
 from analytic import errata, limits, rules
 
 HERE = Path(__file__).parent
@@ -97,7 +102,65 @@ def sources() -> str:
     return "\n".join(lines) + "\n"
 
 
-PAGES = {HERE / "practice.md": practice, HERE / "errata.md": sources}
+_SCENE = (
+    ("Drive, free, hold", ("sweep", "assemble", "response", "responses", "simulate")),
+    ("Rest and range", ("equilibrium", "motion_range", "reachable", "branches", "configuration")),
+    ("The scene itself", ("plan", "replace")),
+)
+
+
+def interface() -> str:
+    """Return the page of all public names."""
+    lines = [
+        "# Interface",
+        "",
+        "Every public name in one line. `import cardan_dyn as cd`; its sub-packages are imported",
+        "when they are first used. Lengths are in metres, angles in radians, all else in SI; only",
+        "the command line and files of drive lines say other units, with every value. Arguments of",
+        "a sweep broadcast, and their common shape, `(1,)` at least, is that of its results.",
+        "",
+        "Every result (of sweeps, simulations, analyses, scans, vibration) has `to_xarray()`,",
+        "`to_dataframe()`, `plot(…)` and `save(path)`.",
+    ]
+    titles = {
+        "load and describe": ("load", "describe", "assemble", "write", "bundled_names"),
+        "scenes": ("Scene", "Wrench", "described_elements", "view"),
+        "force elements": (
+            *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator", "PinContact"),
+            *("LinearContact", "HuntCrossley", "LankaraniNikravesh", "ImpactFunction", "Event"),
+        ),
+    }
+    named = {name for names in titles.values() for name in names}
+    errors = [name for name in cd.__all__ if name.endswith("Error")]
+    modules = ("clearance", "drive_lines", "figures", "vibration")
+    rest = {*cd.__all__} - named - {*errors, *modules, "__version__"}
+    titles |= {"results and their parts": tuple(sorted(rest)), "errors": tuple(errors)}
+    for title, names in titles.items():
+        lines += ["", f"## {title[0].upper()}{title[1:]}", "", *_listed(cd, names)]
+        if title == "scenes":
+            for what, methods in _SCENE:
+                lines += ["", f"{what}:", "", *_listed(cd.Scene, methods, "Scene.")]
+    for name in modules:
+        module = import_module(f"cardan_dyn.{name}")
+        lines += ["", f"## `cd.{name}`", "", *_listed(module, module.__all__)]
+    module = import_module("cardan_dyn.clearance.drawing")
+    lines += ["", "## `cd.clearance.drawing`", "", *_listed(module, module.__all__)]
+    lines += ["", "## `analytic`", "", "NumPy only; a module for each subject.", ""]
+    lines += _listed(analytic, analytic.__all__)
+    return "\n".join(lines) + "\n"
+
+
+def _listed(owner: object, names: tuple[str, ...] | list[str], before: str = "") -> Iterator[str]:
+    for name in names:
+        text = inspect.getdoc(getattr(owner, name)) or ""
+        yield f"- `{before}{name}`: {text.split(chr(10) * 2)[0].replace(chr(10), ' ')}"
+
+
+PAGES = {
+    HERE / "practice.md": practice,
+    HERE / "errata.md": sources,
+    HERE / "interface.md": interface,
+}
 
 if __name__ == "__main__":
     for path, page in PAGES.items():

@@ -83,7 +83,7 @@ def test_own_derivations_say_against_what_they_were_held():
 
 def test_pages_and_data_agree():
     pages = runpy.run_path(str(DOCS / "write_pages.py"))["PAGES"]
-    assert {path.name for path in pages} == {"practice.md", "errata.md"}
+    assert {path.name for path in pages} == {"practice.md", "errata.md", "interface.md"}
     for path, page in pages.items():
         assert path.read_text(encoding="utf-8") == page()
     text = (DOCS / "practice.md").read_text(encoding="utf-8")
