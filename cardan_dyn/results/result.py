@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import os
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from .plot import MotionPlot, Plot
+    from .plot import MotionPlot
     from .table import Table
 
 
@@ -43,8 +43,11 @@ class Result:
         return self.table().to_dataframe()
 
     @property
-    def plot(self) -> Plot:
-        """Figures of the result: `result.plot("name of a column")`; needs the extra `viz`."""
+    def plot(self) -> Any:
+        """Figures: `result.plot("name of a column")`, see `results.plot`; needs the extra `viz`.
+
+        Some results draw more, or in their own way.
+        """
         from .plot import Plot  # Imported here: few scripts draw.
 
         return Plot(self)

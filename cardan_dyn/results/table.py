@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -74,6 +74,35 @@ class Table:
         default_factory=dict
     )
     frame_attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of_rows(
+        cls,
+        rows: Sequence[Mapping[str, Any]],
+        units: Mapping[str, str],
+        given: Collection[str] = (),
+    ) -> Table:
+        """Return rows of numbers and texts as a table along one dimension, `row`.
+
+        Args:
+            rows: values by column.
+            units: of all columns, in their order.
+            given: columns that are coordinates.
+        """
+        variables = [
+            (
+                name,
+                Variable(
+                    ("row",),
+                    np.array([row[name] for row in rows]),
+                    unit,
+                    name.replace("_", " "),
+                    is_coordinate=name in given,
+                ),
+            )
+            for name, unit in units.items()
+        ]
+        return cls(variables, {"row": len(rows)})
 
     def to_xarray(self) -> xarray.Dataset:
         """Return a Dataset; see `Result.to_xarray`."""

@@ -10,17 +10,16 @@ import numpy as np
 
 from ...arrays import Array
 from ...checks import positives
+from ...results.table import Table
 from ..model.modes import Modes, WhirlSense, averaged, clear_senses, modes, sense_name
 from ..model.rotating_scene import speeds_of
 from ..motions.correction import refuse_unheld
 from ..motions.models import Motions
 from ..motions.search import MotionSearch
 from .periodic_motion import refuse_missed, search_of
-from .result import Result, frame_of
+from .result import VibrationResult
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...figures.style import Figure
     from ...scene.scene import Scene
 
@@ -29,7 +28,7 @@ _MOST_PERMUTED = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Campbell(Result):
+class Campbell(VibrationResult):
     """Modes of the averaged equation about the periodic motion, S speeds, n modes.
 
     A mode keeps its column from speed to speed. Speeds without a periodic motion have NaN.
@@ -68,7 +67,7 @@ class Campbell(Result):
         gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
         return np.asarray(np.min(gaps, axis=2))
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each speed and mode, which are counted from 1 as in figures."""
         rows = [
             {
@@ -85,7 +84,7 @@ class Campbell(Result):
         ]
         units = ("rad/s", "", "rad/s", "1/s", "1", "1", "")
         names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
-        return frame_of(rows, dict(zip(names, units, strict=True)))
+        return Table.of_rows(rows, dict(zip(names, units, strict=True)))
 
     def renumbered(self, order: Array) -> Campbell:
         """Return the same with its modes in another order `(n,)`."""

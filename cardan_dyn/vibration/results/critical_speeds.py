@@ -12,6 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...checks import flag, positives
 from ...errors import ArgumentError
+from ...results.table import Table
 from ..model.modes import sense_name
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import speeds_of
@@ -21,11 +22,9 @@ from ..motions.stability import Region, regions, stability
 from .campbell import Campbell
 from .periodic_motion import search_of
 from .resonance import Resonance, crossings, lattice, numbered_campbell, resonance
-from .result import Result, frame_of
+from .result import VibrationResult
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...figures.style import Figure
     from ...scene.scene import Scene
 
@@ -108,7 +107,7 @@ class CriticalSpeed(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class CriticalSpeeds(Result):
+class CriticalSpeeds(VibrationResult):
     """Critical speeds in a range, ascending; iterate over them, or print their table.
 
     Attributes:
@@ -136,14 +135,6 @@ class CriticalSpeeds(Result):
     def __len__(self) -> int:
         return len(self.rows)
 
-    @property
-    def table(self) -> dict[str, Array]:
-        """Columns of the table, by the names of `CriticalSpeed`."""
-        return {
-            name: np.array([getattr(row, name) for row in self.rows])
-            for name in CriticalSpeed._fields
-        }
-
     def peaks(self, orders: Sequence[float] | None = None) -> dict[str, Array]:
         """Return `(C, 2)` speeds and finite amplitudes of resonances, and of their jumps, by name.
 
@@ -170,16 +161,20 @@ class CriticalSpeeds(Result):
     def stored(self) -> dict[str, Any]:
         """Return what `save` writes, of the rows a column for each field."""
         stored = {name: value for name, value in super().stored().items() if name != "rows"}
-        return {**stored, **{f"table.{name}": of for name, of in self.table.items()}}
+        columns = {
+            name: np.array([getattr(row, name) for row in self.rows])
+            for name in CriticalSpeed._fields
+        }
+        return {**stored, **{f"table.{name}": of for name, of in columns.items()}}
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each critical speed."""
         units = (
             *("rad/s", "", "1/rev", "", "rad/s", "", "rad, m, or 1/s", "1", "rad/s", "rad/s"),
             *("rad/s", "rad or m", "rad/s", "rad or m"),
         )
         rows = [row._asdict() for row in self.rows]
-        return frame_of(rows, dict(zip(CriticalSpeed._fields, units, strict=True)))
+        return Table.of_rows(rows, dict(zip(CriticalSpeed._fields, units, strict=True)))
 
     def plot(self) -> Figure:
         """Draw natural frequencies over speed with the orders, and the critical speeds."""

@@ -12,15 +12,14 @@ from ...arrays import Array
 from ...checks import flag, mapping, numbers, positive, whole
 from ...dynamics.workers import in_order, shares_of
 from ...errors import ArgumentError
+from ...results.table import Table
 from ..model.rotating_scene import rotating_scene, speeds_of
 from ..motions.correction import refuse_unheld
 from ..motions.search import MotionSearch
 from ..motions.stability import Region, Stability, regions, stability
-from .result import Result, frame_of
+from .result import VibrationResult
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...figures.style import Figure
     from ...scene.scene import Scene
 
@@ -30,7 +29,7 @@ _STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisti
 
 
 @dataclass(frozen=True, eq=False)
-class Floquet(Result):
+class Floquet(VibrationResult):
     """Multipliers over one period of the equation, about the smallest motion at each speed.
 
     Arrays have the shape `(S,)` of the speeds, or `(D, S)` for D designs.
@@ -103,7 +102,7 @@ class Floquet(Result):
         stored = {name: value for name, value in super().stored().items() if name != "region"}
         return {**stored, **(dict(regions) if self.region else {})}
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each design and speed."""
         shape = self.kind.shape
         growth = self.growth
@@ -120,7 +119,7 @@ class Floquet(Result):
             for index in np.ndindex(shape)
         ]
         units = {**dict.fromkeys(self.held, "rad or m"), "speed": "rad/s", "kind": ""}
-        return frame_of(
+        return Table.of_rows(
             rows, {**units, "growth": "1/s", "trace": "1", "determinant": "1", "coexisting": "1"}
         )
 

@@ -12,6 +12,7 @@ from ...arrays import Array
 from ...checks import names, number, numbers, text
 from ...errors import ArgumentError, choices
 from ...results.sweep import FRAMES
+from ...results.table import Table
 from ..model.periodic_grid import amplitudes, nodes, orders_of
 from ..model.rotating_scene import speeds_of
 from ..motions.correction import corrected
@@ -19,11 +20,9 @@ from ..motions.linear import linear_motions
 from ..motions.models import Motions
 from ..motions.search import MotionSearch
 from .periodic_motion import missed_of, refuse_missed, search_of, states
-from .result import Result, frame_of, unit_of
+from .result import VibrationResult, unit_of
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...figures.style import Figure
     from ...scene.scene import Scene
     from .critical_speeds import CriticalSpeeds
@@ -36,7 +35,7 @@ _SAME_ORDER = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedResponse(Result):
+class ForcedResponse(VibrationResult):
     """Amplitudes by orders at S speeds: K orders, n free coordinates, j joints.
 
     What excites is all in the scene: the joints' orders, unbalance of its links, weight and loads.
@@ -134,7 +133,7 @@ class ForcedResponse(Result):
             raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
         return self.wrench[:, wave[0], self.joints.index(joint)]
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each speed, order, and coordinate or wrench component."""
         sources = [(self.amplitude[:, :, i], name, "position") for i, name in enumerate(self.free)]
         sources += [
@@ -159,7 +158,7 @@ class ForcedResponse(Result):
             ]
         columns = ("speed", "name", "quantity", "order", "amplitude", "phase")
         units = ("rad/s", "", "", "1/rev", "rad, m, N or N·m", "rad")
-        return frame_of(rows, dict(zip(columns, units, strict=True)))
+        return Table.of_rows(rows, dict(zip(columns, units, strict=True)))
 
     def plot(self, orders: Any = (1, 2, 4), critical: CriticalSpeeds | None = None) -> Figure:
         """Draw amplitudes of the free coordinates over speed, a line for each order.

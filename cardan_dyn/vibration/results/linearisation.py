@@ -9,6 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ArgumentError
+from ...results.table import Table
 from ..model.modes import Modes, averaged, modes
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.reduced_model import LocalEquation
@@ -19,11 +20,9 @@ from ..motions.models import Motions
 from ..motions.search import MotionSearch
 from ..motions.stability import first_order, monodromy
 from .periodic_motion import refuse_missed, search_of
-from .result import Result, frame_of, unit_of
+from .result import VibrationResult, unit_of
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...figures.style import Figure
     from ...scene.scene import Scene
 
@@ -42,7 +41,7 @@ _UNITS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Linearisation(Result):
+class Linearisation(VibrationResult):
     """M δq̈ + D δq̇ + K δq = 0 about a periodic motion, with coefficients of its period.
 
     Arrays are at N equidistant positions of the drive over one period; n free coordinates.
@@ -114,7 +113,7 @@ class Linearisation(Result):
         values = np.linalg.eigvals(self.monodromy())
         return values[np.argsort(-np.abs(values))]
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each order, with a column for each complex coefficient."""
         columns: dict[str, Array] = {}
         for name in ("mass", "damping", "stiffness"):
@@ -130,7 +129,7 @@ class Linearisation(Result):
             {"order": float(order), **{name: values[k] for name, values in columns.items()}}
             for k, order in enumerate(self.order)
         ]
-        return frame_of(rows, {"order": "1/rev", **dict.fromkeys(columns, "SI")})
+        return Table.of_rows(rows, {"order": "1/rev", **dict.fromkeys(columns, "SI")})
 
     def plot(self) -> Figure:
         """Draw mass, damping and stiffness over the drive's position, a whole period."""

@@ -11,16 +11,15 @@ import numpy as np
 from ...arrays import Array
 from ...checks import positive, several, whole
 from ...errors import ArgumentError, VibrationError
+from ...results.table import Table
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
 from ..motions.correction import corrected
 from ..motions.models import Motions
 from ..motions.search import MotionSearch
-from .result import Result, frame_of, unit_of
+from .result import VibrationResult, unit_of
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...figures.style import Figure
     from ...results.sweep import Sweep
     from ...scene.scene import Scene
@@ -68,7 +67,7 @@ def states(order: Array, amplitude: Array, speed: Array, position: Array) -> Sta
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicMotion(Result):
+class PeriodicMotion(VibrationResult):
     """Periodic motions of the free coordinates, a row for each; R rows, n free coordinates.
 
     A row's motion repeats with `period`. Rows are in the order of the speeds that were asked for;
@@ -180,7 +179,7 @@ class PeriodicMotion(Result):
             raise ArgumentError(f"row {number} does not exist; motions: 0 to {len(self) - 1}")
         return number
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each motion, coordinate and order, of amplitudes above rounding."""
         sizes = np.abs(self.amplitude)
         rows = [
@@ -198,7 +197,7 @@ class PeriodicMotion(Result):
             for wave, order in enumerate(self.order)
             if sizes[row, wave, column] > _SHOWN * np.max(sizes[row])
         ]
-        return frame_of(
+        return Table.of_rows(
             rows,
             {
                 "speed": "rad/s",

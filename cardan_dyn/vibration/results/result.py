@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...checks import described
-from ...errors import ArgumentError, CardanError, MissingExtraError
-from ...frozen import read_only
+from ...errors import ArgumentError, CardanError
+from ...frozen import Record
+from ...results.result import Result
+from ...results.table import SUFFIXES
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...scene.scene import Scene
 
 _NAMES = ("drive", "free")
 """Under which names of coordinates are stored."""
 
 
-class Result:
-    """Base of frozen dataclasses that hold results: arrays are read-only, in copies as well.
+class VibrationResult(Record, Result):
+    """Base of frozen dataclasses that hold results of the vibration.
 
     Attributes:
         scene: whose drive turns at constant speed.
@@ -42,15 +42,6 @@ class Result:
         """Names of the free coordinates."""
         return self.scene.free
 
-    def __post_init__(self) -> None:
-        for value in self.__dict__.values():
-            if isinstance(value, np.ndarray):
-                read_only(value)
-
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
-        self.__dict__.update(state)
-        Result.__post_init__(self)
-
     def stored(self) -> dict[str, Any]:
         """Return what `save` writes, by its name in the file."""
         stored: dict[str, Any] = {}
@@ -67,7 +58,7 @@ class Result:
                 stored["missed.reason"] = np.array(list(value.values()), dtype=str)
             elif isinstance(value, Mapping):
                 stored |= {f"{field.name}.{key}": np.asarray(item) for key, item in value.items()}
-            elif isinstance(value, Result):
+            elif isinstance(value, VibrationResult):
                 # Its coordinates are those of the whole.
                 own = {key: item for key, item in value.stored().items() if key not in _NAMES}
                 stored |= {f"{field.name}.{key}": item for key, item in own.items()}
@@ -77,11 +68,12 @@ class Result:
                 stored |= dict(zip(_NAMES, names, strict=True))
         return stored
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write all arrays, numbers and names to a file that `numpy.load` reads.
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the table, or all arrays, numbers and names, to a file, and return its path.
 
-        Names in the file are those of the attributes, with a dot before what belongs to one, such
-        as `campbell.frequency`; `drive` and `free` are the names of the coordinates:
+        What ends with `.csv`, `.json` or `.nc` holds the table; any other file all there is, for
+        `numpy.load`. Names in it are those of the attributes, with a dot before what belongs to
+        one, such as `campbell.frequency`; `drive` and `free` are the names of the coordinates:
 
             result.save("response.npz")
             with np.load("response.npz") as stored:
@@ -90,7 +82,7 @@ class Result:
         `pickle` keeps the whole result, the scene included.
 
         Args:
-            path: of the file, as it is; the name commonly ends with `.npz`.
+            path: of the file, as it is; `.npz` for all there is.
 
         Raises:
             ArgumentError: no path.
@@ -98,11 +90,14 @@ class Result:
         """
         if not isinstance(path, (str, os.PathLike)):
             raise ArgumentError(f"path is {described(path)}, expected a path")
+        if Path(path).suffix in SUFFIXES:
+            return super().save(path)
         try:
             with Path(path).open("wb") as file:
                 np.savez_compressed(file, **self.stored())
         except OSError as error:
             raise CardanError(f"{path}: cannot be written ({error})") from error
+        return Path(path)
 
 
 def unit_of(scene: Scene, name: str | None = None) -> str:
@@ -110,20 +105,3 @@ def unit_of(scene: Scene, name: str | None = None) -> str:
     named = scene.mechanism.coordinates.named
     kinds = {named[item].slides for item in (scene.free if name is None else [name])}
     return "rad or m" if len(kinds) > 1 else "m" if True in kinds else "rad"
-
-
-def frame_of(rows: list[dict[str, Any]], units: Mapping[str, str]) -> pandas.DataFrame:
-    """Return rows as a table, with the units of its columns in `attrs`.
-
-    Raises:
-        MissingExtraError: pandas is not installed.
-    """
-    try:
-        import pandas
-    except ImportError as error:
-        raise MissingExtraError(
-            'this table needs pandas: pip install "cardan-dyn[study]"'
-        ) from error
-    frame = pandas.DataFrame(rows, columns=None if rows else list(units))
-    frame.attrs["units"] = dict(units)
-    return frame

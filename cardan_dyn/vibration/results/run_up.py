@@ -12,18 +12,17 @@ import numpy as np
 from ...arrays import Array
 from ...checks import number, positive
 from ...errors import ArgumentError, VibrationError
+from ...results.table import Table
 from ...simulation.events import Event
 from ..model.rotating_scene import rotating_scene
 from ..motions.driven import Characteristic, DrivenMotions
 from ..motions.search import MotionSearch
 from ..motions.steady_path import steady_path
 from .periodic_motion import refuse_missed
-from .result import Result, frame_of, unit_of
+from .result import VibrationResult, unit_of
 from .torque_curve import TorqueBarrier, TorqueCurve
 
 if TYPE_CHECKING:
-    import pandas
-
     from ...figures.style import Figure
     from ...scene.scene import Scene
     from ...simulation.trajectory import Trajectory
@@ -210,7 +209,7 @@ def windows_of(time: Array, drive: Array, speed: Array, free: Array) -> Windows:
 
 
 @dataclass(frozen=True, eq=False)
-class RunUp(Result):
+class RunUp(VibrationResult):
     """A run through a range of speed; N samples, W windows, n free coordinates.
 
     What is predicted are the periodic motions that a slow run follows, S of them, at speeds that
@@ -275,7 +274,7 @@ class RunUp(Result):
         """Whether a torque moves the drive."""
         return not np.array_equal(self.predicted_lack, self.predicted_torque, equal_nan=True)
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def table(self) -> Table:
         """Return a row for each window and coordinate; NaN beyond what is predicted."""
         rows = []
         for column, name in enumerate(self.free):
@@ -298,7 +297,7 @@ class RunUp(Result):
             ]
         units = ("rad/s", "", "rad or m", "rad or m", "rad or m")
         names = ("speed", "coordinate", "envelope", "predicted", "linear")
-        return frame_of(rows, dict(zip(names, units, strict=True)))
+        return Table.of_rows(rows, dict(zip(names, units, strict=True)))
 
     def plot(self, coordinate: str | None = None) -> Figure:
         """Draw a free coordinate over speed, the first one if None, beside the prediction.

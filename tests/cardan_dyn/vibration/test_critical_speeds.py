@@ -154,7 +154,7 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     assert rig.plot().axes
     for twin in (copy.deepcopy(rig), pickle.loads(pickle.dumps(rig))):
         assert repr(twin.rows) == repr(rig.rows)
-    np.testing.assert_array_equal(rig.table["speed"], frame.speed)
+    np.testing.assert_array_equal([row.speed for row in rig], frame.speed)
     rig.save(tmp_path / "speeds.npz")
     with np.load(tmp_path / "speeds.npz") as stored:
         np.testing.assert_array_equal(stored["table.speed"], frame.speed)

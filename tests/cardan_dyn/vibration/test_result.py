@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 from cardan_dyn import ArgumentError, CardanError
-from cardan_dyn.vibration.results.result import Result, frame_of
+from cardan_dyn.results.table import Table
+from cardan_dyn.vibration.results.result import VibrationResult
 
 
 @dataclass(frozen=True, eq=False)
-class Some(Result):
+class Some(VibrationResult):
     values: np.ndarray
     speed: float
     count: int
@@ -50,7 +51,13 @@ def test_files(some: Some, tmp_path: Path) -> None:
         some.save(3)  # type: ignore[arg-type]
 
 
-def test_tables() -> None:
-    frame = frame_of([{"speed": 1.0}], {"speed": "rad/s"})
-    assert frame.attrs["units"] == {"speed": "rad/s"}
-    assert list(frame_of([], {"speed": "rad/s"}).columns) == ["speed"]
+def test_tables_of_rows(some: Some, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    units = {"speed": "rad/s", "kind": ""}
+    full = Table.of_rows([{"speed": 1.0, "kind": "a"}], units)
+    frame = full.to_dataframe()
+    assert frame.attrs["units"] == units
+    assert frame.speed.tolist() == [1.0]
+    assert full.to_xarray().kind.values.tolist() == ["a"]
+    assert list(Table.of_rows([], units).to_dataframe().columns) == ["speed", "kind"]
+    monkeypatch.setattr(Some, "table", lambda self: full)
+    assert "speed [rad/s]" in some.save(tmp_path / "some.csv").read_text(encoding="utf-8")
