@@ -86,8 +86,11 @@ class Record:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor, which closes the arrays of a copy to writing.
-        given = {item.name: getattr(self, item.name) for item in fields(self) if item.init}  # type: ignore[arg-type]
-        return _made, (type(self), given)
+        items = fields(self)  # type: ignore[arg-type]
+        given = {item.name: getattr(self, item.name) for item in items}
+        if any(item.kw_only for item in items):
+            return _made, (type(self), given)
+        return type(self), tuple(given.values())
 
 
 def _made(kind: type[Record], given: dict[str, object]) -> Record:

@@ -560,7 +560,7 @@ class Scene(Prescribed):
             step: length of all steps [s], instead of tolerances.
             settle: start where the fast modes of stiff springs rest, near the given start.
             events: `Event`, or functions like those of loads that pass through zero.
-            max_touches: touches of pins with play (`PinContact`) after which it ends.
+            max_touches: touches of pins with clearance (`PinContact`) after which it ends.
             progress: True for a bar, or a function of the fraction done, or of that and of what is
                 to be said, such as that steps are many and when they would end.
 

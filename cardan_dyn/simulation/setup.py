@@ -94,7 +94,7 @@ class Setup:
 
     @property
     def contacts(self) -> list[tuple[int, RecordedContact]]:
-        """Pins with play, each with its index among the elements."""
+        """Pins with clearance, each with its index among the elements."""
         elements = enumerate(self.solver.problem.elements)
         return [(index, item) for index, item in elements if isinstance(item, RecordedContact)]
 
@@ -116,7 +116,7 @@ def _with_all_loops(solver: ProblemSolver) -> ProblemSolver:
 
 
 def _with_recorded_contacts(solver: ProblemSolver) -> ProblemSolver:
-    """Return a solver whose pins with play keep what one simulation finds out about them."""
+    """Return a solver whose pins with clearance keep what one simulation finds out about them."""
     problem = solver.problem
     if not any(isinstance(element, PinContact) for element in problem.elements):
         return solver

@@ -74,7 +74,7 @@ def _reasons_against(
     """Return methods to what they would leave out of what is asked for; empty if nothing."""
     problem = solver.problem
     if any(isinstance(element, PinContact) for element in problem.elements):
-        struck = "pins with play strike: every touch is located by the steps of DOP853"
+        struck = "pins with clearance strike: every touch is located by the steps of DOP853"
         return {"quadrature": struck, "response": struck, "DOP853": "", "Radau": struck}
     several = integral = ""
     if prescribed or len(problem.independent) != 1:

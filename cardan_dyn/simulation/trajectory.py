@@ -94,7 +94,7 @@ class Course:
         events: those that happened.
         notes: what a user should know of it.
         evaluations: how often accelerations were computed.
-        touches: of pins with play, in the order in which they ended.
+        touches: of pins with clearance, in the order in which they ended.
     """
 
     setup: Setup
@@ -221,7 +221,7 @@ class Trajectory(MotionResult, Prescribed):
         reason: why it ended before its time; empty if it did not.
         events: `(name, time)` of the events that happened.
         evaluations: how often accelerations were computed.
-        touches: of pins with play and the walls of their bushes, in the order in which they ended.
+        touches: of pins with clearance and their walls, in the order in which they ended.
         drive_effort: what the drives exert, as `Sweep.drive_effort`: of free ones zero but for
             errors.
         acceleration: of `coordinates` [rad/s² or m/s²], like `position`; proven, as wrenches are.
@@ -368,7 +368,7 @@ class Trajectory(MotionResult, Prescribed):
 
         As a fraction of the way of a coordinate. Where steps have a tolerance, what rules over the
         times between them cannot tell is not counted. It is nan for steps of a given length and for
-        pins with play, which are not held to it.
+        pins with clearance, which are not held to it.
         """
         _ = self._rows
         return float(self.__dict__.get("_misfit", np.nan))

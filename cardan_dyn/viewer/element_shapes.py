@@ -1,6 +1,6 @@
 """Element shapes of the viewer: what is drawn of each force element, and where.
 
-Springs and dampers between points stretch with them, bushings and pins with play are balls;
+Springs and dampers between points stretch with them, bushings and pins with clearance are balls;
 elements along coordinates stand about the axes of their joints.
 """
 
@@ -33,7 +33,7 @@ FRICTION = Color.of("#546e7a", opacity=0.9, on_top=True, layer=2)
 SHOES = Color.of("#263238", opacity=0.9, on_top=True, layer=3)
 ACTUATOR = Color.of("#e53935", on_top=True, layer=4)
 
-_BALLS = {BUSHING.css: "bushing", CONTACT.css: "pin with play"}
+_BALLS = {BUSHING.css: "bushing", CONTACT.css: "pin with clearance"}
 """What balls mean, by their colour."""
 
 # Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
@@ -202,7 +202,7 @@ class _BetweenLinks:
         return [start, start + span]
 
     def draw_ball(self, path: str, link: str, point: Array, color: Color) -> list[Array]:
-        """Draw a bushing or a pin with play as a ball at a point of a link; return its middle."""
+        """Draw a bushing or a pin contact as a ball at a point of a link; return its middle."""
         middle = self._places.point(link, point)
         self._drawing.place(path, Pose.of(middle))
         ball = meshcat().geometry.Sphere(_BALL_RADIUS * self._radius)

@@ -155,7 +155,7 @@ def test_ratios_out_of_range(zeta: float) -> None:
 @pytest.mark.parametrize("stiffness", [1e7, 1e8])
 @pytest.mark.parametrize("zeta", [0.0, 0.05, 0.25, 0.7])
 def test_exponents_are_differences_of_peaks(zeta: float, stiffness: float, start: str) -> None:
-    values = {"mass": 3.6, "stiffness": stiffness, "play": 0.5e-4, "slope": 360e3}
+    values = {"mass": 3.6, "stiffness": stiffness, "clearance": 0.5e-4, "slope": 360e3}
     found = peak_exponents(clearance.tau(*values.values()), zeta, start=start)
     steps = 1e-4 * np.array([-2.0, -1.0, 1.0, 2.0])
     for name in values:

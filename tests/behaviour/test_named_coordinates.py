@@ -22,7 +22,7 @@ COORDINATES = {
 def pair(mechanism: str, **arguments: object) -> tuple[cd.Scene, cd.Scene]:
     """Return the same scene in both notations."""
     single: dict[str, object] = {"drive": NAMES[str(arguments["drive"])]}
-    for key in ("loads", "held", "start"):
+    for key in ("loads", "held", "near"):
         given = arguments.get(key, {})
         single[key] = {NAMES.get(name, name): value for name, value in given.items()}  # type: ignore
     notation = NOTATIONS[mechanism]

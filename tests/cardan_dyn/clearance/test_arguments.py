@@ -70,7 +70,7 @@ def test_of_scenes() -> None:
     assert drive_of(problem, None) == ([column], {})
     assert drive_of(problem, 0.5) == ([], {column: 0.5})
     crank = cd.load("slider_crank")
-    slide = cd.Scene(crank, drive="piston_guide", start={"crank_bearing": 1.0})
+    slide = cd.Scene(crank, drive="piston_guide", near={"crank_bearing": 1.0})
     with pytest.raises(ArgumentError, match="piston_guide does not come back"):
         period_of(slide.solver)
 

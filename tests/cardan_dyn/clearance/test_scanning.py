@@ -260,7 +260,7 @@ def test_bad_input(drive: cd.Scene, change: dict[str, Any], error: Any, match: s
 
 
 def test_scenes_that_cannot_strike(joint: cd.Mechanism, found: Scan) -> None:
-    two = cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
+    two = cd.Scene(joint, drive=["bearing_in", "joint_angle"], near={"joint_angle": 0.3})
     with pytest.raises(ArgumentError, match="several drives"):
         scan(two, 10.0, **CONTACT)
     one = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.3})

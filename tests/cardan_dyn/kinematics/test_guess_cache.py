@@ -183,7 +183,7 @@ def test_drives_that_meet_in_no_group_are_followed_one_by_one() -> None:
         expected = closed(alone.guesses(Targets.of_positions(positions[:, [index]])))
         for joint in ("crank", "middle", "rocker"):
             actual = values(mechanism, x, f"{joint}_{index}")
-            wanted = values(alone.problem.mechanism, expected, f"{joint}_0")
+            wanted = values(alone._problem.mechanism, expected, f"{joint}_0")
             np.testing.assert_allclose(actual, wanted, rtol=0.0, atol=1e-9)
 
 
@@ -200,7 +200,7 @@ def test_drives_that_meet_are_followed_beside_others() -> None:
     five, four = cache_of(five_bar(), "A", "D"), cache_of(stacked(1), "crank_0")
     for other, columns, joint in ((five, [0, 2], "B"), (four, [1], "rocker_0")):
         expected = closed(other.guesses(Targets.of_positions(positions[:, columns])))
-        wanted = values(other.problem.mechanism, expected, joint)
+        wanted = values(other._problem.mechanism, expected, joint)
         np.testing.assert_allclose(values(mechanism, x, joint), wanted, rtol=0.0, atol=1e-9)
 
 

@@ -82,7 +82,7 @@ def test_there_is_one_drive(line: cd.Scene) -> None:
             cd.PinContact(
                 "base", (0, 0, 0), (1, 0, 0), "shaft_in", (0, 0, 0), 1e-4, cd.LinearContact(1e8)
             ),
-            "has play in its bush",
+            "has clearance in its bush",
         ),
     ],
 )
