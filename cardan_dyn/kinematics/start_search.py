@@ -257,7 +257,7 @@ class StartSearch:
         except (AssemblyError, SingularConfigurationError) as error:
             from .following.reach import Aim, out_of_reach  # Imported here: only errors need it.
 
-            role = "held" if joint in self._problem.held else "near:"
+            role = "held" if joint in self._problem.held else "near"
             slides = self._problem.mechanism.drivable[joint].slides
             who = f"{role} joint {joint!r} cannot be brought to"
             raise out_of_reach(Aim(who, value, slides, joint=joint), error) from error

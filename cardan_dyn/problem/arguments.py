@@ -210,7 +210,7 @@ def near_positions(
             rest.setdefault(coordinate, row[column - columns.start])
         if len(scalars) < joint.nv:
             balls[name] = row[-4:]
-    return held_positions(mechanism, rest, "near:"), balls
+    return held_positions(mechanism, rest, "near"), balls
 
 
 def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:

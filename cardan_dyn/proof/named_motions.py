@@ -27,7 +27,7 @@ def _coordinate(motion: ElementaryMotion, motions: list[ElementaryMotion]) -> st
     """Return how a motion of a joint is called.
 
     Two motions of a kind are counted from the parent outwards. Three have the axes of the frame,
-    and their letters; turns are told apart from slides where there are both. A pin with clearance in
+    and their letters; turns are told apart from slides where both are. A pin with clearance in
     two bearings has two slides, two tilts and its turn.
     """
     is_loose = [item.kind for item in motions] == ["slide", "slide", "turn", "turn", "turn"]

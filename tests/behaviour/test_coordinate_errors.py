@@ -28,7 +28,7 @@ def tree() -> cd.Mechanism:
         ({"drive": "bal.x"}, cd.ModelError, r"no joint or coordinate 'bal.x'; .*\(did you mean"),
         ({"drive": "balls"}, cd.ModelError, "no joint 'balls'; joints: ball, u"),
         ({"drive": "ball.x", "held": {"u": 0.0}}, cd.ArgumentError, "held joint 'u' is a univ"),
-        ({"drive": "ball.x", "near": {"u": 0.0}}, cd.ArgumentError, "near: joint 'u' is a univ"),
+        ({"drive": "ball.x", "near": {"u": 0.0}}, cd.ArgumentError, "near joint 'u' is a univ"),
         ({"drive": "ball.x", "loads": {"u": 0.0}}, cd.ArgumentError, "loaded joint 'u' is a univ"),
         ({"drive": "ball.x", "loads": {"u.x": 0.0}}, cd.ModelError, "'u' has no coordinate 'x'"),
         ({"drive": ["ball.x"] * 2}, cd.ArgumentError, "driven, free or held, and named once"),

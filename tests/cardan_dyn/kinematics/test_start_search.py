@@ -127,7 +127,7 @@ def test_a_held_joint_starts_where_it_is_held(joint: cd.Mechanism) -> None:
 
 
 def test_complete_starts_that_do_not_close_are_refused() -> None:
-    with pytest.raises(cd.AssemblyError, match="near: joint 'C' cannot be brought to"):
+    with pytest.raises(cd.AssemblyError, match="near joint 'C' cannot be brought to"):
         cd.Scene(four_bar(), drive="A", near={"A": 0.5, "B": -0.9, "C": -1.5, "D": 2.4})
 
 
