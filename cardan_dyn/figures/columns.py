@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..arrays import Array
-from .style import TITLE_SIZE, Figure, axes_grid, curve_style, legend
+from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, legend
 
 Column = tuple[Array, str]
 """Values `(N,)`, and their unit."""
@@ -31,7 +31,10 @@ def over_column(over: str, abscissa: Column, columns: Mapping[str, Column], titl
         panels[its].plot(at, line, **curve_style(index, len(at)), label=name)
     for its, panel in panels.items():
         panel.set_ylabel(f"[{its}]" if its != "1" else "[–]")
-    panels[units[-1]].set_xlabel(f"{over} [{unit}]")
+    if unit == "°":
+        angle_axis(panels[units[-1]], f"{over} [°]", values)
+    else:
+        panels[units[-1]].set_xlabel(f"{over} [{unit}]")
     figure.suptitle(title, fontsize=TITLE_SIZE)
     legend(figure, min(len(columns), 3))
     return figure
