@@ -48,6 +48,7 @@ def split(joint):
     return bending[0], dot(moment, joint.e_2), bending[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("function", "crosses"),
     [(grossmann.moments, at_input), (grossmann.moments_from_output, at_output)],
@@ -61,6 +62,7 @@ def test_moments_are_exact(function, crosses, positions):
         assert np.max(relative_errors(value, reference)) <= 8 * ULP
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("function", "crosses"),
     [(grossmann.swing_angles, at_input), (grossmann.swing_angles_from_output, at_output)],

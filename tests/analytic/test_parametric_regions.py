@@ -24,6 +24,7 @@ def measure(number):
     return lambda speed: np.linalg.det(motion(speed).monodromy + np.eye(4))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_ends_of_the_regions(number):
     """To the next order, β² of the width and a tenth of it for the middle."""
@@ -49,6 +50,7 @@ def test_modes_are_those_of_the_line():
     assert modes.frequencies[0] < modes.frequencies[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [(1e-4, 2e-4), (2e-5, 6e-4)])
 def test_growth_and_ends_with_damping(damping):
     regions = pr.two_spring_regions(BETA, *INERTIAS, *STIFFNESS, *damping)
@@ -85,6 +87,7 @@ def test_a_stiff_shaft_behind_leaves_the_spring_in_front():
     assert regions.half_width[0] == pytest.approx(zone.damping, rel=BETA**2)
 
 
+@pytest.mark.slow
 def test_elastic_middle_shaft():
     """20°: 0.9696 … 1.0318 by the full equation; the error is of the next order in κ."""
     errors = []

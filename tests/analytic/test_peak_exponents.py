@@ -9,6 +9,7 @@ from analytic import clearance
 from analytic.peak_exponents import peak_exponents
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("stiffness", [1e7, 3e6, 1e8])
 def test_exponents_are_logarithmic_derivatives_of_the_equations_of_motion(start, stiffness):

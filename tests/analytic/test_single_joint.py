@@ -38,6 +38,7 @@ def test_lead_is_exact(positions):
     assert worst(sj.lead(beta, phi), [c.phi_2 - c.phi_1 for c in crosses]) <= 8 * ULP
 
 
+@pytest.mark.slow
 def test_speed_ratio_is_exact(positions):
     beta, phi, crosses = positions
     assert worst(sj.speed_ratio(beta, phi), [c.speed_ratio() for c in crosses]) <= 8 * ULP

@@ -44,6 +44,7 @@ def test_rig_moments_are_exact(positions):
         assert np.max(relative_errors(value, reference)) <= 8 * ULP
 
 
+@pytest.mark.slow
 def test_powers_of_the_denominator_do_not_multiply_its_error():
     """The mean square of the errors, which a few lucky positions cannot hide."""
     rng = np.random.default_rng(9)

@@ -57,6 +57,7 @@ def zone_ends(beta, share):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.2])
 def test_first_zone_is_that_of_the_full_equation(share):
     """The error of the first order in beta^2 is of the second."""

@@ -30,6 +30,7 @@ def tilt(beta, order, speed, damping=0.02, moments=None):
     return found.forward if order >= 0 else found.backward
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "order", "exact", "linear"), PEAKS)
 def test_amplitudes_at_the_peaks(speed, order, exact, linear):
     """Within 0.5 % of the non-linear ones, in phase as well; the peak is where `peak` says."""
@@ -168,6 +169,7 @@ def test_kinds_of_torque_have_other_orders():
     assert abs(flywheel.backward[1]) < 0.01 * abs(flywheel.forward[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.37, 1.7])
 def test_flutter_begins_at_its_torque(speed):
     """By the multipliers of the full equations a hundredth below and above; 4 ζ c without Θ."""

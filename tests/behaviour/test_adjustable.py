@@ -57,6 +57,7 @@ def test_held_at_zero_they_are_as_if_they_were_fixed(name: str) -> None:
     assert_same(held.sweep(POSITIONS, 20.0), alone.sweep(POSITIONS, 20.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "joint", "value", "origin"),
     [

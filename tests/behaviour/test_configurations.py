@@ -28,6 +28,7 @@ def two_linkages(mimic: str = '<mimic joint="crank_0" multiplier="1"/>') -> cd.M
     return cd.load(f'<robot name="two"><link name="base"/>{parts}</robot>')
 
 
+@pytest.mark.slow
 def test_complete_configurations_are_taken_back() -> None:
     mechanism = cd.load("stewart_platform")
     there = cd.assemble(mechanism, near={"leg_1": 0.05})
@@ -100,6 +101,7 @@ def test_mimics_hold_in_files_of_another_zero(tmp_path: Path) -> None:
         np.testing.assert_allclose(new.origin(joint), old.origin(joint), atol=1e-11)
 
 
+@pytest.mark.slow
 def test_names_of_branches_do_not_depend_on_outputs() -> None:
     mechanism = two_linkages()
     options = {"drive": "crank_0", "near": {"crank_0": 0.4}, "loads": {"rocker_1": -5.0}}

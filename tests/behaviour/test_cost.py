@@ -7,6 +7,7 @@ import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from testkit.line_data import random_line
 from testkit.scenes import double
 
@@ -100,6 +101,7 @@ def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
     assert peaks[0] - 5_000 * per_sample < 12e6
 
 
+@pytest.mark.slow
 def test_calls_grow_linearly_with_the_joints_of_a_line() -> None:
     positions, counts = np.linspace(0.0, 2.0 * np.pi, 16), []
     for joints in (16, 32, 64):

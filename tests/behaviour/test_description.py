@@ -217,6 +217,7 @@ VALUES = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, derandomize=True, deadline=None)
 @given(data=st.data())
 def test_damaged_descriptions_raise_nothing_else(data: st.DataObject) -> None:

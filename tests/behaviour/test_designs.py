@@ -65,6 +65,7 @@ def assert_same(first: cd.Sweep, second: cd.Sweep, index: object, tolerance: flo
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WITH_HELD)
 def test_a_grid_of_designs_is_that_of_scenes_made_one_by_one(name: str) -> None:
     scene = scene_of(name, gravity=(0.0, 1.0, -9.81))

@@ -105,6 +105,7 @@ def test_labels_do_not_cover_each_other(name: str, opened: Opener, tmp_path: Pat
         assert np.sum(covered) == len(boxes)  # Each covers itself alone.
 
 
+@pytest.mark.slow
 def test_arrows_end_where_the_wrench_says(
     opened: Opener, joint_turn: cd.Sweep, tmp_path: Path
 ) -> None:
@@ -134,6 +135,7 @@ def test_arrows_end_where_the_wrench_says(
         )
 
 
+@pytest.mark.slow
 def test_slider_and_parts_of_the_control_panel(
     opened: Opener, joint_turn: cd.Sweep, tmp_path: Path
 ) -> None:
@@ -147,6 +149,7 @@ def test_slider_and_parts_of_the_control_panel(
     assert box < 760
 
 
+@pytest.mark.slow
 def test_served_page_is_the_exported_one(opened: Opener, joint_turn: cd.Sweep) -> None:
     with_url = cd.view(joint_turn)
     page = opened(with_url.url)
@@ -158,6 +161,7 @@ def test_served_page_is_the_exported_one(opened: Opener, joint_turn: cd.Sweep) -
     assert changed(page.picture(0.1), page.picture(0.3)) > 0.005
 
 
+@pytest.mark.slow
 def test_without_visuals_rods_and_axes_are_shown(opened: Opener, tmp_path: Path) -> None:
     from xml.etree import ElementTree
 

@@ -167,6 +167,7 @@ def test_arguments_changed_afterwards_change_no_scene() -> None:
     assert np.array_equal(copy.deepcopy(scene).sweep(POSITIONS).drive_effort, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["four-bar", "efforts alone", "drive line"])
 def test_threads_share_a_scene(name: str) -> None:
     """Every thread sweeps other positions, under constant switching; all begin with a new scene."""

@@ -94,6 +94,7 @@ def test_models_are_as_small_as_their_loops() -> None:
         assert bodies < 1.2 * mechanism.model.njoints
 
 
+@pytest.mark.slow
 def test_memory_of_many_drives() -> None:
     """A hundred drives: what is kept and what is needed on the way, Pinocchio's data aside."""
     mechanism = stacked(100)

@@ -209,6 +209,7 @@ def test_long_lists_are_shortened_with_a_count() -> None:
     assert "and 16 more (did you mean 'leg_" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_no_message_is_longer_than_a_paragraph() -> None:
     for name in sorted(
         path.stem for path in (Path(cd.__file__).parents[1] / "urdf").glob("*.urdf")

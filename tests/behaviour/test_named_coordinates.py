@@ -61,6 +61,7 @@ def assert_same(found: cd.Sweep, reference: cd.Sweep) -> None:
             )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mechanism", "drive"), [(name, item) for name, items in COORDINATES.items() for item in items]
 )

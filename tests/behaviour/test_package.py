@@ -37,6 +37,7 @@ def python(*arguments: str, cwd: Path, path: Path | None = None) -> subprocess.C
     )
 
 
+@pytest.mark.slow
 def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
     pytest.importorskip("build", reason="the extra `test` brings the build front end")
     built = python(

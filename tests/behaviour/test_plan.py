@@ -183,6 +183,7 @@ def test_long_lines_take_small_models() -> None:
     assert sizes[0] == sizes[1] <= 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drive_line", "needle_drive", "stewart_platform"])
 def test_each_output_alone_equals_the_full_result(name: str) -> None:
     mechanism = cd.load(name)

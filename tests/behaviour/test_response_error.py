@@ -81,6 +81,7 @@ def test_the_error_near_dead_points_is_reported_within_a_factor_of_30(
         assert true <= tolerance + 10.0 * EPS * response.proof.condition
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-13])
 @pytest.mark.parametrize("beta_deg", [8.5, 50.0, 80.0, 89.0])
 def test_the_error_of_a_cardan_joint_is_reported_within_a_factor_of_100(

@@ -61,6 +61,7 @@ def test_fixed_steps_converge_with_order_eight(joint: cd.Mechanism) -> None:
     assert -slope >= 7.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [30.0, 80.0])
 def test_loops_stay_closed_over_a_hundred_turns(joint: cd.Mechanism, degrees: float) -> None:
     scene = free(joint, degrees)
@@ -80,6 +81,7 @@ def test_loops_stay_closed_over_a_hundred_turns(joint: cd.Mechanism, degrees: fl
     np.testing.assert_allclose(some._rows.x[:, column], np.deg2rad(degrees), atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [None, "DOP853"])
 @pytest.mark.parametrize("name", ["four_bar", "spatial"])
 def test_energy_is_kept_for_tens_of_turns(name: str, method: str | None) -> None:
@@ -196,6 +198,7 @@ def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
     assert len(found.to_dataframe()) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("begin", "rtol"), [(0.4, 1e-11), (0.4, 1e-12), (0.43, 1e-10)])
 def test_a_chain_of_parallelograms(begin: float, rtol: float) -> None:
     """It swings through positions in which all bars are in line, wherever steps fall."""

@@ -85,6 +85,7 @@ def test_too_many_steps_are_said() -> None:
     assert not scene.simulate(2.0, position=1.0, step=1e-2).notes
 
 
+@pytest.mark.slow
 def test_an_interruption_ends_it_at_once() -> None:
     program = """
 import signal, cardan_dyn as cd

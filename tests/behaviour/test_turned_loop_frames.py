@@ -151,6 +151,7 @@ def gough_platform(rng: np.random.Generator) -> tuple[str, np.ndarray]:
     return "\n".join([*parts, "</robot>"]), centre
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_platform_on_balls_stays_where_it_is_described(seed: int) -> None:
     text, centre = gough_platform(np.random.default_rng(seed))

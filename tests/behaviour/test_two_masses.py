@@ -75,6 +75,7 @@ def test_the_peak_is_that_of_the_closed_form(tau: float, start: Any) -> None:
     assert peak == pytest.approx(float(expected.peak), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.05, 0.25, 0.7])
 @pytest.mark.parametrize("start", ["rest", "release"])
 def test_a_damped_peak(ratio: float, start: Any) -> None:
@@ -86,6 +87,7 @@ def test_a_damped_peak(ratio: float, start: Any) -> None:
     assert touch.peak == pytest.approx(float(wanted), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
     [
@@ -148,6 +150,7 @@ def test_a_vanishing_play_gives_the_elastic_joint() -> None:
     assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_undamped_impacts_are_chaotic_after_the_first() -> None:
     """Starts that differ by 1e-12 of the play agree in three impacts, and no longer later on."""
 

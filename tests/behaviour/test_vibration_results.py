@@ -111,6 +111,7 @@ def test_a_saved_result_is_read_back_whole(
         np.testing.assert_array_equal(stored[key], array, err_msg=key)
 
 
+@pytest.mark.slow
 def test_files_of_names_are_read_without_pickle(results: dict[str, Any], tmp_path: Path) -> None:
     results["response"].save(tmp_path / "response.npz")
     stored = _read(tmp_path / "response.npz")
@@ -130,6 +131,7 @@ def test_copies_are_the_same(results: dict[str, Any], name: str) -> None:
             np.testing.assert_array_equal(other[key], value, err_msg=key)
 
 
+@pytest.mark.slow
 def test_scenes_serve_several_threads_and_processes() -> None:
     scene = _line()
     twins = [scene, copy.deepcopy(scene), pickle.loads(pickle.dumps(scene)), scene]

@@ -16,6 +16,8 @@ from benchmarks.engines import common
 from benchmarks.maps import picture, table, verdict
 from benchmarks.stress import Point
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "benchmarks").glob("**/*.py"))
 PHI = np.linspace(0.0, 2.0 * np.pi, 25)
@@ -39,7 +41,6 @@ MEASURED = {
 """Tasks that other tests run in their short form, and look at what they measure."""
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # Other packages' warnings are theirs.
 @pytest.mark.parametrize("task", sorted(set(run.TASKS) - MEASURED))
 def test_every_task_runs_as_a_command(
@@ -58,13 +59,11 @@ def test_every_task_runs_as_a_command(
         assert found.stat().st_size > 5000
 
 
-@pytest.mark.slow
 def test_skipping_has_complete_records() -> None:
     for record in skipping.measure(fast=True):
         assert record.microseconds and record.ratio and record.flat()["samples"] == 721
 
 
-@pytest.mark.slow
 def test_candidates_take_turns_until_patience_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short ones run several times in a turn, impatience ends a long one's turns."""
     clock = [0.0]

@@ -15,8 +15,9 @@ from benchmarks import many_designs, short_calls
 from benchmarks.descriptions import design_line, random_designs
 from benchmarks.engines import pinocchio_by_hand
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_random_designs_of_the_universal_joint_are_exact() -> None:
     records = {record.method: record for record in many_designs.universal_joint(fast=True)}
     assert set(records) == {"one drive", "two drives", "held per sample", "Pinocchio by hand"}
@@ -34,7 +35,6 @@ def test_the_peer_takes_an_angle_per_sample() -> None:
         np.testing.assert_allclose(found[[k]], alone, rtol=1e-14)
 
 
-@pytest.mark.slow
 def test_platform_and_line_have_complete_records() -> None:
     for records in (many_designs.platform(fast=True), many_designs.line(fast=True)):
         assert records[0].ratio == 1.0
@@ -54,7 +54,6 @@ def test_lines_of_designs_have_the_joints_of_the_tests_own() -> None:
     np.testing.assert_allclose(ratios[0], ratios[1], rtol=1e-12)
 
 
-@pytest.mark.slow
 def test_short_calls_have_complete_records() -> None:
     records = short_calls.measure(fast=True)
     assert len(records) == 7

@@ -26,8 +26,9 @@ from benchmarks.engines import spinning
 from benchmarks.records import Record
 from benchmarks.spin import CROSS, SHAFT, SPEED, description, spin
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 @pytest.mark.parametrize("beta_deg", [30.0, 80.0])
 @pytest.mark.parametrize("ratio", [1.0, 1e3])
 def test_exact_duration_is_the_integral_of_a_reaction_free_sweep(
@@ -55,7 +56,6 @@ def test_energy_at_the_start_is_that_of_the_closed_form() -> None:
     assert start.kinetic_energy[0] == pytest.approx(energy, rel=1e-13)
 
 
-@pytest.mark.slow
 def test_our_spins_are_exact() -> None:
     methods = [replace(method, levels=method.levels[:2]) for method in free_spin.library()]
     records = free_spin.measure(fast=True, candidates=methods)
@@ -112,7 +112,6 @@ def test_the_pendulum_of_the_four_bars_takes_its_time() -> None:
     assert four_bars.duration(rods) == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.slow
 def test_four_bars_swing_as_a_pendulum() -> None:
     records = [r for r in four_bars.measure(fast=True, others=False) if r.error is not None]
     assert {record.parameters["loops"] for record in records} == {1, 2, 4}
@@ -125,7 +124,6 @@ def test_four_bars_swing_as_a_pendulum() -> None:
     assert "4; error up to" in four_bars.answer(records)
 
 
-@pytest.mark.slow
 def test_long_spins_stay_closed() -> None:
     for record in long_time.measure(fast=True, others=False):
         assert record.parameters["closure"] < 1e-14
@@ -147,7 +145,6 @@ def corners() -> list[Record]:
     return stress_simulation.points(CORNERS)
 
 
-@pytest.mark.slow
 def test_corners_of_the_maps_keep_closure_and_energy(corners: list[Record]) -> None:
     assert len(corners) == 16
     for record in corners:
@@ -171,7 +168,6 @@ def test_maps_have_a_table_a_picture_and_an_answer(corners: list[Record], tmp_pa
     assert (tmp_path / "map.png").stat().st_size < 150_000
 
 
-@pytest.mark.slow
 def test_energy_of_other_chains_is_kept() -> None:
     records = thousand_periods.measure(fast=True)
     assert len(records) == 4
@@ -181,7 +177,6 @@ def test_energy_of_other_chains_is_kept() -> None:
     assert "Bennett" in thousand_periods.answer(records)
 
 
-@pytest.mark.slow
 def test_hammering_is_timed_and_its_peaks_converge() -> None:
     records = hammering.measure(fast=True)
     scan, *simulated = records
@@ -192,7 +187,6 @@ def test_hammering_is_timed_and_its_peaks_converge() -> None:
     assert "needle" in (hammering.__doc__ or "") and "R;" in hammering.answer(records)
 
 
-@pytest.mark.slow
 def test_charts_of_stability_are_timed_and_exact() -> None:
     records = stability_charts.measure(fast=True)
     assert len(records) == 3

@@ -18,6 +18,8 @@ from benchmarks import (
 )
 from benchmarks.stress import BOUND, OPTIMISM, Point
 
+pytestmark = pytest.mark.slow
+
 REFUSALS = {
     name for name, error in vars(cd).items()
     if isinstance(error, type) and issubclass(error, cd.CardanError)
@@ -46,7 +48,6 @@ def found(request: pytest.FixtureRequest) -> list[Point]:
     return request.param.points(**CORNERS[request.param])
 
 
-@pytest.mark.slow
 def test_every_error_is_stated_or_refused(found: list[Point]) -> None:
     for point in found:
         if point.refused:
@@ -72,14 +73,12 @@ def test_reported_balance_is_honest(found: list[Point]) -> None:
         assert point.refused or point.optimism <= OPTIMISM, point
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("distance", [4e-9, 1e-8, 2e-8])
 def test_near_a_dead_point_nothing_is_refused_that_nearer_by_is_solved(distance: float) -> None:
     points = stress_dead_point.points((distance, 1e-9))
     assert not [point for point in points if point.method == "sweep" and point.refused]
 
 
-@pytest.mark.slow
 def test_a_dead_point_is_refused_by_name() -> None:
     nearest = [p for p in stress_dead_point.points((1e-12,)) if p.method == "sweep"]
     assert {point.refused for point in nearest} <= {"", "SingularConfigurationError"}

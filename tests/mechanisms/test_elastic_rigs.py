@@ -190,6 +190,7 @@ def test_spring_behind_never_grows() -> None:
     assert growth("torsional_line_behind", 1.0) < 1.05
 
 
+@pytest.mark.slow
 def test_phased_double_shaft_grows_near_its_natural_frequency() -> None:
     assert growth("elastic_double_shaft", 1.0) > 2.0
     assert growth("elastic_double_shaft", 1.1) < 1.05

@@ -16,6 +16,8 @@ from compare import differences
 from free_bodies import Oracle, Position
 from scenes import Case, draw, followed, solved
 
+pytestmark = pytest.mark.slow
+
 SEEDS = range(40)
 
 
@@ -35,7 +37,6 @@ def moved(case: Case, oracle: Oracle, x: Position, shift: np.ndarray) -> Positio
     return oracle.close(x, targets, case.prescribed, case.chain.size)[0]
 
 
-@pytest.mark.slow
 def test_rates_are_those_of_the_positions(
     cases: list[tuple[Case, Oracle, list[Position]]],
 ) -> None:
@@ -66,7 +67,6 @@ def test_rates_are_those_of_the_positions(
             assert turned[2, 1] - turned[1, 2] == pytest.approx(2.0 * spin[0], abs=1e-3)
 
 
-@pytest.mark.slow
 def test_bodies_are_balanced_and_no_power_is_lost(
     cases: list[tuple[Case, Oracle, list[Position]]],
 ) -> None:
@@ -201,7 +201,6 @@ def shifted_acceleration(answer: Answer, joint: str) -> None:
     answer.motion.tables[2]["c"][1] *= 1.0 + 1e-6
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("joint", ["swivel", "a", "b", "c", "d"])
 @pytest.mark.parametrize(
     "fault",
@@ -219,7 +218,6 @@ def test_a_small_fault_is_noticed(fault: Callable[[Answer, str], None], joint: s
     assert differences(case, answer)
 
 
-@pytest.mark.slow
 def test_what_the_free_bodies_say_agrees_with_itself(
     cases: list[tuple[Case, Oracle, list[Position]]],
 ) -> None:

@@ -79,6 +79,7 @@ def test_small_tau_is_doubted_and_fails() -> None:
         assert item.error < -0.2
 
 
+@pytest.mark.slow
 def test_tables() -> None:
     found = compared("needle_drive", "main_shaft", "coupler_pin", 300.0, 1e-4, 1e8)
     frame = found.to_dataframe()

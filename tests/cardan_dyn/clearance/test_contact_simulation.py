@@ -41,6 +41,7 @@ def test_courses_fit_the_trajectory(found: clearance.ContactSimulation) -> None:
     assert 0 < np.count_nonzero(course.is_pressed) < 200
 
 
+@pytest.mark.slow
 def test_impacts_are_where_pins_reach_the_wall(found: clearance.ContactSimulation) -> None:
     struck = found["coupler_pin"].struck
     assert len(struck) >= 2 and struck == tuple(i for i in found.impacts if i.speed == i.speed)

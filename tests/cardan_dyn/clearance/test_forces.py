@@ -23,6 +23,7 @@ def drive() -> cd.Scene:
     return cd.Scene(cd.load("needle_drive"), drive="main_shaft")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loaded", [False, True])
 @pytest.mark.parametrize("speed", [300.0, -170.0])
 def test_a_response_gives_the_numbers_of_a_sweep(

@@ -20,6 +20,7 @@ def loose(name: str, drive: str, joint: str, reach: float | None = None, **more:
     return opened(cd.Scene(cd.load(name), drive=drive), [clearance(joint, reach)], **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "drive", "joint"),
     [

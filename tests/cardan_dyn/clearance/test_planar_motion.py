@@ -55,6 +55,7 @@ def test_along_a_line_it_is_the_two_mass_model(ratio: float) -> None:
     assert peak == pytest.approx(float(damped_peak(*numbers)), rel=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "clearance"), [(300.0, 1e-4), (-120.0, 5e-5)])
 def test_slider_crank_by_equations_written_by_hand(speed: float, clearance: float) -> None:
     """Lagrange's equations of the loose rod and piston, integrated by SciPy from the same start."""

@@ -25,6 +25,7 @@ def test_it_begins_where_no_force_is_near_a_reversal() -> None:
         assert np.linalg.norm(there[name].force[0, :2]) > 0.9 * np.max(sizes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", ["crank_pin", "piston_pin", "crank_bearing"])
 @pytest.mark.parametrize("law", [cd.LinearContact(1e8), cd.HuntCrossley(1e11, restitution=0.6)])
 def test_pins_begin_pressed_by_the_force_without_play_and_move_with_it(
@@ -56,6 +57,7 @@ def mean(masses: list[float], sizes: list[float]) -> float:
     return float(np.exp(np.average(np.log(masses), weights=sizes)))
 
 
+@pytest.mark.slow
 def test_damping_follows_from_the_masses_that_the_force_moves_over_a_turn() -> None:
     """By experiments at eight positions: what a push along the force moves in a short time."""
     found = opened(scene(), [OpenPin("crank_pin", 1e-4, cd.LinearContact(1e8), 0.0, 0.0, None)])
@@ -87,6 +89,7 @@ def test_damping_follows_from_the_masses_that_the_force_moves_over_a_turn() -> N
     assert np.ptp(masses) > 0.05 * np.mean(masses)
 
 
+@pytest.mark.slow
 def test_a_damping_ratio_means_one_damper_in_scans_and_simulations() -> None:
     """Wherever the simulation begins, and at every reversal."""
     contact = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.2}
@@ -103,6 +106,7 @@ def test_a_damping_ratio_means_one_damper_in_scans_and_simulations() -> None:
         assert len(dampers) > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pins", [["pin_in"], ["pin_out"], ["pin_in", "pin_out"]])
 def test_bearings_begin_pressed_by_the_moment_that_they_pass_on(pins: list[str]) -> None:
     """Shaft 2 begins to accelerate as it does without clearance."""

@@ -171,6 +171,7 @@ def test_a_force_that_rotates_with_the_drive_never_swings_round() -> None:
     assert found.verdict.startswith("no reversal: the force never swings round")
 
 
+@pytest.mark.slow
 def test_verification_puts_simulations_beside(drive: cd.Scene) -> None:
     contact: dict[str, Any] = {**CONTACT, "damping_ratio": 0.25, "joints": ["needle_pin"]}
     found = scan(drive, 300.0, verify=True, **contact)

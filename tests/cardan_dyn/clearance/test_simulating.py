@@ -26,6 +26,7 @@ def loose() -> clearance.ContactSimulation:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "gap", "stiffness", "damping", "position"),
     [(300.0, 2e-4, 1e8, 5e3, None), (40.0, 1e-3, 1e7, 0.0, 1.1)],
@@ -149,6 +150,7 @@ def test_damped_peaks_converge_over_a_turn_and_undamped_ones_for_three_impacts()
         assert any("only their distribution" in note for note in found.notes) == (damping == 0.0)
 
 
+@pytest.mark.slow
 def test_free_drive_gives_way_and_a_heavy_rotor_does_not() -> None:
     law = cd.LinearContact(1e8, 5e3)
     arguments = {
@@ -172,6 +174,7 @@ def test_free_drive_gives_way_and_a_heavy_rotor_does_not() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", ["crank_bearing", "piston_pin"])
 def test_driven_joints_and_loops_can_have_play(joint: str) -> None:
     found = clearance.simulate(
@@ -189,6 +192,7 @@ def test_driven_joints_and_loops_can_have_play(joint: str) -> None:
     assert found.energy_residual < 1e-6
 
 
+@pytest.mark.slow
 def test_two_joints_at_once_and_copies() -> None:
     found = clearance.simulate(
         scene(), 200.0, joints=["crank_pin", "piston_pin"], clearance={"crank_pin": 1e-4,

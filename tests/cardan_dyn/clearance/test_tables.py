@@ -37,6 +37,7 @@ def every() -> dict[str, Any]:
     return results()
 
 
+@pytest.mark.slow
 def test_every_variable_has_units_and_every_table_a_file(
     every: dict[str, Any], tmp_path: Path
 ) -> None:

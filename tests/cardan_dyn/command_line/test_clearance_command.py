@@ -94,6 +94,7 @@ def test_what_is_no_number_is_null_in_json() -> None:
     assert peaks and set(peaks) == {None}
 
 
+@pytest.mark.slow
 def test_figures(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="figures need matplotlib")
     options = ("--speed", "300", *CONTACT, "--joint", "coupler_pin", "--figures", str(tmp_path))
@@ -145,6 +146,7 @@ def test_one_joint_may_differ_from_all_others() -> None:
         assert found[name] == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_verification_is_part_of_the_output() -> None:
     options = ("--speed", "300", *CONTACT, "--damping-ratio", "0.25", "--joint", "needle_pin")
     content = json.loads(run("needle_drive", *options, "--verify", "--json").output)
@@ -154,6 +156,7 @@ def test_verification_is_part_of_the_output() -> None:
     assert "verified" not in json.loads(run("needle_drive", *options, "--json").output)
 
 
+@pytest.mark.slow
 def test_bearings_of_a_universal_joint(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="figures need matplotlib")
     options = ("--speed", "150", *CONTACT, "--held", "joint_angle=20", "--joint", "cross")

@@ -45,6 +45,7 @@ def made() -> comparisons.Comparisons:
     return comparisons.run()
 
 
+@pytest.mark.slow
 def test_report_writes_table_figures_and_page(tmp_path: Path) -> None:
     result = report("--out", str(tmp_path / "new" / "report"))
     assert result.exit_code == 0
@@ -63,6 +64,7 @@ def test_report_writes_table_figures_and_page(tmp_path: Path) -> None:
     assert page.count('<td class="pass">pass</td>') == 17
 
 
+@pytest.mark.slow
 def test_json_is_nothing_but_json(tmp_path: Path) -> None:
     result = report("--json", "--out", str(tmp_path))
     data = json.loads(result.stdout)
@@ -71,6 +73,7 @@ def test_json_is_nothing_but_json(tmp_path: Path) -> None:
     assert (tmp_path / "index.html").exists()
 
 
+@pytest.mark.slow
 def test_a_comparison_that_falls_short_fails_the_command(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, made: comparisons.Comparisons
 ) -> None:
@@ -248,6 +251,7 @@ def test_inconsistent_inertias_are_shown_if_asked_for(tmp_path: Path) -> None:
     assert view(*arguments, "--no-strict").exit_code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("browser", [True, False])
 def test_serving_tells_its_address_and_ends_with_ctrl_c(
     browser: bool, monkeypatch: pytest.MonkeyPatch

@@ -29,6 +29,7 @@ def wide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "160")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("wide")
 def test_prints_data_forks_and_verdict() -> None:
     result = run("truck")
@@ -48,6 +49,7 @@ def test_prints_data_forks_and_verdict() -> None:
     assert run("pto", "--check").exit_code == 0
 
 
+@pytest.mark.slow
 def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
     page, figures, scene = tmp_path / "a" / "b.html", tmp_path / "f", tmp_path / "s.html"
     result = run(
@@ -60,6 +62,7 @@ def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
     assert "paper_machine" in scene.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_json_with_other_speed_limits_and_forks() -> None:
     options = ("--speed-rpm", "3000", "--torque-nm", "50", "--limit", "residual_angle=0.0001")
     plain = json.loads(run("truck", "--json", *options).output)

@@ -60,6 +60,7 @@ def test_resonance_of_a_linear_line(rig: Path) -> None:
     assert "NaN" not in found.stdout and "Infinity" not in found.stdout
 
 
+@pytest.mark.slow
 def test_table_figures_and_mode(rig: Path, tmp_path: Path) -> None:
     ends = 9.0 * PER_MINUTE, 11.0 * PER_MINUTE
     directory, page = tmp_path / "figures", tmp_path / "mode.html"
@@ -98,6 +99,7 @@ def test_scene_of_a_bundled_rig() -> None:
     assert loaded.loads == {"bearing_out": -3.0}
 
 
+@pytest.mark.slow
 def test_a_chart_spans_the_range_and_the_angles(
     rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

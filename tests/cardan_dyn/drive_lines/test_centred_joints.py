@@ -96,6 +96,7 @@ def along_left_up(line: DriveLine, shaft: int, force: Array) -> Array:
     return np.array([force @ axis, force @ left, force @ np.cross(axis, left)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_random_lines_by_the_equilibrium_of_free_bodies(seed: int) -> None:
     line = random_centred(seed)
@@ -148,6 +149,7 @@ def test_the_force_of_a_centring_is_inside_the_joint() -> None:
     assert ground.static.bearing_radial[:, 0].max() == pytest.approx(13933.0, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 @pytest.mark.parametrize("degrees", [0.0, 5.0, 20.0, 35.0, 45.0])
 def test_motion_is_that_of_the_rule(kind: str, degrees: float) -> None:

@@ -38,6 +38,7 @@ def test_a_joint_that_may_be_moved() -> None:
     assert outside.values["shaft_1.end_z"] == pytest.approx(-0.4)
 
 
+@pytest.mark.slow
 def test_far_bearings_carry_least() -> None:
     # T tan β / a of a Z arrangement falls with the distance of its bearings.
     line = double_shaft((0.0, 0.3, 0.0))

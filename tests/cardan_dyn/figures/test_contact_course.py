@@ -37,6 +37,7 @@ def test_the_line_has_every_peak_of_the_simulation(tmp_path: Path) -> None:
     assert force[before] == 0.0
 
 
+@pytest.mark.slow
 def test_beside_the_force_without_play_and_the_estimates() -> None:
     figure = drawing.contact_course(simulated(), JOINT, scanned=scanned())
     (axes,) = figure.axes

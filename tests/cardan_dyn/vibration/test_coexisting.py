@@ -20,6 +20,7 @@ def search(damping: float = 0.0, beta: float = BETA) -> MotionSearch:
     return MotionSearch(rotating_scene(elastic_rigs.scene(line, beta)))
 
 
+@pytest.mark.slow
 def test_motions_that_coexist_at_a_forced_resonance() -> None:
     finder = search()
     every = finder.every(np.array([0.5]))
@@ -36,6 +37,7 @@ def test_motions_that_coexist_at_a_forced_resonance() -> None:
     assert min(gaps) > 0.01
 
 
+@pytest.mark.slow
 def test_a_fold_has_three_motions_of_which_one_is_unstable() -> None:
     finder = search(0.04, np.radians(45.0))
     every = finder.every(np.array([0.505]))
@@ -43,6 +45,7 @@ def test_a_fold_has_three_motions_of_which_one_is_unstable() -> None:
     assert signs == [-1.0, 1.0, 1.0]
 
 
+@pytest.mark.slow
 def test_the_smallest_is_chosen() -> None:
     finder = search(0.04, np.radians(45.0))
     (found,), counts = finder.smallest(np.array([0.5]))
@@ -61,6 +64,7 @@ def test_where_the_linear_equation_holds_nothing_is_searched() -> None:
     np.testing.assert_array_equal(again.course.q, first.course.q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "sign"), [(1.1, -1.0), (0.34, 1.0)])
 def test_motions_of_a_slider_crank_behind_an_elastic_shaft(ratio: float, sign: float) -> None:
     """The motion that comes first has the sign -1 and cannot be alone; a close pair beside a fold.

@@ -140,6 +140,7 @@ def test_undamped_resonances_have_no_bound() -> None:
     assert row.severity == np.inf
 
 
+@pytest.mark.slow
 def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     frame = rig.to_dataframe()
     assert len(frame) == len(rig)

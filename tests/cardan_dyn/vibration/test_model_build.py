@@ -72,6 +72,7 @@ def test_what_is_not_smooth_within_its_range_is_refused() -> None:
         build(RIG, 0.3).model(np.zeros(2), np.full(2, 1.25))
 
 
+@pytest.mark.slow
 def test_a_model_about_a_large_motion() -> None:
     """Against the shaft's equations by hand, at places between those of the model."""
     beta, speed, half, turns = 0.8, 0.9, np.full(2, 0.02), nodes(31, np.pi)
@@ -96,6 +97,7 @@ def test_a_model_about_a_large_motion() -> None:
     np.testing.assert_allclose(equation.efforts[0], expected, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_rough_models_are_small() -> None:
     builder = build(RIG, 0.3)
     fine, rough = (

@@ -45,6 +45,7 @@ def test_motions_beyond_what_is_searched_are_missed() -> None:
     assert "no periodic motion was found at a speed of 0.5 rad/s" in finder.missed[1]
 
 
+@pytest.mark.slow
 def test_motions_are_found_on_branches_from_other_speeds() -> None:
     """Beside a fold Newton's method from rest leads nowhere."""
     finder = search(elastic_rigs.torsional_line(damping_in=0.04), np.radians(45.0))

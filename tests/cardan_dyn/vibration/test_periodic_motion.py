@@ -76,6 +76,7 @@ def test_sweep_needs_no_effort_along_free_coordinates(found: PeriodicMotion) -> 
     assert turn.speed[0, 0] == 0.9
 
 
+@pytest.mark.slow
 def test_several_motions_are_rows_of_one_speed() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
     found = vibration.periodic_motion(scene, [0.4975, 1.2])

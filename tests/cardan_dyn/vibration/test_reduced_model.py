@@ -44,6 +44,7 @@ def test_efforts_are_mass_times_what_is_missing(model: ReducedModel, course: Cou
     np.testing.assert_allclose(model.efforts(course), equation.efforts, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_scale_is_that_of_terms_that_cancel(model: ReducedModel, course: Course) -> None:
     """Along a free motion efforts vanish, and their terms do not."""
     bend = np.array(

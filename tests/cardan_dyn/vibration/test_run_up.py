@@ -14,11 +14,12 @@ from testkit import elastic_rigs
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, VibrationError, vibration
 
+pytestmark = pytest.mark.slow
+
 BETA = np.radians(25.0)
 TORQUE = 2e-5
 
 
-@pytest.mark.slow
 def test_a_slow_run_up_follows_the_prediction() -> None:
     line = elastic_rigs.torsional_line(damping_in=0.2)
     found = vibration.run_up(elastic_rigs.scene(line, np.radians(10.0)), 0.35, 0.65, 2400.0)
@@ -37,7 +38,6 @@ def test_a_slow_run_up_follows_the_prediction() -> None:
     assert "0.35 to 0.65" in repr(found)
 
 
-@pytest.mark.slow
 def test_a_fast_run_up_stays_below_the_steady_resonance() -> None:
     line = elastic_rigs.torsional_line(damping_in=0.02)
     scene = elastic_rigs.scene(line, np.radians(5.0))
@@ -83,7 +83,6 @@ def by_hand() -> OptimizeResult:
     return DrivenShaft(BETA, lambda speed: TORQUE).run(upright(0.5), 2600.0)
 
 
-@pytest.mark.slow
 def test_a_weak_torque_is_captured_where_equations_by_hand_are(
     captured: vibration.RunUp, by_hand: OptimizeResult
 ) -> None:
@@ -101,7 +100,6 @@ def test_a_weak_torque_is_captured_where_equations_by_hand_are(
     assert str(captured).count("\n") == len(captured.barriers)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "passes"), [(0.98, False), (1.03, True)])
 def test_the_barrier_parts_torques_of_equations_by_hand(
     captured: vibration.RunUp, by_hand: OptimizeResult, factor: float, passes: bool
@@ -116,7 +114,6 @@ def test_the_barrier_parts_torques_of_equations_by_hand(
         assert late_speed(found) < by.speed
 
 
-@pytest.mark.slow
 def test_a_torque_beyond_the_barrier_ends_at_the_last_speed(scene: cd.Scene) -> None:
     found = vibration.run_up(scene, 0.5, 0.53, 9000.0, torque=4e-5)
     assert found.time[-1] < 9000.0
@@ -127,7 +124,6 @@ def test_a_torque_beyond_the_barrier_ends_at_the_last_speed(scene: cd.Scene) -> 
     assert barrier.is_passed and np.isnan(barrier.holds)
 
 
-@pytest.mark.slow
 def test_a_motor_is_captured_on_its_line(scene: cd.Scene) -> None:
     def line(speed: float) -> float:
         return 1e-3 * (0.535 - speed)
@@ -143,7 +139,6 @@ def test_a_motor_is_captured_on_its_line(scene: cd.Scene) -> None:
     assert given == pytest.approx([line(x) for x in found.predicted_speed], rel=1e-2)
 
 
-@pytest.mark.slow
 def test_a_drive_too_weak_for_its_start_falls_back_to_where_it_is_held(
     scene: cd.Scene, captured: vibration.RunUp
 ) -> None:
@@ -163,7 +158,6 @@ def test_a_torque_against_the_speed_brings_the_drive_to_rest(sense: float) -> No
     assert found == pytest.approx(inertia * 0.6 / 0.01, rel=0.02)
 
 
-@pytest.mark.slow
 def test_a_load_of_the_drive_counts(scene: cd.Scene, captured: vibration.RunUp) -> None:
     loaded = scene.replace(loads={"bearing_in": -0.5 * TORQUE})
     found = vibration.run_up(loaded, 0.5, 0.53, 100.0, torque=1.5 * TORQUE)
@@ -174,7 +168,6 @@ def test_a_load_of_the_drive_counts(scene: cd.Scene, captured: vibration.RunUp) 
     assert found.window == pytest.approx(captured.window[:turns], rel=1e-5)
 
 
-@pytest.mark.slow
 def test_a_motor_that_reaches_its_own_speed_is_not_captured() -> None:
     """Far from any resonance its line and the losses decide."""
     line = elastic_rigs.torsional_line(damping_in=0.2)
@@ -185,7 +178,6 @@ def test_a_motor_that_reaches_its_own_speed_is_not_captured() -> None:
     assert not found.is_captured
 
 
-@pytest.mark.slow
 def test_barriers_of_a_prescribed_run_say_what_torque_it_takes(captured: vibration.RunUp) -> None:
     found = vibration.run_up(captured.scene, 0.47, 0.53, 300.0)
     assert [(item.order, item.whirl) for item in found.barriers] == [
@@ -218,7 +210,6 @@ def test_results_of_a_captured_run(captured: vibration.RunUp, tmp_path: Path) ->
     assert pickle.loads(pickle.dumps(captured)).captured_by == captured.captured_by
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "torque", ["much", np.nan, [1.0, 2.0], lambda speed: np.nan, lambda speed: 1 / 0]
 )

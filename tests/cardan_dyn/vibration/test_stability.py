@@ -69,6 +69,7 @@ def test_two_modes_that_grow_together_are_no_flutter() -> None:
     assert stability(search, np.array([middle, 1.4])).kind.tolist() == ["combination", "stable"]
 
 
+@pytest.mark.slow
 def test_undamped_multipliers_are_reciprocal_pairs() -> None:
     line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
     search = MotionSearch(rotating_scene(elastic_rigs.scene(line, np.radians(15.0))))

@@ -233,6 +233,7 @@ def test_open_waits_until_the_browser_has_the_page(monkeypatch: pytest.MonkeyPat
     shown.close()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("display")
 def test_a_browser_that_does_not_start_or_fetch_is_reported(
     monkeypatch: pytest.MonkeyPatch,
