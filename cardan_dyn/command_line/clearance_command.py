@@ -251,12 +251,7 @@ def save_figures(scanned: Scan, directory: Path) -> None:
 def _by_joint(
     values: tuple[str, ...], option: str, example: str, mechanism: Mechanism
 ) -> float | Mapping[str, float]:
-    """Return a number of all joints, or numbers by joint; VALUE is of those that have no other.
-
-    Raises:
-        ArgumentError: VALUE more than once, or neither VALUE nor JOINT=VALUE.
-        ModelError: no such joint.
-    """
+    """Return a number of all joints, or numbers by joint; VALUE is of those that have no other."""
     plain = [value for value in values if "=" not in value]
     named = tuple(value for value in values if "=" in value)
     if len(plain) > 1:

@@ -275,11 +275,7 @@ def too_far(label: str, angle: float) -> ArgumentError:
 
 
 def _placement(label: str, given: object) -> Array:
-    """Return a placement `(4, 4)`; a point `(3,)` is one with the axes of the link.
-
-    Raises:
-        ArgumentError: it is neither, or not rigid.
-    """
+    """Return a placement `(4, 4)`; a point `(3,)` is one with the axes of the link."""
     array = numbers(label, given)
     if array.shape == (3,):
         placement = np.eye(4)

@@ -165,26 +165,15 @@ class Element(Value, ABC):
         Args:
             field: its name.
             least: the smallest number that it may be.
-
-        Raises:
-            ArgumentError: it is no number, not finite, or less.
         """
         return number(f"{type(self).__name__}: {field}", getattr(self, field), least)
 
     def _positive(self, field: str) -> float:
-        """Return a field as a finite number greater than zero.
-
-        Raises:
-            ArgumentError: it is anything else.
-        """
+        """Return a field as a finite number greater than zero."""
         return positive(f"{type(self).__name__}: {field}", getattr(self, field))
 
     def _text(self, field: str) -> str:
-        """Return a field as a string.
-
-        Raises:
-            ArgumentError: it is anything else.
-        """
+        """Return a field as a string."""
         return text(f"{type(self).__name__}: {field}", getattr(self, field))
 
 
@@ -204,11 +193,7 @@ class LinkElement(Element):
         return self.link_a, self.link_b
 
     def _two_links(self) -> tuple[str, str]:
-        """Return the fields `link_a` and `link_b`.
-
-        Raises:
-            ArgumentError: they are no strings, or the same.
-        """
+        """Return the fields `link_a` and `link_b`."""
         first, second = self._text("link_a"), self._text("link_b")
         if first == second:
             raise ArgumentError(

@@ -245,9 +245,6 @@ def _at_places(function: Callable[[Any], Any], at: Array, label: str, of: str) -
         at: [s, rad or m].
         label: how messages call the function.
         of: `time` or `position`.
-
-    Raises:
-        ArgumentError: it fails, or returns no finite numbers.
     """
     if len(at) > 1 and np.any(at != at[0]):
         values = _of_array(function, at)
@@ -267,11 +264,7 @@ def _of_array(function: Callable[[Any], Any], at: Array) -> Array | None:
 
 
 def _at_place(function: Callable[[Any], Any], at: float, label: str, of: str) -> float:
-    """Return the value of a function at a time or position.
-
-    Raises:
-        ArgumentError: it fails, or returns no finite number.
-    """
+    """Return the value of a function at a time or position."""
     text = f"{label} at {at:g} s" if of == "time" else f"{label} at position {at:g}"
     try:
         value = function(at)

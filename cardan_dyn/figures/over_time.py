@@ -100,11 +100,7 @@ def energy_over_time(trajectory: Swept, *, title: str = "") -> Figure:
 
 
 def _times(turn: Swept) -> Array:
-    """Return the times `(N,)` of the samples [s].
-
-    Raises:
-        ArgumentError: a sweep has none, or several dimensions.
-    """
+    """Return the times `(N,)` of the samples [s]."""
     refuse_grid(turn)
     if turn.time.ndim != 1:
         raise ArgumentError(

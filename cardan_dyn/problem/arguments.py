@@ -129,13 +129,7 @@ def _independent(
     free: tuple[str, ...],
     held: Mapping[str, float],
 ) -> tuple[str, ...]:
-    """Return the names of the driven, then of the free joints and coordinates.
-
-    Raises:
-        ModelError: no such joint or coordinate.
-        ArgumentError: a joint without a single coordinate, or one that is named twice.
-        MobilityError: there is none.
-    """
+    """Return the names of the driven, then of the free joints and coordinates."""
     for role, given in (("drive", drives), ("free joint", free)):
         for name in given:
             check_single(mechanism, name, role)
@@ -214,11 +208,7 @@ def near_positions(
 
 
 def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
-    """Return the coordinates of a joint as the mechanism has them: a quaternion, or three angles.
-
-    Raises:
-        ArgumentError: there are too few or too many, or a quaternion has not the length 1.
-    """
+    """Return the coordinates of a joint as the mechanism has them: quaternion or angles."""
     columns = mechanism.coordinates.columns[joint.name]
     size = columns.stop - columns.start
     # Where a coordinate of a ball is named, it is three turns, and has no ball any more.
@@ -333,11 +323,7 @@ def _is_effort(mechanism: Mechanism, name: str, value: object) -> bool:
 
 
 def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> LinkLoad:
-    """Return a wrench on a link, checked.
-
-    Raises:
-        ArgumentError: the link cannot move, the frame is unknown, or a shape is wrong.
-    """
+    """Return a wrench on a link, checked."""
     body, frame = mechanism.link(name)
     if body == 0:
         raise ArgumentError(f"{label}: link {name!r} is fixed to the world; nothing can move it")
@@ -359,11 +345,7 @@ def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> Li
 
 
 def _vectors(label: str, given: object) -> Array:
-    """Return vectors `(..., 3)`.
-
-    Raises:
-        ArgumentError: they have another shape.
-    """
+    """Return vectors `(..., 3)`."""
     array = numbers(label, given)
     if array.shape[-1:] != (3,) or not array.size:
         raise ArgumentError(f"{label} has shape {array.shape}, expected (3,) or (..., 3)")

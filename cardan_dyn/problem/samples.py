@@ -301,9 +301,6 @@ def _drive_values(name: str, value: object, problem: Problem) -> Array:
         value: of any shape for one drive, `(..., 1)` if it was named in a list; a number for all
             of d drives, or `(..., d)`.
         problem: of the scene.
-
-    Raises:
-        ArgumentError: it is not numeric, not finite, empty or has another shape.
     """
     array = numbers(name, value)
     if not array.size:
@@ -323,12 +320,7 @@ def _drive_values(name: str, value: object, problem: Problem) -> Array:
 
 
 def _held(problem: Problem, held: object) -> dict[str, Array]:
-    """Return the positions of held joints, in the order of the scene.
-
-    Raises:
-        ArgumentError: not finite, empty, too far away, or a joint that the scene does not hold.
-        ModelError: no such joint.
-    """
+    """Return the positions of held joints, in the order of the scene."""
     varied = {}
     given = mapping("held", held)
     # In the order of the scene, so that one set of joints is one family of designs.
@@ -352,12 +344,7 @@ def _held(problem: Problem, held: object) -> dict[str, Array]:
 
 
 def _factors(mechanism: Mechanism, inertia: object) -> dict[str, Array]:
-    """Return the factors on mass and inertia of links.
-
-    Raises:
-        ArgumentError: not finite, empty, below zero, or a link that is fixed to the world.
-        ModelError: no such link.
-    """
+    """Return the factors on mass and inertia of links."""
     factors = {}
     for name, value in mapping("inertia", inertia).items():
         body, _ = mechanism.link(name)

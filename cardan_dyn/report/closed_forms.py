@@ -173,11 +173,7 @@ def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, A
 
 
 def _ratio(moment: Array, torque: Array) -> Array:
-    """Return a moment per torque; NaN at samples where no torque passes through.
-
-    Raises:
-        ArgumentError: no torque passes through at any sample.
-    """
+    """Return a moment per torque; NaN at samples where no torque passes through."""
     if not np.any(torque):
         raise ArgumentError(
             f"no torque passes through the joint at any sample; load {_OUTPUT!r} in the scene"

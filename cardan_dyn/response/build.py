@@ -177,9 +177,6 @@ def _refined(
 
     Returns:
         The samples and their greatest error.
-
-    Raises:
-        AccuracyError: the tolerance is out of reach.
     """
     convergence: Convergence | None = None
     while True:

@@ -64,11 +64,7 @@ def checked_operation(
 
 
 def _efforts(problem: Problem, loads: object) -> dict[str, Array]:
-    """Return the efforts at joints that replace the scene's.
-
-    Raises:
-        ArgumentError: no mapping of joints to numbers, or a wrench on a link.
-    """
+    """Return the efforts at joints that replace the scene's."""
     efforts, mechanism = {}, problem.mechanism
     for name, value in mapping("loads", loads).items():
         if name in problem.link_loads or (name in mechanism.links and name not in mechanism.joints):
@@ -127,11 +123,7 @@ def column_factors(
 def _refuse_missing(
     acting: Mapping[Column, Array], columns: tuple[Column, ...], has_mass: bool
 ) -> None:
-    """Refuse what acts but has no column.
-
-    Raises:
-        ArgumentError: there is such a thing.
-    """
+    """Refuse what acts but has no column."""
     missing = set(acting) - set(columns)
     if not has_mass:
         # Nothing has inertia or weight, so that these columns would be zero.

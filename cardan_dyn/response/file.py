@@ -100,11 +100,7 @@ def _path(path: object) -> Path:
 
 
 def _intact(source: Path, content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Return header and arrays of a file that is undamaged and of the present format.
-
-    Raises:
-        CardanError: it is not.
-    """
+    """Return header and arrays of a file that is undamaged and of the present format."""
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             header_text = str(file["header"])
@@ -143,11 +139,7 @@ def _layout(header: Mapping[str, Any]) -> Layout:
 def _data(
     solver: ProblemSolver, layout: Layout, header: Mapping[str, Any], arrays: Mapping[str, Array]
 ) -> ResponseData:
-    """Return the functions that a file holds.
-
-    Raises:
-        ValueError: something has another type or shape than the scene asks for.
-    """
+    """Return the functions that a file holds."""
     expected = layout_of(solver)
     # The order of the columns in the file is that of the loads of the scene that was saved.
     _expect("columns", sorted(map(repr, layout.columns)), sorted(map(repr, expected.columns)))
@@ -167,11 +159,7 @@ def _data(
 
 
 def _check_arrays(layout: Layout, arrays: Mapping[str, Array]) -> None:
-    """Refuse arrays that cannot be those of a response.
-
-    Raises:
-        ValueError: one has another type or shape than the layout asks for, or is not finite.
-    """
+    """Refuse arrays that cannot be those of a response."""
     sample_count = arrays["values"].shape[-1] if arrays["values"].ndim else 0
     expected = {
         "values": (float, (layout.count, sample_count)),

@@ -54,11 +54,7 @@ def digest(value: object) -> str:
 
 
 def _serial(value: object) -> Iterator[bytes]:
-    """Return a value as bytes that no other value has: its type and size come before its content.
-
-    Raises:
-        TypeError: it is something else than records, mappings, sequences, texts and numbers.
-    """
+    """Return a value as bytes that no other has: type and size come before its content."""
     if value is None or isinstance(value, (bool, np.bool_)):
         yield f"{value};".encode()
     elif isinstance(value, int):

@@ -249,11 +249,7 @@ class Response(Frozen):
         )
 
     def _refuse_outside(self, positions: Array) -> None:
-        """Refuse positions beyond the ends of a range by more than rounding.
-
-        Raises:
-            ArgumentError: there are such positions.
-        """
+        """Refuse positions beyond the ends of a range by more than rounding."""
         low, high = self.interval
         domain = self._data.series.domain
         slack = _LENGTH_SLACK * domain.length + _ORIGIN_SLACK * abs(domain.origin)
@@ -266,12 +262,7 @@ class Response(Frozen):
         return max(1.0, float(np.max(np.abs(self._data.series.values), initial=0.0)))
 
     def _effort(self, column: Column, position: ArrayLike) -> Array:
-        """Return what the drive exerts for a column, at positions of any shape.
-
-        Raises:
-            ArgumentError: a position is not finite or out of range.
-            ModelError: the outputs of the scene leave the drive's effort out.
-        """
+        """Return what the drive exerts for a column, at positions of any shape."""
         positions = numbers("position", position)
         self._refuse_outside(positions)
         if not self._solver.knows_effort(self._problem.independent[0]):
@@ -290,11 +281,7 @@ class Response(Frozen):
 def _shape(
     positions: tuple[int, ...], operation: Operation, factors: Mapping[Column, Array]
 ) -> tuple[int, ...]:
-    """Return the shape of all operating points.
-
-    Raises:
-        ArgumentError: shapes do not broadcast.
-    """
+    """Return the shape of all operating points."""
     speed, acceleration = operation.speed.shape, operation.acceleration.shape
     shapes = {column.label: factor.shape for column, factor in factors.items()}
     try:
@@ -309,11 +296,7 @@ def _shape(
 
 
 def _refuse_size(shape: tuple[int, ...]) -> None:
-    """Refuse more operating points than a computer can hold.
-
-    Raises:
-        ArgumentError: there are too many.
-    """
+    """Refuse more operating points than a computer can hold."""
     count = math.prod(shape)
     if count > _GREATEST_COUNT:
         # As a decimal: the count may exceed the greatest double.

@@ -172,11 +172,7 @@ class Motion(Frozen):
         return columns[..., 0] if columns.shape[-1] == 1 else columns
 
     def _drive_index(self, drive: object) -> int:
-        """Return the index of a drive that is given by index or name.
-
-        Raises:
-            ArgumentError: unknown drive.
-        """
+        """Return the index of a drive that is given by index or name."""
         count = self._velocity_ratios.drives
         if isinstance(drive, str) and drive in self.drives:
             return self.drives.index(drive)
@@ -193,11 +189,7 @@ class Motion(Frozen):
         raise ArgumentError(f"no drive {described(drive)}; drives: {known}")
 
     def _spans(self, name: str) -> tuple[slice, slice]:
-        """Return the columns of a joint or coordinate, in coordinates and in velocities.
-
-        Raises:
-            ModelError: see `position`.
-        """
+        """Return the columns of a joint or coordinate, in coordinates and in velocities."""
         coordinates, drivable = self._coordinates, self.mechanism.drivable
         if isinstance(name, str) and name in drivable and name not in self.mechanism:
             if name not in coordinates.named:
@@ -213,11 +205,7 @@ class Motion(Frozen):
         return coordinates.columns[joint], coordinates.velocity_columns[joint]
 
     def _moving(self, joint: str) -> str:
-        """Return the name of a joint that has a coordinate.
-
-        Raises:
-            ModelError: unknown joint, or one without a coordinate.
-        """
+        """Return the name of a joint that has a coordinate."""
         name = self.mechanism.joint(joint).name
         if name not in self._coordinates.columns:
             raise ModelError(

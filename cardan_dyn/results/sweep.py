@@ -687,11 +687,7 @@ def _groups(sweep: Sweep) -> dict[str, list[int]]:
 
 
 def _element_names(sweep: Sweep) -> tuple[str, ...]:
-    """Return names of elements, `elements[0]` where one has none.
-
-    Raises:
-        ModelError: an element has the name that another one gets.
-    """
+    """Return names of elements, `elements[0]` where one has none."""
     names = [element.name or f"elements[{index}]" for index, element in enumerate(sweep.elements)]
     for name in names:
         if names.count(name) > 1:

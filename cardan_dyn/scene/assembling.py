@@ -171,9 +171,6 @@ def _closed(
         x: `(size,)` coordinates to start from.
         wanted: positions that some joints move towards, and at which they are kept.
         share: which part of the way from where they are they move.
-
-    Raises:
-        AssemblyError: the loops cannot be closed.
     """
     mechanism = structure.mechanism
     coordinates = mechanism.coordinates

@@ -628,9 +628,6 @@ def _merged(
     """Return a mapping with changes; names whose new value is None are taken out.
 
     None instead of changes takes all names out: it means none, as it does for `Scene`.
-
-    Raises:
-        ModelError: a name to be taken out is that of no joint, coordinate or link.
     """
     if changes is None:
         return {}
@@ -642,11 +639,7 @@ def _merged(
 
 
 def _names(role: str, value: object) -> set[str]:
-    """Return what an argument of a role names: coordinates that are driven, free or held.
-
-    Raises:
-        ArgumentError: it is no such argument.
-    """
+    """Return what an argument of a role names: coordinates that are driven, free or held."""
     if role == "held":
         return {name for name, place in mapping(role, value).items() if place is not None}
     return set() if value is None else set(names(role, value))
@@ -655,11 +648,7 @@ def _names(role: str, value: object) -> set[str]:
 def _again(
     solver: ProblemSolver, assembled: AssembledPositions, held: object, along_path: bool
 ) -> AssembledPositions:
-    """Return positions that were assembled before.
-
-    Raises:
-        ArgumentError: they are those of another scene, or were assembled in another way.
-    """
+    """Return positions that were assembled before."""
     if along_path and not assembled.along_path:
         raise ArgumentError(
             "along_path: these positions were assembled along straight lines; write "
@@ -674,11 +663,7 @@ def _again(
 
 
 def _refuse_larger(shape: tuple[int, ...], shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Refuse arguments that exceed the shape in which positions were assembled.
-
-    Raises:
-        ArgumentError: one does.
-    """
+    """Refuse arguments that exceed the shape in which positions were assembled."""
     if common_shape({"position": shape, **shapes}) != shape:
         listed = ", ".join(f"{name} {size}" for name, size in shapes.items() if size)
         raise ArgumentError(

@@ -372,9 +372,6 @@ class _Elapsed:
         Args:
             error: of the functions, relative.
             splits: how many panels each piece is begun with.
-
-        Raises:
-            NotSuitableError: the panels become too many.
         """
         nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
         to_series = np.cos(np.outer(np.arccos(nodes), np.arange(_NODES))) * (2.0 / _NODES)
@@ -516,9 +513,6 @@ def _roots(
         first: places to begin with `(N,)`; the middles if None.
         least: difference of places that counts as none, beside rounding.
         none: value that counts as zero, for all or each `(N,)`.
-
-    Raises:
-        AccuracyError: one was not found.
     """
     low, high = low.copy(), high.copy()
     places, steps = (0.5 * (low + high) if first is None else first), high - low

@@ -87,11 +87,7 @@ class _OfState:
 
 
 def _takes_time_alone(label: str, function: Callable[..., Any]) -> bool:
-    """Return whether a function takes the time alone, and not positions and speeds as well.
-
-    Raises:
-        ArgumentError: it takes another number of arguments.
-    """
+    """Return whether a function takes the time alone, and not positions and speeds as well."""
     try:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # Some functions of compiled modules have none.
@@ -243,11 +239,7 @@ class Forces:
         ]
 
     def _links_of_functions(self, time: float, x: Array, v: Array) -> list[LinkLoad]:
-        """Return what functions say that acts on links at a state.
-
-        Raises:
-            ArgumentError: one of them returns no wrench.
-        """
+        """Return what functions say that acts on links at a state."""
         if not self._link_functions:
             return []
         from ..problem.arguments import split_loads  # Few simulations have such functions.
@@ -319,11 +311,7 @@ class Forces:
 
 
 def _number(label: str, value: object, time: float) -> float:
-    """Return what a function of a load returned.
-
-    Raises:
-        ArgumentError: no finite number.
-    """
+    """Return what a function of a load returned."""
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):

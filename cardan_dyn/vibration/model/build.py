@@ -218,11 +218,7 @@ class ModelBuild:
         return model
 
     def _degrees(self, centre: Array, half: Array, divisor: int, wanted: float) -> tuple[int, ...]:
-        """Return the degrees that terms need about places `(N, n)` at the nodes of a period.
-
-        Raises:
-            AccuracyError: none are enough.
-        """
+        """Return the degrees that terms need about places `(N, n)` at the nodes of a period."""
         period = self._rotating.period / divisor
         # A few drive positions tell the degree.
         drive = period * (0.5 + 0.5 * generic(_PROBES, 1)[:, 0])
@@ -234,11 +230,7 @@ class ModelBuild:
     def _refuse_uneven(
         self, centre: Array, half: Array, degrees: tuple[int, ...], error: float, wanted: float
     ) -> None:
-        """Refuse polynomials whose error is too large.
-
-        Raises:
-            AccuracyError: it is.
-        """
+        """Refuse polynomials whose error is too large."""
         worst = max(WORST_ERROR, _MOST_EXCESS * wanted)
         if error == np.inf:
             raise AccuracyError(
@@ -260,12 +252,7 @@ class ModelBuild:
             )
 
     def _waves(self, centre: Array, half: Array, wanted: float) -> tuple[int, int]:
-        """Return how many nodes the mechanism's period needs, and how many periods it holds.
-
-        Raises:
-            AccuracyError: the terms are too uneven.
-            ArgumentError: they do not repeat.
-        """
+        """Return how many nodes the mechanism's period needs, and how many periods it holds."""
         inside = generic(_PROBES, self._free)
         inside[0] = 0.0
         count, period = _WAVES, self._rotating.period
@@ -344,9 +331,6 @@ def _refuse_massless(rotating: RotatingScene, mass: Array) -> None:
     Args:
         rotating: the scene.
         mass: M at some positions `(K, n, n)`.
-
-    Raises:
-        ModelError: there is one.
     """
     scaled = mass * np.outer(rotating.units, rotating.units)
     own = np.diagonal(scaled, axis1=1, axis2=2)

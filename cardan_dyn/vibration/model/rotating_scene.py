@@ -117,11 +117,7 @@ def rotating_scene(scene: Scene) -> RotatingScene:
 
 
 def _period(scene: Scene) -> float:
-    """Return the way of the drive after which the mechanism repeats [rad].
-
-    Raises:
-        ArgumentError: there is none.
-    """
+    """Return the way of the drive after which the mechanism repeats [rad]."""
     drive = scene.drives[0]
     advice = "a vibration takes a drive that turns through, as a shaft does"
     columns = scene.mechanism.coordinates.columns_of(scene.free)
@@ -161,11 +157,7 @@ def speeds_of(value: Any) -> tuple[Array, bool]:
 
 
 def _refuse(element: Element) -> None:
-    """Refuse elements whose efforts are not smooth, or depend on time.
-
-    Raises:
-        ArgumentError: it is one of these.
-    """
+    """Refuse elements whose efforts are not smooth, or depend on time."""
     if element.jump:
         raise ArgumentError(element.jump)
     if element.follows_time:

@@ -167,11 +167,7 @@ class Branch:
             return  # The range within which the mechanism can be modelled ends here.
 
     def _roughly(self, point: Point) -> Point:
-        """Return a point in a rough model, which has fewer nodes.
-
-        Raises:
-            CardanError: there is none.
-        """
+        """Return a point in a rough model, which has fewer nodes."""
         size = float(np.max(np.abs(point.q - np.mean(point.q, axis=0)) / self._units))
         model = self._models.widest(np.mean(point.q, axis=0), _GROWTH * size, ROUGH)
         while True:
@@ -240,11 +236,7 @@ class Branch:
         return further, (q_way, rate_on), factor
 
     def _at_home(self, point: Point, way: Way) -> tuple[Point, Way]:
-        """Return a point in a model that has room for it, on enough nodes; and the way on.
-
-        Raises:
-            CardanError: there is no such model.
-        """
+        """Return a point in a model that has room for it, on enough nodes; and the way on."""
         while True:
             if not self._holds(point.model, point.q):
                 model = self._wider(point.q)
@@ -267,11 +259,7 @@ class Branch:
         return bool(np.max(np.abs((q - model.centre) / model.half)) <= _FULL)
 
     def _wider(self, q: Array) -> ReducedModel:
-        """Return a model that holds a motion.
-
-        Raises:
-            CardanError: none does.
-        """
+        """Return a model that holds a motion."""
         middle = np.mean(q, axis=0)
         size = float(np.max(np.abs(q - middle) / self._units))
         if size < self._models.max_amplitude:

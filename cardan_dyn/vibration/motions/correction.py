@@ -123,11 +123,7 @@ def _condition(matrix: Array) -> Array:
 
 
 def _refuse_singular(matrix: Array, speed: Array) -> None:
-    """Refuse motions at which the Jacobian `(S, K, K)` of the equation is singular.
-
-    Raises:
-        VibrationError: there is one.
-    """
+    """Refuse motions at which the Jacobian `(S, K, K)` of the equation is singular."""
     for condition, at in zip(_condition(matrix).tolist(), speed.tolist(), strict=True):
         if not condition < _MOST_CONDITION:
             raise VibrationError(

@@ -86,11 +86,7 @@ class Characteristic:
 
 
 def _number(label: str, value: Any) -> float:
-    """Return one finite number.
-
-    Raises:
-        ArgumentError: it is none.
-    """
+    """Return one finite number."""
     found = numbers(label, value)
     if found.size != 1:
         raise ArgumentError(f"{label} is {described(value)}, expected a number")
@@ -206,11 +202,7 @@ class DrivenMotions:
         return np.einsum("kj,sjn->skn", weights, q), self._period
 
     def _solved(self, grid: _Grid, speed: Array, pace: Array, q: Array) -> Driven:
-        """Return motions by Newton's method, near those given.
-
-        Raises:
-            VibrationError: one was not found.
-        """
+        """Return motions by Newton's method, near those given."""
         size, count, free = q.shape
         lack, least, matrix = np.zeros(size), np.full(size, np.inf), None
         scale = self._scale(grid, pace, q)

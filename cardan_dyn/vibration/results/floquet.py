@@ -217,11 +217,7 @@ _Done = tuple[Stability, list[Region], float]
 def _collected(
     scene: Scene, speeds: Array, designs: dict[str, Array], done: list[_Done], edges: bool
 ) -> Floquet:
-    """Return what was found of all designs.
-
-    Raises:
-        ArgumentError: they differ in period.
-    """
+    """Return what was found of all designs."""
     period = max(item[2] for item in done)
     if any(item[2] != period for item in done):
         raise ArgumentError(
@@ -251,11 +247,7 @@ def _of_design(search: MotionSearch, speeds: Array, edges: bool) -> _Done:
 
 
 def _designs(held: Any) -> dict[str, Array]:
-    """Return the positions of held joints `(D,)`.
-
-    Raises:
-        ArgumentError: no numbers, or of different shapes.
-    """
+    """Return the positions of held joints `(D,)`."""
     designs = {
         name: numbers(f"held[{name!r}]", value) for name, value in mapping("held", held).items()
     }

@@ -169,11 +169,7 @@ class PeriodicMotion(VibrationResult):
         return q[:, [self.free.index(first), self.free.index(second)]]
 
     def _row(self, row: int) -> int:
-        """Return the number of a motion.
-
-        Raises:
-            ArgumentError: there is none of that number.
-        """
+        """Return the number of a motion."""
         number = whole("row", row, 0)
         if number >= len(self):
             raise ArgumentError(f"row {number} does not exist; motions: 0 to {len(self) - 1}")
