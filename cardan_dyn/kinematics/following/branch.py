@@ -40,6 +40,9 @@ point of the drive, where derivatives grow without bound."""
 _GREATEST_GAP = 1e-4
 """Greatest distance [units of the drive] between the last node and the estimated limit. The last
 steps before a limit are much shorter, so a limit that lies farther away is a wrong estimate."""
+_AT_LIMIT = 1e-9
+"""Distance [units of the drive] from a limit within which a position is the singular one itself:
+nobody can tell on which side it lies."""
 _EXACT_CORRECTION = 2e-16
 """Error [rad] of a guess that needs no Newton step: the rounding of an angle of one radian."""
 _SAFE_GUESS_CORRECTION = 0.1 * SAFE_CORRECTION
@@ -268,7 +271,8 @@ class Branch:
         hint = gimbal_note(kinematics.coordinates, last, passives)
         residual = float(lines.residual[line])
         # A step that was taken and leads to no further one ends where modes meet.
-        if residual < CLOSURE_TOLERANCE or lines.condition[line] > SINGULAR_CONDITION:
+        at_limit = abs(target - nearest) < _AT_LIMIT * self.unit
+        if at_limit or residual < CLOSURE_TOLERANCE or lines.condition[line] > SINGULAR_CONDITION:
             condition = float(kinematics.evaluate(last[None, :]).condition[0])
             return SingularConfigurationError(
                 f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "

@@ -108,8 +108,8 @@ def test_no_contact_is_missed() -> None:
     }
     found = clearance.simulate(scene(), 40.0, **arguments)
     few = found.trajectory
-    solver = few.solver
-    contact = solver.problem.elements[0]
+
+    contact = few.problem.elements[0]
     tight = cd.PinContact(
         **{name: getattr(contact, name) for name in cd.PinContact.__dataclass_fields__}
     )

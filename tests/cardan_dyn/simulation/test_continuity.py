@@ -113,7 +113,7 @@ def test_another_assembly_mode_is_refused(method: str, speed: float) -> None:
     assert np.min(np.abs(there.position("b") - moved.at(times).motion.position("b"))) > 0.1
     if method in ("quadrature", "response"):
         wrong = again(moved, moved._run, times)
-        moved._run.solver = mirrored.solver  # type: ignore[attr-defined]
+        moved._run._solver = mirrored.solver  # type: ignore[attr-defined]
     else:
 
         class Mirrored(Faulty):
