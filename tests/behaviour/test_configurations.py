@@ -82,6 +82,7 @@ def test_wrong_rows_are_refused(given: list[object], message: str) -> None:
         cd.assemble(cd.load(FREE), near={"f": given})  # type: ignore[dict-item]
 
 
+@pytest.mark.slow
 def test_configurations_become_zeros(tmp_path: Path) -> None:
     mechanism = cd.load("stewart_platform")
     there = cd.assemble(mechanism, near={"leg_1": 0.05})

@@ -82,6 +82,7 @@ def test_single_positions_make_their_guesses_exact() -> None:
     assert calls(lambda: scene.sweep([0.3])) < 0.95 * at_first
 
 
+@pytest.mark.slow
 def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
     """What is kept per sample is the result; what is needed in between is one block's."""
     scene = known(shaft)

@@ -55,6 +55,7 @@ def test_methods_agree_where_all_kinds_of_forces_act(method: str) -> None:
     confirmed(found, 100.0 * rtol)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "motion",
     [tilt, [lambda t, k=k: tilt(t)[k] for k in range(3)], (KNOTS, 0.4 + 0.1 * np.sin(KNOTS))],

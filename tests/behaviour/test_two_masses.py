@@ -131,6 +131,7 @@ def test_free_impacts_lose_what_the_law_says(law: ContactLaw) -> None:
         assert after / before == pytest.approx(law.restitution(before, MASS), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_vanishing_play_gives_the_elastic_joint() -> None:
     """Its force c q of m q'' + c q = A sin Ωt in closed form, from the same pressed rest."""
     amplitude, speed = 900.0, 400.0

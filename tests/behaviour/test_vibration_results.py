@@ -147,6 +147,7 @@ def test_scenes_serve_several_threads_and_processes() -> None:
                 np.testing.assert_array_equal(own, other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("urdf", "unit", "mass"),
     [

@@ -317,6 +317,7 @@ def test_a_path_of_six_drives_is_followed_many_samples_at_a_time(
             assert np.max(np.abs(alone[name].moment[0] - whole[name].moment[sample])) < 1e-12 * size
 
 
+@pytest.mark.slow
 def test_what_six_drives_cannot_reach_is_refused_with_what_they_reached(
     mechanism: cd.Mechanism,
 ) -> None:

@@ -100,6 +100,7 @@ def test_both_pins_with_a_light_cross() -> None:
     np.testing.assert_allclose(peaks(found, run), expected, rtol=4e-3)
 
 
+@pytest.mark.slow
 def test_the_flight_takes_as_long_as_expected() -> None:
     """A bearing lets go where the force vanishes, and strikes after t₁ with v₁."""
     found, model, run = both(("pin_in",), 1e-5)

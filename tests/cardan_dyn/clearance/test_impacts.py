@@ -46,6 +46,7 @@ def test_what_no_contact_carries_names_its_joint(drive: cd.Scene) -> None:
         scan(drive, 300.0, joints=list(thin), clearance=1e-4, stiffness=thin)
 
 
+@pytest.mark.slow
 def test_contact_alone_is_noted(drive: cd.Scene) -> None:
     bare = PinGeometry(0.02, 0.01)
     found = scan(drive, 300.0, clearance=1e-4, stiffness={**dict.fromkeys(drive.outputs, PIN)})

@@ -26,6 +26,7 @@ def found() -> ScanMap:
     return scan_map(scene("thoma_rig", 0.1), SPEEDS, "cross", held={"joint_angle": ANGLES}, **GIVEN)
 
 
+@pytest.mark.slow
 def test_every_cell_is_a_scan(found: ScanMap) -> None:
     assert found.peak.shape == (3, 2)
     for row, beta in enumerate(ANGLES):

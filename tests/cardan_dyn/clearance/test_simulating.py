@@ -68,6 +68,7 @@ def test_what_presses_is_the_force_of_the_other_joints(loose: clearance.ContactS
     )
 
 
+@pytest.mark.slow
 def test_energy_is_accounted_for(loose: clearance.ContactSimulation) -> None:
     assert 0.0 < loose.energy_residual < 1e-6
 
@@ -245,6 +246,7 @@ def test_bearings_of_a_universal_joint_strike_in_pairs(pins: list[str]) -> None:
         assert light < 0.1 * inertia
 
 
+@pytest.mark.slow
 def test_it_ends_after_as_many_impacts_as_it_may() -> None:
     law = cd.LinearContact(1e7)
     found = clearance.simulate(

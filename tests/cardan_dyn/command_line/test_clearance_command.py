@@ -25,6 +25,7 @@ def wide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "180")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("wide")
 def test_prints_joints_by_severity_doubts_and_what_was_not_scanned() -> None:
     result = run("needle_drive", "--speed-rpm", "3000", *CONTACT, "--damping-ratio", "0.25")
@@ -134,6 +135,7 @@ def test_messages(options: tuple[str, ...], message: str) -> None:
     assert message in " ".join(result.stderr.split())
 
 
+@pytest.mark.slow
 def test_one_joint_may_differ_from_all_others() -> None:
     options = ("--speed", "300", *CONTACT, "--damping-ratio", "0.25", "--json")
     result = run("needle_drive", *options, "--clearance", "coupler_pin=2e-4")

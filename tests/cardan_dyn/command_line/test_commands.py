@@ -89,6 +89,7 @@ def test_a_comparison_that_falls_short_fails_the_command(
     assert report("--no-figures").exit_code == 1
 
 
+@pytest.mark.slow
 def test_without_matplotlib_the_install_command_is_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -28,6 +28,7 @@ def serial(links: int, kind: str = "continuous") -> str:
     return f'<robot name="chain"><link name="l_0"/>{"".join(elements)}</robot>'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["continuous", "fixed"])
 def test_descriptions_of_the_greatest_size(kind: str) -> None:
     mechanism = cd.load(serial(MOST_LINKS, kind))

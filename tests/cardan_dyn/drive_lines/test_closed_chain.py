@@ -28,6 +28,7 @@ def test_motion_is_the_composed_closed_form(count: int) -> None:
     assert motion_error(random_line(count, seed=count)) < 1e-12
 
 
+@pytest.mark.slow
 def test_sixty_four_joints() -> None:
     assert motion_error(random_line(64, seed=0, bend=0.08)) < 1e-12
 
@@ -129,6 +130,7 @@ def test_the_text_is_read_by_itself() -> None:
     assert cd.Scene(mechanism, loads={"bearing_out": -1.0}).sweep(0.0).loop_residual < 1e-14
 
 
+@pytest.mark.slow
 def test_every_adjustable_joint_can_be_held() -> None:
     line = random_line(3, seed=2)
     for name, kind in line.mechanism.adjustable.items():

@@ -73,6 +73,7 @@ def test_share_by_application(application: str, limit: float) -> None:
     assert rows(case, "bending_speed")[0].limit.value == limit
 
 
+@pytest.mark.slow
 def test_centre_bearing_shortens_and_softens() -> None:
     tube = Tube(outer_diameter=0.08, wall=0.003)
     given = random_line(3, 1)

@@ -59,6 +59,7 @@ def test_json_holds_every_comparison() -> None:
     assert "β" in report.as_json(symbol)
 
 
+@pytest.mark.slow
 def test_figures_and_scenes_are_files(directory: Path) -> None:
     scenes = ["index.html", "scene_double_shaft.html", "scene_universal_joint.html"]
     files = sorted(path.name for path in directory.iterdir())

@@ -54,6 +54,7 @@ def test_variants_of_a_pose_leave_the_platform_where_it_is(
     assert branches[first] == variants[first] != variants[second]
 
 
+@pytest.mark.slow
 def test_they_say_how_complete_the_search_was(branches: cd.Branches) -> None:
     assert branches.starts >= 3 * branches.last_new
     count = sum(map(len, branches.variants.values()))

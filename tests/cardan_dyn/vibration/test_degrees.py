@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn.vibration.model.build import TermSamples, needed_degrees
@@ -26,6 +27,7 @@ def error_of(samples: TermSamples, degrees: tuple[int, ...], half: np.ndarray) -
     return float(np.max(np.abs(found - exact) / samples.kinds(exact)))
 
 
+@pytest.mark.slow
 def test_errors_are_what_was_wanted() -> None:
     samples, half = sampled(elastic_rigs.elastic_rig(), 0.5), np.full(2, 0.1)
     before = 0

@@ -143,6 +143,7 @@ def test_a_uniform_double_joint_is_unstable_all_the_same(tmp_path: Path) -> None
     assert region.upper == pytest.approx(1.0318, abs=5e-5)
 
 
+@pytest.mark.slow
 def test_flutter_under_a_load_along_the_shaft() -> None:
     """From about T_L = 4 ζ c on."""
     urdf = elastic_rigs.elastic_rig(damping_ratio=0.02)

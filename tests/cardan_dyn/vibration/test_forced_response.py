@@ -173,6 +173,7 @@ def test_unbalance_is_the_first_order() -> None:
     assert found.order[1] == 1.0
 
 
+@pytest.mark.slow
 def test_tables_figures_and_copies() -> None:
     found = response([0.3, 0.4])
     frame = found.to_dataframe()
@@ -209,6 +210,7 @@ def test_what_is_asked_for_wrongly() -> None:
         response([0.3], joints="bearing")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beta", [5.0, 20.0])
 def test_a_constant_output_torque_whirls_forwards_alone(beta: float) -> None:
     """Orders 2 and 4 by a steady load instead of inertia: forwards, tan²(β/2) times each other."""

@@ -17,6 +17,7 @@ from cardan_dyn.vibration.results.linearisation import _derivative_error
 BETA = np.radians(20.0)
 
 
+@pytest.mark.slow
 def test_monodromy_against_shooting() -> None:
     speed = 0.8
     system = TiltingShaft(BETA, speed, 0.3, 1.2, 1.5, 0.02)
@@ -33,6 +34,7 @@ def test_monodromy_against_shooting() -> None:
     assert 0.0 < found.model_error < 1e-12
 
 
+@pytest.mark.slow
 def test_disturbances_go_forwards_in_time_where_the_drive_turns_back() -> None:
     """By shooting over the drive's position, at negative speed backwards in time: the inverse."""
     speed = -0.8

@@ -20,6 +20,7 @@ def build(urdf: str, beta: float) -> ModelBuild:
     return ModelBuild(rotating_scene(elastic_rigs.scene(urdf, beta)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("urdf", "free", "half"), [(elastic_rigs.torsional_line(), 1, 0.4), (RIG, 2, 0.1)]
 )
@@ -108,6 +109,7 @@ def test_rough_models_are_small() -> None:
     assert 4 * rough.coefficients.size < fine.coefficients.size
 
 
+@pytest.mark.slow
 def test_too_many_polynomials_are_said_to_be() -> None:
     # At a steep joint two tilts take more polynomials than are tried.
     builder = build(RIG, np.radians(70.0))

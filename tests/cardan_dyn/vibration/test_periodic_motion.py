@@ -100,6 +100,7 @@ def test_motions_that_were_not_found_are_said_to_exist() -> None:
     assert "others exist at 1 of them that were not found" in repr(some)
 
 
+@pytest.mark.slow
 def test_rows_of_a_speed_are_sorted_by_size() -> None:
     """However they were found."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))

@@ -43,6 +43,7 @@ def test_where_nothing_holds_a_coordinate_the_start_stays() -> None:
     assert found.tolist() == start.tolist()
 
 
+@pytest.mark.slow
 def test_motions_far_from_the_start_are_found() -> None:
     near, far = (vibration.periodic_motion(scene(rest), [0.6, 0.8]) for rest in (0.0, 2.9))
     mean = near.amplitude[:, 0, 0] - far.amplitude[:, 0, 0]

@@ -248,6 +248,7 @@ def test_a_browser_that_does_not_start_or_fetch_is_reported(
         shown.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("platform", ["win32", "darwin"])
 def test_other_systems_always_have_a_display(
     platform: str, monkeypatch: pytest.MonkeyPatch
