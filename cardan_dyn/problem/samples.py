@@ -204,14 +204,14 @@ def targets_of(
 
     Args:
         problem: of the scene.
-        position: of its d drives, see `_drive_values`.
+        position: of its d drives, see `drive_values`.
         held: held joint to positions of any shape, instead of those of the scene.
 
     Raises:
         ArgumentError: not finite, empty, shapes that do not broadcast, or a joint that is not held.
         ModelError: no such joint.
     """
-    driven = _drive_values("position", position, problem)
+    driven = drive_values("position", position, problem)
     every = _held(problem, held)
     varied = {
         name: values for name, values in every.items() if np.any(values != problem.held[name])
@@ -235,7 +235,7 @@ def acting_on(
 
     Args:
         problem: of the scene.
-        speed: of its d drives, see `_drive_values`.
+        speed: of its d drives, see `drive_values`.
         acceleration: likewise.
         loads: joints and links to what acts on them; all others keep what the scene has there.
         gravity: `(..., 3)` instead of the scene's.
@@ -261,8 +261,8 @@ def acting_on(
     if not times.size:
         raise ArgumentError("time is empty")
     return Acting(
-        _drive_values("speed", speed, problem),
-        _drive_values("acceleration", acceleration, problem),
+        drive_values("speed", speed, problem),
+        drive_values("acceleration", acceleration, problem),
         frozen({**problem.joint_loads, **efforts}) if efforts else problem.joint_loads,
         frozen({**problem.link_loads, **wrenches}) if wrenches else problem.link_loads,
         gravities,
@@ -293,7 +293,7 @@ def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
         ) from error
 
 
-def _drive_values(name: str, value: object, problem: Problem) -> Array:
+def drive_values(name: str, value: object, problem: Problem) -> Array:
     """Return positions, speeds or accelerations of the drives as `(..., d)`.
 
     Args:

@@ -12,6 +12,7 @@ from ..checks import mapping, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, choices
 from ..problem.problem import Problem
+from ..problem.samples import drive_values
 from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind
 from .data import ResponseData
 
@@ -54,8 +55,8 @@ def checked_operation(
     Raises:
         ArgumentError: one is not finite, empty or of a wrong shape, or a load is not on a joint.
     """
-    speeds = numbers_given("speed", speed)
-    accelerations = numbers_given("acceleration", acceleration)
+    speeds = drive_values("speed", speed, problem)[..., 0]
+    accelerations = drive_values("acceleration", acceleration, problem)[..., 0]
     efforts = {**problem.joint_loads, **_efforts(problem, loads)}
     gravities = problem.gravity if gravity is None else numbers_given("gravity", gravity)
     if gravities.shape[-1:] != (3,):

@@ -13,11 +13,11 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError
 from ..frozen import Frozen, FrozenDict, frozen, read_only
-from ..problem.samples import common_shape, targets_of
+from ..problem.samples import common_shape, drive_values, targets_of
 from ..results.sweep import Sweep
 from .build import checked_tolerance, domain_of, refuse_unsuitable
 from .data import ResponseData
-from .factors import checked_operation, numbers_given
+from .factors import checked_operation
 from .family_build import built, refuse_what_does_not_come_back
 from .family_points import FamilyPoints, sweep_of
 from .response import Response
@@ -139,7 +139,7 @@ class ResponseFamily(Frozen):
         problem = self._solver.problem
         operation = checked_operation(problem, speed, acceleration, loads, gravity)
         arrays = {
-            "position": np.asarray(numbers_given("position", position)),
+            "position": drive_values("position", position, problem)[..., 0],
             "speed": operation.speed,
             "acceleration": operation.acceleration,
             **{f"loads[{name!r}]": effort for name, effort in operation.joint_loads.items()},

@@ -21,12 +21,13 @@ from ..checks import numbers, whole
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
+from ..problem.samples import drive_values
 from ..proof.residuals import CHECK_ROUNDING
 from ..results.motion import Motion
 from ..results.sweep import Sweep
 from .columns import ACCELERATION, SPEED_SQUARED, Column
 from .data import ResponseData
-from .factors import Operation, checked_operation, column_factors, numbers_given
+from .factors import Operation, checked_operation, column_factors
 from .operating_points import CouplingMoments, OperatingPoints, solved_motion
 
 _GREATEST_COUNT = 2**30
@@ -117,7 +118,7 @@ class Response(Frozen):
             ArgumentError: not finite, shapes that do not match, a load that the response was not
                 built for, or a position out of range.
         """
-        positions = np.atleast_1d(numbers_given("position", position))
+        positions = np.atleast_1d(drive_values("position", position, self._problem)[..., 0])
         self._refuse_outside(positions)
         operation = checked_operation(self._problem, speed, acceleration, loads, gravity)
         return self._sweep(positions, None, operation)
@@ -195,7 +196,7 @@ class Response(Frozen):
             ModelError: unknown joint.
             ArgumentError: positions that are not finite or have another shape.
         """
-        positions = np.atleast_1d(numbers_given("position", position))
+        positions = np.atleast_1d(drive_values("position", position, self._problem)[..., 0])
         if positions.ndim > 1:
             raise ArgumentError(f"position has shape {positions.shape}, expected (N,)")
         zeros = np.zeros_like(positions)

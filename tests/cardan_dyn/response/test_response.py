@@ -289,3 +289,19 @@ def test_wrenches_of_a_response_cannot_be_written_to(joint: cd.Mechanism) -> Non
     for array in (response.inertia(POSITIONS), response.inertia_derivative(POSITIONS)):
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 7.0
+
+
+@pytest.mark.parametrize("drive", ["bearing_in", ["bearing_in"]], ids=["name", "list"])
+def test_samples_have_the_shape_that_they_have_in_a_sweep(
+    joint: cd.Mechanism, drive: str | list[str]
+) -> None:
+    """The last axis of what drives have counts the drives where a list names them."""
+    scene = cd.Scene(joint, drive=drive, held={"joint_angle": 0.5}, loads={"bearing_out": -1.0})
+    column = np.linspace(0.0, 1.0, 4)[:, None]
+    for speed in (0.0, np.ones((4, 1))):
+        for found in (scene, scene.response()):
+            sweep = found.sweep(column, speed)
+            assert sweep.shape == sweep.drive_effort.shape
+            assert sweep.shape == ((4,) if isinstance(drive, list) else (4, 1))
+    family = scene.responses({"joint_angle": [[0.4], [0.5]]})
+    assert family.sweep(column[:2]).shape == ((2, 2) if isinstance(drive, list) else (2, 1))
