@@ -26,6 +26,7 @@ TASKS = (
     "four_bars",
     "drive_lines",
     "many_designs",
+    "waiting",
     "short_calls",
     "skipping",
     "start_up",
