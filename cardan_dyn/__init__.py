@@ -6,33 +6,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ._version import __version__
-from .description.read import bundled_names
-from .dynamics.problem_solver import AssembledPositions
-from .elements.link_loads import Wrench
-from .errors import (
-    AccuracyError,
-    ArgumentError,
-    AssemblyError,
-    CardanError,
-    EquilibriumError,
-    ImmutableError,
-    IndeterminateError,
-    MissingExtraError,
-    MobilityError,
-    ModelError,
-    SimulationError,
-    SingularConfigurationError,
-    VibrationError,
-)
-from .mechanism.joints import Joint
-from .mechanism.mechanism import Mechanism, load
-from .results.motion import Motion
-from .results.sweep import Sweep
-from .results.wrench import JointWrench
-from .scene.scene import Scene
 
 if TYPE_CHECKING:
     from . import clearance, drive_lines, figures, vibration
+    from .description.read import bundled_names
+    from .dynamics.problem_solver import AssembledPositions
     from .elements.bushing import Bushing
     from .elements.contact_laws import (
         HuntCrossley,
@@ -42,47 +20,93 @@ if TYPE_CHECKING:
     )
     from .elements.described import described_elements
     from .elements.joint_elements import Actuator, JointFriction, JointSpring
+    from .elements.link_loads import Wrench
     from .elements.pin_contact import PinContact
     from .elements.point_spring import PointSpring
+    from .errors import (
+        AccuracyError,
+        ArgumentError,
+        AssemblyError,
+        CardanError,
+        EquilibriumError,
+        ImmutableError,
+        IndeterminateError,
+        MissingExtraError,
+        MobilityError,
+        ModelError,
+        SimulationError,
+        SingularConfigurationError,
+        VibrationError,
+    )
     from .mechanism.configuration import Configuration
+    from .mechanism.joints import Joint
+    from .mechanism.mechanism import Mechanism, load
     from .response.response import Response
+    from .results.motion import Motion
+    from .results.sweep import Sweep
+    from .results.wrench import JointWrench
     from .scene.assembling import assemble, write
     from .scene.branches import Branches
     from .scene.describe import describe
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
+    from .scene.scene import Scene
     from .simulation.equilibrium import Equilibrium
     from .simulation.events import Event
     from .simulation.trajectory import Trajectory
     from .viewer.viewing import View, view
 
-_IMPORTED_WHEN_USED = {
+_MODULES = {
+    "AccuracyError": ".errors",
     "Actuator": ".elements.joint_elements",
+    "ArgumentError": ".errors",
+    "AssembledPositions": ".dynamics.problem_solver",
+    "AssemblyError": ".errors",
     "Branches": ".scene.branches",
     "Bushing": ".elements.bushing",
+    "CardanError": ".errors",
     "Configuration": ".mechanism.configuration",
     "Equilibrium": ".simulation.equilibrium",
+    "EquilibriumError": ".errors",
     "Event": ".simulation.events",
     "HuntCrossley": ".elements.contact_laws",
+    "ImmutableError": ".errors",
     "ImpactFunction": ".elements.contact_laws",
+    "IndeterminateError": ".errors",
+    "Joint": ".mechanism.joints",
     "JointFriction": ".elements.joint_elements",
     "JointSpring": ".elements.joint_elements",
+    "JointWrench": ".results.wrench",
     "LankaraniNikravesh": ".elements.contact_laws",
     "LinearContact": ".elements.contact_laws",
+    "Mechanism": ".mechanism.mechanism",
     "MechanismReport": ".scene.mechanism_report",
-    "Plan": ".scene.plan",
+    "MissingExtraError": ".errors",
+    "MobilityError": ".errors",
+    "ModelError": ".errors",
+    "Motion": ".results.motion",
     "PinContact": ".elements.pin_contact",
+    "Plan": ".scene.plan",
     "PointSpring": ".elements.point_spring",
     "Response": ".response.response",
+    "Scene": ".scene.scene",
+    "SimulationError": ".errors",
+    "SingularConfigurationError": ".errors",
+    "Sweep": ".results.sweep",
     "Trajectory": ".simulation.trajectory",
+    "VibrationError": ".errors",
     "View": ".viewer.viewing",
+    "Wrench": ".elements.link_loads",
     "assemble": ".scene.assembling",
+    "bundled_names": ".description.read",
     "describe": ".scene.describe",
     "described_elements": ".elements.described",
+    "load": ".mechanism.mechanism",
     "view": ".viewer.viewing",
     "write": ".scene.assembling",
 }
-"""What most scripts never ask for."""
+"""Where each public name comes from: imported when it is first asked for, so that commands which
+print their help load neither Pinocchio nor NumPy, and scripts load what they use."""
 
 __all__ = [
     "AccuracyError",
@@ -143,8 +167,9 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name in ("clearance", "drive_lines", "figures", "vibration"):
         return import_module(f".{name}", __name__)
-    if name in _IMPORTED_WHEN_USED:
-        return getattr(import_module(_IMPORTED_WHEN_USED[name], __name__), name)
+    if name in _MODULES:
+        value = globals()[name] = getattr(import_module(_MODULES[name], __name__), name)
+        return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

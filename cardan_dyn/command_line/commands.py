@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -167,6 +166,8 @@ def driveline(
     from .driveline_command import report_on, run
 
     if schema:
+        import json
+
         click.echo(json.dumps(toml_schema(), ensure_ascii=False, indent=1))
         return
     if source is None:
