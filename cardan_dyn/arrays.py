@@ -13,6 +13,9 @@ Array = NDArray[Any]
 
 _NEXT, _BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
 """Axes after and before x, y and z in cyclic order."""
+_FACTORS = np.array([[3, 2, 1, 0], [2, 3, 0, 1], [1, 0, 3, 2], [0, 1, 2, 3]])
+_FACTOR_SIGNS = np.array([[1, -1, 1, 1], [1, 1, -1, 1], [-1, 1, 1, 1], [-1, -1, -1, 1.0]])
+"""Which components of a quaternion multiply those of another one, and with which signs."""
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -23,11 +26,11 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def quaternion_product(a: Array, b: Array) -> Array:
-    """Return products of quaternions `(N, 4)` (x, y, z, w): the rotation `b`, followed by `a`."""
-    vector_a, scalar_a, vector_b, scalar_b = a[:, :3], a[:, 3:], b[:, :3], b[:, 3:]
-    vector = scalar_a * vector_b + scalar_b * vector_a + np.cross(vector_a, vector_b)
-    scalar = scalar_a * scalar_b - np.sum(vector_a * vector_b, axis=1, keepdims=True)
-    return np.concatenate([vector, scalar], axis=1)
+    """Return products of quaternions `(…, 4)` (x, y, z, w): the rotation `b`, followed by `a`."""
+    # Entry (i, j) is the component of `a` that takes b_j to component i of the product.
+    matrices = a.take(_FACTORS, -1)
+    matrices *= _FACTOR_SIGNS
+    return np.asarray(np.einsum("...ij,...j->...i", matrices, b))
 
 
 def inverse(placement: Array) -> Array:

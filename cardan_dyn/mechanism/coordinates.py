@@ -21,14 +21,15 @@ class Moves(NamedTuple):
         columns: `(k,)` columns of a row that are angles or slides.
         steps: `(k,)` indices of their displacements in a step.
         slides: indices of the displacements in a step that are lengths.
-        balls: for each ball, the first column of its quaternion in a row, and the index of the
-            first component of its rotation vector in a step.
+        quaternions: `(b, 4)` columns of a row that are the quaternions of balls.
+        rotations: `(b, 3)` indices of the balls' rotation vectors in a step.
     """
 
     columns: Array
     steps: Array
     slides: Array
-    balls: list[tuple[int, int]]
+    quaternions: Array
+    rotations: Array
 
     def apply(self, x: Array, step: Array) -> None:
         """Move rows in place, which spares a copy in every Newton step.
@@ -38,9 +39,9 @@ class Moves(NamedTuple):
             step: `(N, k)` displacements [rad, m], of balls rotation vectors in the ball's frame.
         """
         x[:, self.columns] += step[:, self.steps]
-        for column, start in self.balls:
-            rotation = _exponential(step[:, start : start + 3])
-            x[:, column : column + 4] = quaternion_product(x[:, column : column + 4], rotation)
+        if len(self.quaternions):
+            turns = _exponential(step[:, self.rotations])
+            x[:, self.quaternions] = quaternion_product(x[:, self.quaternions], turns)
 
 
 class _Kind(NamedTuple):
@@ -130,6 +131,8 @@ class Coordinates:
 
         revolute, prismatic = self._of_kind("revolute"), self._of_kind("prismatic")
         self.balls = self._of_kind("spherical")
+        self._quaternions = self.balls.columns[:, None] + np.arange(4)
+        self._spins = self.balls.velocities[:, None] + np.arange(3)
         self.scalars = _Kind(
             *(np.concatenate(pair) for pair in zip(revolute, prismatic, strict=True))
         )
@@ -225,13 +228,14 @@ class Coordinates:
         angles = set(self.angle_columns.tolist())
         is_slide = [column not in angles for column in columns.tolist()]
         slides = steps[np.array(is_slide, dtype=bool)]
-        return Moves(columns, steps, slides, chosen(self.balls))
+        balls = np.array(chosen(self.balls), dtype=int).reshape(-1, 2)
+        quaternions, rotations = balls[:, :1] + np.arange(4), balls[:, 1:] + np.arange(3)
+        return Moves(columns, steps, slides, quaternions, rotations)
 
     def columns_moved_by(self, velocities: Array) -> Array:
         """Return the columns of rows that change when velocity coordinates do, ascending."""
         moves = self.moves(velocities)
-        balls = [np.arange(column, column + 4) for column, _ in moves.balls]
-        return np.sort(np.concatenate([moves.columns, *balls]))
+        return np.sort(np.concatenate([moves.columns, moves.quaternions.ravel()]))
 
     def shape(self, x: Array) -> Array:
         """Return rows that are equal for equal positions of the joints.
@@ -252,10 +256,10 @@ class Coordinates:
         """Return `(N, size)` rates of the rows `x` for joint velocities `v (N, nv)`."""
         rates = np.zeros_like(x)
         rates[:, self.scalars.columns] = v[:, self.scalars.velocities]
-        for column, start in zip(*self.balls, strict=True):
-            spin = np.zeros((len(x), 4))
-            spin[:, :3] = 0.5 * v[:, start : start + 3]
-            rates[:, column : column + 4] = quaternion_product(x[:, column : column + 4], spin)
+        if len(self._spins):
+            spins = np.zeros((len(x), *self._quaternions.shape))
+            np.multiply(v[:, self._spins], 0.5, out=spins[..., :3])
+            rates[:, self._quaternions] = quaternion_product(x[:, self._quaternions], spins)
         return rates
 
     def curvature(self, x: Array, v: Array, a: Array) -> Array:
@@ -267,16 +271,17 @@ class Coordinates:
             a: joint accelerations `(N, nv)`.
         """
         result = self.derivative(x, a)
-        for column, start in zip(*self.balls, strict=True):
-            squared = np.sum(v[:, start : start + 3] ** 2, axis=1, keepdims=True)
-            result[:, column : column + 4] -= 0.25 * squared * x[:, column : column + 4]
+        if len(self._spins):
+            squared = np.add.reduce(v[:, self._spins] ** 2, axis=2, keepdims=True)
+            result[:, self._quaternions] -= 0.25 * squared * x[:, self._quaternions]
         return result
 
     def normalised(self, x: Array) -> Array:
         """Return `x` with its quaternions scaled to unit length, in place."""
-        for column in self.balls.columns:
-            quaternion = x[:, column : column + 4]
-            quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
+        if len(self._quaternions):
+            quaternions = x[:, self._quaternions]
+            quaternions /= _lengths(quaternions)
+            x[:, self._quaternions] = quaternions
         return x
 
     def configuration(self, x: Array) -> Array:
@@ -293,7 +298,12 @@ class Coordinates:
         return q
 
 
-def _exponential(rotation: Array) -> Array:
-    """Return unit quaternions `(N, 4)` of rotation vectors `(N, 3)`."""
-    half = 0.5 * np.linalg.norm(rotation, axis=1, keepdims=True)
-    return np.concatenate([0.5 * rotation * np.sinc(half / np.pi), np.cos(half)], axis=1)
+def _exponential(rotations: Array) -> Array:
+    """Return unit quaternions `(…, 4)` of rotation vectors `(…, 3)`."""
+    half = 0.5 * _lengths(rotations)
+    return np.concatenate([0.5 * rotations * np.sinc(half / np.pi), np.cos(half)], axis=-1)
+
+
+def _lengths(vectors: Array) -> Array:
+    """Return the lengths `(…, 1)` of vectors `(…, k)`."""
+    return np.asarray(np.sqrt(np.add.reduce(vectors * vectors, axis=-1, keepdims=True)))

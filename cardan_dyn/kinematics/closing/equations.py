@@ -26,7 +26,7 @@ from ...mechanism.welds import Coupling, Loop
 from ..loops.groups import Group
 from ..loops.idle_rods import IdleRod
 from ..tolerances import RANK_TOLERANCE
-from .batch_model import BatchModel, UnitTwists, placement
+from .batch_model import BatchModel, UnitTwists, placement, positions
 
 _HALF_TURN = 1e-12
 """Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
@@ -77,7 +77,6 @@ class ClosureEquations:
         rod_spins: of the group's idle rods, if it has any.
         loops: the L loops of the group.
         couplings: its G couplings.
-        ends: per loop, its ends on the predecessor's and on the successor's side.
         signs: `(L, n)` +1 for bodies on a loop's predecessor path, -1 on its successor path.
         column_signs: `(L, m)` the same for the movable coordinates.
         weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
@@ -110,7 +109,7 @@ class ClosureEquations:
         if group.idle:
             self.rod_spins = RodSpins(batch, group.idle, self._moved_bodies)
         self.column_signs = self.signs[:, self._moved_bodies]
-        self.ends = [_ends_of(loop, batch) for loop in self.loops]
+        self._alike = _alike(self.loops, batch)
         self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
         self._axes = tuple(_axes_of(loop, mechanism, batch) for loop in self.loops)
         self._factors = self.column_signs[:, :, None] * self.weights
@@ -165,7 +164,7 @@ class ClosureEquations:
 
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
-        count = len(self.ends)
+        count = len(self.loops)
         return Reduction((np.eye(6),) * count, (np.zeros((6, 0)),) * count, self._axes)
 
     def reduction(self, twists: Array, actions: Array) -> Reduction:
@@ -256,19 +255,27 @@ class ClosureEquations:
             closure error `(N,)` at the welds: the worst angle [rad] or gap, the latter as a
             fraction of the mechanism's length.
         """
-        result = np.empty((len(actions), len(self.ends), 6))
-        worst = np.zeros(len(actions))
-        deviation = np.empty((2, 3, len(actions)))
-        for index, ends in enumerate(self.ends):
-            gap, turn, middle = gap_between(ends, actions)
-            # A rotation about the origin shifts the weld as well; the twist makes up for it.
-            result[:, index, :3] = (gap - cross(turn, middle)).T
-            result[:, index, 3:] = turn.T
-            np.divide(gap, self.mechanism.characteristic_length, out=deviation[0])
-            deviation[1] = turn
-            deviation *= deviation
-            np.maximum(worst, np.add.reduce(deviation, axis=1).max(axis=0), out=worst)
+        gap, turn, middle = self._gaps(actions)
+        result = np.empty((len(actions), len(self.loops), 6))
+        # A rotation about the origin shifts the weld as well; the twist makes up for it.
+        result[:, :, :3] = (gap - cross(turn, middle)).transpose(2, 1, 0)
+        result[:, :, 3:] = turn.transpose(2, 1, 0)
+        deviation = np.empty((2, *gap.shape))
+        np.divide(gap, self.mechanism.characteristic_length, out=deviation[0])
+        deviation[1] = turn
+        deviation *= deviation
+        worst = np.add.reduce(deviation, axis=1).max(axis=(0, 1), initial=0.0)
         return result, np.sqrt(worst)
+
+    def _gaps(self, actions: Array) -> tuple[Array, Array, Array]:
+        """Return the gaps, rotations and middles `(3, L, N)` of all loops, see `LoopGaps.at`."""
+        found = [alike.at(actions) for alike in self._alike]
+        if len(found) == 1:
+            return found[0]
+        gap, turn, middle = np.empty((3, 3, len(self.loops), len(actions)))
+        for alike, own in zip(self._alike, found, strict=True):
+            gap[:, alike.loops], turn[:, alike.loops], middle[:, alike.loops] = own
+        return gap, turn, middle
 
     def at_welds(self, twists: Array, actions: Array) -> tuple[Array, Array]:
         """Return all closure equations about the welds instead of the batch model's origin.
@@ -285,8 +292,10 @@ class ClosureEquations:
             characteristic length and angles [rad].
         """
         parts, errors = [], []
-        for ends, signs in zip(self.ends, self.column_signs, strict=True):
-            gap, turn, middle = gap_between(ends, actions)
+        each = zip(
+            self.column_signs, *(of.transpose(1, 0, 2) for of in self._gaps(actions)), strict=True
+        )
+        for signs, gap, turn, middle in each:
             rows = twists * signs[:, None]
             rows[:, :, :3] += np.cross(rows[:, :, 3:], middle.T[:, None, :])
             parts.append(rows * self.weights)
@@ -313,19 +322,40 @@ class ClosureEquations:
         return result
 
 
-def _ends_of(loop: Loop, batch: BatchModel) -> tuple[LoopEnd, LoopEnd]:
-    """Return the ends of a loop on its predecessor's and its successor's side."""
-    return (
-        _end(loop.predecessor, loop.predecessor_placement, batch),
-        _end(loop.successor, loop.successor_placement, batch),
-    )
+def _alike(loops: list[Loop], batch: BatchModel) -> list[LoopGaps]:
+    """Return loops with ends on bodies and on the base alike, to be worked on together."""
+    kinds: dict[tuple[bool, bool], list[int]] = {}
+    for index, loop in enumerate(loops):
+        kind = _is_on_base(loop.predecessor, batch), _is_on_base(loop.successor, batch)
+        kinds.setdefault(kind, []).append(index)
+    return [
+        LoopGaps(
+            consecutive(np.array(indices)),
+            _ends([(loops[k].predecessor, loops[k].predecessor_placement) for k in indices], batch),
+            successor_ends([loops[k] for k in indices], batch),
+        )
+        for indices in kinds.values()
+    ]
 
 
-def _end(body: int, placement: pinocchio.SE3, batch: BatchModel) -> LoopEnd:
-    """Return the end of a loop at a body (index in Pinocchio's model, 0 for the world)."""
-    index = batch.index_of.get(body - 1, -1)
-    translation = placement.translation - (0.0 if index >= 0 else batch.origin)
-    return LoopEnd.of(index, placement.rotation, translation)
+def successor_ends(loops: Sequence[Loop], batch: BatchModel) -> LoopEnds:
+    """Return the ends of loops on their successors' sides."""
+    return _ends([(loop.successor, loop.successor_placement) for loop in loops], batch)
+
+
+def _is_on_base(body: int, batch: BatchModel) -> bool:
+    """Return whether a body (index in Pinocchio's model, 0 for the world) is not carried."""
+    return body - 1 not in batch.index_of
+
+
+def _ends(placed: list[tuple[int, pinocchio.SE3]], batch: BatchModel) -> LoopEnds:
+    """Return the ends of loops at bodies (indices in Pinocchio's model, 0 for the world)."""
+    bodies = np.array([batch.index_of.get(body - 1, -1) for body, _ in placed])
+    rotations = np.array([placement.rotation for _, placement in placed])
+    translations = np.array([placement.translation for _, placement in placed])
+    if bodies[0] < 0:
+        translations -= batch.origin
+    return LoopEnds.of(bodies, rotations, translations)
 
 
 def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
@@ -365,41 +395,75 @@ def _slip_unit(coupling: Coupling, slides: Array, length: float) -> float:
     return abs(coupling.ratio) * (length if slides[first] else 1.0)
 
 
-class LoopEnd(NamedTuple):
-    """One end of a loop, where it is welded.
+class LoopEnds(NamedTuple):
+    """Ends of k loops, where they are welded: all on bodies of the batch, or all on its base.
 
     Attributes:
-        body: index of the body in the batch model, -1 for the base.
-        rotation, translation: `(3, 3)` and `(3,)` placement of the weld in that body; on the base,
-            about the batch model's origin.
-        is_rotated, is_shifted: whether they differ from the identity and from zero.
+        bodies: `(k,)` indices of the bodies in the batch model, or the same as a slice; None for
+            the base.
+        rotations, translations: `(k, 3, 3)` and `(k, 3)` placements of the welds in these bodies;
+            on the base, about the batch model's origin.
+        is_rotated, is_shifted: whether any of them differ from the identity and from zero.
     """
 
-    body: int
-    rotation: Array
-    translation: Array
+    bodies: slice | Array | None
+    rotations: Array
+    translations: Array
     is_rotated: bool
     is_shifted: bool
 
     @staticmethod
-    def of(body: int, rotation: Array, translation: Array) -> LoopEnd:
-        """Return the end of a loop that is placed like this in a body."""
-        is_rotated = bool((rotation != _UNROTATED).any())
-        return LoopEnd(body, rotation, translation, is_rotated, bool(translation.any()))
+    def of(bodies: Array, rotations: Array, translations: Array) -> LoopEnds:
+        """Return the ends of loops that are placed like this in bodies, -1 for the base."""
+        is_rotated = bool((rotations != _UNROTATED).any())
+        on = None if bodies[0] < 0 else consecutive(bodies)
+        return LoopEnds(on, rotations, translations, is_rotated, bool(translations.any()))
 
-    def placement_on_base(self, actions: Array) -> tuple[Array, Array]:
-        """Return rotation `(3, 3, N)` and position `(3, N)` of the weld about the batch's origin.
+    def placements_on_base(self, actions: Array) -> tuple[Array, Array]:
+        """Return rotations `(3, k, 3, N)` and positions `(3, k, N)` about the batch's origin.
 
-        N is 1 for an end on the base.
+        N is 1 for ends on the base.
         """
-        if self.body < 0:
-            return self.rotation[:, :, None], self.translation[:, None]
-        rotation, position = placement(actions, self.body)
+        if self.bodies is None:
+            return self.rotations.transpose(1, 0, 2)[..., None], self.translations.T[:, :, None]
+        blocks = actions.reshape(len(actions), -1, 6, 6)[:, self.bodies, :, :3]
+        blocks = blocks.transpose(3, 1, 2, 0)
+        rotations = np.ascontiguousarray(blocks[:, :, :3])
+        shifts = positions(rotations, blocks[:, :, 3:])
         if self.is_shifted:
-            position = position + np.matmul(self.translation, rotation)
+            shifts = shifts + np.matmul(self.translations[:, None], rotations)[:, :, 0]
         if self.is_rotated:
-            rotation = np.matmul(self.rotation.T, rotation)
-        return rotation, position
+            rotations = np.matmul(self.rotations.transpose(0, 2, 1), rotations)
+        return rotations, shifts
+
+
+class LoopGaps(NamedTuple):
+    """Loops whose ends are on bodies and on the base alike.
+
+    Attributes:
+        loops: `(k,)` their indices among the loops of the group, or the same as a slice.
+        first, second: their ends on the predecessor's and on the successor's side.
+    """
+
+    loops: slice | Array
+    first: LoopEnds
+    second: LoopEnds
+
+    def at(self, actions: Array) -> tuple[Array, Array, Array]:
+        """Return how far they are from closed.
+
+        Args:
+            actions: see `BatchModel.actions`.
+
+        Returns:
+            Vectors `(3, k, N)`: from the successor's weld to the predecessor's [m], the rotation
+            between them (see `rotations_between`), and the point halfway from the batch model's
+            origin [m].
+        """
+        rotations_1, positions_1 = self.first.placements_on_base(actions)
+        rotations_2, positions_2 = self.second.placements_on_base(actions)
+        turns = rotations_between(rotations_1, rotations_2)
+        return positions_1 - positions_2, turns, 0.5 * (positions_1 + positions_2)
 
 
 class LoopPath(NamedTuple):
@@ -482,61 +546,49 @@ class LoopAxes(NamedTuple):
         return result
 
 
-def gap_between(ends: tuple[LoopEnd, LoopEnd], actions: Array) -> tuple[Array, Array, Array]:
-    """Return how far a loop is from closed.
-
-    Args:
-        ends: of the loop, the predecessor's first.
-        actions: see `BatchModel.actions`.
-
-    Returns:
-        Vectors `(3, N)`: from the successor's weld to the predecessor's [m], the rotation between
-        them (see `rotations_between`), and the point halfway from the batch model's origin [m].
-    """
-    (rotation_1, position_1), (rotation_2, position_2) = (
-        end.placement_on_base(actions) for end in ends
-    )
-    turn = rotations_between(rotation_1, rotation_2)
-    return position_1 - position_2, turn, 0.5 * (position_1 + position_2)
-
-
 def rotations_between(first: Array, second: Array) -> Array:
-    """Return the rotations `(3, N)` that take second frames to first ones, both `(3, 3, N)`.
+    """Return the rotations `(3, …, N)` that take second frames to first ones.
 
     Along the axis, twice the sine of half the angle: the angle itself where it is small.
+
+    Args:
+        first: `(3, …, 3, N)`; one of both may be constant, with N = 1.
+        second: likewise.
     """
-    # Constant frames on the base leave a product of matrices, which is the fastest.
-    if second.shape[2] == 1:
-        relative = np.matmul(second[:, :, 0], first)
-    elif first.shape[2] == 1:
-        relative = np.matmul(first[:, :, 0], second).transpose(1, 0, 2)
+    # A single constant frame leaves a product of matrices, which is the fastest.
+    if second.size == 9:
+        relative = np.moveaxis(np.matmul(second.reshape(3, 3), first), -2, 1)
+    elif first.size == 9:
+        relative = np.moveaxis(np.matmul(first.reshape(3, 3), second), -2, 0)
     else:
-        relative = np.add.reduce(first[:, None] * second, axis=2)
-    relative = relative.reshape(9, -1)
+        relative = np.add.reduce(first[:, None] * second, axis=-2)
+    relative = relative.reshape(9, *relative.shape[2:])
     # Of a rotation R, the differences R[k, j] - R[j, k] are the axis times twice the sine.
-    vector = relative.take(_BELOW_DIAGONAL, 0)
-    vector -= relative.take(_ABOVE_DIAGONAL, 0)
+    vectors = relative.take(_BELOW_DIAGONAL, 0)
+    vectors -= relative.take(_ABOVE_DIAGONAL, 0)
     # Its trace plus one is four times the squared cosine of half the angle.
-    square = relative[0] + relative[4] + relative[8] + 1.0
-    if not square.min() > _HALF_TURN:
-        return _with_half_turns(vector, square, first, second)
-    vector /= np.sqrt(square)
-    return np.asarray(vector)
+    squares = relative[0] + relative[4] + relative[8] + 1.0
+    if not squares.min() > _HALF_TURN:
+        return _with_half_turns(vectors, squares, first, second)
+    vectors /= np.sqrt(squares)
+    return np.asarray(vectors)
 
 
-def _with_half_turns(sines: Array, square: Array, first: Array, second: Array) -> Array:
+def _with_half_turns(sines: Array, squares: Array, first: Array, second: Array) -> Array:
     """Return rotations, some of which are half turns: their sines vanish and show no axis.
 
-    With sines `(3, N)`, square `(N,)`, first `(3, 3, N)`.
+    With sines `(3, …, N)`, squares `(…, N)`, first and second `(3, …, 3, N)`.
     """
-    is_half = ~(square > _HALF_TURN)
-    result = sines / np.sqrt(np.where(is_half, 1.0, square))
-    for sample in np.nonzero(is_half)[0]:
-        to, start = (frames[:, :, sample % frames.shape[2]] for frames in (first, second))
+    is_half = ~(squares > _HALF_TURN)
+    result = sines / np.sqrt(np.where(is_half, 1.0, squares))
+    first, second = np.broadcast_arrays(first, second)
+    for *loop, sample in zip(*np.nonzero(is_half), strict=True):
+        at = (slice(None), *loop, slice(None), sample)
+        to, start = first[at], second[at]
         # R + 1 = 2 n nᵀ for a half turn about n; its longest column gives n most accurately.
         columns = to @ start.T + np.eye(3)
         axis = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
-        result[:, sample] = 2.0 * axis / np.linalg.norm(axis)
+        result[(slice(None), *loop, sample)] = 2.0 * axis / np.linalg.norm(axis)
     return result
 
 

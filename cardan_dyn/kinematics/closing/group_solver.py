@@ -99,8 +99,7 @@ class GroupSolver:
         """
         moved = np.zeros(len(self._scale))
         moved[self._moves.steps] = np.max(np.abs(states[:, self._moves.columns]), axis=0)
-        for _, start in self._moves.balls:
-            moved[start : start + 3] = 1.0
+        moved[self._moves.rotations] = 1.0
         moved *= self._scale
         return _EXACT * np.where(moved < _AT_REST, 1.0, np.minimum(1.0, moved))
 

@@ -9,7 +9,7 @@ from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.closing.batch_model import BatchModel
-from cardan_dyn.kinematics.closing.equations import LoopAxes, LoopEnd, LoopPath, rotations_between
+from cardan_dyn.kinematics.closing.equations import LoopAxes, LoopEnds, LoopPath, rotations_between
 
 AXES = np.array([[1, 0, 0], [0, -1, 0], [0, 0, 1], [0.6, 0, -0.8], [0.36, 0.48, 0.8]], dtype=float)
 ANGLES = [0.0, 1e-9, 1e-3, 0.7, 2.0, 3.1, np.pi - 1e-5, np.pi - 1e-8, np.pi]
@@ -71,16 +71,21 @@ def test_ends_are_placed_in_their_bodies(
     mechanism, batch, x = chain
     rotation = pinocchio.exp3(np.array([0.2, -0.5, 0.9])) if rotated else np.eye(3)
     translation = np.array([0.1, 0.2, -0.3]) * shifted
-    end = LoopEnd.of(3, rotation, translation)
-    assert (end.is_rotated, end.is_shifted) == (rotated, shifted)
-    rotations, positions = end.placement_on_base(batch.actions(batch.configuration(x)))
-    for sample, frame in enumerate(frames(mechanism, x, 4)):
-        expected = frame * pinocchio.SE3(rotation, translation)
-        np.testing.assert_allclose(rotations[:, :, sample], expected.rotation, atol=1e-14)
-        np.testing.assert_allclose(positions[:, sample], expected.translation, atol=1e-14)
-    fixed = LoopEnd.of(-1, rotation, translation).placement_on_base(np.zeros((3, 0, 6)))
-    np.testing.assert_array_equal(fixed[0][:, :, 0], rotation)
-    np.testing.assert_array_equal(fixed[1][:, 0], translation)
+    plain = np.eye(3), np.array([0.5, 0.0, 0.1]) * shifted
+    placed = [(1, *plain), (3, rotation, translation), (2, *plain)]
+    ends = LoopEnds.of(*(np.array(item) for item in zip(*placed, strict=True)))
+    assert (ends.is_rotated, ends.is_shifted) == (rotated, shifted)
+    rotations, positions = ends.placements_on_base(batch.actions(batch.configuration(x)))
+    for index, (body, *placement) in enumerate(placed):
+        for sample, frame in enumerate(frames(mechanism, x, body + 1)):
+            expected = frame * pinocchio.SE3(*placement)
+            found = rotations[:, index, :, sample], positions[:, index, sample]
+            np.testing.assert_allclose(found[0], expected.rotation, atol=1e-14)
+            np.testing.assert_allclose(found[1], expected.translation, atol=1e-14)
+    fixed = LoopEnds.of(np.array([-1]), rotation[None], translation[None])
+    rotations, positions = fixed.placements_on_base(np.zeros((3, 0, 6)))
+    np.testing.assert_array_equal(rotations[:, 0, :, 0], rotation)
+    np.testing.assert_array_equal(positions[:, 0, 0], translation)
 
 
 def test_axes_change_twists_and_wrenches(

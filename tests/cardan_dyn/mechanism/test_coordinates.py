@@ -93,7 +93,9 @@ def test_moves_change_nothing_but_the_chosen_joints(mechanism: cd.Mechanism) -> 
     velocities = np.array([*range(ball.start, ball.stop), slide.start])
     moves = coordinates.moves(velocities)
     assert moves.slides.tolist() == [3]
-    assert moves.balls == [(coordinates.columns["ball"].start, 0)]
+    ball_column = coordinates.columns["ball"].start
+    assert moves.quaternions.tolist() == [list(range(ball_column, ball_column + 4))]
+    assert moves.rotations.tolist() == [[0, 1, 2]]
     x = rows(mechanism, 3)
     after = x.copy()
     moves.apply(after, np.array([[0.0, 0.0, np.pi, 0.25]] * 3))
