@@ -181,10 +181,7 @@ class Kinematics:
         for solver, reduction, rounding in zip(
             self.solvers, self.reductions, self._rounding, strict=True
         ):
-            state = solver.newton(x, reduction, rounding, turns, most, enough)
-            if settles and solver.group.idle:
-                state = solver.settled(state, x, reduction, turns)
-            states.append(state)
+            states.append(solver.newton(x, reduction, rounding, turns, most, enough, settles))
         return _joined(x, states)
 
     def evaluate(self, x: Array) -> ClosedState:

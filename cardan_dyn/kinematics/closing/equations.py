@@ -107,7 +107,7 @@ class ClosureEquations:
         self.signs = self.signs.reshape(len(self.loops), len(batch))
         self._moved_bodies = batch.moved_body[self.movable]
         if group.idle:
-            self.rod_spins = RodSpins(batch, group.idle, self._moved_bodies)
+            self.rod_spins = RodSpins(batch, group.idle, self._moved_bodies, mechanism.zero)
         self.column_signs = self.signs[:, self._moved_bodies]
         self._alike = _alike(self.loops, batch)
         self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
@@ -683,9 +683,15 @@ def _spanned(twists: Array, units: Array, axes: LoopAxes, actions: Array) -> _Sp
 
 
 class RodSpins:
-    """The idle rods of a group, and the coordinates that move them."""
+    """The k idle rods of a group, and the coordinates that move them."""
 
-    def __init__(self, batch: BatchModel, rods: tuple[IdleRod, ...], moved_bodies: Array) -> None:
+    def __init__(
+        self,
+        batch: BatchModel,
+        rods: tuple[IdleRod, ...],
+        moved_bodies: Array,
+        zero: Array,
+    ) -> None:
         """Find what moves the rods.
 
         Args:
@@ -693,20 +699,24 @@ class RodSpins:
             rods: the k rods.
             moved_bodies: `(m,)` indices in the batch of the bodies that the movable coordinates
                 move.
+            zero: `(size,)` coordinates of the description's zero.
         """
+        self._batch, self._zero = batch, zero
         self._bodies = [batch.index_of[rod.body] for rod in rods]
-        self._lines = [rod.line for rod in rods]
+        self._lines = np.array([rod.line for rod in rods])
         # The base of the batch stands for what carries it.
         self._frames = [batch.index_of.get(rod.frame, -1) for rod in rods]
+        self._carried = [k for k, frame in enumerate(self._frames) if frame >= 0]
         # How a rod moves relative to its frame: what moves both alike makes no difference.
-        self._moves = np.zeros((len(rods), len(moved_bodies)))
+        moves = np.zeros((len(rods), len(moved_bodies)))
         for row, (body, frame) in enumerate(zip(self._bodies, self._frames, strict=True)):
             of_rod, of_frame = set(batch.path(body)), set(batch.path(frame))
-            self._moves[row, np.isin(moved_bodies, list(of_rod - of_frame))] = 1.0
-            self._moves[row, np.isin(moved_bodies, list(of_frame - of_rod))] = -1.0
-        self._paths = [LoopPath.of(moves, moved_bodies) for moves in self._moves]
+            moves[row, np.isin(moved_bodies, list(of_rod - of_frame))] = 1.0
+            moves[row, np.isin(moved_bodies, list(of_frame - of_rod))] = -1.0
+        self._paths = [LoopPath.of(row, moved_bodies) for row in moves]
+        self._moves = moves.T
 
-    def turned(self, actions: Array, at_zero: Array) -> Array:
+    def turned(self, actions: Array) -> Array:
         """Return `(N, k)` angles [rad] of the rods about their lines from where they settle.
 
         There a rod is turned from its orientation at the description's zero, as seen from its
@@ -714,77 +724,77 @@ class RodSpins:
 
         Args:
             actions: of the batch at closed positions, see `BatchModel.actions`.
-            at_zero: `(1, 6 n, 6)` those at the description's zero.
         """
-        angles = []
-        for body, frame, line in zip(self._bodies, self._frames, self._lines, strict=True):
-            rotation, initial = (_relative(item, frame, body) for item in (actions, at_zero))
-            start, now = initial[:, :, 0] @ line, np.einsum("ijn,j->in", rotation, line)
-            settled = _least_rotations(start, now) @ initial[:, :, 0]
-            # What is left is a rotation about the line; its trace and skew part show the angle.
-            left = np.einsum("ijn,nkj->nik", rotation, settled)
-            skew = np.stack([left[:, k, j] - left[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))])
-            sine = 0.5 * np.einsum("in,in->n", skew, now)
-            cosine = 0.5 * (np.trace(left, axis1=1, axis2=2) - 1.0)
-            angles.append(np.arctan2(sine, cosine))
-        return np.stack(angles, axis=1)
+        start, across, side = self._at_zero
+        rotations = self._rotations(actions, self._bodies)
+        now, found = (
+            self._seen(actions, rotations, self._lines),
+            self._seen(actions, rotations, side),
+        )
+        # A vector across the line, turned by the least rotation. At half a turn there is none;
+        # nearby, the result turns fast.
+        axis = cross(start, now)
+        turned = cross(axis, across)
+        scale = 1.0 + np.add.reduce(start * now)
+        settled = across + turned + cross(axis, turned) / np.maximum(scale, np.finfo(float).tiny)
+        sine = np.add.reduce(now * cross(settled, found))
+        return np.asarray(np.arctan2(sine, np.add.reduce(settled * found)).T)
 
-    def turning_back(self, actions: Array, twists: Array, idle: Array, angles: Array) -> Array:
-        """Return combinations `(N, k)` of idle motions that turn the rods back by angles `(N, k)`.
+    @cached_property
+    def _at_zero(self) -> tuple[Array, Array, Array]:
+        """At the description's zero, seen from the frames: lines, and vectors across them.
 
-        Args:
-            actions: of the batch.
-            twists: see `of`.
-            idle: see `of`.
-            angles: about the rods' lines [rad].
+        The former and the latter `(3, k, 1)`; and the latter `(k, 3)` as the rods carry them.
         """
-        rates = []
-        for row, (body, line) in enumerate(zip(self._bodies, self._lines, strict=True)):
-            now = np.einsum("ijn,j->ni", placement(actions, body)[0], line)
-            angular = twists[:, -idle.shape[1] :, 3:] * self._moves[row, -idle.shape[1] :, None]
-            rates.append(np.einsum("ni,nmi,nmk->nk", now, angular, idle))
-        return -(np.linalg.pinv(np.stack(rates, axis=1)) @ angles[:, :, None])[:, :, 0]
+        batch = self._batch
+        actions = batch.actions(batch.configuration(self._zero[None, :]))
+        # Across the line: along the axis that is farthest from it, less the part along the line.
+        side = np.eye(3)[np.argmin(np.abs(self._lines), axis=1)]
+        side -= np.sum(side * self._lines, axis=1, keepdims=True) * self._lines
+        side /= np.linalg.norm(side, axis=1, keepdims=True)
+        rotations = self._rotations(actions, self._bodies)
+        start, across = (self._seen(actions, rotations, item) for item in (self._lines, side))
+        return start, across, side
 
-    def of(self, twists: Array, rates: Array, idle: Array, v: Array | None = None) -> Array:
-        """Return combinations `(N, k)` of idle motions that turn the rods like given rates do.
+    def rows(self, twists: Array, lines: Array) -> Array:
+        """Return `(N, m, k)` how fast the rods turn about their lines per unit of a coordinate.
 
         Args:
             twists: `(N, m, 6)` unit twists of the movable coordinates.
-            rates: `(N, m)` of these coordinates; or accelerations.
-            idle: `(N, p, k)` idle motions of the passives, the last ones of these coordinates.
-            v: `(N, m)` rates, where `rates` are accelerations.
+            lines: `(N, 3, k)`, see `lines`.
         """
-        angular = twists[:, None, :, 3:] * self._moves[:, :, None]
-        of_idle = np.einsum("nrmi,nmk->nrik", angular[:, :, -idle.shape[1] :], idle)
-        # Every idle motion that turns a rod does so about its line; the longest vector shows it.
-        sizes = np.linalg.norm(of_idle, axis=2, keepdims=True)
-        longest = np.argmax(sizes, axis=3)[..., None]
-        lines = np.take_along_axis(of_idle, longest, axis=3)
-        lines = lines[..., 0] / np.max(sizes, axis=3)
-        turned = np.einsum("nrmi,nm->nri", angular, rates)
-        if v is not None:
-            # A line is fixed in its rod, so its own motion adds nothing along it.
-            drifts = [path.drift(twists, v)[3:].T for path in self._paths]
-            turned = turned + np.stack(drifts, axis=1)
-        along = np.einsum("nri,nrik->nrk", lines, of_idle)
-        wanted = np.einsum("nri,nri->nr", lines, turned)
-        # Regular unless the drives leave other motions undecided, which is refused elsewhere.
-        return np.asarray((np.linalg.pinv(along) @ wanted[:, :, None])[:, :, 0])
+        return np.asarray(np.matmul(twists[:, :, 3:], lines) * self._moves)
 
+    def lines(self, actions: Array) -> Array:
+        """Return the directions `(N, 3, k)` of the rods' lines, in the axes of the base."""
+        rotations = self._rotations(actions, self._bodies)
+        return np.asarray(np.matmul(self._lines[:, None], rotations)[:, :, 0].transpose(2, 0, 1))
 
-def _relative(actions: Array, frame: int, body: int) -> Array:
-    """Return the rotations `(3, 3, N)` of a body relative to another one, -1 for the base."""
-    rotation, _ = placement(actions, body)
-    if frame < 0:
-        return rotation
-    return np.einsum("jin,jkn->ikn", placement(actions, frame)[0], rotation)
+    def drift(self, twists: Array, v: Array, lines: Array) -> Array:
+        """Return `(N, k)` accelerations about the lines that rates alone cause.
 
+        Args:
+            twists: see `rows`.
+            v: `(N, m)` rates of the movable coordinates.
+            lines: see `lines`.
+        """
+        # A line is fixed in its rod, so its own motion adds nothing along it.
+        drifts = np.stack([path.drift(twists, v)[3:] for path in self._paths], axis=1)
+        return np.asarray(np.einsum("ikn,nik->nk", drifts, lines))
 
-def _least_rotations(start: Array, now: Array) -> Array:
-    """Return the least rotations `(N, 3, 3)` that take a unit vector `(3,)` to others `(3, N)`."""
-    x, y, z = np.cross(start, now.T).T
-    zero = np.zeros_like(x)
-    skew = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
-    # At half a turn there is no least rotation; nearby, the result turns fast.
-    scale = 1.0 / np.maximum(1.0 + start @ now, np.finfo(float).tiny)
-    return np.eye(3) + skew + (skew @ skew) * scale[:, None, None]
+    def _rotations(self, actions: Array, bodies: list[int]) -> Array:
+        """Return the rotations `(3, k, 3, N)` of bodies in the axes of the base."""
+        blocks = actions.reshape(len(actions), -1, 6, 6)[:, bodies, :3, :3]
+        return np.ascontiguousarray(blocks.transpose(3, 1, 2, 0))
+
+    def _seen(self, actions: Array, rotations: Array, vectors: Array) -> Array:
+        """Return vectors `(k, 3)` that the rods carry as seen from their frames, `(3, k, N)`.
+
+        With rotations `(3, k, 3, N)` of the rods.
+        """
+        seen = np.matmul(vectors[:, None], rotations)[:, :, 0]
+        if self._carried:
+            frames = self._rotations(actions, [self._frames[k] for k in self._carried])
+            own = np.add.reduce(frames * seen[:, self._carried, None])
+            seen[:, self._carried] = own.transpose(1, 0, 2)
+        return seen

@@ -21,7 +21,7 @@ from .equations import ClosureEquations, Reduction
 from .stacked import (
     condition_numbers,
     factorised,
-    factorised_at_rank,
+    factorised_with_spins,
     is_near,
     refined,
     same_side,
@@ -132,13 +132,15 @@ class GroupSolver:
             slips = self._slips(x, turns)
             relative = np.abs(slips) / equations.slip_units
             residual = np.maximum(residual, relative.max(axis=1))
-        idle = np.zeros((count, passive.shape[1], 0))
-        if self.group.idle:
-            rank = passive.shape[1] - len(self.group.idle)
-            inverse, null, condition, idle = factorised_at_rank(passive, self.row_scale, rank)
-        elif inverse is not None and is_near(passive, inverse, self.row_scale):
-            null = np.zeros((count, inverse.shape[1], 0))
-            condition = condition_numbers(passive, inverse, self.row_scale)
+        idle, spins, square = len(self.group.idle), None, passive
+        if idle:
+            spins = equations.rod_spins.rows(twists, equations.rod_spins.lines(actions))
+            square = np.concatenate([passive, spins[:, known:]], axis=2)
+        if inverse is not None and is_near(square, inverse, self.row_scale):
+            null = np.zeros((count, passive.shape[2], 0))
+            condition = condition_numbers(square, inverse, self.row_scale)
+        elif idle:
+            inverse, null, condition = factorised_with_spins(square, self.row_scale, idle)
         else:
             inverse, null, condition = factorised(passive, self.row_scale)
         state = GroupState(
@@ -154,7 +156,7 @@ class GroupSolver:
             residual=residual,
             condition=condition,
             correction=np.zeros(count) if correction is None else correction,
-            idle=idle,
+            spins=spins,
         )
         return state, equations.project(error, slips, actions, reduction)
 
@@ -220,6 +222,7 @@ class GroupSolver:
         turns: Array | None = None,
         most: int = MOST_STEPS,
         enough: float = CONVERGED,
+        settles: bool = False,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
@@ -230,13 +233,20 @@ class GroupSolver:
             turns: see `evaluate`.
             most: greatest number of Newton steps.
             enough: size of a step after which none follows [rad].
+            settles: whether idle rods are turned about their lines to where they settle, see
+                `RodSpins.turned`.
         """
+        settles = settles and bool(self.group.idle)
         state, error = self.evaluate(x, reduction, turns)
-        correction = np.zeros(len(x))
-        for _ in range(most if self.group.passives.size else 0):
+        correction, angles, spin = np.zeros(len(x)), None, 0.0
+        for count in range(self._most_steps(most, settles)):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
-            if (scaled <= rounding).all():
+            is_closed = (scaled <= rounding).all()
+            if settles:
+                angles = self.equations.rod_spins.turned(state.actions)
+                spin = float(np.abs(angles).max())
+            if is_closed and spin <= _EXACT:
                 break
             sizes = scaled.max(axis=1)
             correction = correction + sizes
@@ -245,53 +255,32 @@ class GroupSolver:
                 step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
             if not math.isfinite(worst):
                 return state._replace(correction=correction)
-            self._moves.apply(x, step)
-            nearby = state.inverse if worst < _NEARBY else None
-            state, error = self.evaluate(x, reduction, turns, nearby, correction)
-            if worst < enough:
+            if count >= most and worst > enough:
                 break
+            if angles is not None:
+                step += state.spun_back(np.clip(angles, -LONGEST_STEP, LONGEST_STEP))
+            self._moves.apply(x, step)
+            nearby = state.inverse if max(worst, spin) < _NEARBY else None
+            state, error = self.evaluate(x, reduction, turns, nearby, correction)
+            if worst < enough and spin < _SETTLED:
+                break
+        if settles:
+            # Whole turns of their joints depend on the way as well.
+            columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
+            x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
         return state
 
-    def settled(
-        self, state: GroupState, x: Array, reduction: Reduction, turns: Array | None
-    ) -> GroupState:
-        """Turn idle rods about their lines to where they settle, see `RodSpins.turned`.
-
-        Args:
-            state: closed, at `x`.
-            x: `(N, size)` coordinates; changed in place.
-            reduction: the rows that are solved.
-            turns: see `evaluate`.
-
-        Returns:
-            The state there.
-        """
-        spins, correction = self.equations.rod_spins, state.correction
-        error = np.zeros((len(x), state.passive_rows.shape[2]))
-        for _ in range(_MOST_SETTLING):
-            angles = spins.turned(state.actions, self._at_zero)
-            worst = float(np.max(np.abs(angles)))
-            angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
-            back = spins.turning_back(state.actions, state.twists, state.idle, angles)
-            self._moves.apply(x, state.step(error) + times(state.idle, back))
-            state, error = self.evaluate(x, reduction, turns)
-            if worst < _SETTLED:
-                break
-        # Whole turns of their joints depend on the way as well.
-        columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
-        x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
-        return state._replace(correction=correction)
+    def _most_steps(self, most: int, settles: bool) -> int:
+        """Return how many Newton steps may be taken, those included that settle idle rods."""
+        if not self.group.passives.size:
+            return 0
+        return most + _MOST_SETTLING if settles else most
 
     @cached_property
     def idle_columns(self) -> Array:
         """Columns of rows that change when idle rods spin."""
         spinning = {rate for rod in self.group.idle for rate in rod.columns}
         return self.coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
-
-    @cached_property
-    def _at_zero(self) -> Array:
-        """Actions `(1, 6 n, 6)` of the batch at the description's zero."""
-        return self.batch.actions(self.batch.configuration(self._zero[None, :]))
 
     def _slips(self, x: Array, turns: Array | None) -> Array:
         """Return how far the couplings are from ratio and offset `(N, G)` [rad or m]."""
@@ -328,12 +317,14 @@ class GroupState(NamedTuple):
         actions: see `BatchModel.actions`.
         twists: `(N, m, 6)` unit twists of the movable coordinates.
         known_rows, passive_rows: transposed closure matrices `(N, k, R)` and `(N, p, R)`.
-        inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse.
+        inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse. With k idle rods
+            `(N, R + k, p)`: their rates about their lines follow the rows of the loops.
         null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
         residual: `(N,)` closure error, see `ClosureEquations.error`.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         correction: `(N,)` how far the guess was off.
-        idle: `(N, p, k)` passive rates that violate no equation, of k idle freedoms.
+        spins: `(N, m, k)` rates of idle rods about their lines per unit of each movable
+            coordinate; None without such rods.
     """
 
     solver: GroupSolver
@@ -348,7 +339,7 @@ class GroupState(NamedTuple):
     residual: Array
     condition: Array
     correction: Array
-    idle: Array
+    spins: Array | None
 
     @property
     def group(self) -> Group:
@@ -388,44 +379,64 @@ class GroupState(NamedTuple):
         Args:
             inverse: of the closure equations at the other positions.
         """
-        return same_side(self.passive_rows, inverse, self._idle_projectors())
+        return same_side(self._square, inverse)
 
     def follows_on(self) -> Array:
         """Return `(N - 1,)` whether positions lie on the same side as those before them."""
-        idle = self._idle_projectors()
-        return same_side(
-            self.passive_rows[1:], self.inverse[:-1], None if idle is None else idle[1:]
-        )
+        return same_side(self._square[1:], self.inverse[:-1])
 
-    def _idle_projectors(self) -> Array | None:
-        """Return projectors `(N, p, p)` onto idle motions; None without any."""
-        if not self.group.idle:
-            return None
-        return np.eye(self.idle.shape[1]) - np.matmul(self.passive_rows, self.inverse)
+    @property
+    def _square(self) -> Array:
+        """The passives' rows, with the spins of idle rods behind those of the loops."""
+        return self._with_spins(self.passive_rows, slice(len(self.group.known), None))
+
+    def _with_spins(self, rows: Array, columns: slice) -> Array:
+        """Return rows of some movable coordinates, followed by the spins of idle rods."""
+        if self.spins is None:
+            return rows
+        return np.concatenate([rows, self.spins[:, columns]], axis=2)
+
+    def _with_angles(self, right: Array, angles: Array | float = 0.0) -> Array:
+        """Return right-hand sides `(N, R)` of the loops, followed by those of idle rods."""
+        if self.spins is None:
+            return right
+        whole = np.empty((len(right), self.inverse.shape[1]))
+        whole[:, : right.shape[1]], whole[:, right.shape[1] :] = right, angles
+        return whole
+
+    @property
+    def idle(self) -> Array:
+        """Passive rates `(N, p, k)` that violate no equation: unit spins of idle rods."""
+        unit = np.zeros((len(self.inverse), self.inverse.shape[1], len(self.group.idle)))
+        unit[:, self.passive_rows.shape[2] :] = np.eye(len(self.group.idle))
+        return refined(transposed(self._square), transposed(self.inverse), unit)
 
     def solve(self, right: Array) -> Array:
-        """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
-        matrices, inverses = transposed(self.passive_rows), transposed(self.inverse)
+        """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`.
+
+        With idle rods, right-hand sides `(N, R + k)` end with rates about their lines.
+        """
+        matrices, inverses = transposed(self._square), transposed(self.inverse)
         return refined(matrices, inverses, right[:, :, None])[:, :, 0]
 
     def solve_transposed(self, right: Array) -> Array:
         """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
-        return refined(self.passive_rows, self.inverse, right)
+        return refined(self._square, self.inverse, right)[:, : self.passive_rows.shape[2]]
 
     def step(self, error: Array) -> Array:
-        """Return Newton's step `(N, p)` that removes an error `(N, R)`."""
-        step = -times(transposed(self.inverse), error)
-        if not self.group.idle:
-            return step
-        return self._without_spins(step, np.zeros((len(step), len(self.group.known))))
+        """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""
+        return -times(transposed(self.inverse)[:, :, : error.shape[1]], error)
+
+    def spun_back(self, angles: Array) -> Array:
+        """Return steps `(N, p)` that turn idle rods back by angles `(N, k)` about their lines."""
+        return -times(transposed(self.inverse)[:, :, -angles.shape[1] :], angles)
 
     def rates(self, known: Array) -> Array:
         """Return passive rates `(N, p)` for the rates `(N, k)` of what is known.
 
         Idle rods do not turn about their lines.
         """
-        rates = -self.solve(times(transposed(self.known_rows), known))
-        return self._without_spins(rates, known)
+        return -self.solve(self._of_known(known))
 
     def accelerations(self, v: Array, known: Array) -> Array:
         """Return passive accelerations `(N, p)` at joint rates `v (N, nv)`.
@@ -434,20 +445,15 @@ class GroupState(NamedTuple):
             v: joint rates.
             known: accelerations `(N, k)` of what is known.
         """
-        v = v[:, self.equations.movable]
-        drift = self.equations.drift(self.twists, v)
-        right = times(transposed(self.known_rows), known)
-        drift = self.equations.project(drift, None, self.actions, self.reduction)
-        return self._without_spins(-self.solve(right + drift), known, v)
+        v, equations = v[:, self.equations.movable], self.equations
+        drift = equations.drift(self.twists, v)
+        drift = equations.project(drift, None, self.actions, self.reduction)
+        if self.spins is not None:
+            lines = equations.rod_spins.lines(self.actions)
+            drift = self._with_angles(drift, equations.rod_spins.drift(self.twists, v, lines))
+        return -self.solve(self._of_known(known) + drift)
 
-    def _without_spins(self, rates: Array, known: Array, v: Array | None = None) -> Array:
-        """Return passive rates `(N, p)` at which idle rods do not turn about their lines.
-
-        With rates `(N, p)`, v `(N, m)`.
-        """
-        if not self.group.idle:
-            return rates
-        every = np.concatenate([known, rates], axis=1)
-        return rates - times(
-            self.idle, self.equations.rod_spins.of(self.twists, every, self.idle, v)
-        )
+    def _of_known(self, known: Array) -> Array:
+        """Return the rates of the closure equations `(N, R)` that what is known causes."""
+        rows = self._with_spins(self.known_rows, slice(len(self.group.known)))
+        return times(transposed(rows), known)

@@ -16,7 +16,7 @@ _STALE = 1e-8
 refinement squares this error, to 1e-16."""
 
 
-def same_side(rows: Array, inverses: Array, idle: Array | None = None) -> Array:
+def same_side(rows: Array, inverses: Array) -> Array:
     """Return `(N,)` whether two positions lie on the same side of every singular configuration.
 
     Two assembly modes that meet in a turning point differ in the sign of the determinant of the
@@ -25,10 +25,8 @@ def same_side(rows: Array, inverses: Array, idle: Array | None = None) -> Array:
     Args:
         rows: `(N, p, R)` transposed closure matrices.
         inverses: `(N, R, p)` of those at the other positions.
-        idle: `(N, p, p)` projectors onto passive rates that violate no equation; None without any.
     """
-    product = np.matmul(rows, inverses)
-    return np.linalg.det(product if idle is None else product + idle) > 0.0
+    return np.linalg.det(np.matmul(rows, inverses)) > 0.0
 
 
 def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
@@ -63,35 +61,48 @@ def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
     return inverse, transposed(right[:, p:]), condition
 
 
-def factorised_at_rank(
-    rows: Array, scale: Array | None, rank: int
-) -> tuple[Array, Array, Array, Array]:
-    """Return pseudoinverses, null spaces on both sides and condition numbers at a known rank.
+def factorised_with_spins(
+    rows: Array, scale: Array | None, spins: int
+) -> tuple[Array, Array, Array]:
+    """Return the same as `factorised` of matrices whose last columns are spins of idle rods.
+
+    Where there are more closure equations than they have rank, or a matrix is exactly singular, the
+    inverses are pseudoinverses of the closure equations, followed by unit spins.
 
     Args:
-        rows: transposed closure matrices `(N, p, R)`.
-        scale: `(p, 1)` units of their rows, None if all are 1.
-        rank: how many of their singular values are not zero.
+        rows: closure matrices `(N, p, R)`, then k spins.
+        scale: see `factorised`.
+        spins: their number k.
 
     Returns:
-        Inverses `(N, R, p)`, multipliers that no passive feels `(N, R, R - rank)`, condition
-        numbers `(N,)`, and passive rates that violate no equation `(N, p, p - rank)`.
+        Inverses `(N, R + k, p)`, null spaces `(N, R, R + k - p)` and condition numbers `(N,)`.
     """
-    left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
-    idle = left[..., rank:]
+    count, p, columns = rows.shape
+    if p == columns:
+        try:
+            inverse = np.linalg.inv(rows)
+            null = np.zeros((count, columns - spins, 0))
+            return inverse, null, condition_numbers(rows, inverse, scale)
+        except np.linalg.LinAlgError:
+            pass
+    closure, turning = rows[:, :, :-spins], rows[:, :, -spins:]
+    left, values, right = np.linalg.svd(closure if scale is None else closure * scale)
+    idle = left[..., p - spins :]
     # With fewer equations there is no such rank; what else is undecided is not reported here.
-    rank = min(rank, values.shape[1])
+    rank = min(p - spins, values.shape[1])
     # In singular positions more values vanish; no motion is taken along these.
     counted = values[:, None, :rank]
     reciprocal = np.divide(1.0, counted, out=np.zeros_like(counted), where=counted > 0.0)
     inverse = (transposed(right[:, :rank]) * reciprocal) @ transposed(left[..., :rank])
     if scale is not None:
         inverse, idle = inverse * scale.T, idle * scale
-    condition = np.ones(len(rows))
+    unit_spins = transposed(idle @ np.linalg.pinv(transposed(turning) @ idle))
+    inverse = inverse - (inverse @ turning) @ unit_spins
+    condition = np.ones(count)
     if rank:
-        least, condition = values[:, rank - 1], np.full(len(rows), np.inf)
+        least, condition = values[:, rank - 1], np.full(count, np.inf)
         np.divide(values[:, 0], least, out=condition, where=least > 0.0)
-    return inverse, transposed(right[:, rank:]), condition, idle
+    return np.concatenate([inverse, unit_spins], axis=1), transposed(right[:, rank:]), condition
 
 
 def ranks(rows: Array) -> Array:
