@@ -120,7 +120,10 @@ class Constraints:
         self.couplings = [
             row for row in range(count) if np.all(self._known[self.coupling_factors[row] != 0])
         ]
-        self._slip_scale = self._slip_scales()[self.couplings]
+        self._slip_scale = self._slip_scales()[self.couplings][:, None]
+        self._slips_of_rates = SparseRows(self.coupling_factors[self.couplings])
+        self._slips_of_columns = SparseRows(self._column_factors[self.couplings])
+        self._efforts_of_moments = SparseRows(self.coupling_factors.T)
 
     def _slip_scales(self) -> Array:
         """Return `(G,)` what the slip of each coupling is divided by: a length where it is one.
@@ -156,9 +159,9 @@ class Constraints:
         worst = self._loop_error(state)
         if self.couplings:
             positions = claim.x + 2.0 * np.pi * claim.turns
-            slip = positions @ self._column_factors[self.couplings].T
-            slip -= self._offsets[self.couplings]
-            worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=1))
+            slip = self._slips_of_columns.times(positions.T)
+            slip -= self._offsets[self.couplings][:, None]
+            worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=0))
         for (columns, scale), prescribed in zip(
             self._prescribed, (claim.positions, claim.held), strict=True
         ):
@@ -214,9 +217,15 @@ class Constraints:
             moving = np.abs(rates.take(self._held_rates, 0)) / self._held_scale
             np.maximum(worst, moving.max(axis=0), out=worst)
         if self.couplings:
-            slip = np.abs(self.known_coupling_factors @ rates) / self._slip_scale[:, None]
+            slip = np.abs(self._slips_of_rates.times(rates)) / self._slip_scale
             np.maximum(worst, slip.max(axis=0), out=worst)
         return worst
+
+    def coupled_efforts(self, moments: Array) -> Array:
+        """Return the efforts `(nv, N)` of couplings along all rates for their moments `(G, N)`."""
+        efforts = np.zeros((len(self.rate_scale), moments.shape[1]))
+        efforts[self._efforts_of_moments.rows] = self._efforts_of_moments.times(moments)
+        return efforts
 
     def moved_loops(self, relative: Array) -> list[int]:
         """Return which of `loops` have a joint that moves, see `opening`."""
@@ -249,6 +258,24 @@ class Constraints:
         """Return `(N,)` the greatest of the known rates `(nv, N)`, slides over the length."""
         known = np.abs(rates[self._known_rates]) / self._known_scale
         return np.asarray(known.max(axis=0, initial=0.0))
+
+
+class SparseRows:
+    """A matrix few of whose entries differ from zero, for products with many columns at once.
+
+    Attributes:
+        rows: indices of the rows that have such entries, ascending.
+    """
+
+    def __init__(self, matrix: Array) -> None:
+        rows, self._columns = np.nonzero(matrix)
+        self._entries = matrix[rows, self._columns][:, None]
+        self.rows, self._starts = np.unique(rows, return_index=True)
+
+    def times(self, values: Array) -> Array:
+        """Return the product with `(columns, N)`, of the `rows` alone."""
+        products = values.take(self._columns, 0) * self._entries
+        return np.asarray(np.add.reduceat(products, self._starts, axis=0))
 
 
 def coupled_joints(

@@ -211,7 +211,7 @@ class FreeBodies:
         body_imbalance = greatest_size(net, self._length, state.joint_frames[: self.frames.tree, 3])
         given = loads + exerted
         if claim.couplings.shape[1]:
-            given += constraints.coupling_factors.T @ claim.couplings.T
+            given += constraints.coupled_efforts(claim.couplings.T)
         effort_imbalance = self._efforts.imbalance(state, wrenches, given)
         if len(greatest) < len(inertia):
             greatest = greatest.repeat(len(inertia))

@@ -12,7 +12,7 @@ from testkit.planar_linkages import BASE, ROCKER, described, four_bar, joint, li
 
 import cardan_dyn as cd
 from cardan_dyn.description.second_reading import reread
-from cardan_dyn.proof.constraints import Constraints, Motion
+from cardan_dyn.proof.constraints import Constraints, Motion, SparseRows
 from cardan_dyn.proof.residuals import Claim, ratio
 from cardan_dyn.proof.twists import State, Twists
 
@@ -206,6 +206,26 @@ def test_slips_of_couplings_by_positions_and_rates() -> None:
         assert position_error(item, twists, mechanism, x) == pytest.approx([slip], abs=1e-15)
         error = ratio(item.slip(rate(mechanism, **positions)), np.array([0.5]))
         assert error == pytest.approx([2.0 * slip], abs=1e-15)
+
+
+def test_products_of_few_entries_do_not_depend_on_how_many_samples_there_are() -> None:
+    """As dense ones up to rounding; a sample alone gives the bits that it gives among others."""
+    rng = np.random.default_rng(3)
+    matrix = rng.normal(size=(20, 60)) * (rng.random((20, 60)) < 0.1)
+    matrix[7] = 0.0
+    rows, values = SparseRows(matrix), rng.normal(size=(60, 500))
+    assert rows.rows.tolist() == np.flatnonzero(matrix.any(axis=1)).tolist()
+    found = rows.times(values)
+    np.testing.assert_allclose(found, (matrix @ values)[rows.rows], atol=1e-14)
+    for sample in (0, 99, 499):
+        np.testing.assert_array_equal(rows.times(values[:, [sample]])[:, 0], found[:, sample])
+
+
+def test_efforts_of_couplings_along_the_rates() -> None:
+    mechanism = coupled_wheels().mechanism
+    item, _ = constraints(mechanism)
+    moments = np.array([[3.0, -1.0]])
+    np.testing.assert_array_equal(item.coupled_efforts(moments), item.coupling_factors.T @ moments)
 
 
 def test_whole_turns_count_in_couplings() -> None:
