@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -274,6 +274,34 @@ class InverseDynamics:
         case = LoadCase(dynamics, inputs.loads + added, links, inputs.gravity, inputs.inertia)
         (reactions,) = self._reactions.solve(state, [case])
         return self.with_residuals(state, inputs, rates, reactions, added)
+
+    def inertial_efforts(self, state: ClosedState, moves: Sequence[tuple[Array, Array]]) -> Array:
+        """Return `(N, m, d)` efforts of the drives that move the bodies alone, without a proof.
+
+        What depends on the positions alone is computed once for all motions.
+
+        Args:
+            state: closed positions.
+            moves: m pairs of speeds and accelerations of the drives `(d,)`, the same at all
+                positions.
+        """
+        ratios, rates = self._kinematics.velocity_ratios(state), []
+        for speed, acceleration in moves:
+            v = ratios @ speed
+            if speed.any():
+                drives = np.broadcast_to(acceleration, (len(v), len(acceleration)))
+                rates.append((v, self._kinematics.accelerations(state, v, drives)))
+            else:
+                rates.append((v, ratios @ acceleration))
+        if not self.has_mass:
+            return np.zeros((len(state.x), len(moves), ratios.shape[2]))
+        still, weightless = np.zeros((1, self._mechanism.model.nv)), np.zeros((1, 3))
+        cases = [LoadCase(item, still, [], weightless) for item in rates]
+        exerted = [
+            self._exerted(still, ratios, item)[:, self._kinematics.drives]
+            for item in self._reactions.solve(state, cases)
+        ]
+        return np.stack(exerted, axis=1)
 
     def with_residuals(
         self,

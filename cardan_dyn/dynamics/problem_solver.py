@@ -331,6 +331,18 @@ class ProblemSolver(Frozen):
         self.refuse_indeterminate(solution.unique[self.problem.output_indices])
         return solution
 
+    def inertial_efforts(
+        self, assembled: AssembledPositions, moves: Sequence[tuple[Array, Array]]
+    ) -> Array:
+        """Return `(N, m, d)` efforts of the drives that move the bodies alone, without a proof.
+
+        Args:
+            assembled: N samples of this solver, or of one that moves alike.
+            moves: m pairs of speeds and accelerations of the drives `(d,)`.
+        """
+        dynamics = self.inverse_dynamics
+        return np.concatenate([dynamics.inertial_efforts(of, moves) for of in assembled.blocks])
+
     def refuse_indeterminate(self, unique: Array) -> None:
         """Refuse statically indeterminate outputs if the problem is strict and has no compliances.
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -64,7 +65,6 @@ class FreeEfforts:
     def __init__(self, rotating: RotatingScene) -> None:
         self._free = len(rotating.free)
         self._scene = rotating.driven.replace(outputs=[])
-        self._bare = self._scene.replace(elements=None, loads=None, gravity=None)
         # Dampers of the coordinates themselves are known without a sweep.
         self._own = np.zeros((self._free, 1 + self._free))
         named, others = rotating.scene.mechanism.coordinates.named, []
@@ -126,13 +126,8 @@ class FreeEfforts:
 
     def _terms(self, positions: Array) -> Terms:
         count, free = len(positions), self._free
-        units = np.eye(1 + free)
+        units, rest = np.eye(1 + free), np.zeros(1 + free)
         assembled = self._scene.assemble(positions)
-        # The bare scene moves alike, and shares the assembly.
-        bare = replace(assembled, solver=self._bare.solver)
-
-        def of_bodies(speed: Array, acceleration: Array) -> Array:
-            return self._bare.sweep(bare, speed, acceleration).drive_effort[:, 1:]
 
         def of_dampers(scene: Scene, speed: Array) -> Array:
             ways = (
@@ -141,16 +136,19 @@ class FreeEfforts:
             )
             return (next(ways) - next(ways))[:, 1:]
 
-        rest = np.zeros(1 + free)
-        mass = np.stack([of_bodies(rest, unit) for unit in units[1:]], axis=2)
-        alone = [of_bodies(unit, rest) for unit in units]
+        pairs = list(combinations_with_replacement(range(1 + free), 2))
+        moves = [(rest, unit) for unit in units[1:]]
+        moves += [(units[i] if i == j else units[i] + units[j], rest) for i, j in pairs]
+        # Loops and loads are proven by the sweep at rest, motions that are found by sweeps of
+        # their own.
+        bodies = self._scene.solver.inertial_efforts(assembled, moves)[..., 1:]
+        mass = np.swapaxes(bodies[:, :free], 1, 2)
         quadratic = np.zeros((count, free, 1 + free, 1 + free))
-        for i in range(1 + free):
-            quadratic[:, :, i, i] = alone[i]
-            for j in range(i):
-                both = of_bodies(units[i] + units[j], rest)
-                quadratic[:, :, i, j] = 0.5 * (both - alone[i] - alone[j])
-                quadratic[:, :, j, i] = quadratic[:, :, i, j]
+        found = dict(zip(pairs, np.moveaxis(bodies[:, free:], 1, 0), strict=True))
+        for i, j in pairs:
+            alone = found[i, i] + found[j, j]
+            both = found[i, j] if i == j else 0.5 * (found[i, j] - alone)
+            quadratic[:, :, i, j] = quadratic[:, :, j, i] = both
         linear = np.tile(self._own, (count, 1, 1))
         if self._dampers is not None:
             damped = replace(assembled, solver=self._dampers.solver)

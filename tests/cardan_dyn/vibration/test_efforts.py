@@ -59,3 +59,18 @@ def test_terms_go_through_columns() -> None:
     terms = Terms.of_flat(columns, 2)
     assert [item.shape for item in terms] == [(2, 2, 2), (2, 2, 3, 3), (2, 2, 3), (2, 2)]
     np.testing.assert_array_equal(terms.flat(), columns)
+
+
+def test_terms_take_one_sweep(rig: cd.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Springs and loads are swept and proven, and dampers that turn with others are swept."""
+    sweeps = []
+    sweep = cd.Scene.sweep
+
+    def counted(*given: object, **others: object) -> cd.Sweep:
+        sweeps.append(given)
+        return sweep(*given, **others)  # type: ignore[arg-type]
+
+    efforts = FreeEfforts(rotating_scene(rig))
+    monkeypatch.setattr(cd.Scene, "sweep", counted)
+    efforts.terms(np.zeros((5, 3)))
+    assert len(sweeps) == 1
