@@ -114,10 +114,16 @@ def needed_degrees(
         tuple(int(np.ceil(factor * max(degree, 2))) for degree in single) for factor in _FACTORS
     ]
     best, least = single, np.inf
+    inside = generic(_CHECKS, len(half))
+    exact = samples.about(drive, centre, half * inside)
+    kinds = samples.kinds(exact)
     for degrees in dict.fromkeys([single, *more]):
         if size_of(degrees) > _MOST_POLYNOMIALS:
             break
-        error = _error(samples, drive, centre, half, degrees)
+        basis = polynomials(degrees)
+        terms = samples.about(drive, centre, half * basis.nodes)
+        found = basis.values(inside).T @ basis.coefficients(terms)
+        error = float(np.max(np.abs(found - exact) / kinds))
         is_rounding = error > 0.5 * least and least < _GOOD_ERROR
         if error < least:
             best, least = degrees, error
@@ -147,17 +153,6 @@ def _along(
         if rounding <= 0.3 * wanted:
             break
     return degree, least
-
-
-def _error(
-    samples: TermSamples, drive: Array, centre: Array, half: Array, degrees: tuple[int, ...]
-) -> float:
-    """Return the error of polynomials of given degrees."""
-    inside = generic(_CHECKS, len(half))
-    basis = polynomials(degrees)
-    exact, terms = (samples.about(drive, centre, half * ways) for ways in (inside, basis.nodes))
-    found = basis.values(inside).T @ basis.coefficients(terms)
-    return float(np.max(np.abs(found - exact) / samples.kinds(exact)))
 
 
 class ModelBuild:

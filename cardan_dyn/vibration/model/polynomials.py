@@ -1,23 +1,24 @@
 """Polynomials: interpolation of functions of several coordinates in Chebyshev polynomials.
 
 Products of Chebyshev polynomials, at as many points: of one coordinate the Chebyshev nodes; of
-several, approximate Fekete points, which a pivoted QR factorisation of the
-Vandermonde matrix chooses among candidates.
+several, points whose coordinates are those of a Leja sequence, numbered like the degrees of the
+products. They need no search, and interpolate uniquely whichever degrees there are, as long as
+none of the products of lower degrees is left out.
 
-Source: Sommariva and Vianello, Computing approximate Fekete points by QR factorizations of
-Vandermonde matrices, Computers & Mathematics with Applications 57 (2009).
+Source: Chkifa, Cohen and Schwab, High-dimensional adaptive sparse polynomial interpolation and
+applications to parametric PDEs, Foundations of Computational Mathematics 14 (2014).
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import product
 
 import numpy as np
 
 from ...arrays import Array
 
-_MOST_CANDIDATES = 4000
+_CANDIDATES = 4
+"""Places, per point of a Leja sequence, among which it is chosen."""
 
 
 class Polynomials:
@@ -47,18 +48,11 @@ class Polynomials:
         if count == 1:
             size = self.degrees[0] + 1
             return np.cos(np.pi * (np.arange(size) + 0.5) / size)[:, None]
-        from scipy.linalg import qr  # Where one coordinate is free, nothing else needs it.
-
-        grids = [np.cos(np.pi * np.arange(size + 2) / (size + 1)) for size in self.degrees]
-        if np.prod([len(grid) for grid in grids]) <= _MOST_CANDIDATES:
-            candidates = np.array(list(product(*grids)))
-        else:
-            # Without a pattern, denser towards the ends as Chebyshev nodes are.
-            amount = max(4 * len(self.powers), _MOST_CANDIDATES // 4)
-            roots = np.sqrt(np.array([2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37][:count]))
-            candidates = np.cos(np.pi * (np.outer(np.arange(1, amount + 1), roots) % 1.0))
-        _, _, order = qr(self.values(candidates), mode="economic", pivoting=True)
-        return np.asarray(candidates[order[: len(self.powers)]])
+        columns = [
+            _leja(degree)[powers]
+            for degree, powers in zip(self.degrees, self.powers.T, strict=True)
+        ]
+        return np.stack(columns, axis=1)
 
     def coefficients(self, values: Array) -> Array:
         """Return coefficients `(..., P, F)` of functions from their values there at the nodes."""
@@ -66,23 +60,29 @@ class Polynomials:
 
     def values(self, points: Array) -> Array:
         """Return all polynomials `(P, ...)` at points `(..., n)`."""
-        return self._product(self._factors(points, with_slopes=False)[0])
+        factors = self._factors(points, with_slopes=False)[0]
+        result = factors[0][self.powers[:, 0]]
+        for factor, powers in zip(factors[1:], self.powers.T[1:], strict=True):
+            result *= factor[powers]
+        return np.asarray(result)
 
     def with_gradients(self, points: Array) -> tuple[Array, Array]:
         """Return all polynomials `(P, ...)` at points `(..., n)`, and gradients `(n, P, ...)`."""
         factors, slopes = self._factors(points)
-        gradients = [
-            self._product([*factors[:index], slopes[index], *factors[index + 1 :]])
-            for index in range(len(factors))
-        ]
-        return self._product(factors), np.stack(gradients)
-
-    def _product(self, factors: list[Array]) -> Array:
-        """Return the products `(P, ...)` of rows of factors `(d + 1, ...)` of each coordinate."""
-        result = factors[0][self.powers[:, 0]]
-        for index, factor in enumerate(factors[1:], 1):
-            result *= factor[self.powers[:, index]]
-        return np.asarray(result)
+        shape = len(self.powers), *points.shape[:-1]
+        gradients = np.empty((len(factors), *shape), dtype=points.dtype)
+        values = np.ones(shape, dtype=points.dtype)
+        # Forwards what comes before a factor, backwards what comes after it.
+        for gradient, factor, powers in zip(gradients, factors, self.powers.T, strict=True):
+            gradient[:] = values
+            values *= factor[powers]
+        behind: Array | float = 1.0
+        for index in reversed(range(len(factors))):
+            powers = self.powers[:, index]
+            gradients[index] *= slopes[index][powers]
+            gradients[index] *= behind
+            behind = factors[index][powers] * behind if index else behind
+        return values, gradients
 
     def _factors(
         self, points: Array, *, with_slopes: bool = True
@@ -103,6 +103,22 @@ class Polynomials:
                     )
                 every[1].append(slopes)
         return every
+
+
+@lru_cache(maxsize=64)
+def _leja(degree: int) -> Array:
+    """Return points `(d + 1,)` of which each is as far from those before it as can be.
+
+    That is by the product of its distances, among places as dense towards ±1 as Chebyshev's.
+    """
+    size = _CANDIDATES * (degree + 1)
+    places = np.cos(np.pi / size * np.arange(size + 1))
+    found = [1.0, -1.0, 0.0]
+    distance = np.abs(places * (places**2 - 1.0))
+    while len(found) <= degree:
+        found.append(float(places[np.argmax(distance)]))
+        distance *= np.abs(places - found[-1])
+    return np.array(found[: degree + 1])
 
 
 def _powers(degrees: tuple[int, ...], room: float = 1.0 + 1e-9) -> list[tuple[int, ...]]:
