@@ -17,6 +17,9 @@ from .efforts import Terms
 from .periodic_grid import nodes, resampled
 from .polynomials import Polynomials
 
+_NUMBERS = 500_000
+"""Numbers of polynomials and their gradients that are computed at a time: they fit in a cache."""
+
 
 class Course(NamedTuple):
     """Motions of n free coordinates at N nodes of one period, of S speeds.
@@ -99,65 +102,139 @@ class ReducedModel:
         return nodes(self.count, self.period)
 
     def on(self, count: int) -> ReducedModel:
-        """Return the same on another number of nodes, not less."""
-        coefficients, centre = (resampled(item, count) for item in (self.coefficients, self.centre))
-        return replace(self, coefficients=coefficients, centre=centre)
+        """Return the same on another number of nodes, not less; what was made once is kept."""
+        if count == self.count:
+            return self
+        if count not in self._others:
+            coefficients, centre = (
+                resampled(item, count) for item in (self.coefficients, self.centre)
+            )
+            self._others[count] = replace(self, coefficients=coefficients, centre=centre)
+        return self._others[count]
 
-    def terms(self, q: Array) -> Terms:
-        """Return the terms at nodes, of free coordinates `(S, N, n)`; arrays `(S, N, …)`."""
-        return self._terms(self.basis.values(self._inside(q)))
+    @cached_property
+    def _others(self) -> dict[int, ReducedModel]:
+        """The same on other numbers of nodes."""
+        return {}
+
+    @cached_property
+    def _packed(self) -> _Packed:
+        return _Packed(Terms.of_flat(self.coefficients, self.free))
 
     def _inside(self, q: Array) -> Array:
         """Return places in the range `(N, S, n)` of free coordinates `(S, N, n)`."""
         return np.swapaxes((q - self.centre) / self.half, 0, 1)
 
-    @cached_property
-    def _columns(self) -> tuple[Array, Array]:
-        """Coefficients `(N, K, P)` of the terms that differ, and which of them each term is.
-
-        Many terms vanish, and mixed ones are there twice.
-        """
-        flat = self.coefficients.reshape(-1, self.coefficients.shape[-1])
-        _, first, inverse = np.unique(flat, axis=1, return_index=True, return_inverse=True)
-        return np.ascontiguousarray(np.swapaxes(self.coefficients[..., first], 1, 2)), inverse
-
-    def _terms(self, values: Array) -> Terms:
-        """Return terms `(S, N, …)` from polynomials or their gradients `(P, N, S)`."""
-        coefficients, inverse = self._columns
-        found = np.moveaxis(coefficients @ np.swapaxes(values, 0, 1), 2, 0)
-        return Terms.of_flat(found[..., inverse], self.free)
-
     def equation(self, course: Course) -> LocalEquation:
         """Return efforts and their derivatives along motions at the nodes."""
+        each = max(1, _NUMBERS // (self.count * self.coefficients.shape[1] * (1 + self.free)))
+        size = len(course.speed)
+        if size > each:
+            chunks = [
+                self.equation(Course(*(item[first : first + each] for item in course)))
+                for first in range(0, size, each)
+            ]
+            return LocalEquation(*(np.concatenate(items) for items in zip(*chunks, strict=True)))
+        packed = self._packed
         values, gradients = self.basis.with_gradients(self._inside(course.q))
-        w, acceleration = course.velocities, course.accelerations
-        terms = self._terms(values)
-        spun = np.einsum("...ijk,...k->...ij", terms.quadratic, w)
-        parts = _parts(terms, w, acceleration)
-        scale = np.max(sum(np.abs(part) for part in parts), axis=-2)
-        stiffness = np.empty(terms.mass.shape)
-        for index in range(self.free):
-            rates = self._terms(gradients[index] / self.half[index])
-            stiffness[..., index] = sum(_parts(rates, w, acceleration))
-        damping = 2.0 * spun[..., 1:] + terms.linear[..., 1:]
+        terms, w = packed.terms(values), np.moveaxis(course.velocities, 0, 2)
+        weights = packed.weights(w, np.moveaxis(course.accelerations, 0, 2))
+        parts = packed.parts(terms, weights)
         # Inertia goes with the square of the speed, dampers go with it.
-        pace = course.speed[:, None, None]
-        slope = (2.0 * (parts[0] + parts[1]) + parts[2]) / pace
-        return LocalEquation(
-            np.asarray(sum(parts)), np.asarray(scale), terms.mass, damping, stiffness, slope
+        slope = (2.0 * (parts[0] + parts[1]) + parts[2]) / course.speed
+        stiffness = packed.stiffness(weights, gradients) / self.half[:, None]
+        found = (
+            np.sum(parts, axis=0),
+            np.max(np.sum(np.abs(parts), axis=0), axis=0),
+            packed.mass(terms),
+            packed.damping(terms, w),
+            stiffness,
+            slope,
         )
+        return LocalEquation(*(np.ascontiguousarray(np.moveaxis(x, -1, 0)) for x in found))
 
     def efforts(self, course: Course) -> Array:
         """Return the efforts `(S, N, n)` along motions at the nodes."""
-        parts = _parts(self.terms(course.q), course.velocities, course.accelerations)
-        return np.asarray(sum(parts))
+        packed, values = self._packed, self.basis.values(self._inside(course.q))
+        moves = (np.moveaxis(item, 0, 2) for item in (course.velocities, course.accelerations))
+        parts = packed.parts(packed.terms(values), packed.weights(*moves))
+        return np.ascontiguousarray(np.moveaxis(np.sum(parts, axis=0), -1, 0))
 
 
-def _parts(terms: Terms, w: Array, acceleration: Array) -> tuple[Array, Array, Array, Array]:
-    """Return what inertia, by accelerations and by speeds, dampers and springs add `(S, N, n)`."""
-    return (
-        np.einsum("...ij,...j->...i", terms.mass, acceleration),
-        np.einsum("...ijk,...j,...k->...i", terms.quadratic, w, w, optimize=True),
-        np.einsum("...ij,...j->...i", terms.linear, w),
-        terms.static,
-    )
+class _Packed:
+    """Coefficients of the terms, each once, and those alone that do not vanish.
+
+    A term belongs to one of G weights: accelerations, products of two speeds, speeds, 1. Motions
+    are in the last axis.
+    """
+
+    def __init__(self, terms: Terms) -> None:
+        """Take coefficients, arrays `(N, P, …)`."""
+        free = terms.static.shape[-1]
+        self._first, self._second = np.triu_indices(1 + free)
+        double = np.where(self._first == self._second, 1.0, 2.0)
+        every = [
+            terms.mass,
+            double * terms.quadratic[..., self._first, self._second],
+            terms.linear,
+            terms.static[..., None],
+        ]
+        ends = np.cumsum([0, *(item.shape[-1] for item in every)])
+        columns = np.concatenate(every, axis=-1)
+        is_kept = np.any(columns != 0.0, axis=(0, 1, 2))
+        is_kept[ends[:-1]] = True  # So that there are terms of each kind.
+        self._kept = np.nonzero(is_kept)[0]
+        self._starts = np.searchsorted(self._kept, ends[:-1])
+        self._masses = self._kept[: self._starts[1]]
+        # (N, n, G, P)
+        self._columns = np.ascontiguousarray(np.moveaxis(columns[..., self._kept], 1, 3))
+        # By how much speeds of free coordinates change weights, per unit of these speeds and of 1.
+        slopes = np.zeros((int(ends[-1]), free, 2 + free))
+        for pair, (i, j) in enumerate(zip(self._first, self._second, strict=True), int(ends[1])):
+            for one, other in ((i, j), (j, i)):
+                if one > 0:
+                    slopes[pair, one - 1, other] += 1.0
+        slopes[ends[2] + 1 : ends[3], :, -1] = np.eye(free)
+        slopes = slopes[self._kept[self._starts[1] : self._starts[3]]]
+        self._slopes = slopes.reshape(-1, 2 + free)
+
+    def terms(self, values: Array) -> Array:
+        """Return terms `(N, n, G, S)` from polynomials `(P, N, S)`."""
+        count, free, size, _ = self._columns.shape
+        flat = self._columns.reshape(count, free * size, -1)
+        return (flat @ np.swapaxes(values, 0, 1)).reshape(count, free, size, -1)
+
+    def weights(self, w: Array, acceleration: Array) -> Array:
+        """Return weights `(N, G, S)` of speeds `(N, 1 + n, S)` and accelerations `(N, n, S)`."""
+        squares = w[:, self._first] * w[:, self._second]
+        every = [acceleration, squares, w, np.ones((len(w), 1, w.shape[2]))]
+        return np.concatenate(every, axis=1)[:, self._kept]
+
+    def parts(self, terms: Array, weights: Array) -> Array:
+        """Return what inertia, by accelerations and by speeds, dampers and springs add.
+
+        Returns:
+            `(4, N, n, S)`.
+        """
+        added = np.add.reduceat(terms * weights[:, None], self._starts, axis=2)
+        return np.moveaxis(added, 2, 0)
+
+    def mass(self, terms: Array) -> Array:
+        """Return derivatives `(N, n, n, S)` by accelerations."""
+        count, free, _, size = terms.shape
+        result = np.zeros((count, free, free, size))
+        result[:, :, self._masses] = terms[:, :, : len(self._masses)]
+        return result
+
+    def damping(self, terms: Array, w: Array) -> Array:
+        """Return derivatives `(N, n, n, S)` by speeds of the free coordinates."""
+        count, free, _, size = terms.shape
+        known = np.concatenate([w, np.ones((count, 1, size))], axis=1)
+        slopes = (self._slopes @ known).reshape(count, -1, free, size)
+        moved = terms[:, :, self._starts[1] : self._starts[3]]
+        return np.einsum("nigs,ngjs->nijs", moved, slopes)
+
+    def stiffness(self, weights: Array, gradients: Array) -> Array:
+        """Return derivatives `(N, n, n, S)` by positions, from gradients `(n, P, N, S)`."""
+        mixed = np.swapaxes(self._columns, 2, 3) @ weights[:, None]
+        return np.einsum("nips,jpns->nijs", mixed, gradients)

@@ -61,8 +61,7 @@ class Found(NamedTuple):
 def course_of(q: Array, speed: Array, period: float) -> Course:
     """Return motions from their positions `(S, N, n)` at the nodes of a period."""
     first, second = derivatives(q.shape[1], period)
-    rate, bend = (np.einsum("ij,sjk->sik", item, q) for item in (first, second))
-    return Course(q, rate, bend, speed)
+    return Course(q, first @ q, second @ q, speed)
 
 
 def jacobian(equation: LocalEquation, speed: Array, period: float) -> Array:

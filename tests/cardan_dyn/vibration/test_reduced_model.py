@@ -79,8 +79,29 @@ def test_derivatives_against_complex_steps(model: ReducedModel, course: Course) 
 
 def test_more_nodes_carry_the_same_functions(model: ReducedModel) -> None:
     finer = model.on(3 * model.count)
-    q = np.full((1, model.count, 2), 0.07)
-    coarse = model.terms(q)
-    fine = finer.terms(np.full((1, finer.count, 2), 0.07))
-    for first, second in zip(coarse, fine, strict=True):
-        np.testing.assert_allclose(second[:, ::3], first, atol=1e-13)
+
+    def at(part: ReducedModel) -> Course:
+        shape = (1, part.count, 2)
+        still, bend = np.full(shape, 0.07), np.full(shape, 0.3)
+        return Course(still, np.full(shape, -0.2), bend, np.array([SPEED]))
+
+    for name in ("efforts", "mass", "damping", "stiffness", "slope"):
+        coarse, fine = (getattr(part.equation(at(part)), name) for part in (model, finer))
+        np.testing.assert_allclose(fine[:, ::3], coarse, atol=1e-13)
+
+
+def test_models_on_as_many_nodes_are_made_once(model: ReducedModel) -> None:
+    assert model.on(model.count) is model
+    assert model.on(3 * model.count) is model.on(3 * model.count)
+
+
+def test_many_motions_are_those_one_by_one(model: ReducedModel, course: Course) -> None:
+    """They are computed in parts."""
+    count = 400
+    sizes = np.linspace(0.1, 1.0, count)[:, None, None]
+    every = Course(*(sizes * item for item in course[:3]), np.linspace(0.5, 2.0, count))
+    found = model.equation(every)
+    for row in (0, 123, count - 1):
+        one = model.equation(Course(*(item[row : row + 1] for item in every)))
+        for first, second in zip(found, one, strict=True):
+            np.testing.assert_allclose(first[row], second[0], rtol=1e-12, atol=1e-15)
