@@ -7,16 +7,18 @@ array. Callers get an `ArgumentError` in any case, whose message says what was e
 from __future__ import annotations
 
 import math
+import os
 import sys
 from collections.abc import Iterable, Iterator, KeysView, Mapping, Set
 from contextlib import contextmanager
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .arrays import Array
-from .errors import ArgumentError
+from .errors import ArgumentError, CardanError
 
 _MOST_NAMES = 100_000
 """Greatest number of names that is read, since an iterator may never end."""
@@ -83,6 +85,33 @@ def flag(name: str, value: object) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise ArgumentError(f"{name} is {described(value)}, expected True or False")
     return bool(value)
+
+
+def path(name: str, value: object) -> Path:
+    """Return an argument that must be a path, a string or what `os.fspath` makes one of.
+
+    Raises:
+        ArgumentError: it is neither.
+    """
+    with _reading(name, "a path"):
+        if isinstance(value, (str, os.PathLike)):
+            return Path(value)
+    raise ArgumentError(f"{name} is {described(value)}, expected a path")
+
+
+@contextmanager
+def writing(target: Path) -> Iterator[None]:
+    """Turn what the system has against writing a file, or into a directory, into an error.
+
+    Raises:
+        ArgumentError: it cannot be written.
+    """
+    try:
+        yield
+    except CardanError:
+        raise
+    except (OSError, ValueError) as error:  # Characters that no name of a file has, for one.
+        raise ArgumentError(f"{target}: cannot be written ({error})") from error
 
 
 def whole(name: str, value: object, least: int = 1) -> int:

@@ -93,7 +93,7 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
 
     Raises:
         MissingExtraError: figures are wanted and matplotlib is not installed.
-        ClickException: a file cannot be written.
+        ArgumentError: a file cannot be written.
         CardanError: options do not fit each other, or as `load`, `Scene` and `clearance.scan`.
     """
     from rich.console import Console
@@ -104,10 +104,7 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
     else:
         print_scan(scanned, Console())
     if directory is not None:
-        try:
-            save_figures(scanned, directory)
-        except OSError as error:
-            raise click.ClickException(f"{directory}: cannot be written ({error})") from error
+        save_figures(scanned, directory)
         click.echo(f"Figures: {directory}", err=as_json)
 
 
@@ -233,7 +230,7 @@ def save_figures(scanned: Scan, directory: Path) -> None:
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        OSError: they cannot be written.
+        ArgumentError: they cannot be written.
     """
     from .. import figures
 

@@ -58,10 +58,7 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
     else:
         _print_table(compared.rows())
     if figures:
-        try:
-            page = reporting.write(compared, directory)
-        except OSError as error:
-            raise click.ClickException(f"{directory}: cannot be written ({error})") from error
+        page = reporting.write(compared, directory)
         click.echo(f"Figures and page: {page}", err=as_json)
     if not compared.passed:
         raise SystemExit(1)

@@ -23,6 +23,7 @@ from ..report.drive_line_page import (
     shaft_rows,
     write,
 )
+from .showing import export
 from .view_command import parsed_assignments
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def run(
 
     Raises:
         MissingExtraError: an extra is not installed.
-        ClickException: a file cannot be written.
+        ArgumentError: a file cannot be written.
     """
     from rich.console import Console
 
@@ -61,19 +62,14 @@ def run(
         print_report(report, Console())
     else:
         click.echo(as_json(report))
-    at: Path | None = None
-    try:
-        if (at := directory) is not None:
-            save_figures(report, at)
-            click.echo(f"Figures: {at}", err=not as_text)
-        if (at := page) is not None:
-            write(report, at, with_scene=with_scene)
-            click.echo(f"Page: {at}", err=not as_text)
-        if (at := file) is not None:
-            scene(report).export(at)
-            click.echo(f"Scene: {at}", err=not as_text)
-    except OSError as error:
-        raise click.ClickException(f"{at}: cannot be written ({error})") from error
+    if directory is not None:
+        save_figures(report, directory)
+        click.echo(f"Figures: {directory}", err=not as_text)
+    if page is not None:
+        write(report, page, with_scene=with_scene)
+        click.echo(f"Page: {page}", err=not as_text)
+    if file is not None:
+        export(scene(report), file, aside=not as_text)
 
 
 def report_on(

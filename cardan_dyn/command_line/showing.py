@@ -20,12 +20,9 @@ def export(shown: View, file: Path, *, aside: bool = False) -> None:
         aside: say so on standard error, where data are printed.
 
     Raises:
-        ClickException: it cannot be written.
+        ArgumentError: it cannot be written.
     """
-    try:
-        click.echo(f"Scene: {shown.export(file)}", err=aside)
-    except OSError as error:
-        raise click.ClickException(f"{file}: cannot be written ({error})") from error
+    click.echo(f"Scene: {shown.export(file)}", err=aside)
 
 
 def serve(shown: View, open_browser: bool, *, aside: bool = False) -> None:

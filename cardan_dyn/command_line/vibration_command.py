@@ -138,7 +138,7 @@ def run(scene: Scene, found: CriticalSpeeds, drawn: Drawn) -> None:
 
     Raises:
         MissingExtraError: an extra is not installed.
-        ClickException: a figure cannot be written.
+        ArgumentError: a figure cannot be written.
         CardanError: as `forced_response` and `floquet` do.
     """
     from rich.console import Console
@@ -149,10 +149,7 @@ def run(scene: Scene, found: CriticalSpeeds, drawn: Drawn) -> None:
         print_table(found, Console())
     if (directory := drawn.directory) is None:
         return
-    try:
-        save_figures(scene, found, directory, drawn.chart)
-    except OSError as error:
-        raise click.ClickException(f"{directory}: cannot be written ({error})") from error
+    save_figures(scene, found, directory, drawn.chart)
     click.echo(f"Figures: {directory}", err=drawn.as_json)
 
 
@@ -171,7 +168,7 @@ def save_figures(
         Paths of the files.
 
     Raises:
-        OSError: they cannot be written.
+        ArgumentError: they cannot be written.
     """
     from ..figures import save
 

@@ -26,7 +26,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described
+from ..checks import path as checked_path
+from ..checks import writing
 from ..errors import ArgumentError, ModelError, choices
 from .elements import DYNAMICS_WORDS, LOOP_TYPES, ROTATION_TOLERANCE, TREE_TYPES, rotation, words
 from .mimics import check_mimics, default_name
@@ -63,18 +64,13 @@ def write(description: Description, path: str | os.PathLike[str]) -> Path:
         from .mjcf.writer import to_mjcf
 
         text = to_mjcf(description)
-    try:
+    with writing(target):
         target.write_text(text, encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise ArgumentError(f"{target}: cannot be written ({error})") from error
     return target
 
 
 def _path(path: object) -> Path:
-    try:
-        target = Path(os.fspath(path))  # type: ignore[call-overload]
-    except Exception as error:  # The path may be an object of any class, which may raise anything.
-        raise ArgumentError(f"path is {described(path)}, expected a path") from error
+    target = checked_path("path", path)
     if target.suffix.lower() not in _SUFFIXES:
         raise ArgumentError(
             f"{target}: the suffix {target.suffix!r} names no notation; write .urdf for URDF+, "

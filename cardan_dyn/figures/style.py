@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..checks import names as checked_names
+from ..checks import path as checked_path
+from ..checks import writing
 from ..errors import ArgumentError, MissingExtraError, choices
 
 Figure = Any
@@ -162,14 +164,14 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
         Paths of the SVG and of the PNG.
 
     Raises:
-        OSError: they cannot be written.
+        ArgumentError: no path, or they cannot be written.
     """
     import matplotlib
 
-    base = Path(path)
-    base.parent.mkdir(parents=True, exist_ok=True)
+    base = checked_path("path", path)
     vector, pixels = base.with_suffix(".svg"), base.with_suffix(".png")
-    with matplotlib.rc_context(LOOK):
+    with writing(base), matplotlib.rc_context(LOOK):
+        base.parent.mkdir(parents=True, exist_ok=True)
         # A date in the file would make two files of the same figure differ.
         figure.savefig(vector, metadata={"Date": None})
         figure.savefig(pixels, dpi=dpi, metadata={"Software": None})

@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import figures
 from .._version import __version__
+from ..checks import writing
 from ..drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
 from ..drive_lines.line.supports import supports
 from ..errors import CardanError
@@ -94,7 +95,7 @@ def write(report: LineReport, path: Path, *, with_scene: bool = True) -> Path:
 
     Raises:
         MissingExtraError: matplotlib, meshcat or Jinja is not installed.
-        OSError: it cannot be written.
+        ArgumentError: it cannot be written.
     """
     require_matplotlib()
     line = report.line
@@ -114,8 +115,9 @@ def write(report: LineReport, path: Path, *, with_scene: bool = True) -> Path:
         scene=scene(report).embedded() if with_scene else "",
         toml=line.to_toml(),
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
     return path
 
 
@@ -124,7 +126,7 @@ def save_figures(report: LineReport, directory: Path) -> list[Path]:
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        OSError: they cannot be written.
+        ArgumentError: they cannot be written.
     """
     paths: list[Path] = []
     for name, _, figure in report.drawn:

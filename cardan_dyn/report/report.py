@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import figures
 from .._version import __version__
+from ..checks import writing
 from ..errors import MissingExtraError
 from ..figures.style import require_matplotlib
 from ..mechanism.mechanism import load
@@ -52,11 +53,12 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
 
     Raises:
         MissingExtraError: matplotlib, meshcat or Jinja is not installed.
-        OSError: the directory cannot be written.
+        ArgumentError: the directory cannot be written.
     """
     require_matplotlib()
     page_template = template("report.html")
-    directory.mkdir(parents=True, exist_ok=True)
+    with writing(directory):
+        directory.mkdir(parents=True, exist_ok=True)
     beta = float(np.deg2rad(FIGURE_BETA_DEG))
     joint_turn = universal_joint_turn(load("universal_joint"), beta)
     shaft_turn = double_shaft_turn(load("double_shaft_z"), beta)
@@ -69,7 +71,8 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
         scenes=_write_scenes(joint_turn, shaft_turn, directory),
     )
     path = directory / "index.html"
-    path.write_text(page, encoding="utf-8")
+    with writing(path):
+        path.write_text(page, encoding="utf-8")
     return path
 
 

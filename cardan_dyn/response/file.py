@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described
+from ..checks import path as checked_path
+from ..checks import writing
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import ArgumentError, CardanError
+from ..errors import CardanError
 from ..frozen import frozen
 from ..problem.problem import Problem
 from .columns import Column, Kind, Layout
@@ -33,7 +34,7 @@ _LEAST_SAMPLES = 8
 
 def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) -> None:
     """Write a response; see `Response.save`."""
-    target = _path(path)
+    target = checked_path("path", path)
     domain, layout = data.series.domain, data.layout
     arrays: dict[str, Any] = {
         "values": data.series.values,
@@ -62,15 +63,13 @@ def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) ->
         checksum=np.array(_checksum(header_text, arrays)),
         **arrays,
     )
-    try:
+    with writing(target):
         target.write_bytes(content.getvalue())
-    except (OSError, ValueError) as error:
-        raise CardanError(f"{target}: cannot be written ({error})") from error
 
 
 def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:
     """Read the response of a scene; see `Scene.load_response`."""
-    source = _path(path)
+    source = checked_path("path", path)
     try:
         content = source.read_bytes()
     except (OSError, ValueError) as error:
@@ -88,15 +87,6 @@ def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:
             f"{source}: is the response of another scene; different: {', '.join(different)}"
         )
     return data
-
-
-def _path(path: object) -> Path:
-    if not isinstance(path, (str, os.PathLike)):
-        raise ArgumentError(f"path is {described(path)}, expected a string or a path")
-    try:
-        return Path(path)
-    except Exception as error:  # Any error can come from a path class of the caller's.
-        raise ArgumentError(f"path is {described(path)}, expected a string or a path") from error
 
 
 def _intact(source: Path, content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:

@@ -27,8 +27,8 @@ class Plot:
 
         Args:
             columns: names of columns, as in `to_dataframe`.
-            over: name of the column that is the abscissa; what was given first, such as a position,
-                a speed or a time, if empty.
+            over: name of the column that is the abscissa; what was given first, such as the
+                position of the first drive, a speed or a time, if empty.
             title: of the figure.
 
         Raises:
@@ -45,8 +45,7 @@ class Plot:
                 "take one design at a time"
             )
         known = table.columns()
-        given = [name for name, variable in table.variables if variable.is_coordinate]
-        over = over or next((name for name in given if name in known), "")
+        over = over or table.abscissa
         for name in (*columns, over):
             if name not in known:
                 raise ArgumentError(

@@ -56,13 +56,13 @@ class Result:
         """Write all results to a file, and return its path.
 
         Args:
-            path: its suffix decides: `.csv` (units in the names of its columns), `.json`
-                or `.nc` (NetCDF).
+            path: its suffix decides: `.csv` (units in the names of its columns), `.json` (numbers
+                that are missing are null, infinite ones texts that `float` reads) or `.nc`
+                (NetCDF; what has no entries is left out).
 
         Raises:
-            ArgumentError: another suffix.
+            ArgumentError: no path, another suffix, or the file cannot be written.
             MissingExtraError: pandas or xarray is not installed.
-            OSError: the file cannot be written.
         """
         return self.table().save(path)
 

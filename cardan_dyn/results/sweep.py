@@ -169,7 +169,9 @@ class Sweep(MotionResult, Prescribed):
         # Through the constructor, which closes the arrays of a copy to writing as well.
         stored = {name: getattr(self, name) for name in _STORED}
         values = {"problem": self._problem, "source": self._source, **stored}
-        return _restored, (type(self), values)
+        # A response solves the motion when it is first read, to other roundings each time.
+        known = {name: self.__dict__[name] for name in ("motion",) if name in self.__dict__}
+        return _restored, (type(self), values, known)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -433,9 +435,11 @@ def _greatest(wrench: JointWrench) -> tuple[str, ...]:
     return (wrench.joint, *parts, unique)
 
 
-def _restored(kind: type[Sweep], values: dict[str, object]) -> Sweep:
-    """Return a copy; `__reduce__` needs a function without keyword arguments."""
-    return kind(**values)  # type: ignore[arg-type]
+def _restored(kind: type[Sweep], values: dict[str, object], known: dict[str, object]) -> Sweep:
+    """Return a copy that knows what is known."""
+    sweep = kind(**values)  # type: ignore[arg-type]
+    sweep.__dict__.update(known)
+    return sweep
 
 
 def _table_of(sweep: Sweep, motion: bool) -> Table:

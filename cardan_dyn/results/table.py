@@ -8,6 +8,7 @@ to something with a name, `name.quantity_x` for components.
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described
+from ..checks import described, writing
+from ..checks import path as checked_path
 from ..errors import ArgumentError, MissingExtraError, ModelError, choices
 
 if TYPE_CHECKING:
@@ -141,11 +143,17 @@ class Table:
         found: dict[str, tuple[Array, str]] = {}
         for name, variable in self.variables:
             values, units = self._over_samples(variable), variable.units
-            for suffix, index in self._entries(variable):
+            for column, index in self._entries(name, variable):
                 selected: Any = (..., *index)
                 unit = units if isinstance(units, str) else units[index[-1]]
-                found[_column_name(name, *suffix)] = values[selected].ravel(), unit
+                found[column] = values[selected].ravel(), unit
         return found
+
+    @property
+    def abscissa(self) -> str:
+        """Name of the first column that was given, such as the first drive's position, or empty."""
+        given = (item for item in self.variables if item[1].is_coordinate)
+        return next((column for item in given for column, _ in self._entries(*item)), "")
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a DataFrame; see `Result.to_dataframe`."""
@@ -169,24 +177,32 @@ class Table:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write a file; see `Result.save`."""
-        target = Path(path)
+        target = checked_path("path", path)
         if target.suffix not in SUFFIXES:
             raise ArgumentError(
                 f"path is {described(str(path))}; its suffix says what is written: "
                 f"{choices(SUFFIXES)}"
             )
         if target.suffix == ".nc":
-            self.to_xarray().to_netcdf(target, engine="scipy")
+            table = self.to_xarray()
+            # Its format has no dimension without entries beside the samples.
+            empty = [dim for dim, size in table.sizes.items() if not size]
+            table = table.drop_dims([dim for dim in empty if dim not in self.samples])
+            with writing(target):
+                table.to_netcdf(target, engine="scipy")
             return target
         frame = self.to_dataframe()
         if target.suffix == ".csv":
             units = frame.attrs["units"]
             shown = {name: f"{name} [{units[name]}]" if units[name] else name for name in frame}
-            frame.rename(columns=shown).to_csv(target)
+            with writing(target):
+                frame.rename(columns=shown).to_csv(target)
         else:
-            columns = {name: frame[name].tolist() for name in frame}
-            text = json.dumps({"columns": columns, **frame.attrs}, ensure_ascii=False, indent=1)
-            target.write_text(text, encoding="utf-8")
+            told = _as_json({"columns": {name: frame[name].tolist() for name in frame}})
+            told |= _as_json(frame.attrs)
+            text = json.dumps(told, ensure_ascii=False, indent=1, allow_nan=False)
+            with writing(target):
+                target.write_text(text, encoding="utf-8")
         return target
 
     def _over_samples(self, variable: Variable) -> Array:
@@ -198,14 +214,24 @@ class Table:
         padded = np.reshape(variable.values, (*(sizes.get(dim, 1) for dim in self.samples), *rest))
         return np.broadcast_to(padded, (*shape, *rest))
 
-    def _entries(
-        self, variable: Variable
-    ) -> Iterator[tuple[tuple[tuple[str, str], ...], tuple[int, ...]]]:
-        """Return names, each with its dimension, and indices of all entries beyond the samples."""
+    def _entries(self, name: str, variable: Variable) -> Iterator[tuple[str, tuple[int, ...]]]:
+        """Return columns and indices of all entries of a variable beyond the samples."""
         rest = [dim for dim in variable.dims if dim not in self.samples]
         for index in np.ndindex(*(len(self.labels[dim]) for dim in rest)):
             pairs = zip(rest, index, strict=True)
-            yield tuple((dim, self.labels[dim][position]) for dim, position in pairs), index
+            along = ((dim, self.labels[dim][position]) for dim, position in pairs)
+            yield _column_name(name, *along), index
+
+
+def _as_json(value: Any) -> Any:
+    """Return a value as JSON can say it, which has no numbers that are not finite."""
+    if isinstance(value, Mapping):
+        return {name: _as_json(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_as_json(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"
+    return value
 
 
 def _missing(package: str) -> MissingExtraError:

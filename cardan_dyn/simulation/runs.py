@@ -134,11 +134,7 @@ class ConstrainedRun:
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""
-        x, turns = rows.x.copy(), rows.turns.copy()
-        problem = self._solver.problem
-        columns = problem.mechanism.coordinates.columns_of(problem.independent)
-        x[:, columns], turns[:, columns] = positions, 0.0
-        return self._solver.assembled_near(Targets.of_positions(positions), x, turns)
+        return _assembled(self._solver, positions, rows)
 
 
 class OneCoordinateRun:
@@ -178,7 +174,7 @@ class OneCoordinateRun:
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""
-        return self._solver.assembled_in_turn(Targets.of_positions(positions))
+        return _assembled(self._solver, positions, rows)
 
 
 class IntegratedLaw:
@@ -194,6 +190,15 @@ class IntegratedLaw:
             points = self._integration.points_at(times)
         y, turns, rates = _columns(points)
         return Law(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])
+
+
+def _assembled(solver: ProblemSolver, positions: Array, rows: Rows) -> AssembledPositions:
+    """Return closed positions for drive positions `(N, d)` at states."""
+    x, turns = rows.x.copy(), rows.turns.copy()
+    problem = solver.problem
+    columns = problem.mechanism.coordinates.columns_of(problem.independent)
+    x[:, columns], turns[:, columns] = positions, 0.0
+    return solver.assembled_near(Targets.of_positions(positions), x, turns)
 
 
 def _columns(points: list[Point]) -> tuple[Array, Array, Array]:

@@ -293,7 +293,15 @@ class Trajectory(MotionResult, Prescribed):
         )
 
     def __reduce__(self) -> tuple[object, ...]:
-        return Trajectory, (self._course, self.time)
+        # With its states: loops that are closed once more are closed to other roundings.
+        try:
+            known = {"_rows": self._rows, "_drives_alone": self._drives_alone}
+        except CardanError:
+            known = {}  # The copy is refused where it is read, as this is.
+        known |= {
+            name: self.__dict__[name] for name in ("work", "_misfit") if name in self.__dict__
+        }
+        return _restored, (self._course, self.time, known)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -749,6 +757,13 @@ class Trajectory(MotionResult, Prescribed):
             samples={"time": len(self.time)},
             attributes={**swept.attributes, **told},
         )
+
+
+def _restored(course: Course, time: Array, known: dict[str, object]) -> Trajectory:
+    """Return a copy that knows what is known."""
+    trajectory = Trajectory(course, time)
+    trajectory.__dict__.update(known)
+    return trajectory
 
 
 def _squeezed(values: Array) -> Array:

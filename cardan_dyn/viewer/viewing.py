@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import described, names, positive, whole
+from ..checks import described, names, positive, whole, writing
+from ..checks import path as checked_path
 from ..elements.element import Element
 from ..errors import ArgumentError, MissingExtraError
 from ..mechanism.configuration import Configuration
@@ -177,10 +178,11 @@ class View:
         """Write the page and return its path.
 
         Raises:
-            OSError: the file cannot be written.
+            ArgumentError: no path, or the file cannot be written.
         """
-        file = Path(path)
-        file.write_text(self.html, encoding="utf-8")
+        file = checked_path("path", path)
+        with writing(file):
+            file.write_text(self.html, encoding="utf-8")
         return file
 
     def serve(self) -> None:

@@ -9,7 +9,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from ...checks import described
+from ...checks import described, writing
+from ...checks import path as checked_path
 from ...errors import ModelError, choices
 from .fields import Entry, entries, items, meanings, number
 from .units import DIMENSIONS, Unit, keys, plain, si, spellings, written
@@ -160,16 +161,15 @@ def write(line: Any, path: str | PathLike[str] | None = None) -> str:
         path: file to write it to; none unless given.
 
     Raises:
-        ModelError: the file cannot be written.
+        ArgumentError: no path, or the file cannot be written.
     """
     import tomlkit
 
     text = tomlkit.dumps(_table(line))
     if path is not None:
-        try:
-            Path(path).write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise ModelError(f"{path} cannot be written: {error}") from error
+        target = checked_path("path", path)
+        with writing(target):
+            target.write_text(text, encoding="utf-8")
     return text
 
 

@@ -114,7 +114,10 @@ class Linearisation(VibrationResult):
         return values[np.argsort(-np.abs(values))]
 
     def table(self) -> Table:
-        """Return a row for each order, with a column for each complex coefficient."""
+        """Return a row for each order, with columns for the parts of each coefficient.
+
+        `mass[a, b].real` and `mass[a, b].imag`, since no file format takes complex numbers.
+        """
         columns: dict[str, Array] = {}
         for name in ("mass", "damping", "stiffness"):
             found = self.fourier(name)
@@ -125,11 +128,16 @@ class Linearisation(VibrationResult):
             }
         found = self.fourier("forcing")
         columns |= {f"forcing[{name}]": found[:, i] for i, name in enumerate(self.free)}
+        parts = {
+            f"{name}.{part}": getattr(values, part)
+            for name, values in columns.items()
+            for part in ("real", "imag")
+        }
         rows = [
-            {"order": float(order), **{name: values[k] for name, values in columns.items()}}
+            {"order": float(order), **{name: values[k] for name, values in parts.items()}}
             for k, order in enumerate(self.order)
         ]
-        return Table.of_rows(rows, {"order": "1/rev", **dict.fromkeys(columns, "SI")})
+        return Table.of_rows(rows, {"order": "1/rev", **dict.fromkeys(parts, "SI")})
 
     def plot(self) -> Figure:
         """Draw mass, damping and stiffness over the drive's position, a whole period."""

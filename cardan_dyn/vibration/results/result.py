@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...checks import described
-from ...errors import ArgumentError, CardanError
+from ...checks import path as checked_path
+from ...checks import writing
 from ...frozen import Record
 from ...results.result import Result
 from ...results.table import SUFFIXES
@@ -85,19 +85,14 @@ class VibrationResult(Record, Result):
             path: of the file, as it is; `.npz` for all there is.
 
         Raises:
-            ArgumentError: no path.
-            CardanError: the file cannot be written.
+            ArgumentError: no path, or the file cannot be written.
         """
-        if not isinstance(path, (str, os.PathLike)):
-            raise ArgumentError(f"path is {described(path)}, expected a path")
-        if Path(path).suffix in SUFFIXES:
-            return super().save(path)
-        try:
-            with Path(path).open("wb") as file:
-                np.savez_compressed(file, **self.stored())
-        except OSError as error:
-            raise CardanError(f"{path}: cannot be written ({error})") from error
-        return Path(path)
+        target = checked_path("path", path)
+        if target.suffix in SUFFIXES:
+            return super().save(target)
+        with writing(target), target.open("wb") as file:
+            np.savez_compressed(file, **self.stored())
+        return target
 
 
 def unit_of(scene: Scene, name: str | None = None) -> str:

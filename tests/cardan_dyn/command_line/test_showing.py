@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
 import pytest
 
 import cardan_dyn as cd
@@ -19,7 +18,7 @@ def test_export_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().out == f"Scene: {tmp_path / 'scene.html'}\n"
     export(PAGE, tmp_path / "scene.html", aside=True)
     assert capsys.readouterr() == ("", f"Scene: {tmp_path / 'scene.html'}\n")
-    with pytest.raises(click.ClickException, match="cannot be written"):
+    with pytest.raises(cd.ArgumentError, match="cannot be written"):
         export(PAGE, tmp_path / "none" / "scene.html")
 
 

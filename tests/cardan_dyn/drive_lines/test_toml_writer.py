@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import tomlkit
 
-from cardan_dyn import ModelError
+from cardan_dyn import ArgumentError
 from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, ShaftJoint, Spline, Tube
 
 
@@ -56,5 +56,5 @@ def test_only_what_was_said_is_written() -> None:
 
 def test_files_that_cannot_be_written(tmp_path: Path) -> None:
     line = DriveLine(shafts=[Shaft(), Shaft()])
-    with pytest.raises(ModelError, match="cannot be written"):
+    with pytest.raises(ArgumentError, match="cannot be written"):
         line.to_toml(tmp_path / "none" / "line.toml")

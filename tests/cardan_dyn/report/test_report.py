@@ -116,5 +116,5 @@ def test_without_an_extra_no_page_is_written(
 
 def test_a_file_in_the_place_of_the_directory_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("", encoding="utf-8")
-    with pytest.raises(OSError):
+    with pytest.raises(cd.ArgumentError, match="cannot be written"):
         report.write(BOTH, tmp_path / "taken")

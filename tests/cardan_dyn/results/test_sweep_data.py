@@ -172,7 +172,7 @@ def test_a_grid_of_a_response_has_the_shape_of_its_operating_points(joint: cd.Me
 
 
 def test_every_output_has_its_row_of_flags(turn: cd.Sweep) -> None:
-    _, (kind, values) = turn.__reduce__()
+    _, (kind, values, _) = turn.__reduce__()
     flags = np.arange(18).reshape(3, 6) % 4 == 0
     changed = kind(**{**values, "unique": flags})
     for row, name in zip(flags, turn, strict=True):

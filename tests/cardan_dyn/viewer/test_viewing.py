@@ -186,7 +186,7 @@ def test_exported_page_is_the_scenes_own(tmp_path: Path) -> None:
     path = shown.export(str(tmp_path / "scene.html"))
     assert path == tmp_path / "scene.html"
     assert path.read_text(encoding="utf-8") == "<p>ü</p>"
-    with pytest.raises(OSError):
+    with pytest.raises(cd.ArgumentError, match="cannot be written"):
         shown.export(tmp_path / "none" / "scene.html")
 
 
