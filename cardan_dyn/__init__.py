@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from . import clearance, drive_lines, figures, vibration
+    from . import clearance, drive_lines, figures, studies, vibration
     from .description.read import bundled_names
     from .dynamics.problem_solver import AssembledPositions
     from .elements.bushing import Bushing
@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from .simulation.equilibrium import Equilibrium
     from .simulation.events import Event
     from .simulation.trajectory import Trajectory
+    from .studies.study import study
     from .viewer.viewing import View, view
 
 _MODULES = {
@@ -102,6 +103,7 @@ _MODULES = {
     "describe": ".scene.describe",
     "described_elements": ".elements.described",
     "load": ".mechanism.mechanism",
+    "study": ".studies.study",
     "view": ".viewer.viewing",
     "write": ".scene.assembling",
 }
@@ -158,6 +160,8 @@ __all__ = [
     "drive_lines",
     "figures",
     "load",
+    "studies",
+    "study",
     "vibration",
     "view",
     "write",
@@ -165,7 +169,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    if name in ("clearance", "drive_lines", "figures", "vibration"):
+    if name in ("clearance", "drive_lines", "figures", "studies", "vibration"):
         return import_module(f".{name}", __name__)
     if name in _MODULES:
         value = globals()[name] = getattr(import_module(_MODULES[name], __name__), name)

@@ -124,7 +124,7 @@ def interface() -> str:
     ]
     titles = {
         "load and describe": ("load", "describe", "assemble", "write", "bundled_names"),
-        "scenes": ("Scene", "Wrench", "described_elements", "view"),
+        "scenes": ("Scene", "Wrench", "described_elements", "view", "study"),
         "force elements": (
             *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator", "PinContact"),
             *("LinearContact", "HuntCrossley", "LankaraniNikravesh", "ImpactFunction", "Event"),
@@ -132,7 +132,7 @@ def interface() -> str:
     }
     named = {name for names in titles.values() for name in names}
     errors = [name for name in cd.__all__ if name.endswith("Error")]
-    modules = ("clearance", "drive_lines", "figures", "vibration")
+    modules = ("clearance", "drive_lines", "figures", "studies", "vibration")
     rest = {*cd.__all__} - named - {*errors, *modules, "__version__"}
     titles |= {"results and their parts": tuple(sorted(rest)), "errors": tuple(errors)}
     for title, names in titles.items():

@@ -20,7 +20,7 @@ FLOORS = (
     ("response", "simulation"),
     ("viewer",),
     ("scene",),
-    ("drive_lines", "clearance", "vibration"),
+    ("drive_lines", "clearance", "vibration", "studies"),
     ("report",),
     ("command_line",),
 )

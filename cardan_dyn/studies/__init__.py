@@ -1,0 +1,21 @@
+"""Studies: functions of parameters over grids, points and samples, as one `xarray.Dataset`.
+
+`cardan_dyn.study` makes one; what it varies, and what it wants of a scene, is made here. Needs the
+extra `study`.
+"""
+
+from .parameters import Line, Parameters, points, samples, sobol_samples
+from .plan import StudyPlan
+from .study import Study
+from .sweeps import Sweeps
+
+__all__ = [
+    "Line",
+    "Parameters",
+    "Study",
+    "StudyPlan",
+    "Sweeps",
+    "points",
+    "samples",
+    "sobol_samples",
+]

@@ -1,0 +1,131 @@
+"""Measuring: what the first case returns, and how long a case takes, before anything is kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from time import perf_counter
+
+import numpy as np
+
+from ..errors import ArgumentError, CardanError
+from .chunk import FAILED, Box, Job, called, compute, failure, packed, sent
+from .outcomes import Outcomes, Schema, schema_of
+
+_TRIED = 8
+"""Cases that are tried for a first one that does not fail."""
+_TIMED = 0.3
+"""How long cases are timed [s], the first one aside."""
+_ONE_CALL = 0.1
+"""Time of a call with many cases in which what every call takes hardly counts [s]."""
+_GROWTH = 8
+"""Factor between the numbers of cases in the calls that are timed."""
+_MOST_TIMED = 64
+"""Cases that are timed one by one."""
+_AGREE = 1e-6
+"""Relative difference between cases that are computed together and alone which is no rounding of
+any method, but says that a function is not vectorized."""
+
+
+def first_schema(job: Job) -> Schema:
+    """Return what cases return, by the first one that does not fail.
+
+    Raises:
+        CardanError: all that were tried fail.
+    """
+    parameters = job.parameters
+    tried = np.linspace(0, parameters.count - 1, min(_TRIED, parameters.count)).astype(int)
+    first: Exception | None = None
+    for place in tried:
+        index = _index(job, int(place))
+        try:
+            return schema_of(_of_one(job, index), len(index) if job.broadcasts else 0)
+        except Exception as error:
+            first = first or error
+    raise CardanError(
+        f"none of {len(tried)} cases succeeded; that of {parameters.case(_index(job, 0))} ended "
+        f"with: {failure(first or CardanError('nothing'))}"
+    ) from first
+
+
+def refuse_not_vectorized(job: Job) -> None:
+    """Refuse a function whose cases are others together than alone.
+
+    Raises:
+        ArgumentError: they are.
+    """
+    sizes = [min(size, 3) if axis < 4 else 1 for axis, size in enumerate(job.parameters.shape)]
+    box: Box = tuple(slice(0, size) for size in sizes)
+    data = sent(packed(job))
+    together, alone = compute(data, box), compute(data, box, alone=True)
+    if together is None or alone is None:
+        raise RuntimeError("the job was not received")
+    both = (together.state != FAILED) & (alone.state != FAILED)
+    for name, values in alone.arrays.items():
+        if not np.allclose(
+            together.arrays[name][both], values[both], rtol=_AGREE, atol=0.0, equal_nan=True
+        ):
+            raise ArgumentError(
+                f"{name} is another number where cases are computed together than alone: the "
+                "function is not vectorized; leave vectorized=True out"
+            )
+
+
+def seconds_per_case(job: Job, axes: Sequence[int]) -> float:
+    """Return how long a case takes here [s].
+
+    Args:
+        job: whose cases are timed.
+        axes: dimensions that one call takes; none of a function of single cases.
+    """
+    found = _in_calls(job, axes) if axes else None
+    return _one_by_one(job) if found is None else found
+
+
+def _in_calls(job: Job, axes: Sequence[int]) -> float | None:
+    """Return how long a case takes in a call of many; None if such calls fail."""
+    shape = job.parameters.shape
+    most = math.prod(shape[axis] for axis in axes)
+    size, found = 1, None
+    while True:
+        box, room = [slice(0, 1)] * len(shape), size
+        for axis in reversed(axes):
+            box[axis] = slice(0, max(1, min(shape[axis], room)))
+            room //= box[axis].stop
+        before = perf_counter()
+        try:
+            called(job, job.parameters.mesh(box))
+        except Exception:  # One of them fails.
+            return found
+        spent = perf_counter() - before
+        found = spent / math.prod(span.stop for span in box)
+        if size >= most or spent > _ONE_CALL:
+            return found
+        size *= _GROWTH
+
+
+def _one_by_one(job: Job) -> float:
+    """Return how long a case takes by itself."""
+    began = perf_counter()
+    cases = np.linspace(0, job.parameters.count - 1, _MOST_TIMED).astype(int)
+    spent, timed = 0.0, 0
+    for place in cases:
+        with suppress(Exception):  # What fails takes its time, too.
+            _of_one(job, _index(job, int(place)))
+        spent, timed = perf_counter() - began, timed + 1
+        if spent > _TIMED:
+            break
+    return spent / timed
+
+
+def _of_one(job: Job, index: Sequence[int]) -> Outcomes:
+    """Return what the function returns for one case."""
+    if job.broadcasts:
+        return called(job, job.parameters.mesh([slice(at, at + 1) for at in index]))
+    return called(job, job.parameters.case(index))
+
+
+def _index(job: Job, place: int) -> list[int]:
+    """Return the index of a case in each dimension."""
+    return [int(at) for at in np.unravel_index(place, job.parameters.shape)]

@@ -1,0 +1,542 @@
+"""Study: a function over many parameters, computed chunk by chunk and kept as it is computed."""
+
+from __future__ import annotations
+
+import concurrent.futures as futures
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import described, flag, mapping, text, whole
+from ..errors import ArgumentError, CardanError, choices
+from .chunk import FAILED, Box, Computed, Job, failure, missing, packed, sent
+from .chunking import boxes, chunk_shape, count, slabs
+from .engines import Engine, Here, OfDask, OfExecutor, Task
+from .fingerprint import descriptions, fingerprint
+from .measuring import first_schema, refuse_not_vectorized, seconds_per_case
+from .outcomes import Schema
+from .parameters import Parameters, checked_parameters
+from .plan import StudyPlan, in_bytes, in_words
+from .progress import Told, shown
+from .store import Store, refuse_different
+from .sweeps import Sweeps
+
+if TYPE_CHECKING:
+    import os as paths
+
+    import pandas
+    import xarray
+
+_MOST_CASES = 100_000_000
+"""Cases from which on a study is taken for a mistake, unless it says that it is not."""
+_STARTED = 6.0
+"""Time of all cases above which processes are started for them [s]: two or three seconds each."""
+_LOOKED_AT = 1_000_000
+"""States that are read together."""
+
+
+class Study:
+    """A function over named parameters; `cardan_dyn.study` makes it.
+
+    Attributes:
+        parameters: what varies.
+        store: where results are kept.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        store: Store,
+        *,
+        client: Any,
+        executor: futures.Executor | None,
+        workers: int | None,
+        chunk: Mapping[str, int],
+        name: str,
+    ) -> None:
+        self.parameters = job.parameters
+        self.store = store
+        self._job, self._name, self._chunk_given = job, name, chunk
+        self._client, self._executor, self._workers = client, executor, workers
+        self._seconds = math.nan
+        self._told: dict[str, Any] | None = None
+        self._chunk: tuple[int, ...] | None = None
+
+    def __repr__(self) -> str:
+        return f"<Study of {self._name}: {self.parameters!r}, kept in {self.store}>"
+
+    def plan(self) -> StudyPlan:
+        """Return what is computed and how, and what it takes, after timing a few cases.
+
+        Raises:
+            CardanError: no case succeeds, the store is that of another study, or the function
+                cannot be sent to workers.
+        """
+        self._prepare()
+        schema, chunk = self._schema, self._chunk_shape
+        done = self._count()[0] if self._told is not None else 0
+        left = self.parameters.count - done
+        if left and math.isnan(self._seconds):
+            self._time()
+        where, workers = self._where(left)
+        seconds = left * self._seconds / workers if left else 0.0
+        held = schema.bytes_per_case * math.prod(chunk) * (3 * workers if workers > 1 else 1)
+        dims = self.parameters.dims
+        return StudyPlan(
+            cases=self.parameters.count,
+            done=done,
+            shape=dict(zip(dims, self.parameters.shape, strict=True)),
+            chunk=dict(zip(dims, chunk, strict=True)),
+            chunks=count(self.parameters.shape, chunk),
+            how=self._how(chunk),
+            seconds_per_case=self._seconds if left else math.nan,
+            workers=workers,
+            where=where,
+            seconds=seconds,
+            memory=held,
+            disk=schema.bytes_per_case * self.parameters.count,
+            results=in_words(schema),
+            store=str(self.store),
+        )
+
+    def run(self, *, retry: bool = False, progress: bool | Told | None = None) -> Study:
+        """Compute what is missing, and return the study.
+
+        Args:
+            retry: compute the cases that failed, and these alone.
+            progress: show a bar; in terminals and notebooks if None. Or a function that takes the
+                numbers of cases that are done and that failed.
+
+        Raises:
+            CardanError: no case succeeds, or the store, workers or a scheduler fail; the message
+                says what to do. What is finished is kept.
+            KeyboardInterrupt: Ctrl-C; what is finished is kept.
+        """
+        retry = flag("retry", retry)
+        self._prepare()
+        if self._told is None:
+            if retry:
+                raise CardanError(
+                    "nothing was computed, so that nothing failed: run() without retry"
+                )
+            self._make()
+        else:
+            self.store.open(writable=True)
+            self.store.extend(self._told, self.parameters)
+            self._told = self.store.found()
+        done, failed = self._count()
+        left = failed if retry else self.parameters.count - done
+        if not left:
+            return self
+        total = self.parameters.count
+        done -= failed if retry else 0
+        with ExitStack() as stack:
+            engine = stack.enter_context(self._engine(left))
+            told = stack.enter_context(shown(progress, total, done))
+            still_failed = 0 if retry else failed
+            tasks = self._tasks(retry)
+            running = 0
+            exhausted = False
+            try:
+                while running or not exhausted:
+                    while not exhausted and running < engine.room:
+                        task = next(tasks, None)
+                        if task is None:
+                            exhausted = True
+                        else:
+                            engine.start(task)
+                            running += 1
+                    if not running:
+                        break
+                    for task, found in engine.finished():
+                        running -= 1
+                        computed = self._kept(task, found)
+                        done += int(np.count_nonzero(computed.state))
+                        still_failed += len(computed.failures)
+                        told(done, still_failed)
+            finally:
+                engine.stop()
+        return self
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """All results that are there, with parameters as coordinates; read when they are used.
+
+        Cases that failed or are missing are NaN; `state` says which: 1 is done, 2 failed.
+
+        Raises:
+            CardanError: nothing was computed, or the store cannot be read.
+        """
+        if self._told is None:
+            self._told = self.store.found()
+        if self._told is None:
+            raise CardanError("nothing was computed yet: run() the study")
+        return self.store.dataset(self.parameters)
+
+    @property
+    def failures(self) -> pandas.DataFrame:
+        """The cases that failed: a row each, with index, parameters, type and message.
+
+        Raises:
+            CardanError: the store cannot be read.
+        """
+        import pandas
+
+        rows = []
+        for box, states in self._states():
+            for index, said in self.store.failures(box, states):
+                kind, _, message = said.partition(": ")
+                sample = dict(
+                    zip((f"{dim}_index" for dim in self.parameters.dims), index, strict=True)
+                )
+                rows.append(
+                    sample | self.parameters.case(index) | {"type": kind, "message": message}
+                )
+        names = [f"{dim}_index" for dim in self.parameters.dims]
+        return pandas.DataFrame(rows, columns=[*names, *self.parameters.units, "type", "message"])
+
+    def _kept(self, task: Task, found: Computed | Exception) -> Computed:
+        """Write a chunk, and return it; where workers were lost again and again, that failed."""
+        if isinstance(found, Exception):
+            if type(found).__name__ != "KilledWorker":
+                raise CardanError(
+                    f"a worker cannot compute chunks: {failure(found)}. Workers need the packages "
+                    "that are installed here, in the same versions; what is finished is kept"
+                ) from found
+            found = self._lost(task, found)
+        self.store.put(task.box, found)
+        return found
+
+    def _lost(self, task: Task, error: Exception) -> Computed:
+        """Return a chunk that ends each worker that computes it, as failures."""
+        shape = tuple(span.stop - span.start for span in task.box)
+        state = np.full(shape, FAILED, np.int8)
+        if task.wanted is not None:
+            state[~task.wanted] = 0
+        said = failure(error).split("\n")[0]
+        lost = [(int(index), said) for index in np.flatnonzero(state)]
+        return Computed(self._schema.empty(shape), state, lost, math.nan)
+
+    # What there is, and what is left.
+
+    def _states(self) -> Iterator[tuple[Box, Array]]:
+        """Iterate over chunks and the states of their cases."""
+        if self._told is None:
+            self._told = self.store.found()
+        if self._told is None:
+            return
+        # Before it is extended, the store has fewer cases than the study.
+        shape = [item["count"] for item in self._told["parameters"]]
+        chunk = self._told["chunk"]
+        for slab in slabs(shape, chunk, _LOOKED_AT):
+            states = self.store.states(slab)
+            for box in boxes(shape, chunk, slab):
+                place = tuple(
+                    slice(span.start - of.start, span.stop - of.start)
+                    for span, of in zip(box, slab, strict=True)
+                )
+                yield box, states[place]
+
+    def _count(self) -> tuple[int, int]:
+        """Return the number of cases that were computed, and of those that failed."""
+        done = failed = 0
+        for _, states in self._states():
+            done += int(np.count_nonzero(states))
+            failed += int(np.count_nonzero(states == FAILED))
+        return done, failed
+
+    def _tasks(self, retry: bool) -> Iterator[Task]:
+        """Iterate over what is to be computed."""
+        for box, states in self._states():
+            wanted = states == FAILED if retry else states == 0
+            if wanted.any():
+                yield Task(box, None if wanted.all() and not retry else wanted, retry)
+
+    # What is known before.
+
+    def _prepare(self) -> None:
+        """Find out what cases return and how a chunk is computed, or read it from the store."""
+        if self._chunk is not None:
+            return
+        told = self.store.found()
+        if told is not None:
+            refuse_different(told, self._prints, self.parameters, self.store)
+            self._job = self._job._replace(schema=Schema.from_json(told["schema"]))
+            self._chunk = tuple(told["chunk"])
+            self._refuse_other_chunk()
+            packed(self._job)
+            self._told = told
+            return
+        packed(self._job)
+        self._job = self._job._replace(schema=first_schema(self._job))
+        if self._job.broadcasts and not isinstance(self._job.function, Sweeps):
+            refuse_not_vectorized(self._job)
+        self._chunk = self._chosen_chunk()
+
+    @property
+    def _prints(self) -> dict[str, str]:
+        prints = fingerprint(self._job.function)
+        return prints | {f"the unit of {name}": unit for name, unit in self._job.units.items()}
+
+    @property
+    def _schema(self) -> Schema:
+        schema = self._job.schema
+        if schema is None:
+            raise RuntimeError("the study was not prepared")
+        return schema
+
+    @property
+    def _chunk_shape(self) -> tuple[int, ...]:
+        if self._chunk is None:
+            raise RuntimeError("the study was not prepared")
+        return self._chunk
+
+    def _chosen_chunk(self) -> tuple[int, ...]:
+        given, parameters = self._chunk_given, self.parameters
+        if given:
+            sizes = zip(parameters.dims, parameters.shape, strict=True)
+            return tuple(min(given.get(dim, size), size) for dim, size in sizes)
+        self._time()
+        size, first = self._schema.bytes_per_case, self._taken_at_once()[::-1]
+        return chunk_shape(parameters.shape, self._seconds, size, first)
+
+    def _refuse_other_chunk(self) -> None:
+        if self._chunk_given:
+            there = dict(zip(self.parameters.dims, self._chunk_shape, strict=True))
+            wanted = {dim: size for dim, size in self._chunk_given.items() if size != there[dim]}
+            if wanted:
+                raise CardanError(
+                    f"{self.store} was begun with chunks of {there}; leave chunk= out, or name "
+                    "another store"
+                )
+
+    def _time(self) -> None:
+        """Measure how long a case takes."""
+        self._seconds = seconds_per_case(self._job, self._taken_at_once())
+
+    def _taken_at_once(self) -> list[int]:
+        """Return the dimensions that one call takes."""
+        function, blocks = self._job.function, self.parameters.blocks
+        if isinstance(function, Sweeps):
+            swept = [function.swept(list(block.units)) == list(block.units) for block in blocks]
+            return [axis for axis, is_swept in enumerate(swept) if is_swept]
+        return list(range(len(blocks))) if self._job.broadcasts else []
+
+    def _make(self) -> None:
+        """Make the store."""
+        needed = self._schema.bytes_per_case * self.parameters.count
+        free = self.store.free
+        if needed > free:
+            raise CardanError(
+                f"{self.store}: all results may take {in_bytes(needed)}, and {in_bytes(free)} are "
+                "free; name a store with more room, or want less of each case"
+            )
+        function = self._job.function
+        self.store.make(
+            self._name,
+            self.parameters,
+            self._schema,
+            self._chunk_shape,
+            self._prints,
+            descriptions(function),
+        )
+        self._told = self.store.found()
+
+    # Where it is computed.
+
+    def _how(self, chunk: tuple[int, ...]) -> str:
+        function = self._job.function
+        if isinstance(function, Sweeps):
+            return function.plan(self.parameters, chunk)
+        if self._job.broadcasts:
+            return "one call of the function with arrays"
+        return f"a loop over {math.prod(chunk)} calls of {self._name}"
+
+    def _where(self, left: int) -> tuple[str, int]:
+        """Return what computes, in words, and the number of its workers."""
+        if self._client is not None:
+            workers = max(1, sum(self._client.nthreads().values()))
+            return (
+                f"{workers} threads of the Dask cluster {self._client.scheduler.address}",
+                workers,
+            )
+        if self._executor is not None:
+            workers = getattr(self._executor, "_max_workers", None) or 1
+            return f"{type(self._executor).__name__} of {workers} workers", workers
+        cores = _cores() if self._workers is None else self._workers
+        if self._workers is None and left * self._seconds < _STARTED:
+            return "this process, since it does not take long", 1
+        return ("this process", 1) if cores == 1 else (f"{cores} processes of this machine", cores)
+
+    @contextmanager
+    def _engine(self, left: int) -> Iterator[Engine]:
+        """Return what computes, until the study is done or fails."""
+        job = sent(packed(self._job))
+        if self._client is not None:
+            yield OfDask(self._client, job)
+            return
+        if self._executor is not None:
+            yield OfExecutor(self._executor, job)
+            return
+        if self._workers is None and math.isnan(self._seconds):
+            self._time()
+        _, workers = self._where(left)
+        if workers == 1:
+            yield Here(job)
+            return
+        with local_client(workers) as client:
+            yield OfDask(client, job)
+
+
+def study(
+    function: Callable[..., object],
+    parameters: object,
+    *,
+    store: str | paths.PathLike[str] | Any = None,
+    client: Any = None,
+    executor: futures.Executor | None = None,
+    workers: int | None = None,
+    chunk: int | Mapping[str, int] | None = None,
+    vectorized: bool = False,
+    units: Mapping[str, str] | None = None,
+    most_cases: int = _MOST_CASES,
+    storage_options: Mapping[str, Any] | None = None,
+) -> Study:
+    """Study a function of parameters: plan it, run it, go on with it, and look at its results.
+
+    The function is called with a parameter by each name, and returns a number, an array, a mapping
+    of names to these, or an `xarray.Dataset`, of the same names and shapes for all cases; what it
+    raises is recorded and does not stop the others. `studies.Sweeps` is such a function, of a scene
+    and what is wanted of it, that takes all cases of a chunk in one call.
+
+    Results depend on the function, the parameters and the shape of the chunks, and not on who
+    computes them, how many do, and in which order: to the last bit on machines of one kind. The
+    shape of the chunks is chosen once, when a store is begun.
+
+    Args:
+        function: of the parameters; one that can be pickled, in scripts and notebooks any.
+        parameters: names to values `(N,)`, or to pairs of these and a unit: the cases are their
+            product. Or `studies.points`, `studies.samples`, or a list of these: the product of all
+            of them. Long even axes are `studies.Line`.
+        store: path or URL (`s3://…`, `memory://…`) of a Zarr store, in which what is finished
+            stays; a run goes on with what is missing. In memory if None.
+        client: a `dask.distributed.Client` that computes.
+        executor: of `concurrent.futures`, likewise.
+        workers: without these, processes on this machine: as many as it has cores if None, or none
+            but this one where all takes a few seconds; 1 is this one.
+        chunk: cases of a chunk, or dimensions to sizes; of a second each if None.
+        vectorized: the function takes arrays that broadcast, one axis for each dimension of the
+            study, and returns arrays that begin with their common shape.
+        units: names of results to units, where these do not say them.
+        most_cases: from how many cases on it is taken for a mistake.
+        storage_options: of the file system of a URL, see fsspec.
+
+    Raises:
+        ArgumentError: parameters are empty, not finite or too many, or an argument is of no use.
+        MissingExtraError: zarr, xarray, pandas or dask is not installed.
+    """
+    _refuse_missing()
+    if not callable(function):
+        raise ArgumentError(f"function is {described(function)}, expected a function of parameters")
+    found = checked_parameters(parameters)
+    limit = whole("most_cases", most_cases)
+    if found.count > limit:
+        sizes = " × ".join(f"{block.dim} {block.count:,}" for block in found.blocks)
+        raise ArgumentError(
+            f"{sizes} are {found.count:,} cases; take studies.samples of the parameters, fewer "
+            f"values, or say most_cases={found.count} if all of them are meant"
+        )
+    if client is not None and executor is not None:
+        raise ArgumentError("client and executor are given; name the one that computes")
+    if client is not None and not hasattr(client, "scheduler"):
+        raise ArgumentError(f"client is {described(client)}, expected a dask.distributed.Client")
+    if executor is not None and not hasattr(executor, "submit"):
+        raise ArgumentError(
+            f"executor is {described(executor)}, expected one of concurrent.futures"
+        )
+    at_once = flag("vectorized", vectorized) or isinstance(function, Sweeps)
+    if isinstance(function, Sweeps):
+        _refuse_unknown(function, found)
+    given_units = {
+        name: text(f"units[{name!r}]", unit) for name, unit in mapping("units", units).items()
+    }
+    return Study(
+        Job(function, found, None, given_units, at_once),
+        Store(store, storage_options),
+        client=client,
+        executor=executor,
+        workers=None if workers is None else whole("workers", workers),
+        chunk=_chunk_sizes(chunk, found),
+        name=getattr(function, "__qualname__", None) or type(function).__name__,
+    )
+
+
+def _refuse_unknown(function: Sweeps, parameters: Parameters) -> None:
+    names = list(parameters.units)
+    built = [name for name in names if name not in function.swept(names)]
+    if built and not callable(function.scene):
+        raise ArgumentError(
+            f"{choices(built)}: no argument of a sweep; those are position, speed, acceleration, "
+            "time, held.JOINT, loads.JOINT, inertia.LINK, gravity.x. For others, give Sweeps a "
+            "function that makes the scene of them"
+        )
+
+
+def _chunk_sizes(given: object, parameters: Parameters) -> dict[str, int]:
+    """Return sizes of chunks along the dimensions that are given."""
+    if given is None:
+        return {}
+    if isinstance(given, Mapping):
+        sizes = {
+            name: whole(f"chunk[{name!r}]", size) for name, size in mapping("chunk", given).items()
+        }
+        if unknown := set(sizes) - set(parameters.dims):
+            raise ArgumentError(
+                f"chunk[{min(unknown)!r}]: dimensions are {choices(parameters.dims, min(unknown))}"
+            )
+        return sizes
+    room, sizes = whole("chunk", given), {}
+    for dim, size in reversed(list(zip(parameters.dims, parameters.shape, strict=True))):
+        sizes[dim] = max(1, min(size, room))
+        room //= sizes[dim]
+    return sizes
+
+
+@contextmanager
+def local_client(workers: int) -> Iterator[Any]:
+    """Return a Dask client of processes on this machine, which end with the context."""
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            silence_logs=50,
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def _refuse_missing() -> None:
+    """Refuse to begin what would end for want of a package."""
+    from importlib.util import find_spec
+
+    for package in ("zarr", "xarray", "pandas", "distributed", "threadpoolctl"):
+        if find_spec(package) is None:
+            raise missing(package)
+
+
+def _cores() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
