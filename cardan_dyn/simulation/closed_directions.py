@@ -57,6 +57,7 @@ class ClosedDirections:
         prescribed: Array,
         rank: int,
         gaps: Callable[[Array], Array] | None = None,
+        data: Any = None,
     ) -> None:
         """Make it.
 
@@ -68,11 +69,12 @@ class ClosedDirections:
             rank: of the closure equations where loops are closed, along free coordinates.
             gaps: returns by how much couplings are off at a configuration, as their rows count it;
                 if None, they hold.
+            data: Pinocchio's, to work in with others, as it is great; its own if None.
         """
         self.model = model.copy()
         self._lent = np.array(model.armature)
         self.model.armature = np.zeros(model.nv)
-        self._data = self.model.createData()
+        self._data = self.model.createData() if data is None else data
         self._constraints, self._couplings = list(constraints), couplings
         self._coupling_gaps = gaps
         self._prescribed, self._rank = prescribed, rank

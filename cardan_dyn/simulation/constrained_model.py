@@ -9,7 +9,8 @@ its proximal iterations need three rounds if their regularisation suits the scen
 prescribed is a joint with an inertia so great that nothing else moves it; the same decomposition
 then closes loops that have drifted open, in the metric of the kinetic energy. Close to a singular
 configuration a closure equation is weaker than what this regularisation takes for redundant: there
-the equations keep the rank that they have elsewhere, by singular values.
+the equations keep the rank that they have elsewhere, by singular values. Many loops are eliminated
+one after the other instead, see `loop_elimination`, wherever none of them is weak.
 
 A chain may be overclosed: Bennett's linkage moves although its four hinges leave no freedom by
 count, as three closure equations follow from the others on closed positions, and nowhere else.
@@ -21,7 +22,7 @@ well the equations keep the rank that they have where loops are closed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio
@@ -31,6 +32,7 @@ from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Loop, constraint_models
 from .closed_directions import ZERO, ClosedDirections, rank_of
 from .free_balls import WithBalls
+from .loop_elimination import LoopElimination
 from .turning_model import in_lengths, turning_model
 
 _TOGETHER = 16
@@ -47,6 +49,8 @@ _ELSEWHERE = 0.3
 that they have elsewhere, whether or not loops are closed there."""
 _PLACES = 3
 """Number of configurations at which these are looked at."""
+_MANY = 13
+"""Loops from which on bodies are eliminated one after the other: fewer take as long at once."""
 _WEAK = 1e-3
 """Eigenvalue of J M⁻¹ Jᵀ, as a fraction of the least elsewhere, below which singular values are
 taken: three proximal iterations leave (1e-8 / 1e-3)³ of its equation."""
@@ -293,6 +297,8 @@ class ConstrainedChain:
         self._couplings = _Couplings(mechanism, chain)
         self._has_couplings = len(self._couplings.rows) > 0
         state = state[chain.columns] * self._of_positions
+        # Its size grows with the third power of the coordinates: there is one for all that works.
+        self.data = self.model.createData()
         inertia = self._inertia(state)
         free = np.delete(np.arange(self.model.nv), self.prescribed)
         self._scale = float(np.max(np.diag(inertia), initial=0.0)) or 1.0
@@ -305,23 +311,36 @@ class ConstrainedChain:
         self._start_data()
         self._free = free
         made_of = self.model, self._constraints, self._couplings.rows, self.prescribed
-        gaps = self._couplings.gaps
-        self._elsewhere = _Elsewhere(ClosedDirections(*made_of, rank=self.model.nv), state)
-        self._by_rank = ClosedDirections(*made_of, rank=self._elsewhere.rank, gaps=gaps)
+
+        def directions(rank: int, gaps: Callable[[Array], Array] | None = None) -> ClosedDirections:
+            return ClosedDirections(*made_of, rank=rank, gaps=gaps, data=self.data)
+
+        every, gaps = directions(self.model.nv), self._couplings.gaps
+        self._elsewhere = _Elsewhere(every, state)
+        self._by_rank = directions(self._elsewhere.rank, gaps)
         self._mu = _REGULARISATION * self._elsewhere.least
         rank, strong = self._elsewhere.loops, -_WEAK * float(self._elsewhere.least)
         self._last_loop, self._strong = (rank - 1, strong) if rank else (0, np.inf)
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
         self._is_overclosed = False
-        overclosed = _overclosed(*made_of, state, self._closed_positions, gaps)
-        self._directions = overclosed
+        self._elimination: LoopElimination | None = None
+        overclosed = _overclosed_rank(every, state, self._closed_positions)
+        self._directions = None
         self._is_overclosed = overclosed is not None
         if overclosed is not None:
-            self._by_rank = overclosed
+            self._by_rank = self._directions = directions(overclosed, gaps)
         elif self._lent:
-            self._directions = ClosedDirections(*made_of, rank=self.model.nv)
+            self._directions = every
+        if self._suits_elimination(loops):
+            least = self._elsewhere.least
+            self._elimination = LoopElimination(self.model, self.data, self._constraints, least)
         # Loops were closed elsewhere to see it.
         self.rounding, self.was_weak = 0.0, False
+
+    def _suits_elimination(self, loops: list[Loop]) -> bool:
+        if len(loops) < _MANY or self._has_couplings or self._directions is not None:
+            return False
+        return all(loop.predecessor for loop in loops)
 
     def _closed_positions(self, x: Array) -> Array:
         """Return a closed configuration of the model near one that is a little open."""
@@ -332,7 +351,6 @@ class ConstrainedChain:
         return ConstrainedChain, self._made_of
 
     def _start_data(self) -> None:
-        self.data = self.model.createData()
         pair = self._constraints, self._constraint_data
         # Going through Pinocchio's vector anew takes longer than all that is read, and so does
         # asking for the decomposition of the dynamics each time.
@@ -347,7 +365,7 @@ class ConstrainedChain:
 
     def _inertia(self, x: Array) -> Array:
         """Return the inertia matrix `(nv, nv)` at coordinates."""
-        upper = np.triu(pinocchio.crba(self.model, self.model.createData(), x))
+        upper = np.triu(pinocchio.crba(self.model, self.data, x))
         return np.asarray(upper + np.triu(upper, 1).T)
 
     def _loop_jacobian(self) -> Array:
@@ -403,6 +421,10 @@ class ConstrainedChain:
             told = self._nothing[self.prescribed] if prescribed is None else prescribed
             a = self._directions.accelerations(x, v, given, told * self._of_rates[self.prescribed])
             return a / self._of_rates
+        if self._elimination is not None:
+            found = self._elimination.accelerations(x, v, given)
+            if found is not None:
+                return np.asarray(found / self._of_rates) if self._slides else found
         a = self._constrained(x, v, given)
         is_weak = self._is_weak
         if self._has_couplings and not is_weak:
@@ -486,6 +508,10 @@ class ConstrainedChain:
         """Return a closed state, see `closed`, in units of the characteristic length."""
         if self._is_overclosed:
             return self._by_rank.closed(x, v, strong_alone=crosses)
+        if self._elimination is not None and not crosses:
+            found = self._eliminated(self._elimination, x, v)
+            if found is not None:
+                return found
         rest = self._nothing
         self._constrained(x, v, rest)
         for _ in range(_MOST_STEPS):
@@ -510,6 +536,23 @@ class ConstrainedChain:
         opening = self._loop_jacobian() @ v
         rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
         return x, self._coupled(v - self._solved(opening, rest, rounds), *factors)
+
+    def _eliminated(
+        self, elimination: LoopElimination, x: Array, v: Array
+    ) -> tuple[Array, Array] | None:
+        """Return a closed state near one that drifted; None if a closure is weak."""
+        for _ in range(_MOST_STEPS):
+            found = elimination.displacement(x)
+            if found is None:
+                return None
+            step, error = found
+            if error <= _CLOSED:
+                break
+            x = np.asarray(pinocchio.integrate(self.model, x, step))
+            if error <= _NEAR:
+                break
+        change = elimination.slowing(x, v)
+        return None if change is None else (x, v + change)
 
     def closure_error(self, x: Array) -> float:
         """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
@@ -657,26 +700,18 @@ def _rounds(error: float) -> int:
     return 1 if error <= _NEAR else _ROUNDS
 
 
-def _overclosed(
-    model: Any,
-    constraints: Any,
-    couplings: Array,
-    prescribed: Array,
-    state: Array,
-    closed: Callable[[Array], Array],
-    gaps: Callable[[Array], Array],
-) -> ClosedDirections | None:
-    """Return how a chain moves if equations are redundant only where its loops are closed."""
-    if not len(constraints):
+def _overclosed_rank(
+    every: ClosedDirections, state: Array, closed: Callable[[Array], Array]
+) -> int | None:
+    """Return the rank of equations that are redundant only where loops are closed; None if not."""
+    if not every.loop_rows:
         return None
-    made_of = model, constraints, couplings, prescribed
-    every = ClosedDirections(*made_of, rank=model.nv)
-    free = np.delete(np.arange(model.nv), prescribed)
-    ways = np.zeros((len(_MOVED) + 1, model.nv))
+    nv, free = every.model.nv, every.free
+    ways = np.zeros((len(_MOVED) + 1, nv))
     ways[:, free] = np.random.default_rng(0).normal(size=(len(ways), free.size))
 
     def displaced(size: float, way: Array) -> Array:
-        return np.asarray(pinocchio.integrate(model, state, size * way))
+        return np.asarray(pinocchio.integrate(every.model, state, size * way))
 
     opened = every.rank(displaced(_OPEN, ways[-1]))
     here = every.rank(state)
@@ -685,4 +720,4 @@ def _overclosed(
     # The state itself may be singular.
     moved = [closed(displaced(size, way)) for size, way in zip(_MOVED, ways, strict=False)]
     rank = max(here, *map(every.rank, moved))
-    return None if rank == opened else ClosedDirections(*made_of, rank=rank, gaps=gaps)
+    return None if rank == opened else rank

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -85,7 +86,6 @@ class System:
         )
         start = free.row(start) if free else start
         self.physical = turning_model(self.mechanism)
-        self._data = self.physical.createData()
         named = self.mechanism.coordinates.named
         self._names = StateNames(self.mechanism.coordinates)
         self.size = coordinates.size
@@ -119,6 +119,10 @@ class System:
             ],
             dtype=int,
         )
+
+    @cached_property
+    def _data(self) -> Any:
+        return self.physical.createData()
 
     def derivative(self, time: float, y: Array) -> Array:
         """Return the time derivative of a row."""

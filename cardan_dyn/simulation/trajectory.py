@@ -634,7 +634,7 @@ class Trajectory(MotionResult, Prescribed):
             energy = energy + elements.at(*self._counted(), self.time).potential_energy
         return read_only(energy)
 
-    @property
+    @cached_property
     def _energy(self) -> WeightEnergy:
         return WeightEnergy(self.mechanism, self._problem.gravity)
 
