@@ -108,7 +108,7 @@ class ClosureForces:
             return indices[joints], spread
         loaded = np.array(sorted({k for path, _ in paths for k in indices[path].tolist()}), int)
         size = next(iter(forces.values())).shape[2]
-        total = np.zeros((len(state.q), len(loaded), 6, size))
+        total = np.zeros((len(state.x), len(loaded), 6, size))
         for joints, spread in paths:
             total[:, np.searchsorted(loaded, indices[joints])] += spread
         return loaded, total

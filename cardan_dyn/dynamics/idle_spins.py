@@ -98,7 +98,7 @@ class IdleSpins:
         along = np.swapaxes(vectors, -1, -2) @ moments
         unbalanced = np.abs(along) * ~counts[:, :, None]
         if np.max(unbalanced) > _BALANCED * np.max(np.abs(wrenches)):
-            names = group_state.equations.mechanism.coordinates.names_of(_columns(group_state))
+            names = group_state.solver.coordinates.names_of(_columns(group_state))
             raise MobilityError(
                 f"a load acts about the line of an idle rod without inertia ({choices(names)}), "
                 "which nothing can hold; give the rod mass, take the load off, or drive or hold "

@@ -192,12 +192,13 @@ def _inertial(
         motions: of all bases but the world.
     """
     batch = group.batch
+    q = batch.configuration(group.x)
     v, a = (batch.velocity(rates) for rates in case.dynamics or ())
     if batch.base < 0:
         if np.any(case.gravity):
             _fall(group, a, case.gravity)
-        return batch.inverse_dynamics(group.q, v, a), []
-    wrenches, of_base = batch.inverse_dynamics_on(motions[batch.base], group.q, v, a)
+        return batch.inverse_dynamics(q, v, a), []
+    wrenches, of_base = batch.inverse_dynamics_on(motions[batch.base], q, v, a)
     return wrenches, [of_base]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array, generic
 from ..mechanism.mechanism import Mechanism
 from .closing.all_groups import Kinematics
-from .closing.group_solver import GroupSolver, GroupState
+from .closing.group_solver import GroupState, solver_of
 from .closing.stacked import ranks
 from .following.branch import Branch
 from .loops.groups import Group, partition
@@ -53,11 +53,16 @@ class LoopSystem:
             drives: names of the driven joints.
             passives: `(p,)` velocity coordinates that are neither driven nor held.
         """
-        coordinates = self.mechanism.coordinates
+        coordinates, driven = self.mechanism.coordinates, self._columns(drives)
         x = coordinates.neutral()
         for name, value in self.held.items():
             x[coordinates.named[name].column] = value
-        return partition(self.structure, x, self._columns(drives), passives)
+        # A single loop is solved as a whole, wherever the held joints are.
+        at = x.tobytes() if len(self.structure.paths) > 1 else b""
+        key = driven.tobytes(), passives.tobytes(), at
+        return self.mechanism.kept.of(
+            "groups", key, lambda: partition(self.structure, x, driven, passives)
+        )
 
     def finer(
         self,
@@ -80,15 +85,25 @@ class LoopSystem:
         if all(len(groups[index].loops) <= 1 for index in solved):
             return groups
 
-        return finer_groups(self.structure, groups, solved, state, self._columns(drives), passives)
+        driven = self._columns(drives)
+        key = (
+            *(group.key for group in groups),
+            *(tuple(solved), state.tobytes(), driven.tobytes(), passives.tobytes()),
+        )
+
+        def found() -> list[Group] | None:
+            finer = finer_groups(self.structure, groups, solved, state, driven, passives)
+            return None if finer is groups else finer
+
+        return self.mechanism.kept.of("finer groups", key, found) or groups
 
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         """Return what solves all rows of some groups while some joints are driven."""
-        solvers = [GroupSolver(self.mechanism, group) for group in groups]
+        solvers = [solver_of(self.mechanism, group) for group in groups]
         return Kinematics(self.mechanism.coordinates, self._columns(drives), solvers)
 
     def together(
-        self, state: Array, joints: tuple[str, ...], passives: Array, left_out: set[int]
+        self, state: Array, joints: tuple[str, ...], passives: Array, left_out: frozenset[int]
     ) -> Kinematics | None:
         """Return what solves the motion of several joints, each of which may move alone.
 
@@ -118,7 +133,7 @@ class LoopSystem:
         joint: str,
         value: float,
         passives: Array,
-        left_out: set[int],
+        left_out: frozenset[int],
         together: Kinematics | None = None,
     ) -> Array:
         """Return the state that a mechanism is in after one joint has moved to a value.
@@ -234,7 +249,7 @@ def _unproven(
     if open_ones:
         return open_ones
     chosen = [index for index, own in enumerate(items) if own and own <= closed]
-    solvers = [GroupSolver(structure.mechanism, finer[index]) for index in chosen]
+    solvers = [solver_of(structure.mechanism, finer[index]) for index in chosen]
     kinematics = Kinematics(structure.mechanism.coordinates, drives, solvers)
     new = [local for local, index in enumerate(chosen) if not is_known[index]]
     refuted = _refuted_at(kinematics, new, x) or _refuted_around(kinematics, new, x)

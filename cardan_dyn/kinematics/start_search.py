@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AssemblyError, SingularConfigurationError
+from ..frozen import read_only
 from ..problem.problem import Problem
 from .closing.all_groups import Kinematics
 from .closing.group_solver import LONGEST_STEP, MOST_STEPS_FROM_AFAR
@@ -42,7 +43,8 @@ class StartSearch:
         self._system = system
         self._kinematics = kinematics
         self._decided = decided
-        self._left_out = set(problem.passive_columns.tolist()) - set(decided.tolist())
+        passives = frozenset(problem.passive_columns.tolist())
+        self._left_out = passives - set(decided.tolist())
 
     def closed_start(self) -> Array:
         """Return closed coordinates `(size,)` from which the held joints can be moved.
@@ -169,6 +171,12 @@ class StartSearch:
         The drives stay at zero if Newton's method closes the loops nearby. From far away it may end
         in any assembly mode, which would then depend on the choice of the drives.
         """
+        key = (*(solver.group.key for solver in self._kinematics.solvers), self._decided.tobytes())
+        kept = self._problem.mechanism.kept
+        return kept.of("closed zero", key, lambda: read_only(self._closed_at(zero)))
+
+    def _closed_at(self, zero: Array) -> Array:
+        """See `_closed_zero`."""
         state = self._kinematics.close(zero[None, :], most=MOST_STEPS_FROM_AFAR)
         # As long as no step was shortened, this is the assembly mode that the zero is nearest to.
         if state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < LONGEST_STEP:
@@ -215,6 +223,15 @@ class StartSearch:
         All joints that are not held follow them, the drives as well.
         """
         problem = self._problem
+        near, held = tuple(problem.near.items()), tuple(problem.held.items())
+        key = state.tobytes(), near, held, self._left_out
+        return problem.mechanism.kept.of(
+            "way to near", key, lambda: read_only(self._way_to_near(state))
+        )
+
+    def _way_to_near(self, state: Array) -> Array:
+        """See `_moved_to_start`."""
+        problem = self._problem
         coordinates = problem.mechanism.coordinates
         (free,) = np.nonzero(self._free(problem.held))
         for joint, value in problem.near.items():
@@ -228,7 +245,16 @@ class StartSearch:
         Args:
             states: `(size,)` closed coordinates; those after every joint are appended.
         """
-        problem, state = self._problem, states[-1]
+        held = tuple(self._problem.held.items())
+        key = states[-1].tobytes(), held, self._problem.passive_columns.tobytes(), self._left_out
+        way = self._problem.mechanism.kept.of(
+            "way of held joints", key, lambda: self._way_of_held(states[-1])
+        )
+        states.extend(way)
+
+    def _way_of_held(self, state: Array) -> list[Array]:
+        """Return the states `(size,)` after every held joint, see `bring_held`."""
+        problem, states = self._problem, [state]
         wanted = self._with(state, problem.held)
         coordinates, passives = problem.mechanism.coordinates, problem.passive_columns
         away = tuple(
@@ -242,6 +268,7 @@ class StartSearch:
         for joint, value in problem.held.items():
             known = together if joint in away else None
             states.append(self.moved(states[-1], joint, value, passives, known))
+        return [read_only(item) for item in states[1:]]
 
     def moved(
         self,

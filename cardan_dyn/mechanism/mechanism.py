@@ -27,6 +27,7 @@ from ..errors import ModelError, choices
 from ..frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
 from .joints import Joint, NamedCoordinate, Part, described_joints, named_coordinates
+from .kept import Kept
 from .tree import TreeBuilder, artificial_inertia
 from .welds import (
     LEAST_LENGTH,
@@ -87,6 +88,7 @@ class Mechanism(Frozen):
             their middle. It weighs forces against moments and distances against angles wherever
             both are compared, and does not depend on which joint of a ring is the loop.
         coordinates: layout of joint coordinates and velocities.
+        kept: what scenes of it found out, for other scenes.
     """
 
     def __init__(
@@ -103,6 +105,7 @@ class Mechanism(Frozen):
         self._base = base
         self._remarks: tuple[str, ...] = ()
         self._variants: dict[tuple[frozenset[str], frozenset[str]], Mechanism] = {}
+        self.kept = Kept()
         self.name = description.name
         self.notation = description.notation
         tree = TreeBuilder(description, cardan)

@@ -1,20 +1,24 @@
 """Batch model: placements and wrenches of some bodies of a mechanism, for many samples.
 
-Every body is a free-flyer in a Pinocchio model of its own, whatever its joint, so that one call per
-sample gives them all. The memory of `pin.Data` grows with the third power of the coordinates,
-gigabytes for a hundred bodies: many bodies are a `LongChain`, whose recursions over the bodies hold
-all samples in their arrays.
+Pinocchio places the bodies by their joints, in one call per sample. For their wrenches, every body
+is a free-flyer in a second model, whatever its joint, so that one call gives them all. The memory
+of `pin.Data` grows with the third power of the coordinates, gigabytes for a hundred free-flyers,
+which takes far longer to make than to use: it is made when wrenches of moving masses are asked for,
+and many bodies are a `LongChain`, whose recursions over the bodies hold all samples in their
+arrays.
 """
 
 from __future__ import annotations
 
 import threading
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio
 
 from ...arrays import Array, consecutive, cross
+from ...mechanism.joints import Part
 from ...mechanism.mechanism import Mechanism
 
 _FEWEST_POOLED = 32
@@ -22,6 +26,10 @@ _FEWEST_POOLED = 32
 turning the arrays costs more than it saves."""
 _BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
 """Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
+_CROSS = np.array(
+    [[0, 0, 0, 0, 0, 1, 0, -1, 0], [0, 0, -1, 0, 0, 0, 1, 0, 0], [0, 1, 0, -1, 0, 0, 0, 0, 0.0]]
+)
+"""A vector p times it are the entries of [p]×ᵀ, by which a row c is multiplied for p × c."""
 
 
 class BaseMotion(NamedTuple):
@@ -53,7 +61,6 @@ class BatchModel:
         parents: `(n,)` index in `bodies` of each body's parent, -1 for the base.
         origin: `(3,)` the point of the base about which twists and wrenches are taken, in its axes
             [m]. It lies near the loops, so that no digits are lost far from the base's origin.
-        model: `pin.Model` of the free-flyers, without gravity.
         mass: `(n,)` masses that are accounted for here [kg].
         has_mass: whether any of them is not zero.
         subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
@@ -84,22 +91,35 @@ class BatchModel:
         self.index_of = {body: index for index, body in enumerate(bodies)}
         self.origin = origin
         inertial_bodies = inertial_bodies - {index - 1 for index in mechanism.auxiliary_bodies}
-        self.model = _free_flyers(mechanism.model, self.index_of, inertial_bodies, origin)
+        self._source, self._inertial_bodies = mechanism.model, inertial_bodies
         self._of_thread = threading.local()
-        self.mass = np.array([inertia.mass for inertia in list(self.model.inertias)[1:]])
+        source = mechanism.model
+        self.mass = np.array(
+            [source.inertias[body + 1].mass if body in inertial_bodies else 0.0 for body in bodies]
+        )
         self.has_mass = bool(np.any(self.mass > 0.0))
-        self._moving_model = self.model
-        if base >= 0 and self.has_mass:
-            at_base = np.zeros(3)
-            self._moving_model = _free_flyers(
-                mechanism.model, self.index_of, inertial_bodies, at_base, on_moving_base=True
-            )
-        self.parents = np.array(self.model.parents, dtype=int)[1:] - 1
+        self.parents = np.array(
+            [self.index_of.get(source.parents[body + 1] - 1, -1) for body in bodies], dtype=int
+        )
         self._lay_out(mechanism)
+
+    @cached_property
+    def _free_flyers(self) -> pinocchio.Model:
+        """The bodies as free-flyers on a base at rest."""
+        return _free_flyers(self._source, self.index_of, self._inertial_bodies, self.origin)
+
+    @cached_property
+    def _moving_free_flyers(self) -> pinocchio.Model:
+        """The bodies as free-flyers on a base that is one as well."""
+        at_base = np.zeros(3)
+        return _free_flyers(
+            self._source, self.index_of, self._inertial_bodies, at_base, on_moving_base=True
+        )
 
     def _lay_out(self, mechanism: Mechanism) -> None:
         """Find where the coordinates of the bodies' joints are, and along what they move."""
         model, coordinates = mechanism.model, mechanism.coordinates
+        placed: dict[int, tuple[Part, int]] = {}
         self.subspace = np.zeros((model.nv, 6))
         self.moved_body = np.full(model.nv, -1)
         rows: dict[str, list[tuple[int, int, int, Array]]] = {
@@ -113,6 +133,7 @@ class BatchModel:
                 continue
             start = model.idx_vs[part.id]
             self.moved_body[start : start + part.nv] = index
+            placed[index] = part, column
             rows[part.kind].append((index, column, start, part.axis))
             if part.kind == "spherical":
                 self.subspace[start : start + 3, 3:] = np.eye(3)
@@ -123,6 +144,24 @@ class BatchModel:
             _Joints.of(rows["prismatic"]),
         )
         self._balls = [(index, column, start) for index, column, start, _ in rows["spherical"]]
+        parts = [placed[index] for index in range(len(self))]
+        columns = [
+            column + offset
+            for part, column in parts
+            for offset in range(4 if part.kind == "spherical" else 1)
+        ]
+        self._columns = consecutive(np.array(columns, dtype=int))
+        self._placing = self._placing_model([part for part, _ in parts])
+
+    def _placing_model(self, parts: list[Part]) -> pinocchio.Model:
+        """Return a model of the bodies and their joints, whose coordinates are those of rows."""
+        model = pinocchio.Model()
+        for body, parent, part in zip(self.index_of, self.parents.tolist(), parts, strict=True):
+            origin = self._source.jointPlacements[body + 1].copy()
+            if parent < 0:
+                origin.translation = origin.translation - self.origin
+            model.addJoint(parent + 1, _joint_of(part), origin, "")
+        return model
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -134,13 +173,6 @@ class BatchModel:
             path.append(index)
             index = int(self.parents[index])
         return path[::-1]
-
-    @property
-    def data(self) -> pinocchio.Data:
-        """What Pinocchio writes into, one for each thread."""
-        if not hasattr(self._of_thread, "data"):
-            self._of_thread.data = self.model.createData()
-        return self._of_thread.data
 
     def _efforts(self, model: pinocchio.Model, q: Array, v: Array, a: Array) -> Array:
         """Return the efforts `(N, nv)` of a model for N configurations, velocities, accelerations.
@@ -194,19 +226,40 @@ class BatchModel:
             result[:, body, 3:6] = v[:, start : start + 3]
         return result.reshape(len(v), -1)
 
-    def actions(self, q: Array) -> Array:
+    def actions(self, x: Array) -> Array:
         """Return transposed action matrices `(N, 6 n, 6)` of all joints' placements.
 
         Row `6 j + i` of a sample is unit twist `i` of joint `j`'s frame, in the base's axes about
         `origin`. One call into Pinocchio per sample.
+
+        Args:
+            x: coordinate rows `(N, size)`.
         """
-        result = np.empty((len(q), 6 * len(self), 6))
-        model, data, jacobians = self.model, self.data, pinocchio.computeJointJacobians
-        columns = data.J.T
-        for row, out in zip(q, result, strict=True):
-            jacobians(model, data, row)
-            out[:] = columns
-        return result
+        placed = np.empty((x.shape[0], self.parents.size, 12))
+        if placed.shape[1]:
+            model, forward = self._placing, pinocchio.forwardKinematics
+            try:
+                data, placements = self._of_thread.placements
+            except AttributeError:
+                data, placements = self._placements()
+            for row, out in zip(x[:, self._columns], placed, strict=True):
+                forward(model, data, row)
+                out[:] = placements
+        return _actions(placed)
+
+    def _placements(self) -> tuple[pinocchio.Data, Array]:
+        """Make what a thread places the bodies in, and a view `(n, 12)` of it.
+
+        A row is a rotation, column by column, and a position, as they follow each other in memory:
+        reading them body by body would take longer than Pinocchio does.
+        """
+        data = self._placing.createData()
+        first, second = (_address(placement.rotation) for placement in list(data.oMi)[:2])
+        view = np.lib.stride_tricks.as_strided(
+            data.oMi[1].rotation, (len(self), 12), (second - first, 8), writeable=False
+        )
+        self._of_thread.placements = data, view
+        return data, view
 
     def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
         """Return the wrench of every joint `(N, 6 n)` in its frame, loops left open.
@@ -218,7 +271,7 @@ class BatchModel:
             v: velocities `(N, 6 n)`.
             a: accelerations `(N, 6 n)`.
         """
-        return self._efforts(self.model, q, v, a)
+        return self._efforts(self._free_flyers, q, v, a)
 
     def inverse_dynamics_on(
         self, base: BaseMotion, q: Array, v: Array, a: Array
@@ -230,12 +283,40 @@ class BatchModel:
         rest = np.zeros((len(q), 7))
         rest[:, 6] = 1.0
         wrenches = self._efforts(
-            self._moving_model,
+            self._moving_free_flyers,
             np.concatenate([rest, q], axis=1),
             np.concatenate([base.twist, v], axis=1),
             np.concatenate([base.acceleration, a], axis=1),
         )
         return wrenches[:, 6:], wrenches[:, :6]
+
+
+def _address(array: Array) -> int:
+    return int(array.__array_interface__["data"][0])
+
+
+def _joint_of(part: Part) -> pinocchio.JointModel:
+    """Return a joint of Pinocchio that takes the coordinates of a part as they are in rows."""
+    if part.kind == "spherical":
+        return pinocchio.JointModelSpherical()
+    if part.kind == "prismatic":
+        return pinocchio.JointModelPrismaticUnaligned(part.axis)
+    return pinocchio.JointModelRevoluteUnaligned(part.axis)
+
+
+def _actions(placed: Array) -> Array:
+    """Return `(N, 6 n, 6)`, see `BatchModel.actions`.
+
+    Args:
+        placed: `(N, n, 12)` rotations, column by column, and positions.
+    """
+    count, bodies, _ = placed.shape
+    columns = placed[:, :, :9].reshape(count, bodies, 3, 3)
+    result = np.zeros((count, bodies, 6, 6))
+    result[:, :, :3, :3] = result[:, :, 3:, 3:] = columns
+    crossed = (placed[:, :, 9:] @ _CROSS).reshape(columns.shape)
+    np.matmul(columns, crossed, out=result[:, :, 3:, :3])
+    return result.reshape(count, 6 * bodies, 6)
 
 
 def _each_inverse_dynamics(
@@ -263,7 +344,8 @@ class UnitTwists:
     def of(self, actions: Array) -> Array:
         """Return `(N, k, 6)` in the base's axes about the batch model's origin."""
         if self._along_axes:
-            return np.asarray(actions[:, self._rows] * self._signs)
+            twists: Array = actions[:, self._rows] * self._signs
+            return twists
         result = np.empty((len(actions), len(self._units), 6))
         for column, (unit, body) in enumerate(zip(self._units, self._bodies, strict=True)):
             np.matmul(unit, actions[:, 6 * body : 6 * body + 6], out=result[:, column])
@@ -352,23 +434,19 @@ class LongChain(BatchModel):
     `(2, 3, N)`: linear and angular part, force and moment.
     """
 
-    def actions(self, q: Array) -> Array:
+    def actions(self, x: Array) -> Array:
         """See `BatchModel.actions`."""
-        count = len(q)
-        result = np.zeros((count, 6 * len(self), 6))
         placed: list[tuple[Array, Array]] = []
-        for body, (rotation, position) in enumerate(self._relative(q)):
+        for body, (rotation, position) in enumerate(self._relative(self.configuration(x))):
             parent = int(self.parents[body])
             if parent >= 0:
                 parent_rotation, parent_position = placed[parent]
                 position = parent_position + np.einsum("ijn,jn->in", parent_rotation, position)
                 rotation = np.einsum("ijn,jkn->ikn", parent_rotation, rotation)
             placed.append((rotation, position))
-            block = result[:, 6 * body : 6 * body + 6]
-            columns = rotation.transpose(2, 1, 0)
-            block[:, :3, :3] = block[:, 3:, 3:] = columns
-            block[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
-        return result
+        columns, positions = (np.stack(items).T for items in zip(*placed, strict=True))
+        rows = columns.transpose(0, 3, 1, 2).reshape(*positions.shape[::2], 9)
+        return _actions(np.concatenate([rows, positions.transpose(0, 2, 1)], axis=2))
 
     def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
         """See `BatchModel.inverse_dynamics`."""
@@ -436,16 +514,16 @@ class LongChain(BatchModel):
                     [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
                 ]
             )
-            origin = self.model.jointPlacements[body + 1]
+            origin = self._placing.jointPlacements[body + 1]
             position = origin.translation[:, None] + origin.rotation @ free_flyer[:3]
             result.append((np.einsum("ij,jkn->ikn", origin.rotation, rotation), position))
         return result
 
     def _momentum_rate(self, body: int, twist: Array, acceleration: Array) -> Array:
         """Return the wrench about a body's origin that its motion needs."""
-        inertia = self.model.inertias[body + 1]
-        if inertia.mass == 0.0:
+        if self.mass[body] == 0.0:
             return np.zeros_like(twist)
+        inertia = self._source.inertias[int(self.bodies[body]) + 1]
         centre = inertia.lever[:, None] * np.ones(twist.shape[2])
         spin = twist[1]
         speed = twist[0] + cross(spin, centre)

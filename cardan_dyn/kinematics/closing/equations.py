@@ -70,7 +70,6 @@ class ClosureEquations:
     the successor's displacement.
 
     Attributes:
-        mechanism: the mechanism.
         batch: of the group's bodies.
         movable: `(m,)` velocity coordinates that may move, known ones first, then passives.
         unit_twists: of those.
@@ -95,8 +94,9 @@ class ClosureEquations:
             batch: of the group's bodies.
             group: the group.
         """
-        self.mechanism = mechanism
         self.batch = batch
+        self._at_zero = mechanism._placements_at_zero
+        self._model, self._length = mechanism.model, mechanism.characteristic_length
         self.movable = np.concatenate([group.known, group.passives])
         self.unit_twists = UnitTwists(batch, self.movable)
         self.loops = [mechanism.loops[index] for index in group.loops]
@@ -145,7 +145,7 @@ class ClosureEquations:
     def _candidates(self) -> list[list[LoopAxes]]:
         """Per loop, axes for its rows: those of the body that carries it, then of those on it."""
         return [
-            [own, *(_axes_on(int(body), loop, self.mechanism, self.batch) for body in on_loop)]
+            [own, *(_axes_on(int(body), loop, self._at_zero, self.batch) for body in on_loop)]
             for own, loop, on_loop in zip(
                 self._axes, self.loops, map(np.flatnonzero, self.signs), strict=True
             )
@@ -159,7 +159,7 @@ class ClosureEquations:
     def _indices_from_root(self, body: int) -> list[int]:
         """Return the batch indices of a body (index in Pinocchio's model) and its ancestors."""
         index_of = self.batch.index_of
-        path = ancestors(self.mechanism.model, body)
+        path = ancestors(self._model, body)
         return [index_of[index] for index in path if index in index_of]
 
     def full(self) -> Reduction:
@@ -256,12 +256,12 @@ class ClosureEquations:
             fraction of the mechanism's length.
         """
         gap, turn, middle = self._gaps(actions)
-        result = np.empty((len(actions), len(self.loops), 6))
+        result = np.empty((actions.shape[0], gap.shape[1], 6))
         # A rotation about the origin shifts the weld as well; the twist makes up for it.
         result[:, :, :3] = (gap - cross(turn, middle)).transpose(2, 1, 0)
         result[:, :, 3:] = turn.transpose(2, 1, 0)
         deviation = np.empty((2, *gap.shape))
-        np.divide(gap, self.mechanism.characteristic_length, out=deviation[0])
+        np.divide(gap, self._length, out=deviation[0])
         deviation[1] = turn
         deviation *= deviation
         worst = np.add.reduce(deviation, axis=1).max(axis=(0, 1), initial=0.0)
@@ -366,12 +366,16 @@ def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
     common = max(set(first) & set(second), default=-1)
     if common == batch.base:
         return LoopAxes(-1, np.zeros(3))
-    return _axes_on(batch.index_of[common], loop, mechanism, batch)
+    return _axes_on(batch.index_of[common], loop, mechanism._placements_at_zero, batch)
 
 
-def _axes_on(body: int, loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
-    """Return axes fixed to a body (index in the batch model), about where the weld is at zero."""
-    at_zero = mechanism._placements_at_zero
+def _axes_on(
+    body: int, loop: Loop, at_zero: dict[int, pinocchio.SE3], batch: BatchModel
+) -> LoopAxes:
+    """Return axes fixed to a body (index in the batch model), about where the weld is at zero.
+
+    With the placements of all bodies at zero.
+    """
     carrier, end = at_zero[batch.bodies[body]], at_zero[loop.predecessor - 1]
     return LoopAxes(body, carrier.rotation.T @ (end.translation - carrier.translation))
 
@@ -747,7 +751,7 @@ class RodSpins:
         The former and the latter `(3, k, 1)`; and the latter `(k, 3)` as the rods carry them.
         """
         batch = self._batch
-        actions = batch.actions(batch.configuration(self._zero[None, :]))
+        actions = batch.actions(self._zero[None, :])
         # Across the line: along the axis that is farthest from it, less the part along the line.
         side = np.eye(3)[np.argmin(np.abs(self._lines), axis=1)]
         side -= np.sum(side * self._lines, axis=1, keepdims=True) * self._lines

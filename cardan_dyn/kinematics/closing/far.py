@@ -20,7 +20,7 @@ from ...proof.closed_positions import refuse_left
 from ..loops.groups import Group, independent_groups
 from ..loops.structure import Structure
 from ..tolerances import AROUND, CLOSURE_TOLERANCE, STATES_AROUND
-from .group_solver import GroupSolver, GroupState
+from .group_solver import GroupSolver, GroupState, solver_of
 from .stacked import ranks, times, transposed
 
 _MOST_STEPS = 200
@@ -135,7 +135,7 @@ def assembled_near(
     x = mechanism.fitted(x, set(range(mechanism.model.nv)) - moving)
     for group in groups:
         before = x
-        x, residual = _closed_group(GroupSolver(mechanism, group), before)
+        x, residual = _closed_group(solver_of(mechanism, group), before)
         if residual < CLOSURE_TOLERANCE:
             refuse_left(mechanism, group.loops, group.couplings, before, x)
         worst = max(worst, residual)
@@ -229,7 +229,7 @@ def generic_states(
     every = np.arange(mechanism.model.nv)
     result: list[GenericStates | GroupSolver] = []
     for group in independent_groups(structure, every):
-        solver = GroupSolver(mechanism, group)
+        solver = solver_of(mechanism, group)
         if group.passives.size > most_coordinates:
             result.append(solver)
             continue

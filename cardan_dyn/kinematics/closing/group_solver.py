@@ -54,8 +54,8 @@ each squares the error; the rest is for guesses from which steps are shortened t
 MOST_STEPS_FROM_AFAR = 60
 """The same for guesses anywhere within half a turn of closed loops: many steps are shortened."""
 _MOST_BODIES = 32
-"""Bodies for which Pinocchio's data are made: the data take 230 MB then, and grow with the third
-power of the bodies."""
+"""Bodies up to which Pinocchio's data are made: those of wrenches take 230 MB then, and grow with
+the third power of the bodies."""
 
 
 class GroupSolver:
@@ -120,9 +120,8 @@ class GroupSolver:
             inverse: inverse at a position nearby; used where it is near enough.
             correction: `(N,)` how far the guess was off; zero if None.
         """
-        equations, known, count = self.equations, len(self.group.known), len(x)
-        q = self.batch.configuration(x)
-        actions = self.batch.actions(q)
+        equations, known, count = self.equations, self.group.known.size, x.shape[0]
+        actions = self.batch.actions(x)
         twists = equations.unit_twists.of(actions)
         rows = equations.rows(twists, actions, reduction)
         passive = rows[:, known:]
@@ -146,7 +145,7 @@ class GroupSolver:
         state = GroupState(
             solver=self,
             reduction=reduction,
-            q=q,
+            x=x,
             actions=actions,
             twists=twists,
             known_rows=rows[:, :known],
@@ -167,7 +166,7 @@ class GroupSolver:
             Transposed closure matrices `(N, p, R)`, errors `(N, R)` and closure errors `(N,)`.
         """
         equations, known = self.equations, len(self.group.known)
-        actions = self.batch.actions(self.batch.configuration(x))
+        actions = self.batch.actions(x)
         rows, error = equations.at_welds(equations.unit_twists.of(actions), actions)
         passive = rows[:, known:]
         if self.row_scale is not None:
@@ -199,7 +198,7 @@ class GroupSolver:
         step = generic(OPEN_CONFIGURATIONS, len(movable))
         step[:, moves.slides] *= self._length
         moves.apply(rows, step)
-        actions = self.batch.actions(self.batch.configuration(rows))
+        actions = self.batch.actions(rows)
         return self.equations.reduction(self.equations.unit_twists.of(actions), actions)
 
     def newton_step(self, x: Array, reduction: Reduction) -> GroupState:
@@ -209,7 +208,7 @@ class GroupSolver:
             x: `(N, size)` coordinates; those of the passives are corrected in place.
             reduction: the rows that are solved.
         """
-        state, error = self.evaluate(x, reduction)
+        state, error = self.evaluate(x.copy(), reduction)
         step = state.step(error)
         self._moves.apply(x, step)
         return state._replace(correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
@@ -292,6 +291,11 @@ class GroupSolver:
         return np.asarray(angles[:, columns] @ equations.coupled_ratios + equations.coupled_offsets)
 
 
+def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
+    """Return the solver of a group, which all scenes of the mechanism share."""
+    return mechanism.kept.of("solver", group.key, lambda: GroupSolver(mechanism, group))
+
+
 def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
     """Return the model of a group's bodies; of many, one that does without Pinocchio's data."""
     at_zero = mechanism._placements_at_zero
@@ -304,7 +308,9 @@ def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
         from .batch_model import LongChain
 
         kind = LongChain
-    return kind(mechanism, group.bodies, group.inertial_bodies, origin, group.base)
+    given = group.bodies, group.inertial_bodies, origin, group.base
+    key = kind, tuple(group.bodies), frozenset(group.inertial_bodies), origin.tobytes(), group.base
+    return mechanism.kept.of("batch", key, lambda: kind(mechanism, *given))
 
 
 class GroupState(NamedTuple):
@@ -313,7 +319,7 @@ class GroupState(NamedTuple):
     Attributes:
         solver: of the group.
         reduction: which rows of its closure equations were solved.
-        q: `(N, 7 n)` configurations of the batch model.
+        x: `(N, size)` coordinates.
         actions: see `BatchModel.actions`.
         twists: `(N, m, 6)` unit twists of the movable coordinates.
         known_rows, passive_rows: transposed closure matrices `(N, k, R)` and `(N, p, R)`.
@@ -329,7 +335,7 @@ class GroupState(NamedTuple):
 
     solver: GroupSolver
     reduction: Reduction
-    q: Array
+    x: Array
     actions: Array
     twists: Array
     known_rows: Array

@@ -8,6 +8,7 @@ and the strong components of what depends on what give the groups.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +48,18 @@ class Group(NamedTuple):
     base: int
     inertial_bodies: set[int]
     idle: tuple[IdleRod, ...] = ()
+
+    @property
+    def key(self) -> Hashable:
+        """All that a group consists of, as the key of a dictionary."""
+        return (
+            self.loops,
+            self.couplings,
+            self.passives.tobytes(),
+            self.known.tobytes(),
+            *(tuple(self.bodies), self.base, frozenset(self.inertial_bodies)),
+            *((rod.body, rod.columns, rod.line.tobytes(), rod.frame) for rod in self.idle),
+        )
 
     def items(self, structure: Structure) -> set[int]:
         """Return the loops and couplings as `Structure` counts them: these after all loops."""

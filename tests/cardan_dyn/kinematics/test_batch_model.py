@@ -38,7 +38,7 @@ def shifted(frame: pinocchio.SE3) -> pinocchio.SE3:
 
 def test_actions_are_those_of_placements(mechanism: cd.Mechanism, batch: BatchModel) -> None:
     x, data = rows(mechanism, COUNT), mechanism.model.createData()
-    actions = batch.actions(batch.configuration(x))
+    actions = batch.actions(x)
     assert actions.shape == (COUNT, 6 * len(batch), 6)
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
         pinocchio.forwardKinematics(mechanism.model, data, q)
@@ -49,6 +49,21 @@ def test_actions_are_those_of_placements(mechanism: cd.Mechanism, batch: BatchMo
             rotation, position = placement(actions, body)
             np.testing.assert_allclose(rotation[:, :, sample], frame.rotation, atol=1e-12)
             np.testing.assert_allclose(position[:, sample], frame.translation, atol=1e-12)
+
+
+def test_closing_loops_makes_no_data_of_free_flyers() -> None:
+    """They grow with the third power of six times the bodies, and take longer than all else."""
+    mechanism = cd.load("stewart_platform")
+    scene = cd.Scene(mechanism, drive=[f"leg_{index}" for index in range(1, 7)])
+    (solver,) = scene.solver.assembly.kinematics.solvers
+    scene.sweep(0.01)
+    assert len(solver.batch) == mechanism.model.njoints - 1
+    data, placements = solver.batch._placements()
+    assert data.J.shape[1] == mechanism.model.nv
+    assert placements.shape == (len(solver.batch), 12)
+    assert "_free_flyers" not in vars(solver.batch)
+    scene.sweep(0.01, speed=0.1)
+    assert "_free_flyers" in vars(solver.batch)
 
 
 def test_wrenches_are_those_of_the_open_tree(mechanism: cd.Mechanism, batch: BatchModel) -> None:
@@ -82,7 +97,7 @@ def test_unit_twists_are_the_jacobian(mechanism: cd.Mechanism) -> None:
     batch = BatchModel(mechanism, bodies, set(), np.zeros(3))
     x, data = rows(mechanism, COUNT), mechanism.model.createData()
     every = np.arange(mechanism.model.nv)
-    actions = batch.actions(batch.configuration(x))
+    actions = batch.actions(x)
     for chosen in (every, every[::2]):
         found = UnitTwists(batch, chosen).of(actions)
         for sample, q in enumerate(mechanism.coordinates.configuration(x)):

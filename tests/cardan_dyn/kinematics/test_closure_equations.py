@@ -39,7 +39,7 @@ def equations_of(mechanism: cd.Mechanism, origin: np.ndarray = ORIGIN) -> Closur
 
 def geometry(equations: ClosureEquations, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Actions and unit twists at rows of coordinates."""
-    actions = equations.batch.actions(equations.batch.configuration(x))
+    actions = equations.batch.actions(x)
     return actions, equations.unit_twists.of(actions)
 
 

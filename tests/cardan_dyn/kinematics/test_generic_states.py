@@ -23,14 +23,14 @@ def states_of(text: str) -> list[GenericStates | GroupSolver]:
 def test_all_states_are_closed_and_regular() -> None:
     (states,) = states_of(robot(description(bennett())))
     assert isinstance(states, GenericStates)
-    assert len(states.group.q) >= 4
+    assert len(states.group.x) >= 4
     assert np.max(states.group.residual) < 1e-12
     values = np.linalg.svd(states.group.scaled_rows, compute_uv=False)
     assert np.all(values[:, 2] > 1e-3)
     assert np.all(values[:, 3] < 1e-10)
     assert (states.rank, states.rank_at_start) == (3, 3)
     # They are different configurations.
-    assert np.max(np.ptp(states.group.q, axis=0)) > 1e-2
+    assert np.max(np.ptp(states.group.x, axis=0)) > 1e-2
 
 
 def test_singular_zeros_are_left_out() -> None:

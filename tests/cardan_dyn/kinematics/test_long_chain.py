@@ -18,7 +18,7 @@ def test_a_long_chain_is_the_batch_of_the_same_bodies() -> None:
     x = rows(mechanism, 6)
     v, a = np.random.default_rng(4).uniform(-3.0, 3.0, (2, 6, mechanism.model.nv))
     q, v, a = chain.configuration(x), chain.velocity(v), chain.velocity(a)
-    np.testing.assert_allclose(chain.actions(q), batch.actions(q), atol=1e-13)
+    np.testing.assert_allclose(chain.actions(x), batch.actions(x), atol=1e-13)
     found, expected = (item.inverse_dynamics(q, v, a) for item in (chain, batch))
     np.testing.assert_allclose(found, expected, atol=1e-13 * np.max(np.abs(expected)))
     assert "data" not in vars(chain._of_thread)

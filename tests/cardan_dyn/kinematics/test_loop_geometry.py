@@ -75,7 +75,7 @@ def test_ends_are_placed_in_their_bodies(
     placed = [(1, *plain), (3, rotation, translation), (2, *plain)]
     ends = LoopEnds.of(*(np.array(item) for item in zip(*placed, strict=True)))
     assert (ends.is_rotated, ends.is_shifted) == (rotated, shifted)
-    rotations, positions = ends.placements_on_base(batch.actions(batch.configuration(x)))
+    rotations, positions = ends.placements_on_base(batch.actions(x))
     for index, (body, *placement) in enumerate(placed):
         for sample, frame in enumerate(frames(mechanism, x, body + 1)):
             expected = frame * pinocchio.SE3(*placement)
@@ -93,7 +93,7 @@ def test_axes_change_twists_and_wrenches(
 ) -> None:
     mechanism, batch, x = chain
     point = np.array([0.4, 0.0, 0.7])
-    matrices = LoopAxes(1, point).matrices(batch.actions(batch.configuration(x)))
+    matrices = LoopAxes(1, point).matrices(batch.actions(x))
     vector = np.arange(1.0, 7.0)
     for matrix, frame in zip(matrices, frames(mechanism, x, 2), strict=True):
         axes = frame * pinocchio.SE3(np.eye(3), point)

@@ -1,0 +1,43 @@
+"""Kept: what was found out for a scene of a mechanism and serves its other scenes as well."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+
+_MOST = 32
+"""Values of a kind that are kept, those that were asked for last: more than a study has scenes that
+differ in what moves, and few enough to be no matter of memory."""
+
+_Value = TypeVar("_Value")
+
+
+class Kept:
+    """Values by all that they follow from. Nobody may change them, and threads may share them.
+
+    They do not refer to the mechanism that keeps them, so that it goes with its last scene.
+    """
+
+    def __init__(self) -> None:
+        self._values: dict[str, dict[Hashable, Any]] = {}
+        self._lock = threading.Lock()
+
+    def of(self, kind: str, key: Hashable, make: Callable[[], _Value]) -> _Value:
+        """Return what is known of a kind by this key; what makes it is called if nothing is.
+
+        Where that raises, nothing is kept.
+        """
+        with self._lock:
+            values = self._values.setdefault(kind, {})
+            if key in values:
+                # Read again, it is the last one.
+                values[key] = values.pop(key)
+                return values[key]
+        value = make()
+        with self._lock:
+            # Of those that threads make at the same time, all of them get the first.
+            value = values.setdefault(key, value)
+            if len(values) > _MOST:
+                del values[next(iter(values))]
+        return value
