@@ -12,6 +12,7 @@ from testkit.line_data import random_line
 from testkit.scenes import double
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 
 
 def calls(run: Callable[[], object]) -> int:
@@ -71,6 +72,28 @@ def test_calls_for_what_computes_little() -> None:
     assert calls(scene) < 1050
     # Where the held joint is elsewhere, the way there is followed.
     assert calls(lambda: scene(0.8)) < 2950
+
+
+def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in the loop of a controller: one Newton step to it, and one that leaves rounding."""
+    legs = [f"leg_{k}" for k in range(1, 7)]
+    scene = cd.Scene(cd.load("stewart_platform"), drive=legs)
+    evaluations = []
+    evaluate = GroupSolver.evaluate
+
+    def counted(*arguments: object, **options: object) -> object:
+        evaluations.append(1)
+        return evaluate(*arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(GroupSolver, "evaluate", counted)
+    counts = []
+    for position in (0.05, 0.051, 0.052, -0.05):
+        evaluations.clear()
+        scene.sweep(position * np.arange(1.0, 7.0) / 6.0)
+        counts.append(len(evaluations))
+    assert counts[2] <= 3  # The first one from there evaluates the last position as well.
+    assert counts[1] <= 4
+    assert counts[3] > 4
 
 
 def test_single_positions_make_their_guesses_exact() -> None:

@@ -95,6 +95,18 @@ def test_poses_are_the_same_after_and_among_others() -> None:
     np.testing.assert_allclose(whole.motion.q[:20], again.motion.q, rtol=0.0, atol=1e-14)
 
 
+def test_positions_asked_one_by_one_are_the_same_as_asked_at_once() -> None:
+    """Each is reached from the last one where that is near."""
+    time = np.linspace(0.0, 3.0, 60)[:, None]
+    lengths = 0.08 * np.sin(time + np.arange(6.0))
+    used, whole = platform(), platform().sweep(lengths)
+    for index, position in enumerate(lengths):
+        one = used.sweep(position)
+        np.testing.assert_allclose(one.motion.q, whole.motion.q[[index]], rtol=0.0, atol=1e-14)
+        if not index % 20:
+            assert_same(platform().sweep(position), one)
+
+
 def test_two_scenes_that_were_asked_the_same_have_the_same_bits() -> None:
     positions = np.linspace(0.0, 2.0 * np.pi, 181)
     first, second = crank().sweep(positions), crank().sweep(positions)

@@ -112,7 +112,16 @@ class ClosureEquations:
         self._alike = _alike(self.loops, batch)
         self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
         self._axes = tuple(_axes_of(loop, mechanism, batch) for loop in self.loops)
-        self._factors = self.column_signs[:, :, None] * self.weights
+        on_loops = [np.flatnonzero(signs) for signs in self.column_signs]
+        self._columns_on = [consecutive(on) for on in on_loops]
+        self._signs_on = [
+            signs[on][:, None] for signs, on in zip(self.column_signs, on_loops, strict=True)
+        ]
+        self._factors = [signs * self.weights for signs in self._signs_on]
+        # Its rows need no array that other rows share.
+        self._is_one_loop = (
+            len(self.loops) == 1 and not self.couplings and len(on_loops[0]) == len(self.movable)
+        )
         slides = np.any(batch.subspace[:, :3] != 0.0, axis=1)
         # In rank decisions slides count in lengths of the mechanism; otherwise the unit of length
         # would decide.
@@ -188,20 +197,32 @@ class ClosureEquations:
 
         Its columns are the reduced rows of the loops, then those of the couplings.
         """
+        if self._is_one_loop and reduction.axes[0].body < 0:
+            return self._rows_of_loop(0, twists, actions, reduction)
         count, moving = twists.shape[:2]
-        blocks = []
-        for signs, factors, axes, rows in zip(
-            self.column_signs, self._factors, reduction.axes, reduction.rows, strict=True
-        ):
-            if axes.body >= 0:
-                blocks.append((twists * signs[:, None]) @ self._weighted(axes, actions, rows))
-                continue
-            # One product of tall matrices is faster than one for every sample.
-            block = (twists * factors).reshape(-1, 6) @ rows
-            blocks.append(block.reshape(count, moving, rows.shape[1]))
-        if self.couplings or not blocks:
-            blocks.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
-        return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=2)
+        loops = sum(rows.shape[1] for rows in reduction.rows)
+        # Most loops move with few of the coordinates.
+        result = np.zeros((count, moving, loops + len(self.couplings)))
+        start = 0
+        for index, (on, rows) in enumerate(zip(self._columns_on, reduction.rows, strict=True)):
+            own = slice(start, start + rows.shape[1])
+            result[:, on, own] = self._rows_of_loop(index, twists[:, on], actions, reduction)
+            start = own.stop
+        if self.couplings:
+            result[:, :, loops:] = self._coupling_rows
+        return result
+
+    def _rows_of_loop(
+        self, index: int, twists: Array, actions: Array, reduction: Reduction
+    ) -> Array:
+        """Return a loop's rows `(N, k, r)` for the coordinates on it, with twists `(N, k, 6)`."""
+        axes, rows = reduction.axes[index], reduction.rows[index]
+        if axes.body >= 0:
+            weighted = self._weighted(axes, actions, rows)
+            return np.asarray((twists * self._signs_on[index]) @ weighted)
+        # One product of tall matrices is faster than one for every sample.
+        block = (twists * self._factors[index]).reshape(-1, 6) @ rows
+        return block.reshape(*twists.shape[:2], rows.shape[1])
 
     def project(
         self, twist: Array, slips: Array | None, actions: Array, reduction: Reduction
@@ -561,9 +582,9 @@ def rotations_between(first: Array, second: Array) -> Array:
     """
     # A single constant frame leaves a product of matrices, which is the fastest.
     if second.size == 9:
-        relative = np.moveaxis(np.matmul(second.reshape(3, 3), first), -2, 1)
+        relative = np.matmul(second.reshape(3, 3), first).swapaxes(1, -2)
     elif first.size == 9:
-        relative = np.moveaxis(np.matmul(first.reshape(3, 3), second), -2, 0)
+        relative = np.matmul(first.reshape(3, 3), second).swapaxes(1, -2).swapaxes(0, 1)
     else:
         relative = np.add.reduce(first[:, None] * second, axis=-2)
     relative = relative.reshape(9, *relative.shape[2:])

@@ -238,7 +238,8 @@ class GroupSolver:
         settles = settles and bool(self.group.idle)
         state, error = self.evaluate(x, reduction, turns)
         correction, angles, spin = np.zeros(len(x)), None, 0.0
-        for count in range(self._most_steps(most, settles)):
+        steps = most + _MOST_SETTLING if settles else most
+        for count in range(steps if self.group.passives.size else 0):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
             is_closed = (scaled <= rounding).all()
@@ -268,12 +269,6 @@ class GroupSolver:
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
             x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
         return state
-
-    def _most_steps(self, most: int, settles: bool) -> int:
-        """Return how many Newton steps may be taken, those included that settle idle rods."""
-        if not self.group.passives.size:
-            return 0
-        return most + _MOST_SETTLING if settles else most
 
     @cached_property
     def idle_columns(self) -> Array:
@@ -394,18 +389,16 @@ class GroupState(NamedTuple):
     @property
     def _square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
+        if self.spins is None:
+            return self.passive_rows
         return self._with_spins(self.passive_rows, slice(len(self.group.known), None))
 
     def _with_spins(self, rows: Array, columns: slice) -> Array:
         """Return rows of some movable coordinates, followed by the spins of idle rods."""
-        if self.spins is None:
-            return rows
         return np.concatenate([rows, self.spins[:, columns]], axis=2)
 
-    def _with_angles(self, right: Array, angles: Array | float = 0.0) -> Array:
+    def _with_angles(self, right: Array, angles: Array) -> Array:
         """Return right-hand sides `(N, R)` of the loops, followed by those of idle rods."""
-        if self.spins is None:
-            return right
         whole = np.empty((len(right), self.inverse.shape[1]))
         whole[:, : right.shape[1]], whole[:, right.shape[1] :] = right, angles
         return whole
@@ -461,5 +454,7 @@ class GroupState(NamedTuple):
 
     def _of_known(self, known: Array) -> Array:
         """Return the rates of the closure equations `(N, R)` that what is known causes."""
-        rows = self._with_spins(self.known_rows, slice(len(self.group.known)))
+        rows = self.known_rows
+        if self.spins is not None:
+            rows = self._with_spins(rows, slice(len(self.group.known)))
         return times(transposed(rows), known)

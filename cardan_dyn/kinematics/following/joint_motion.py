@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,13 +12,23 @@ from ...errors import AssemblyError, SingularConfigurationError
 from ...mechanism.coordinates import Coordinates
 from ...problem.problem import Problem
 from ...problem.samples import Targets
-from ..closing.all_groups import Kinematics
+from ..closing.all_groups import ClosedState, Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch, whole_turns
 from .drive_motion import TURN, Followed, turns_freely
 from .lattice import near_lattices
-from .lines import BLOCK_SIZE, OnLines, Reached, along_lines, beyond_reach, follow, samples_on_lines
+from .lines import (
+    BLOCK_SIZE,
+    OnLines,
+    Reached,
+    Rows,
+    allowed_error,
+    along_lines,
+    beyond_reach,
+    follow,
+    samples_on_lines,
+)
 
 _TYPICAL_STEP = 0.25
 """Step along a line [rad] that most mechanisms allow. It only decides what serves samples best."""
@@ -32,6 +43,9 @@ _SPACINGS = (0.0125, 0.025, 0.05, 0.1)
 is taken at which each represents enough."""
 _FEWEST = 16
 """Designs that each of them has to represent, so that ways to them take little of the time."""
+_NEAR_LAST = 0.01
+"""Distance of a position from the last one [rad, or lengths of the mechanism] up to which it is
+reached from there: as far as samples are from the points of the finest lattice."""
 _LOOKS = 24
 """Positions per turn at which it is looked how near a singular configuration is."""
 _NEAREST = 0.1
@@ -50,7 +64,6 @@ class JointMotion:
 
     Attributes:
         groups: indices of the groups whose passives they move.
-        states: closed coordinates `(K, size)` of some of the last positions.
         is_exact: see `DriveMotion`.
     """
 
@@ -70,7 +83,7 @@ class JointMotion:
         The last `varied` drives of the problem are held joints.
         """
         self.groups = groups
-        self.states = start[None, :]
+        self._seen, self._states = start[None, :], start[None, :]
         self._drives = drives
         self._names = tuple(problem.independent[index] for index in drives)
         # With all rows that open loops can reach.
@@ -89,6 +102,18 @@ class JointMotion:
             index for index in self._driven if turns_freely(problem.mechanism, self._names[index])
         ]
         self._turns: dict[int, tuple[float, Array] | None] = {}
+        # The start and the last single position, for the kinematics of one scene.
+        self._known: tuple[Kinematics, Kinematics] | None = None
+        self._at_start: ClosedState | None = None
+        self._last: _Last | None = None
+
+    @property
+    def states(self) -> Array:
+        """Closed coordinates `(K, size)` of some of the last positions."""
+        if self._states is not self._seen:
+            closed = self._kinematics.close(self._seen)
+            self._seen = self._states = closed.x[closed.residual < CLOSURE_TOLERANCE]
+        return self._states
 
     @property
     def amplitudes(self) -> Array | None:
@@ -136,9 +161,7 @@ class JointMotion:
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
         x, is_there, _ = reached
         if np.any(is_there):
-            seen = np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]
-            some = self._kinematics.close(x[seen])
-            self.states = some.x[some.residual < CLOSURE_TOLERANCE]
+            self._seen = x[np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]]
         return Followed((x, turns), True, is_there)
 
     def _without_turns(self, own: Array, turns: Array, design_of: Array) -> Array:
@@ -175,7 +198,10 @@ class JointMotion:
 
         With design_of `(N,)`.
         """
-        known = kinematics.part(self._drives, self.groups)
+        known = self._known_part(kinematics)
+        near = self._near_last(known, own)
+        if near is not None:
+            return near
         x = np.full((len(own), self._start.size), np.nan)
         if not self._lines_pay(own, design_of):
             legs = [leg for leg in (self._held, self._driven) if leg]
@@ -192,7 +218,39 @@ class JointMotion:
             if rest.size:
                 found = self._on_lines(way, own[rest], design_of[rest])
                 x[rest], is_there[rest], residual[rest] = found
+        if len(own) == 1 and is_there[0]:
+            self._last = _Last(known, own, x.copy())
         return Reached(x, is_there, residual)
+
+    def _known_part(self, kinematics: Kinematics) -> Kinematics:
+        """Return the kinematics of this motion, the same object as long as the scene's is it."""
+        if self._known is None or self._known[0] is not kinematics:
+            self._known = kinematics, kinematics.part(self._drives, self.groups)
+            self._at_start, self._last = None, None
+        return self._known[1]
+
+    def _near_last(self, known: Kinematics, own: Array) -> Reached | None:
+        """Return what is reached at a position `(1, d)` near the last one; None if that is far.
+
+        A loop of a controller asks for one position after the other. The straight line to each is
+        so near the line to the last one that it leads to the same configuration, as lines to the
+        same point of a lattice do.
+        """
+        last = self._last
+        if last is None or len(own) != 1:
+            return None
+        way = own - last.position
+        if np.abs(way / self._units).max() > _NEAR_LAST:
+            return None
+        rows = Rows.along(known, last.state, way)
+        guess = rows.after(np.ones(1))
+        guess[:, self._drive_columns] = own
+        state = known.newton_step(guess)
+        is_safe = (rows.longest(known.coordinates) >= 1.0) & known.same_side(
+            state, last.state.inverses
+        )
+        is_safe &= state.correction < allowed_error(state.condition)
+        return Reached(state.x, is_safe, state.residual) if is_safe[0] else None
 
     def _follow_whole_ways(
         self,
@@ -233,6 +291,7 @@ class JointMotion:
     def _on_lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)`, followed along straight lines."""
         groups, columns = list(range(len(self.groups))), self._drive_columns
+        begin: ClosedState | None = self._state_at_start(kinematics)
         starts, of_design = self._start[None, :], np.zeros(len(own), dtype=int)
         if self._held:
             _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
@@ -241,22 +300,32 @@ class JointMotion:
                 starts,
                 [columns[index] for index in self._held],
                 own[chosen][:, self._held],
+                begin,
             )
-            starts = at_designs.x
+            starts, begin = at_designs.x, None
         kinematics = kinematics.part(self._driven, groups)
         columns, own = [columns[index] for index in self._driven], own[:, self._driven]
         if not self._driven:
             reached = Reached(starts[of_design], np.ones(len(own), dtype=bool), np.zeros(len(own)))
         elif len(self._driven) == 1:
-            reached = _along_one(kinematics, starts, columns, own[:, 0], of_design)
+            reached = _along_one(kinematics, starts, columns, own[:, 0], of_design, begin)
         else:
-            reached = along_lines(kinematics, starts[of_design], columns, own)
+            whole = starts if len(starts) == 1 else starts[of_design]
+            reached = along_lines(kinematics, whole, columns, own, begin)
         if not self._held or np.all(at_designs.is_there):
             return reached
         lost = ~at_designs.is_there[of_design]
         reached.x[lost] = starts[of_design[lost]]
         reached.residual[lost] = at_designs.residual[of_design[lost]]
         return reached._replace(is_there=reached.is_there & ~lost)
+
+    def _state_at_start(self, kinematics: Kinematics) -> ClosedState:
+        """Return the state at the start, which is kept for what is known of the scene."""
+        if self._known is None or self._known[1] is not kinematics:
+            return kinematics.evaluate(self._start[None, :])
+        if self._at_start is None:
+            self._at_start = kinematics.evaluate(self._start[None, :])
+        return self._at_start
 
     def _turn_of(self, index: int) -> tuple[float, Array] | None:
         """Return a drive's period [rad] while the others rest at the start, and its windings."""
@@ -304,14 +373,37 @@ def _blocks(count: int) -> list[slice]:
     return [slice(first, first + BLOCK_SIZE) for first in range(0, count, BLOCK_SIZE)]
 
 
+class _Last:
+    """A single position that was reached.
+
+    Attributes:
+        position: `(1, d)` of the drives.
+    """
+
+    def __init__(self, kinematics: Kinematics, position: Array, x: Array) -> None:
+        """Keep coordinates `(1, size)` near closed ones at a position."""
+        self.position = position
+        self._kinematics, self._x = kinematics, x
+
+    @cached_property
+    def state(self) -> ClosedState:
+        """The closed position."""
+        return self._kinematics.evaluate(self._x)
+
+
 def _along_one(
-    kinematics: Kinematics, starts: Array, columns: list[int], positions: Array, of_start: Array
+    kinematics: Kinematics,
+    starts: Array,
+    columns: list[int],
+    positions: Array,
+    of_start: Array,
+    begin: ClosedState | None,
 ) -> Reached:
     """Return coordinates `(N, size)` at positions `(N,)` of one drive.
 
     Samples with the same start on the same side of it lie on the same line.
 
-    With starts `(D, size)`, of_start `(N,)`.
+    With starts `(D, size)`, of_start `(N,)`; begin is the state of a single start, if it is known.
     """
     ahead = positions - starts[of_start, columns[0]]
     sides = 2 * of_start + (ahead < 0.0)
@@ -321,7 +413,8 @@ def _along_one(
     longest = np.abs(ahead[order][last])
     share = np.abs(ahead[order]) / np.where(longest > 0.0, longest, 1.0)[line]
     ends = positions[order][last][:, None]
-    found = samples_on_lines(kinematics, starts[used // 2], columns, ends, OnLines(line, share))
+    whole = starts if len(starts) == 1 else starts[used // 2]
+    found = samples_on_lines(kinematics, whole, columns, ends, OnLines(line, share), begin)
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     return Reached(*(values[back] for values in found))

@@ -184,7 +184,11 @@ class OnLines(NamedTuple):
 
 
 def along_lines(
-    kinematics: Kinematics, starts: Array, columns: list[int], positions: Array
+    kinematics: Kinematics,
+    starts: Array,
+    columns: list[int],
+    positions: Array,
+    begin: ClosedState | None = None,
 ) -> Reached:
     """Follow the straight lines from closed coordinates to drive positions `(N, d)`.
 
@@ -193,14 +197,20 @@ def along_lines(
         starts: `(N, size)` or `(1, size)` closed coordinates to begin at.
         columns: columns of the drives in a row of coordinates.
         positions: [rad or m].
+        begin: state of a single start, if it is known.
     """
     count = len(positions)
     samples = OnLines(np.arange(count), np.ones(count))
-    return samples_on_lines(kinematics, starts, columns, positions, samples)
+    return samples_on_lines(kinematics, starts, columns, positions, samples, begin)
 
 
 def samples_on_lines(
-    kinematics: Kinematics, starts: Array, columns: list[int], ends: Array, samples: OnLines
+    kinematics: Kinematics,
+    starts: Array,
+    columns: list[int],
+    ends: Array,
+    samples: OnLines,
+    begin: ClosedState | None = None,
 ) -> Reached:
     """Return coordinates at samples on straight lines.
 
@@ -213,14 +223,17 @@ def samples_on_lines(
         columns: columns of the drives in a row of coordinates.
         ends: drive positions `(L, d)` to which the lines lead [rad or m].
         samples: N samples.
+        begin: state of a single start, if it is known.
     """
     count, size = len(samples.line), starts.shape[1]
-    starts = np.broadcast_to(starts, (len(ends), size))
+    if len(starts) == 1 < len(ends) and begin is None:
+        begin = kinematics.evaluate(starts)
     reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), np.empty(count))
     for first in range(0, len(ends), BLOCK_SIZE):
         chosen = slice(first, first + BLOCK_SIZE)
         span, own = samples.of_lines(first, first + BLOCK_SIZE)
-        lines = Lines(kinematics, starts[chosen], columns, ends[chosen])
+        own_starts = starts if len(starts) == 1 else starts[chosen]
+        lines = Lines(kinematics, own_starts, columns, ends[chosen], begin)
         for whole, values in zip(reached, lines.at(own), strict=True):
             whole[span] = values
     return reached
@@ -240,14 +253,21 @@ class Lines:
     """
 
     def __init__(
-        self, kinematics: Kinematics, starts: Array, columns: list[int], ends: Array
+        self,
+        kinematics: Kinematics,
+        starts: Array,
+        columns: list[int],
+        ends: Array,
+        begin: ClosedState | None = None,
     ) -> None:
-        """Begin at the starts; arguments as of `samples_on_lines`, with L starts."""
+        """Begin at the starts; arguments as of `samples_on_lines`, with one start or L."""
         self._kinematics, self._columns = kinematics, columns
-        self._begins, self._ends, self._way = starts[:, columns], ends, ends - starts[:, columns]
+        self._begin = kinematics.evaluate(starts) if begin is None else begin
+        self.x = starts.repeat(len(ends) // len(starts), axis=0) if len(starts) else starts.copy()
+        begins = self.x[:, columns]
+        self._begins, self._ends, self._way = begins, ends, ends - begins
         units = kinematics.coordinates.scale[columns]
         self._extent = np.max(np.abs(self._way) * units, axis=1, initial=0.0)
-        self.x = starts.copy()
         self.share, self.tried, self.residual = np.zeros((3, len(ends)))
         self.condition = np.ones(len(ends))
         self.nodes: list[tuple[Array, Array]] = []
@@ -321,10 +341,10 @@ class Lines:
                 configurations; None where only their ends count.
         """
         kinematics, layout, share = self._kinematics, self._kinematics.coordinates, self.share
-        state = kinematics.evaluate(self.x)
+        state = self._begin
         rows = begin or Rows.along(kinematics, state, self._way)._replace(x=self.x)
-        margin = 1.0 / state.condition
         self.condition[:] = state.condition
+        margin = 1.0 / self.condition
         longest, step = rows.longest(layout), np.ones(len(share))
         if begin or aim < 1.0:
             # Of the first step no error is known yet.
@@ -334,7 +354,7 @@ class Lines:
         shortest = _SHORTEST / self._extent
         if not begin:
             shortest = np.minimum(shortest, _SHORTEST)
-        inverses = [inverse.copy() for inverse in state.inverses]
+        inverses = [inverse.repeat(len(share) // len(inverse), 0) for inverse in state.inverses]
         active = np.arange(len(share))
         while True:
             # Written so that what is not a number stops as well.
