@@ -56,7 +56,7 @@ def test_sizes() -> None:
 
 @pytest.mark.parametrize("degrees", [(12, 12), (9, 10, 9), (5, 5, 5, 4)])
 def test_rounding_of_samples_is_hardly_magnified(degrees: tuple[int, ...]) -> None:
-    """The greatest sum of sizes of Lagrange's polynomials; of degrees (9, 10, 9), Fekete points have 46."""
+    """The greatest sum of sizes of Lagrange's polynomials."""
     basis = polynomials(degrees)
     points = np.cos(np.random.default_rng(4).uniform(0.0, np.pi, (2000, len(degrees))))
     lagrange = basis.values(points).T @ basis.coefficients(np.eye(len(basis.nodes)))
