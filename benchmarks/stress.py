@@ -174,7 +174,7 @@ def _coordinates(exact: Exact, sweep: cd.Sweep, sample: int) -> dict[str, float]
     motion = sweep.motion
     columns = sweep.mechanism.coordinates.columns
     return {
-        joint.name: float(motion._x[sample, columns[joint.name]][0])
+        joint.name: float(motion.x[sample, columns[joint.name]][0])
         for joint in exact.joints
         if joint.kind != "fixed"
     }

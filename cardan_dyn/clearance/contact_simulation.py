@@ -173,7 +173,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
     @property
     def steps(self) -> Array:
         """Times `(S,)` of the steps of the simulation [s], also if `at` was given others."""
-        return read_only(self.trajectory._run.times)
+        return self.trajectory.steps
 
     @property
     def reason(self) -> str:
@@ -253,7 +253,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
     def _orbit(self, contact: PinContact, offset: Array) -> Array:
         """Return offsets `(N, 3)` in the world as the bush of a contact sees them, `(N, 2)`."""
         trajectory = self.trajectory
-        bush = LinkMotions(trajectory.mechanism, [contact.link_a]).at(*trajectory._counted())
+        bush = LinkMotions(trajectory.mechanism, [contact.link_a]).at(*trajectory.states)
         ways = np.stack(across(contact.axis_a), axis=1)
         turned = bush[contact.link_a].rotation @ ways
         return np.asarray(

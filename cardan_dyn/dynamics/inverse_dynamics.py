@@ -239,7 +239,7 @@ class InverseDynamics:
         known[self._prescribed] = known[self._decided] = True
         motion = Motion(problem.independent, tuple(problem.held), known)
         return FreeBodies(
-            mechanism._reread,
+            mechanism.second_reading,
             mechanism.coordinates,
             mechanism.characteristic_length,
             Setup(motion, self._claimed, problem.elements, mechanism.zero),

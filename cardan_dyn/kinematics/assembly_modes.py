@@ -145,7 +145,7 @@ class _Search:
 
     def _outlines_of(self, x: Array) -> Array:
         """Return rows `(K, s)` that are equal for equal poses: lines and points of all joints."""
-        frames, length = self._mechanism._frames, self._mechanism.characteristic_length
+        frames, length = self._mechanism.frames, self._mechanism.characteristic_length
         placed = frames.placed(x)
         parts = []
         for motion, frame in zip(frames.motions, placed, strict=True):

@@ -90,7 +90,7 @@ class Configuration(Frozen):
         return self._placement(joint)[0][0]
 
     def _placement(self, joint: str) -> tuple[Array, Array]:
-        name, frames = self.mechanism.joint(joint).name, self.mechanism._frames
+        name, frames = self.mechanism.joint(joint).name, self.mechanism.frames
         return frames.joint(self.x[None, :], frames.joints.index(name))
 
     def __repr__(self) -> str:

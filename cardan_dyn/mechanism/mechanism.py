@@ -161,7 +161,7 @@ class Mechanism(Frozen):
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with the description and was accepted, and how far its zero is open."""
         described = (*self.description.warnings, *self._remarks)
-        gaps = _open_loops(self._frames, self.coordinates, self.zero, self.characteristic_length)
+        gaps = _open_loops(self.frames, self.coordinates, self.zero, self.characteristic_length)
         if not gaps:
             return described
         listed = [f"{name} by {gap:.3g} m, {angle:.3g} rad" for name, (angle, gap) in gaps.items()]
@@ -279,21 +279,21 @@ class Mechanism(Frozen):
     # What the package computes with, made when it is first needed and kept.
 
     @cached_property
-    def _frames(self) -> Frames:
-        """Where every joint is, by plain forward kinematics."""
+    def frames(self) -> Frames:
+        """Where every joint is, by plain forward kinematics and without Pinocchio."""
         from .frames import Frames
 
         return Frames(self.description, self.coordinates)
 
     @cached_property
-    def _reread(self) -> Description:
+    def second_reading(self) -> Description:
         """The description with the numbers of its text read once more, for the proof."""
         from ..description.second_reading import reread
 
         return reread(self.description)
 
     @cached_property
-    def _placements_at_zero(self) -> dict[int, pinocchio.SE3]:
+    def placements_at_zero(self) -> dict[int, pinocchio.SE3]:
         """Placements of all bodies (0-based; -1 is the world) with every joint at zero."""
         placements = {-1: pinocchio.SE3.Identity()}
         for index in range(1, self.model.njoints):
@@ -321,7 +321,7 @@ class Mechanism(Frozen):
             fixed: velocity coordinates that stay; a loop whose joint has one of them stays
                 altogether.
         """
-        return _fitted(self._frames, self.joints, self.coordinates, x, fixed)
+        return _fitted(self.frames, self.joints, self.coordinates, x, fixed)
 
     @cached_property
     def joint_dynamics(self) -> FrozenDict[str, tuple[float, float]]:

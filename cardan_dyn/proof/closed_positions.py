@@ -59,7 +59,7 @@ def refuse_left(
             away[own], at_zero[own] = 0.0, neutral[own]
     if np.max(away, initial=0.0) < _MOVED:
         return  # Without placing a body, since most positions are not left.
-    description = mechanism._reread
+    description = mechanism.second_reading
     frames = Frames(description, coordinates)
     placed, found = frames.placed(at_zero[None, :]), frames.placed(after[None, :])
     bodies = [last for last in frames.last[: frames.tree] if last >= 0]

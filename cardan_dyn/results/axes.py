@@ -96,7 +96,7 @@ def unique_in(problem: Problem, joint: str, unique: Array, rotation: Array, x: A
     rotations = np.broadcast_to(rotation.reshape(-1, 3, 3), (len(x), 3, 3))
     flags = None
     if len(x) <= _MOST_POSITIONS and np.all(np.isfinite(x)):
-        frames = problem.mechanism._frames
+        frames = problem.mechanism.frames
         flags = _self_stress(problem).unique_in(frames.joints.index(joint), x, rotations)
     if flags is None:
         made_of = np.any(np.abs(rotations) > _NOTHING, axis=0)
@@ -108,7 +108,7 @@ def _self_stress(problem: Problem) -> SelfStressProof:
     """Return the self-stresses of a problem whose motion is solved."""
     mechanism = problem.mechanism
     known = np.ones(mechanism.model.nv, dtype=bool)
-    twists, length = Twists(mechanism._frames), mechanism.characteristic_length
+    twists, length = Twists(mechanism.frames), mechanism.characteristic_length
     constraints = Constraints(
         mechanism.description,
         mechanism.coordinates,
@@ -134,7 +134,7 @@ def _from_zero(
     """
     if not mechanism.joints[joint].parts:
         return np.broadcast_to(np.eye(3), rotation.shape)
-    frames = mechanism._frames
+    frames = mechanism.frames
     index = frames.joints.index(joint)
     first_motion = next(motion for motion in frames.motions if motion.joint == index)
     at_zero, parent = first_motion.placement[:3, :3], frames.parents[index]

@@ -102,7 +102,7 @@ class Scattered(NamedTuple):
             time=acting.time,
         )
         return Sweep(
-            problem=solved._problem,
+            problem=solved.problem,
             source=every,
             unique=solved.unique,
             coupling_moment=self._each(solved.coupling_moment),

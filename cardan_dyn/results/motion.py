@@ -22,19 +22,23 @@ class Motion(Frozen):
         mechanism: the mechanism that moves.
         drives: names of the drives.
         shape: of the samples.
+        x: coordinates `(N, size)` with closed loops, of all samples in one dimension; passive
+            angles within one period. See `Coordinates`.
+        turns: whole turns `(N, size)` that the angles in `x` lack.
         v: joint velocities `(N, nv)` [rad/s, m/s], in Pinocchio's layout.
         a: joint accelerations `(N, nv)` [rad/s², m/s²].
+        velocity_ratios: of all joints to each drive, see `ratio`.
     """
 
     mechanism: Mechanism
     drives: tuple[str, ...]
     shape: tuple[int, ...]
+    x: Array
+    turns: Array
     v: Array
     a: Array
+    velocity_ratios: VelocityRatios
     _coordinates: Coordinates
-    _velocity_ratios: VelocityRatios
-    _x: Array
-    _turns: Array
 
     def __init__(
         self,
@@ -64,19 +68,19 @@ class Motion(Frozen):
             mechanism=mechanism,
             drives=drives,
             _coordinates=mechanism.coordinates,
-            _velocity_ratios=velocity_ratios,
+            velocity_ratios=velocity_ratios,
             shape=shape,
             # Views, since the arrays themselves may still be written to where they were computed.
-            _x=read_only(x.view()),
-            _turns=read_only(turns.view()),
+            x=read_only(x.view()),
+            turns=read_only(turns.view()),
             v=read_only(v.reshape(*shape, *v.shape[1:])),
             a=read_only(a.reshape(*shape, *a.shape[1:])),
         )
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
-        v, a = (rates.reshape(len(self._x), -1) for rates in (self.v, self.a))
-        arrays = (self._x, self._turns, v, a, self._velocity_ratios)
+        v, a = (rates.reshape(len(self.x), -1) for rates in (self.v, self.a))
+        arrays = (self.x, self.turns, v, a, self.velocity_ratios)
         return Motion, (self.mechanism, self.drives, *arrays, self.shape)
 
     def __len__(self) -> int:
@@ -96,19 +100,19 @@ class Motion(Frozen):
             ModelError: unknown joint.
         """
         name = self.mechanism.joint(joint).name
-        frames = self.mechanism._frames
-        rotation, origin = frames.joint(self._x, frames.joints.index(name))
+        frames = self.mechanism.frames
+        rotation, origin = frames.joint(self.x, frames.joints.index(name))
         return self._shaped(rotation), self._shaped(origin)
 
     @property
     def rows(self) -> Array:
         """Coordinates of all samples `(N, size)`, whole turns counted; see `Coordinates`."""
-        return np.asarray(self._x + 2.0 * np.pi * self._turns)
+        return np.asarray(self.x + 2.0 * np.pi * self.turns)
 
     @property
     def q(self) -> Array:
         """Configurations `(N, nq)` of `Mechanism.model`, as Pinocchio's functions take them."""
-        return self._shaped(self._coordinates.configuration(self._x))
+        return self._shaped(self._coordinates.configuration(self.x))
 
     def position(self, joint: str) -> Array:
         """Return a joint's coordinate `(N,)` [rad or m], continuous over any number of turns.
@@ -126,7 +130,7 @@ class Motion(Frozen):
                 was solved without such angles.
         """
         columns, _ = self._spans(joint)
-        values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
+        values = self.x[:, columns] + 2.0 * np.pi * self.turns[:, columns]
         return self._shaped(squeezed(values))
 
     def velocity(self, joint: str) -> Array:
@@ -163,7 +167,7 @@ class Motion(Frozen):
             ArgumentError: unknown drive.
         """
         _, columns = self._spans(joint)
-        ratios = self._velocity_ratios.of_coordinates(columns, self._drive_index(drive))
+        ratios = self.velocity_ratios.of_coordinates(columns, self._drive_index(drive))
         return self._shaped(squeezed(ratios))
 
     def _of_columns(self, rates: Array, joint: str) -> Array:
@@ -173,7 +177,7 @@ class Motion(Frozen):
 
     def _drive_index(self, drive: object) -> int:
         """Return the index of a drive that is given by index or name."""
-        count = self._velocity_ratios.drives
+        count = self.velocity_ratios.drives
         if isinstance(drive, str) and drive in self.drives:
             return self.drives.index(drive)
         # NumPy's durations are a subclass of its integers.

@@ -426,11 +426,10 @@ class Sweep(MotionResult, Prescribed):
 def _greatest(wrench: JointWrench) -> tuple[str, ...]:
     """Return the greatest force, torsion and bending of a joint, and whether they are unique."""
     shown = [np.linalg.norm(wrench.force, axis=-1)]
-    has_axis = wrench._axis is not None
-    if has_axis:
+    if wrench.has_axis:
         shown += [wrench.torsion, wrench.bending]
     greatest = [f"{float(np.max(np.abs(values), initial=0.0)):.4g}" for values in shown]
-    parts = greatest if has_axis else [*greatest, "no axis", "no axis"]
+    parts = greatest if wrench.has_axis else [*greatest, "no axis", "no axis"]
     unique = "yes" if np.all(wrench.unique) else f"not {named_components(~wrench.unique)}"
     return (wrench.joint, *parts, unique)
 

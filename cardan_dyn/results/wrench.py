@@ -87,6 +87,11 @@ class JointWrench:
     _flags: Callable[[], Array]
 
     @property
+    def has_axis(self) -> bool:
+        """Whether the joint has an axis: balls, floating and fixed joints have none."""
+        return self._axis is not None
+
+    @property
     def axis(self) -> Array:
         """Unit axis of the joint in these axes, `(3,)`.
 

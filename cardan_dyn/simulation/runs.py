@@ -170,7 +170,7 @@ class OneCoordinateRun:
         """See `Run.rows`."""
         drives = drives or self.drives_alone(times)
         motion = motion_at(self._solver, Targets.of_positions(drives.x), drives.v, drives.a)
-        return Rows(motion._x, motion._turns, motion.v, motion.a)
+        return Rows(motion.x, motion.turns, motion.v, motion.a)
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""

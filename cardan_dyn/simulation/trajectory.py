@@ -387,7 +387,7 @@ class Trajectory(MotionResult, Prescribed):
             return self._drives_alone
         of, rows = self.mechanism.coordinates, self._rows
         columns, rates = of.columns_of(self.coordinates), of.rates_of(self.coordinates)
-        return States(self._counted()[0][:, columns], rows.v[:, rates], rows.a[:, rates])
+        return States(self.states[0][:, columns], rows.v[:, rates], rows.a[:, rates])
 
     @property
     def position(self) -> Array:
@@ -544,9 +544,9 @@ class Trajectory(MotionResult, Prescribed):
         motion, rows = sweep.motion, self._rows
         a, x, v = np.full_like(rows.a, np.nan), rows.x.copy(), rows.v.copy()
         turns = rows.turns.copy()
-        x[known], turns[known] = motion._x, motion._turns
+        x[known], turns[known] = motion.x, motion.turns
         v[known], a[known] = motion.v, motion.a
-        ratios = motion._velocity_ratios
+        ratios = motion.velocity_ratios
         values = np.full((len(self), ratios.values.shape[1]), np.nan)
         values[known] = ratios.values
         return Motion(
@@ -556,7 +556,7 @@ class Trajectory(MotionResult, Prescribed):
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""
         problem = self._problem
-        joints, links = self._forces.sampled(self.time, *self._counted())
+        joints, links = self._forces.sampled(self.time, *self.states)
         efforts = {name: np.asarray(effort) for name, effort in joints.items()}
         return acting_on(problem)._replace(
             speeds=self._of_drives.v,
@@ -571,15 +571,24 @@ class Trajectory(MotionResult, Prescribed):
         """Names of the drives whose motion was prescribed."""
         return tuple(self._course.setup.motions)
 
-    def _counted(self) -> tuple[Array, Array]:
-        """Return coordinates with all turns, and velocities."""
+    @property
+    def steps(self) -> Array:
+        """Times `(S,)` of the method's own steps [s], whatever times `at` was given."""
+        return read_only(self._run.times)
+
+    @property
+    def states(self) -> tuple[Array, Array]:
+        """Coordinates `(N, size)`, all turns counted, and velocities `(N, nv)`; see `Motion`.
+
+        Those of the method: no wrench is computed for them.
+        """
         return self._rows.x + 2.0 * np.pi * self._rows.turns, self._rows.v
 
     @cached_property
     def element_force(self) -> ElementResults:
         """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
         forces = self._problem.element_forces
-        each = [] if forces is None else forces.each(*self._counted(), self.time)
+        each = [] if forces is None else forces.each(*self.states, self.time)
         return ElementResults(forces, each)
 
     @property
@@ -608,11 +617,11 @@ class Trajectory(MotionResult, Prescribed):
         mechanism = self.mechanism
         # Rates of angles that are near gimbal lock are great, whatever the body does.
         bodies = self._rows.bodies
-        states = (bodies.x, bodies.v) if bodies else self._counted()
+        states = (bodies.x, bodies.v) if bodies else self.states
         moved = (bodies or self._rows).a
         of = bodies.mechanism if bodies else mechanism
         open_tree = open_efforts(of, self._problem.gravity, *states, moved)
-        loads = self._forces.all_efforts(mechanism, self.time, *self._counted())
+        loads = self._forces.all_efforts(mechanism, self.time, *self.states)
         efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
         return float(max(np.max(efforts, initial=0.0), np.max(self.kinetic_energy)))
 
@@ -631,7 +640,7 @@ class Trajectory(MotionResult, Prescribed):
         energy = self._energy.potential(self._rows.x)
         elements = self._problem.element_forces
         if elements is not None:
-            energy = energy + elements.at(*self._counted(), self.time).potential_energy
+            energy = energy + elements.at(*self.states, self.time).potential_energy
         return read_only(energy)
 
     @cached_property
@@ -662,7 +671,7 @@ class Trajectory(MotionResult, Prescribed):
             raise AccuracyError(
                 "the work of prescribed drives is not known where they are singular"
             )
-        x, v = there._counted()
+        x, v = there.states
         loads = self._forces.loads_alone().all_efforts(self.mechanism, times, x, v)
         power = np.einsum("nk,nk->n", loads, v)
         elements = self._problem.element_forces
@@ -712,7 +721,7 @@ class Trajectory(MotionResult, Prescribed):
         weight = self._energy.weight * mechanism.characteristic_length
         if forces.is_nothing:
             return weight
-        x, rest = self._counted()[0], np.zeros_like(self._rows.v)
+        x, rest = self.states[0], np.zeros_like(self._rows.v)
         efforts = np.abs(forces.all_efforts(mechanism, self.time, x, rest))
         greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
         return max(weight, float(greatest))

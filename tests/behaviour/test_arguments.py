@@ -253,7 +253,7 @@ def test_drives_of_ratios() -> None:
         )
 
 
-@pytest.mark.parametrize("name", ["_x", "_turns", "v", "a", "_velocity_ratios.values"])
+@pytest.mark.parametrize("name", ["x", "turns", "v", "a", "velocity_ratios.values"])
 def test_motions_cannot_be_written_to(name: str) -> None:
     motion = scene().sweep([0.0, 1.0]).motion
     for same in (motion, copy.copy(motion)):

@@ -121,8 +121,8 @@ def test_nothing_of_a_result_can_be_changed() -> None:
     arrays = [
         *(bearing.force, bearing.moment, bearing.torsion, bearing.axial, bearing.unique),
         *(turn.drive_effort, turn.condition, turn.holding_effort["joint_angle"]),
-        *(turn.motion._x, turn.motion.v, turn.motion.a, turn.motion._turns),
-        *(*turn.motion._velocity_ratios, turn.rotation("pin_in"), turn.origin("pin_in")),
+        *(turn.motion.x, turn.motion.v, turn.motion.a, turn.motion.turns),
+        *(*turn.motion.velocity_ratios, turn.rotation("pin_in"), turn.origin("pin_in")),
         *(scene.assemble(POSITIONS).targets.positions, scene.assemble(POSITIONS).turns),
         *(
             scene.gravity,

@@ -95,7 +95,7 @@ class ClosureEquations:
             group: the group.
         """
         self.batch = batch
-        self._at_zero = mechanism._placements_at_zero
+        self._at_zero = mechanism.placements_at_zero
         self._model, self._length = mechanism.model, mechanism.characteristic_length
         self.movable = np.concatenate([group.known, group.passives])
         self.unit_twists = UnitTwists(batch, self.movable)
@@ -387,7 +387,7 @@ def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
     common = max(set(first) & set(second), default=-1)
     if common == batch.base:
         return LoopAxes(-1, np.zeros(3))
-    return _axes_on(batch.index_of[common], loop, mechanism._placements_at_zero, batch)
+    return _axes_on(batch.index_of[common], loop, mechanism.placements_at_zero, batch)
 
 
 def _axes_on(

@@ -293,7 +293,7 @@ def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
 
 def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
     """Return the model of a group's bodies; of many, one that does without Pinocchio's data."""
-    at_zero = mechanism._placements_at_zero
+    at_zero = mechanism.placements_at_zero
     on_loops = [mechanism.loops[index].predecessor - 1 for index in group.loops]
     points = [at_zero[body].translation for body in on_loops or group.inertial_bodies]
     origin = np.mean(points, axis=0) if points else np.zeros(3)

@@ -134,7 +134,7 @@ class WhirlSense:
         moved = []
         for unit in np.eye(1 + free):
             motion = scene.sweep(places, unit).motion
-            found = links.at(np.asarray(motion._x), np.asarray(motion.v))
+            found = links.at(np.asarray(motion.x), np.asarray(motion.v))
             moved.append([found[name] for name in bodies.values()])
         shape = (len(bodies), _POSITIONS, 3)
         self._axis = np.zeros(shape)

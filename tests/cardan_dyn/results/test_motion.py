@@ -35,10 +35,10 @@ def random_motion(drives: tuple[str, ...] = DRIVES, shape: tuple[int, ...] | Non
 def test_positions_count_whole_turns() -> None:
     motion = random_motion()
     columns = motion.mechanism.coordinates.columns
-    angle = motion._x[:, columns["turn"]][:, 0]
+    angle = motion.x[:, columns["turn"]][:, 0]
     expected = angle + 2.0 * np.pi * np.array([-1.0, 0.0, 2.0, 5e5])
     np.testing.assert_array_equal(motion.position("turn"), expected)
-    np.testing.assert_array_equal(motion.position("hinge"), motion._x[:, columns["hinge"]][:, 0])
+    np.testing.assert_array_equal(motion.position("hinge"), motion.x[:, columns["hinge"]][:, 0])
     assert len(motion) == COUNT
 
 
@@ -68,7 +68,7 @@ def test_configurations_are_pinocchios() -> None:
     motion = random_motion()
     model, step = motion.mechanism.model, 1e-7
     still = np.zeros_like(motion.a)
-    later = moved(motion.mechanism, motion._x, motion.v, still, step)
+    later = moved(motion.mechanism, motion.x, motion.v, still, step)
     later_q = motion.mechanism.coordinates.configuration(later)
     for q, v, expected in zip(motion.q, motion.v, later_q, strict=True):
         # Rounding of coordinates of size 1 remains.
@@ -84,7 +84,7 @@ def test_rates_belong_to_their_joints() -> None:
         np.testing.assert_array_equal(motion.velocity(name), motion.v[:, column])
         np.testing.assert_array_equal(motion.acceleration(name), motion.a[:, column])
         for index, drive in enumerate(DRIVES):
-            expected = motion._velocity_ratios.values[:, 2 * column + index]
+            expected = motion.velocity_ratios.values[:, 2 * column + index]
             for given in (index, np.int64(index), drive):
                 np.testing.assert_array_equal(motion.ratio(name, given), expected)
 
@@ -141,7 +141,7 @@ def test_copies_are_equal_and_as_closed_to_writing(
     motion = random_motion(shape=shape)
     again = copied(motion)  # type: ignore[operator]
     assert again.shape == motion.shape
-    for name in ("_x", "_turns", "v", "a", "_velocity_ratios.values", "_velocity_ratios.moved"):
+    for name in ("x", "turns", "v", "a", "velocity_ratios.values", "velocity_ratios.moved"):
         array = attrgetter(name)(again)
         np.testing.assert_array_equal(array, attrgetter(name)(motion))
         assert not array.flags.writeable

@@ -22,7 +22,7 @@ GRAVITY = np.array([0.3, -9.81, 0.2])
 def model_of(scene: cd.Scene, turn: cd.Sweep, held: tuple[str, ...] = ()) -> ConstrainedModel:
     mechanism = scene.mechanism
     rates = mechanism.coordinates.rates_of(held)
-    return ConstrainedModel(mechanism, rates, scene.gravity, turn.motion._x[0])
+    return ConstrainedModel(mechanism, rates, scene.gravity, turn.motion.x[0])
 
 
 def test_accelerations_are_those_of_pinocchio_by_hand(joint: cd.Mechanism) -> None:
@@ -33,7 +33,7 @@ def test_accelerations_are_those_of_pinocchio_by_hand(joint: cd.Mechanism) -> No
         expected, *_ = forward_accelerations(joint, turn, sample, {"bearing_out": -2.0})
         efforts = np.zeros(model.mechanism.model.nv)
         efforts[joint.coordinates.named["bearing_out"].rate] = -2.0
-        found = model.accelerations(turn.motion._x[sample], turn.motion.v[sample], efforts)
+        found = model.accelerations(turn.motion.x[sample], turn.motion.v[sample], efforts)
         # Both by proximal iterations; the oracle's end at residuals of 1e-14.
         np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
 
@@ -47,7 +47,7 @@ def test_what_is_prescribed_moves_as_it_is_told(joint: cd.Mechanism, prescribed:
     model = model_of(scene, turn, ("joint_angle",))
     none = np.zeros(model.mechanism.model.nv)
     told = np.array([prescribed])
-    a = model.accelerations(turn.motion._x[0], turn.motion.v[0], none, told)
+    a = model.accelerations(turn.motion.x[0], turn.motion.v[0], none, told)
     names = joint.coordinates.named
     assert a[names["joint_angle"].rate] == pytest.approx(prescribed, abs=1e-13)
     drives = [a[names[name].rate] for name in scene.drives]
@@ -70,7 +70,7 @@ def test_redundant_loops_and_weightless_links(is_light: bool) -> None:
     scene = cd.Scene(mechanism, drive="a", gravity=GRAVITY)
     turn = scene.sweep([0.7], [2.0])
     model = model_of(scene, turn)
-    a = model.accelerations(turn.motion._x[0], turn.motion.v[0], np.zeros(model.mechanism.model.nv))
+    a = model.accelerations(turn.motion.x[0], turn.motion.v[0], np.zeros(model.mechanism.model.nv))
     drive = a[mechanism.coordinates.named["a"].rate]
     needed = scene.sweep([0.7, 0.7], 2.0, [drive, 0.0]).drive_effort
     assert abs(needed[0]) < 1e-13 * abs(needed[1])
@@ -114,7 +114,7 @@ def test_what_is_held_is_not_moved(joint: cd.Mechanism) -> None:
     scene = universal(joint, 0.6)
     model = model_of(scene, turn, ("joint_angle",))
     column = joint.coordinates.named["joint_angle"].column
-    drifted = turn.motion._x[0] + 1e-4
+    drifted = turn.motion.x[0] + 1e-4
     rest = np.zeros(joint.model.nv)
     closed, _ = model.closed(drifted, rest)
     assert closed[column] == pytest.approx(drifted[column], abs=1e-16)
@@ -143,7 +143,7 @@ def test_the_size_of_a_mechanism_makes_no_difference(size: float) -> None:
         turn = scene.sweep([0.7], [2.0])
         model = model_of(scene, turn)
         rest = np.zeros(mechanism.model.nv)
-        a = model.accelerations(turn.motion._x[0], turn.motion.v[0], rest)
+        a = model.accelerations(turn.motion.x[0], turn.motion.v[0], rest)
         ratios.append(a[mechanism.coordinates.named["crank_bearing"].rate])
     assert ratios[1] == pytest.approx(ratios[0], rel=1e-12)
 
@@ -161,7 +161,7 @@ def test_copies_side_by_side_move_like_one_alone() -> None:
         result[own] = rows  # Without balls, columns and velocity coordinates are the same.
         return result
 
-    x, v, efforts = turn.motion._x, turn.motion.v, np.linspace(-1.0, 1.0, 36).reshape(9, 4)
+    x, v, efforts = turn.motion.x, turn.motion.v, np.linspace(-1.0, 1.0, 36).reshape(9, 4)
     model = ConstrainedModel(many, [], GRAVITY, together(x))
     assert len(model.chains) == 3
     a = model.accelerations(together(x), together(v), together(efforts))[own]

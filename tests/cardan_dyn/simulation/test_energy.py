@@ -31,7 +31,7 @@ def test_energies_of_a_pendulum() -> None:
 
 def test_kinetic_energy_of_the_universal_joint(joint: cd.Mechanism) -> None:
     turn = universal(joint, 0.8).sweep(np.linspace(0.0, 6.0, 9), 3.0)
-    found = WeightEnergy(joint, np.zeros(3)).kinetic(turn.motion._x, turn.motion.v)
+    found = WeightEnergy(joint, np.zeros(3)).kinetic(turn.motion.x, turn.motion.v)
     expected = 0.5 * SpinningJoint(0.8).inertia(np.linspace(0.0, 6.0, 9)) * 9.0
     np.testing.assert_allclose(found, expected, rtol=1e-13)
 

@@ -34,7 +34,7 @@ def moving(hinges: list[Hinge]) -> tuple[cd.Scene, cd.Sweep, ConstrainedModel]:
     mechanism = cd.load(robot(description(hinges)))
     scene = cd.Scene(mechanism, drive="h0", gravity=GRAVITY)
     turn = scene.sweep([0.02], [1.7])
-    zero = scene.sweep([0.0]).motion._x[0]
+    zero = scene.sweep([0.0]).motion.x[0]
     return scene, turn, ConstrainedModel(mechanism, [], GRAVITY, zero)
 
 
@@ -45,7 +45,7 @@ def test_no_free_drive_needs_an_effort(maker: Maker) -> None:
     scene, turn, model = moving(hinges)
     found = model.chains[0]._directions
     assert found is not None and found._rank == rank(hinges)
-    a = model.accelerations(turn.motion._x[0], turn.motion.v[0])
+    a = model.accelerations(turn.motion.x[0], turn.motion.v[0])
     drive = a[scene.mechanism.coordinates.named["h0"].rate]
     needed = scene.sweep([0.02, 0.02], 1.7, [drive, 0.0]).drive_effort
     assert abs(needed[0]) < 1e-11 * abs(needed[1])
@@ -55,7 +55,7 @@ def test_no_free_drive_needs_an_effort(maker: Maker) -> None:
 def test_accelerations_are_smooth_where_loops_are_open(maker: Maker) -> None:
     """Opened a hundredfold less, they change a hundredfold less."""
     scene, turn, model = moving(maker())
-    x, v = turn.motion._x[0], turn.motion.v[0]
+    x, v = turn.motion.x[0], turn.motion.v[0]
     at_rest = model.accelerations(x, v)
     way = np.random.default_rng(5).normal(size=v.size)
     plain = turning_model(scene.mechanism)
@@ -77,7 +77,7 @@ def test_what_is_prescribed_moves_as_it_is_told() -> None:
     scene, turn, _ = moving(bennett())
     mechanism = scene.mechanism
     rate = mechanism.coordinates.named["h0"].rate
-    x, v = turn.motion._x[0], turn.motion.v[0]
+    x, v = turn.motion.x[0], turn.motion.v[0]
     model = ConstrainedModel(mechanism, [rate], GRAVITY, x)
     a = model.accelerations(x, v, None, np.array([-3.0]))
     expected = scene.sweep([0.02], [1.7], [-3.0]).motion.a[0]

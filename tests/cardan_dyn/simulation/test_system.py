@@ -38,7 +38,7 @@ def test_accelerations_are_slopes_of_rates_that_stay_closed(bars: System) -> Non
     mechanism = bars.model.mechanism
     scene = cd.Scene(mechanism, drive="a", gravity=GRAVITY)
     turn = scene.sweep([0.4], [2.0])
-    y = np.concatenate([turn.motion._x[0], turn.motion.v[0]])
+    y = np.concatenate([turn.motion.x[0], turn.motion.v[0]])
     rate = bars.derivative(0.0, y)
     np.testing.assert_array_equal(rate[: bars.size], turn.motion.v[0])
     drive = rate[bars.size :][mechanism.coordinates.named["a"].rate]
@@ -82,7 +82,7 @@ def test_what_is_prescribed_is_where_it_should_be(joint: cd.Mechanism) -> None:
     system = system_of(joint, ("joint_angle",))
     named = joint.coordinates.named["joint_angle"]
     turn = cd.Scene(joint, drive=["bearing_in", "joint_angle"]).sweep([[1.0, 0.9]], [[3.0, 2.0]])
-    y = np.concatenate([turn.motion._x[0], turn.motion.v[0]])
+    y = np.concatenate([turn.motion.x[0], turn.motion.v[0]])
     y[named.column] += 1e-6
     restored = system.restored(0.2, y)
     assert restored[named.column] == pytest.approx(0.9, abs=1e-15)
