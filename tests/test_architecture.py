@@ -8,7 +8,7 @@ PACKAGE = ROOT / "cardan_dyn"
 
 FLOORS = (
     ("_version", "arrays", "errors"),
-    ("checks", "frozen", "markup"),
+    ("checks", "frozen", "markup", "units"),
     ("figures",),
     ("description",),
     ("mechanism",),

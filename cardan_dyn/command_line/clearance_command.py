@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +12,9 @@ import numpy as np
 
 from ..clearance import PinGeometry, Scan, drawing, scan
 from ..errors import ArgumentError
-from ..mechanism.mechanism import Mechanism, load
-from .presets import default_scene, slides
-from .view_command import parsed_assignments
+from ..mechanism.mechanism import load
+from .presets import default_scene
+from .quantities import by_joint, efforts, positions
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 _RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
+_LENGTH = "length", "m"
 _LESS = -0.1
 """Change of a parameter of which the table tells what it would buy."""
 _NAME = 7
@@ -35,7 +35,6 @@ def scanned_by(
     source: str,
     *,
     speed: float | None,
-    speed_rpm: float | None,
     clearances: tuple[str, ...],
     stiffnesses: tuple[str, ...],
     radii: tuple[str, ...],
@@ -51,32 +50,29 @@ def scanned_by(
     **rest: Any,
 ) -> Scan:
     """Return the scan that the options of the command ask for; `rest` are arguments of `scan`."""
-    if (speed is None) == (speed_rpm is None):
-        raise ArgumentError("give the speed of the drive either by --speed or by --speed-rpm")
+    if speed is None:
+        raise ArgumentError("give the speed of the drive: --speed-rpm")
     mechanism = load(source, strict=strict)
     if bool(stiffnesses) == (pin is not None):
         raise ArgumentError("give the stiffness of contacts either by --stiffness or by --pin")
     if pin is None and seat_stiffness is not None:
         raise ArgumentError("--seat-stiffness goes with --pin; --stiffness is that of the whole")
-    stiffness: Any = _by_joint(stiffnesses, "--stiffness", "1e8", mechanism)
+    stiffness: Any = by_joint(stiffnesses, "--stiffness", ("rigidity", "N/m"), mechanism)
     if pin is not None:
         stiffness = PinGeometry(*pin, seat_stiffness=seat_stiffness)
     scene = default_scene(
         mechanism,
         drive=drive,
-        held={
-            name: value if slides(mechanism, name) else float(np.deg2rad(value))
-            for name, value in parsed_assignments(held, "--held").items()
-        },
-        loads=parsed_assignments(loads, "--load"),
+        held=positions(mechanism, held),
+        loads=efforts(mechanism, loads),
         gravity=gravity,
     )
     return scan(
         scene,
-        speed if speed is not None else _RAD_PER_S * (speed_rpm or 0.0),
-        clearance=_by_joint(clearances, "--clearance", "1e-4", mechanism),
+        speed,
+        clearance=by_joint(clearances, "--clearance", _LENGTH, mechanism),
         stiffness=stiffness,
-        radius=_by_joint(radii, "--radius", "0.02", mechanism) if radii else None,
+        radius=by_joint(radii, "--radius", _LENGTH, mechanism) if radii else None,
         joints=joints or None,
         bearings=bearings or None,
         **rest,
@@ -243,23 +239,3 @@ def save_figures(scanned: Scan, directory: Path) -> None:
     if striking:
         parameters = ("speed",) * inertial + ("slope", "clearance", "mass", "stiffness")
         figures.save(drawing.peak_influence(striking, parameters), directory / "peak_influence")
-
-
-def _by_joint(
-    values: tuple[str, ...], option: str, example: str, mechanism: Mechanism
-) -> float | Mapping[str, float]:
-    """Return a number of all joints, or numbers by joint; VALUE is of those that have no other."""
-    plain = [value for value in values if "=" not in value]
-    named = tuple(value for value in values if "=" in value)
-    if len(plain) > 1:
-        raise ArgumentError(f"{option} is {' and '.join(plain)}; of all joints it is one number")
-    given = parsed_assignments(named, option, f"JOINT=VALUE, as crank_pin={example}")
-    for name in given:
-        mechanism.joint(name)
-    if not plain:
-        return given
-    try:
-        common = float(plain[0])
-    except ValueError:
-        raise ArgumentError(f"{option} {plain[0]!r} is no number, as {example}") from None
-    return {**dict.fromkeys(mechanism.joints, common), **given} if given else common

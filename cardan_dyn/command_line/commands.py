@@ -69,7 +69,7 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
 @options.repeated("--drive", "drive", "JOINT", "Driven joint")
 @options.held
 @options.loads
-@click.option("--speed-rpm", type=float, help="Speed of a drive that turns; quasi-static without.")
+@options.speed("Speed of a drive that turns [rpm]; quasi-static without.")
 @options.gravity
 @click.option("--joint", "joints", multiple=True, metavar="JOINT", help="Draw only these joints.")
 @click.option(
@@ -78,8 +78,16 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
     type=click.Choice(["visuals", "moments", "forces", "axes", "traces", "labels"]),
     help="Leave a part out; may be repeated.",
 )
-@click.option("--duration", type=float, default=8.0, show_default=True, help="Of one sweep [s].")
-@click.option("--samples", type=click.IntRange(2), default=721, show_default=True)
+@click.option(
+    "--duration",
+    type=options.Quantity("time", "s"),
+    default=8.0,
+    show_default=True,
+    help="Of one sweep [s].",
+)
+@click.option(
+    "--samples", type=click.IntRange(2), default=721, show_default=True, help="Count of positions."
+)
 @options.strict
 @options.written("--export", "file", "Write one HTML file that needs no network, and end.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser.")
@@ -88,7 +96,7 @@ def view(
     drive: tuple[str, ...],
     held: tuple[str, ...],
     loads: tuple[str, ...],
-    speed_rpm: float | None,
+    speed: float | None,
     gravity: tuple[float, float, float] | None,
     joints: tuple[str, ...],
     hide: tuple[str, ...],
@@ -103,16 +111,9 @@ def view(
     NAME_OR_FILE is a bundled description or a file. The page is served on this machine until
     Ctrl-C; its address is printed, so that it can be opened where no browser opens it.
     """
-    from .view_command import MotionOptions, parsed_assignments, scene_of
+    from .view_command import MotionOptions, scene_of
 
-    motion = MotionOptions(
-        drive=drive,
-        held=parsed_assignments(held, "--held"),
-        loads=parsed_assignments(loads, "--load") if loads else None,
-        speed_rpm=speed_rpm,
-        gravity=gravity,
-        samples=samples,
-    )
+    motion = MotionOptions(drive, held, loads, speed, gravity, samples)
     shown = scene_of(source, motion, joints, frozenset(hide), duration, strict)
     if file is not None:
         export(shown, file)
@@ -122,10 +123,15 @@ def view(
 
 @main.command()
 @click.argument("source", metavar="FILE_OR_NAME", required=False)
-@click.option("--speed-rpm", type=float, help="Speed of the input shaft; that of the file without.")
-@click.option("--torque-nm", type=float, help="Torque of the input shaft, likewise.")
+@options.speed("Speed of the input shaft [rpm]; that of the file without.")
+@click.option(
+    "--torque-nm",
+    "torque",
+    type=options.Quantity("torque", "N·m"),
+    help="Torque of the input shaft [N·m], likewise.",
+)
 @options.repeated(
-    "--limit", "limits", "NAME=VALUE", "Another value of a limit, in SI units and radians"
+    "--limit", "limits", "NAME=VALUE", "Another value of a limit with its unit, as joint_angle=6deg"
 )
 @click.option("--optimise-phases", is_flag=True, help="Judge the line with its best forks.")
 @click.option("--teeth", type=click.IntRange(2), help="Forks can be turned by 360°/TEETH alone.")
@@ -140,8 +146,8 @@ def view(
 @click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
 def driveline(
     source: str | None,
-    speed_rpm: float | None,
-    torque_nm: float | None,
+    speed: float | None,
+    torque: float | None,
     limits: tuple[str, ...],
     optimise_phases: bool,
     teeth: int | None,
@@ -172,8 +178,8 @@ def driveline(
         raise click.UsageError(f"FILE_OR_NAME is missing; lines of the package: {names}")
     found = report_on(
         source,
-        speed_rpm=speed_rpm,
-        torque_nm=torque_nm,
+        speed=speed,
+        torque=torque,
         limits=limits,
         optimise=optimise_phases,
         teeth=teeth,
@@ -196,8 +202,7 @@ def driveline(
 
 @main.command()
 @options.source
-@click.option("--speed", type=float, help="Speed of the drive [rad/s].")
-@click.option("--speed-rpm", type=float, help="The same [1/min].")
+@options.speed("Speed of the drive [rpm].")
 @click.option(
     "--clearance",
     "clearances",
@@ -216,13 +221,19 @@ def driveline(
 )
 @click.option(
     "--pin",
-    type=float,
+    type=options.Quantity("length", "m"),
     nargs=2,
     metavar="LENGTH RADIUS",
     help="Steel pins of this size instead of a stiffness [m].",
 )
-@click.option("--seat-stiffness", type=float, help="Of what holds these pins [N/m].")
-@click.option("--damping-ratio", type=float, default=0.0, show_default=True)
+@click.option(
+    "--seat-stiffness",
+    type=options.Quantity("rigidity", "N/m"),
+    help="Of what holds these pins [N/m].",
+)
+@click.option(
+    "--damping-ratio", type=float, default=0.0, show_default=True, help="Of a contact, a number."
+)
 @click.option(
     "--start",
     type=click.Choice(["release", "rest"]),
@@ -230,7 +241,11 @@ def driveline(
     show_default=True,
     help="How flights begin; 'rest' is for the paper's example.",
 )
-@click.option("--rotor", type=float, help="Inertia that turns with a drive that gives way [kg m²].")
+@click.option(
+    "--rotor",
+    type=options.Quantity("inertia", "kg·m²"),
+    help="Inertia that turns with a drive that gives way [kg·m²].",
+)
 @click.option(
     "--verify", is_flag=True, help="Simulate joints that strike as well; takes seconds for each."
 )

@@ -23,13 +23,12 @@ from ..report.drive_line_page import (
     shaft_rows,
     write,
 )
+from . import quantities
 from .showing import export
-from .view_command import parsed_assignments
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-_RAD_PER_S = np.pi / 30.0
 _MARKS = {"pass": "green", "fail": "bold red", "stated": "default", "not judged": "yellow"}
 
 
@@ -75,8 +74,8 @@ def run(
 def report_on(
     source: str,
     *,
-    speed_rpm: float | None,
-    torque_nm: float | None,
+    speed: float | None,
+    torque: float | None,
     limits: tuple[str, ...],
     optimise: bool,
     teeth: int | None,
@@ -85,10 +84,10 @@ def report_on(
 
     Args:
         source: path of a TOML file, or name of a line that comes with the package.
-        speed_rpm: of the input shaft [1/min]; that of the line, or of its duty cycle at its
-            greatest torque, unless given.
-        torque_nm: of the input shaft [N·m]; likewise.
-        limits: as NAME=VALUE; see `DriveLine.verdict`.
+        speed: of the input shaft [rad/s]; that of the line, or of its duty cycle at its greatest
+            torque, unless given.
+        torque: of the input shaft [N·m]; likewise.
+        limits: as NAME=VALUE, see `quantities.limits` and `DriveLine.verdict`.
         optimise: take the best forks.
         teeth: on which forks can be turned; they are free unless given.
 
@@ -96,12 +95,9 @@ def report_on(
         ArgumentError: there is no speed or torque.
         CardanError: as `DriveLine.from_toml`, `phasing`, `analyse` and `verdict` do.
     """
-    given = parsed_assignments(limits, "--limit", "NAME=VALUE, as residual_angle=0.05")
+    given = quantities.limits(limits)
     line = DriveLine.from_toml(source)
-    changes = {
-        "speed": None if speed_rpm is None else speed_rpm * _RAD_PER_S,
-        "torque": torque_nm,
-    }
+    changes = {"speed": speed, "torque": torque}
     line = line.replace(**{name: value for name, value in changes.items() if value is not None})
     phasing = best_forks(line, teeth)
     if optimise and phasing is not None:

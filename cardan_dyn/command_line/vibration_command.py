@@ -11,7 +11,7 @@ import numpy as np
 
 from ..elements.described import described_elements
 from ..errors import ArgumentError, choices
-from ..mechanism.mechanism import Mechanism, load
+from ..mechanism.mechanism import load
 from ..scene.scene import Scene
 from ..vibration.results.campbell import campbell
 from ..vibration.results.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
@@ -19,8 +19,8 @@ from ..vibration.results.floquet import floquet
 from ..vibration.results.forced_response import forced_response
 from ..vibration.results.periodic_motion import search_of
 from ..vibration.results.resonance import numbered_campbell
-from .presets import PRESETS, Preset, slides
-from .view_command import parsed_assignments
+from .presets import PRESETS, Preset
+from .quantities import efforts, positions
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -40,13 +40,13 @@ _SPEEDS, _CHART_SPEEDS, _CHART_ANGLES = 241, 61, 25
 
 
 class RigOptions(NamedTuple):
-    """What turns and what is free, in the units of the command line.
+    """What turns and what is free.
 
     Attributes:
         drive: joint that turns at constant speed; that of the preset if None.
         free: free coordinates; all that have a spring in the description if empty.
-        held: held joints to angles [°], slides to positions [m].
-        loads: joints to efforts [N·m, slides: N].
+        held: held joints and positions, as `quantities.positions` reads them.
+        loads: joints and efforts, as `quantities.efforts` reads them.
     """
 
     drive: str | None = None
@@ -85,7 +85,7 @@ def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
     preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_coordinates))
     if not all(name in mechanism.drivable for name in (*preset.drive, *preset.held_deg)):
         preset = Preset(mechanism.independent_coordinates)
-    given = _positions(mechanism, parsed_assignments(options.held, "--held"))
+    given = positions(mechanism, options.held)
     taken = {*given, options.drive}
     free = options.free or tuple(name for name in mechanism.joint_springs if name not in taken)
     if not free:
@@ -100,37 +100,35 @@ def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
         if len(left) != 1:
             raise ArgumentError(f"nothing says what turns: give --drive, one of {choices(left)}")
         (drive,) = left
-    held = {**_positions(mechanism, preset.held_deg), **given}
+    held = {**{name: float(np.deg2rad(angle)) for name, angle in preset.held_deg.items()}, **given}
     return Scene(
         mechanism,
         drive=drive,
         free=free,
         held={name: value for name, value in held.items() if name not in (drive, *free)},
-        loads=parsed_assignments(options.loads, "--load"),
+        loads=efforts(mechanism, options.loads),
         elements=described_elements(mechanism),
     )
 
 
 def found_speeds(
-    scene: Scene, speed_rpm: tuple[float, float] | None, orders: tuple[float, ...] = ()
+    scene: Scene, speed: tuple[float, float] | None, orders: tuple[float, ...] = ()
 ) -> CriticalSpeeds:
     """Return the critical speeds of a rig.
 
     Args:
         scene: see `rig_scene`.
-        speed_rpm: ends of the range [1/min]; unless given, from below a quarter of the lowest
+        speed: ends of the range [rad/s]; unless given, from below a quarter of the lowest
             natural frequency to above the greatest.
         orders: that are looked at; those that excite if empty.
 
     Raises:
         CardanError: as `critical_speeds` does.
     """
-    if speed_rpm is None:
+    if speed is None:
         at_rest = _frequencies(scene)
-        ends = _BELOW * at_rest[0], _ABOVE * at_rest[-1]
-    else:
-        ends = speed_rpm[0] * _RAD_PER_S, speed_rpm[1] * _RAD_PER_S
-    return critical_speeds(scene, np.array(ends), orders=orders or None)
+        speed = _BELOW * at_rest[0], _ABOVE * at_rest[-1]
+    return critical_speeds(scene, np.array(speed), orders=orders or None)
 
 
 def run(scene: Scene, found: CriticalSpeeds, drawn: Drawn) -> None:
@@ -273,29 +271,21 @@ def chart_of(scene: Scene, text: str | None) -> tuple[str, float] | None:
 
     Args:
         scene: see `rig_scene`.
-        text: `JOINT=DEGREES`, of a slide metres; no chart if None.
+        text: `JOINT=VALUE`, as `quantities.positions` reads it; no chart if None.
 
     Raises:
         ArgumentError: it has another form, or the scene does not hold the joint.
     """
     if text is None:
         return None
-    ((joint, value),) = parsed_assignments((text,), "--chart", "JOINT=DEGREES").items()
+    ((joint, value),) = positions(scene.mechanism, [text], "--chart").items()
     if joint not in scene.held:
         raise ArgumentError(
             f"--chart {joint!r} is not held; held: {choices(scene.held, joint) or '(none)'}"
         )
     if not value:
         raise ArgumentError("--chart ends at 0, where it begins; give another angle")
-    return joint, _positions(scene.mechanism, {joint: value})[joint]
-
-
-def _positions(mechanism: Mechanism, degrees: object) -> dict[str, float]:
-    """Return positions [rad, slides m] from those of the command line."""
-    return {
-        name: value if slides(mechanism, name) else float(np.deg2rad(value))
-        for name, value in dict(degrees).items()  # type: ignore[call-overload]
-    }
+    return joint, value
 
 
 def _frequencies(scene: Scene) -> np.ndarray:

@@ -21,19 +21,23 @@ from .showing import export, serve
 )
 @options.held
 @options.loads
+@options.speed("Range of speeds [rpm]; by the natural frequencies without.", nargs=2)
 @click.option(
-    "--speed-rpm", type=float, nargs=2, help="Range of speeds; by the natural frequencies without."
-)
-@click.option(
-    "--order", "orders", type=float, multiple=True, help="Order to look at; may be repeated."
+    "--order",
+    "orders",
+    type=float,
+    multiple=True,
+    help="Order to look at, cycles per revolution; may be repeated.",
 )
 @options.figures
 @click.option(
     "--chart",
-    metavar="JOINT=DEGREES",
-    help="With --figures: a chart of stability up to this angle of a held joint (slides: metres).",
+    metavar="JOINT=VALUE",
+    help="With --figures: a chart of stability up to this position of a held joint [°, slides: m].",
 )
-@click.option("--mode", type=click.IntRange(1), help="Watch this mode, larger than life.")
+@click.option(
+    "--mode", type=click.IntRange(1), help="Watch the mode of this number, larger than life."
+)
 @options.written("--export", "file", "With --mode: write it as one HTML file instead.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --mode.")
 @click.option("--json", "as_json", is_flag=True, help="Print the critical speeds as JSON.")
@@ -44,7 +48,7 @@ def vibration(
     free: tuple[str, ...],
     held: tuple[str, ...],
     loads: tuple[str, ...],
-    speed_rpm: tuple[float, float] | None,
+    speed: tuple[float, float] | None,
     orders: tuple[float, ...],
     directory: Path | None,
     chart: str | None,
@@ -68,7 +72,7 @@ def vibration(
         raise click.UsageError("--export needs --mode")
     scene = rig_scene(source, RigOptions(drive, free, held, loads), strict)
     wanted = Drawn(directory, chart_of(scene, chart), as_json)
-    found = found_speeds(scene, speed_rpm, orders)
+    found = found_speeds(scene, speed, orders)
     show(scene, found, wanted)
     if mode is not None:
         shown = mode_view(scene, mode, found.low)

@@ -2,39 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import NamedTuple
 
-import numpy as np
-
-from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism, load
 from ..results.sweep import Sweep
 from ..viewer.commands import meshcat
 from ..viewer.viewing import View
 from ..viewer.viewing import view as draw
-from .presets import default_sweep, slides
-
-_RAD_PER_S = np.pi / 30.0
-"""One revolution per minute [rad/s]."""
+from .presets import default_sweep
+from .quantities import efforts, positions
 
 
 class MotionOptions(NamedTuple):
-    """How a mechanism is moved, in the units of the command line.
+    """How a mechanism is moved.
 
     Attributes:
         drive: driven joints, or coordinates `joint.coordinate`; those of the preset if empty.
-        held: held joints to angles [°], slides to positions [m].
-        loads: joints to efforts [N·m, slides: N]; those of the preset if None.
-        speed_rpm: of a drive that turns [1/min]; that of the preset if None.
+        held: held joints and positions, as `quantities.positions` reads them.
+        loads: joints and efforts, as `quantities.efforts` reads them; those of the preset if empty.
+        speed: of a drive that turns [rad/s]; that of the preset if None.
         gravity: acceleration of free fall [m/s²]; that of the preset if None.
         samples: count of positions.
     """
 
-    drive: tuple[str, ...]
-    held: Mapping[str, float]
-    loads: Mapping[str, float] | None = None
-    speed_rpm: float | None = None
+    drive: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
+    loads: tuple[str, ...] = ()
+    speed: float | None = None
     gravity: tuple[float, float, float] | None = None
     samples: int = 721
 
@@ -44,17 +39,13 @@ class MotionOptions(NamedTuple):
         Raises:
             CardanError: as `default_sweep` does.
         """
-        held = {
-            name: value if slides(mechanism, name) else float(np.deg2rad(value))
-            for name, value in self.held.items()
-        }
         return default_sweep(
             mechanism,
             drive=self.drive,
-            held=held,
-            loads=self.loads,
+            held=positions(mechanism, self.held),
+            loads=efforts(mechanism, self.loads) or None,
             gravity=self.gravity,
-            speed=None if self.speed_rpm is None else self.speed_rpm * _RAD_PER_S,
+            speed=self.speed,
             samples=self.samples,
         )
 
@@ -94,23 +85,3 @@ def scene_of(
         traces="traces" not in hidden,
         labels="labels" not in hidden,
     )
-
-
-def parsed_assignments(
-    pairs: tuple[str, ...], option: str, form: str = "JOINT=VALUE, as joint_angle=30"
-) -> dict[str, float]:
-    """Return names and values from `NAME=VALUE`.
-
-    Raises:
-        ArgumentError: a pair has another form; `option` and `form` are named in the message.
-    """
-    values: dict[str, float] = {}
-    for pair in pairs:
-        name, separator, value = pair.rpartition("=")
-        try:
-            values[name] = float(value)
-        except ValueError:
-            separator = ""
-        if not separator or not name:
-            raise ArgumentError(f"{option} {pair!r} is not {form}")
-    return values

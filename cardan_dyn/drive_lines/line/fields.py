@@ -18,7 +18,7 @@ import numpy as np
 
 from ...checks import described, shortened
 from ...errors import CardanError, ModelError, choices
-from .units import Unit, si
+from ...units import Unit, si
 
 
 class Entry(NamedTuple):

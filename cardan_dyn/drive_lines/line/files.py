@@ -12,9 +12,9 @@ from typing import Any
 from ...checks import described, writing
 from ...checks import path as checked_path
 from ...errors import ModelError, choices
+from ...units import DIMENSIONS, Unit, keys, plain, si, spellings, written
+from ...units import read as read_unit
 from .fields import Entry, entries, items, meanings, number
-from .units import DIMENSIONS, Unit, keys, plain, si, spellings, written
-from .units import read as read_unit
 
 _EXAMPLES = Path(__file__).parent / "examples"
 _NUMBER = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"

@@ -48,7 +48,7 @@ def test_prints_joints_by_severity_doubts_and_what_was_not_scanned() -> None:
 
 @pytest.mark.usefixtures("wide")
 def test_says_where_nothing_strikes() -> None:
-    options = ("--speed", "100", *CONTACT, "--load", "piston_guide=-1000")
+    options = ("--speed-rpm", "100rad/s", *CONTACT, "--load", "piston_guide=-1000")
     result = run("slider_crank", *options)
     assert "no reversal: the force turns through" in result.output
     assert "usually no impact" in result.output
@@ -56,8 +56,8 @@ def test_says_where_nothing_strikes() -> None:
 
 def test_json_of_numbers_and_geometries() -> None:
     options = (
-        "--speed",
-        "300",
+        "--speed-rpm",
+        "300rad/s",
         "--clearance",
         "crank_pin=1e-4",
         "--joint",
@@ -89,7 +89,7 @@ def test_json_of_numbers_and_geometries() -> None:
 
 
 def test_what_is_no_number_is_null_in_json() -> None:
-    soft = ("--speed", "300", "--clearance", "1e-5", "--stiffness", "1e6")
+    soft = ("--speed-rpm", "300rad/s", "--clearance", "1e-5", "--stiffness", "1e6")
     content = json.loads(run("needle_drive", *soft, "--json").output)
     peaks = [row["peak"] for joint in content["joints"] for row in joint["reversals"]]
     assert peaks and set(peaks) == {None}
@@ -98,7 +98,15 @@ def test_what_is_no_number_is_null_in_json() -> None:
 @pytest.mark.slow
 def test_figures(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="figures need matplotlib")
-    options = ("--speed", "300", *CONTACT, "--joint", "coupler_pin", "--figures", str(tmp_path))
+    options = (
+        "--speed-rpm",
+        "300rad/s",
+        *CONTACT,
+        "--joint",
+        "coupler_pin",
+        "--figures",
+        str(tmp_path),
+    )
     result = run("needle_drive", *options, "--json")
     assert result.exit_code == 0 and f"Figures: {tmp_path}" in result.stderr
     json.loads(result.stdout)
@@ -112,21 +120,35 @@ def test_figures(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (CONTACT, "either by --speed or by --speed-rpm"),
-        (("--speed", "1", "--speed-rpm", "1", *CONTACT), "either by --speed or by --speed-rpm"),
-        (("--speed", "300", "--clearance", "1e-4"), "either by --stiffness or by --pin"),
-        (("--speed", "300", *CONTACT, "--pin", "0.1", "0.1"), "either by --stiffness or by --pin"),
-        (("--speed", "300", *CONTACT, "--seat-stiffness", "1"), "--seat-stiffness goes with --pin"),
+        (CONTACT, "give the speed of the drive: --speed-rpm"),
+        (("--speed-rpm", "300rad/s", "--clearance", "1e-4"), "either by --stiffness or by --pin"),
         (
-            ("--speed", "300", "--clearance", "x", "--stiffness", "1e8"),
-            "--clearance 'x' is no number",
+            ("--speed-rpm", "300rad/s", *CONTACT, "--pin", "0.1", "0.1"),
+            "either by --stiffness or by --pin",
         ),
-        (("--speed", "300", "--clearance", "a=x", "--stiffness", "1e8"), "is not JOINT=VALUE"),
-        (("--speed", "300", *CONTACT, "--clearance", "coupler=1e-4"), "did you mean 'coupler_pin'"),
-        (("--speed", "300", *CONTACT, "--clearance", "2e-4"), "--clearance is 1e-4 and 2e-4"),
-        (("--speed", "0", *CONTACT), "speed is 0"),
-        (("--speed", "300", *CONTACT, "--joint", "needle_guide"), "has no pin"),
-        (("--speed", "300", "--clearance", "-1", "--stiffness", "1e8"), "clearance is -1"),
+        (
+            ("--speed-rpm", "300rad/s", *CONTACT, "--seat-stiffness", "1"),
+            "--seat-stiffness goes with --pin",
+        ),
+        (
+            ("--speed-rpm", "300rad/s", "--clearance", "x", "--stiffness", "1e8"),
+            "--clearance is 'x', not a number with a unit",
+        ),
+        (
+            ("--speed-rpm", "300rad/s", "--clearance", "coupler_pin=x", "--stiffness", "1e8"),
+            "--clearance coupler_pin is 'x'",
+        ),
+        (
+            ("--speed-rpm", "300rad/s", *CONTACT, "--clearance", "coupler=1e-4"),
+            "did you mean 'coupler_pin'",
+        ),
+        (
+            ("--speed-rpm", "300rad/s", *CONTACT, "--clearance", "2e-4"),
+            "--clearance is 1e-4 and 2e-4",
+        ),
+        (("--speed-rpm", "0rad/s", *CONTACT), "speed is 0"),
+        (("--speed-rpm", "300rad/s", *CONTACT, "--joint", "needle_guide"), "has no pin"),
+        (("--speed-rpm", "300rad/s", "--clearance", "-1", "--stiffness", "1e8"), "clearance is -1"),
     ],
 )
 def test_messages(options: tuple[str, ...], message: str) -> None:
@@ -137,7 +159,7 @@ def test_messages(options: tuple[str, ...], message: str) -> None:
 
 @pytest.mark.slow
 def test_one_joint_may_differ_from_all_others() -> None:
-    options = ("--speed", "300", *CONTACT, "--damping-ratio", "0.25", "--json")
+    options = ("--speed-rpm", "300rad/s", *CONTACT, "--damping-ratio", "0.25", "--json")
     result = run("needle_drive", *options, "--clearance", "coupler_pin=2e-4")
     found = {item["joint"]: item["peak"] for item in json.loads(result.output)["joints"]}
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
@@ -150,7 +172,15 @@ def test_one_joint_may_differ_from_all_others() -> None:
 
 @pytest.mark.slow
 def test_verification_is_part_of_the_output() -> None:
-    options = ("--speed", "300", *CONTACT, "--damping-ratio", "0.25", "--joint", "needle_pin")
+    options = (
+        "--speed-rpm",
+        "300rad/s",
+        *CONTACT,
+        "--damping-ratio",
+        "0.25",
+        "--joint",
+        "needle_pin",
+    )
     content = json.loads(run("needle_drive", *options, "--verify", "--json").output)
     assert [row["joint"] for row in content["verified"]] == ["needle_pin"] * 2
     for row in content["verified"]:
@@ -161,7 +191,7 @@ def test_verification_is_part_of_the_output() -> None:
 @pytest.mark.slow
 def test_bearings_of_a_universal_joint(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="figures need matplotlib")
-    options = ("--speed", "150", *CONTACT, "--held", "joint_angle=20", "--joint", "cross")
+    options = ("--speed-rpm", "150rad/s", *CONTACT, "--held", "joint_angle=20", "--joint", "cross")
     options = (*options, "--radius", "0.05", "--bearing", "pin_in", "--json")
     result = run("thoma_rig", *options, "--figures", str(tmp_path))
     assert result.exit_code == 0, result.output

@@ -42,7 +42,7 @@ def test_prints_data_forks_and_verdict() -> None:
     ):
         assert text in result.output
     assert "FAIL" not in result.output
-    strict = run("truck", "--check", "--limit", "residual_angle=0.02")
+    strict = run("truck", "--check", "--limit", "residual_angle=0.02rad")
     assert "FAIL axle: residual angle 1.414°" in strict.output
     assert strict.exit_code == 1
     assert run("truck", "--check").exit_code == 0
@@ -64,7 +64,7 @@ def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_json_with_other_speed_limits_and_forks() -> None:
-    options = ("--speed-rpm", "3000", "--torque-nm", "50", "--limit", "residual_angle=0.0001")
+    options = ("--speed-rpm", "3000", "--torque-nm", "50", "--limit", "residual_angle=1e-4 rad")
     plain = json.loads(run("truck", "--json", *options).output)
     best = json.loads(run("truck", "--json", *options, "--optimise-phases").output)
     teeth = json.loads(run("truck", "--json", *options, "--teeth", "4").output)
@@ -92,8 +92,11 @@ def test_schema_holds_what_is_written() -> None:
         (("none.toml",), "none.toml cannot be read"),
         (("truk",), "did you mean 'truck'"),
         ((), "lines of the package: paper_machine"),
-        (("truck", "--limit", "residual=1"), "no limit of the verdict"),
+        (("truck", "--limit", "residual=1deg"), "no limit of the verdict"),
         (("truck", "--limit", "residual_angle"), "--limit 'residual_angle' is not NAME=VALUE"),
+        (("truck", "--limit", "residual_angle=3"), "--limit residual_angle = '3' has no unit"),
+        (("truck", "--limit", "residual_angle=3mm"), "has the unit 'mm', which is none of angle"),
+        (("truck", "--limit", "non_uniformity=3deg"), "expected a finite number [1]"),
         (("truck", "--page", "/dev/null/x.html"), "cannot be written"),
         (("truck", "--teeth", "1"), "teeth"),
     ],

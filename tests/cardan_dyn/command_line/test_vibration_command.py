@@ -113,7 +113,7 @@ def test_a_chart_spans_the_range_and_the_angles(
     monkeypatch.setattr(vibration_command, "_CHART_SPEEDS", 4)
     monkeypatch.setattr(vibration_command, "_CHART_ANGLES", 3)
     scene = rig_scene(str(rig), RigOptions(drive="bearing_in", held=("joint_angle=5",)))
-    found = found_speeds(scene, (9.0 * PER_MINUTE, 11.0 * PER_MINUTE))
+    found = found_speeds(scene, (9.0, 11.0))
     paths = save_figures(scene, found, tmp_path, ("joint_angle", 0.2))
     assert {path.stem for path in paths} == {"campbell", "orders", "multipliers", "chart"}
     (speed, options) = asked[-1]

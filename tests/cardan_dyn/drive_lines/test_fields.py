@@ -5,7 +5,7 @@ import pytest
 
 from cardan_dyn import ModelError
 from cardan_dyn.drive_lines.line import fields
-from cardan_dyn.drive_lines.line.units import DIMENSIONS
+from cardan_dyn.units import DIMENSIONS
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,8 @@
-"""Units: what numbers in files are measured in, never guessed.
+"""Units: what numbers in files and on the command line are measured in, never guessed.
 
-A quantity `length` is written as `length_mm = 900` or as `length = "900 mm"`; a bare number is
-refused. Python attributes are in SI units and radians.
+A quantity `length` is written as `length_mm = 900` or as `length = "900 mm"` in a file, where a
+bare number is refused, and as `--length "900 mm"` on the command line, where the help says what a
+bare number is measured in. Python attributes are in SI units and radians.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 import re
 from typing import NamedTuple
 
-from ...errors import ModelError, choices
+from .errors import ModelError, choices
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _DIGITS = 17
@@ -110,9 +111,18 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("kn_mm", 1e6, 1.0, ("kN/mm",)),
         Unit("n_m", 1.0, 1.0, ("N/m",)),
     ),
+    "speed_length": (Unit("rad_m_s", 1.0, 1.0, ("rad·m/s",)),),
     "n_beta": (
         Unit("rpm_deg", _TURN_PER_MINUTE * (math.pi / 180.0), 1.0, ("rpm·deg", "°/min")),
         Unit("rad2_s", 1.0, 1.0, ("rad²/s",)),
+    ),
+    "velocity": (
+        Unit("mm_s", 1.0, 1e3, ("mm/s",)),
+        Unit("m_s", 1.0, 1.0, ("m/s",)),
+    ),
+    "acceleration": (
+        Unit("m_s2", 1.0, 1.0, ("m/s²",)),
+        Unit("mm_s2", 1.0, 1e3, ("mm/s²",)),
     ),
     "time": (
         Unit("h", 3600.0, 1.0, ("h",)),
@@ -147,13 +157,14 @@ def spellings(dimension: str) -> list[str]:
     return [spelling for unit in DIMENSIONS[dimension] for spelling in unit.spellings]
 
 
-def read(text: str, dimension: str, at: str) -> float:
+def read(text: str, dimension: str, at: str, bare: str = "") -> float:
     """Return what a text like "900 mm" or "400 N·m" means, in SI units.
 
     Args:
         text: a decimal number and a unit; blanks, dots and stars between factors do not count.
         dimension: a key of `DIMENSIONS` that has units.
         at: how messages name the place.
+        bare: spelling of the unit of a number without one; such numbers are refused if empty.
 
     Raises:
         ModelError: it is no number with a unit of this dimension.
@@ -166,6 +177,7 @@ def read(text: str, dimension: str, at: str) -> float:
     if match is None:
         raise ModelError(f"{at} is {text!r}, not a number with a unit; write {valid}")
     number, name = match.groups()
+    name = name or bare
     for unit in DIMENSIONS[dimension]:
         if plain(name) in map(plain, unit.spellings):
             return unit.to_si(float(number))

@@ -2,8 +2,7 @@ import math
 
 import pytest
 
-from cardan_dyn import ModelError
-from cardan_dyn.drive_lines.line import units
+from cardan_dyn import ModelError, units
 
 
 @pytest.mark.parametrize(

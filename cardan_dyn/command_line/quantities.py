@@ -1,0 +1,103 @@
+"""Quantities: what words of the command line mean, in SI units and radians."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from .. import units
+from ..errors import ArgumentError
+from ..mechanism.mechanism import Mechanism
+from .presets import slides
+
+
+def assigned(pairs: Sequence[str], option: str, form: str = "JOINT=VALUE") -> dict[str, str]:
+    """Return names and texts from `NAME=TEXT`; the last equals sign separates.
+
+    Raises:
+        ArgumentError: a pair has another form; `option` and `form` are named in the message.
+    """
+    values: dict[str, str] = {}
+    for pair in pairs:
+        name, _, value = pair.rpartition("=")
+        if not name or not value.strip():
+            raise ArgumentError(f"{option} {pair!r} is not {form}")
+        values[name] = value
+    return values
+
+
+def positions(
+    mechanism: Mechanism, pairs: Sequence[str], option: str = "--held"
+) -> dict[str, float]:
+    """Return positions [rad or m] from `JOINT=VALUE`: degrees, of slides metres, unless they say.
+
+    Raises:
+        CardanError: a pair has another form, or there is no such joint.
+    """
+    found = {}
+    for name, text in assigned(pairs, option, "JOINT=VALUE, as joint_angle=30").items():
+        kind = ("length", "m") if slides(mechanism, name) else ("angle", "deg")
+        found[name] = units.read(text, kind[0], f"{option} {name}", kind[1])
+    return found
+
+
+def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float]:
+    """Return efforts [N·m, of slides N] from `JOINT=VALUE`.
+
+    Raises:
+        CardanError: a pair has another form, or there is no such joint.
+    """
+    found = {}
+    for name, text in assigned(pairs, "--load", "JOINT=VALUE, as bearing_out=-5").items():
+        kind = ("force", "N") if slides(mechanism, name) else ("torque", "N·m")
+        found[name] = units.read(text, kind[0], f"--load {name}", kind[1])
+    return found
+
+
+def by_joint(
+    values: Sequence[str], option: str, kind: tuple[str, str], mechanism: Mechanism
+) -> float | Mapping[str, float]:
+    """Return a number of all joints, or numbers by joint; VALUE is of those that have no other.
+
+    Args:
+        values: `VALUE` or `JOINT=VALUE`.
+        option: for messages.
+        kind: dimension, and the unit of numbers without one.
+        mechanism: whose joints they are.
+
+    Raises:
+        CardanError: a value has another form, or there is no such joint.
+    """
+    plain = [value for value in values if "=" not in value]
+    if len(plain) > 1:
+        raise ArgumentError(f"{option} is {' and '.join(plain)}; of all joints it is one number")
+    named = [value for value in values if "=" in value]
+    given = {
+        mechanism.joint(name).name: units.read(text, kind[0], f"{option} {name}", kind[1])
+        for name, text in assigned(named, option).items()
+    }
+    if not plain:
+        return given
+    common = units.read(plain[0], kind[0], option, kind[1])
+    return {**dict.fromkeys(mechanism.joints, common), **given} if given else common
+
+
+def limits(pairs: Sequence[str]) -> dict[str, float | str]:
+    """Return limits of a verdict from `NAME=VALUE`; what has a unit must say it.
+
+    Raises:
+        CardanError: a pair has another form, no unit or a wrong one.
+    """
+    from ..drive_lines.verdict.case import KNOWN
+
+    dimensions = {units.plain(units.si(name)): name for name in units.DIMENSIONS}
+    found: dict[str, float | str] = {}
+    for name, text in assigned(pairs, "--limit", "NAME=VALUE, as residual_angle=3deg").items():
+        dimension = dimensions[units.plain(KNOWN[name].unit)] if name in KNOWN else "number"
+        if dimension != "number" and any(character.isdigit() for character in text):
+            found[name] = units.read(text, dimension, f"--limit {name}")
+            continue
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = text  # The name of a constant, or what the verdict refuses.
+    return found
