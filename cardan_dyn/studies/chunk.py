@@ -7,8 +7,11 @@ learns while it is used makes no difference: results depend on the chunk alone, 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import product
+from threading import Lock
+from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -124,10 +127,6 @@ def compute(
         wanted: which of them, of the shape of the box; all if None.
         alone: compute each by a copy of the function of its own.
     """
-    from time import perf_counter
-
-    from threadpoolctl import threadpool_limits
-
     if job.data is not None and job.key not in _RECEIVED:
         _RECEIVED.clear()
         _RECEIVED[job.key] = job.data
@@ -137,7 +136,7 @@ def compute(
     loads = _cloudpickle().loads
     began = perf_counter()
     # One thread for linear algebra: workers would fight for cores, and sums depend on the number.
-    with threadpool_limits(1):
+    with _one_thread():
         run = _Run(loads(data), box)
         if not alone:
             run.cases(wanted)
@@ -146,6 +145,29 @@ def compute(
                 run.job = loads(data)
                 run.case(tuple(index.tolist()))
     return Computed(run.arrays, run.state, run.failures, perf_counter() - began)
+
+
+_LOCK = Lock()
+_LIMITED: list[Any] = [0, None]
+"""How many chunks are computed by threads of this process, and what ends their limit."""
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Let linear algebra use one thread, until the last chunk that is computed here is done."""
+    from threadpoolctl import threadpool_limits
+
+    with _LOCK:
+        _LIMITED[0] += 1
+        if _LIMITED[0] == 1:
+            _LIMITED[1] = threadpool_limits(1)
+    try:
+        yield
+    finally:
+        with _LOCK:
+            _LIMITED[0] -= 1
+            if _LIMITED[0] == 0:
+                _LIMITED[1].restore_original_limits()
 
 
 class _Run:
@@ -170,7 +192,7 @@ class _Run:
         mesh = self.job.parameters.mesh(self.box)
         for place in product(*(range(size) for size in self.state.shape)):
             if wanted is None or wanted[place]:
-                given = {name: _entry(values, place) for name, values in mesh.items()}
+                given = {name: entry(values, place) for name, values in mesh.items()}
                 self._one(place, given)
 
     def case(self, place: tuple[int, ...]) -> None:
@@ -264,7 +286,7 @@ def _is_finite(value: Any) -> bool:
     return bool(np.isfinite(value).all())
 
 
-def _entry(values: Array, place: Sequence[int]) -> Any:
+def entry(values: Array, place: Sequence[int]) -> Any:
     """Return the entry of an array that broadcasts, as a plain number or word."""
     return values[
         tuple(at if size > 1 else 0 for at, size in zip(place, values.shape, strict=True))

@@ -7,9 +7,11 @@ them holds more than a few chunks at a time, so that memory does not grow with t
 from __future__ import annotations
 
 import concurrent.futures as futures
+import math
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from time import monotonic
 from typing import Any, NamedTuple
 
 from .._version import __version__
@@ -154,11 +156,16 @@ class OfDask(Engine):
         self._job = client.submit(_received, job, key=f"cardan-dyn-study-{job.key}", pure=True)
         self._running: dict[Any, Task] = {}
         self._patience = _LOST_AFTER
+        self._threads, self._counted = 1, -math.inf
 
     @property
     def room(self) -> int:  # type: ignore[override]
         """How many chunks it holds at most: workers come and go."""
-        return _PER_WORKER * max(1, sum(self._client.nthreads().values()))
+        if monotonic() - self._counted > _PATIENCE:
+            with self._reaching():
+                self._threads = max(1, sum(self._client.nthreads().values()))
+            self._counted = monotonic()
+        return _PER_WORKER * self._threads
 
     def _refuse_unfit_workers(self) -> None:
         """Refuse workers on which a chunk cannot be computed, before any is."""

@@ -33,7 +33,8 @@ from .parameters import Block, Parameters
 if TYPE_CHECKING:
     import xarray
 
-_MARK = "cardan_dyn_study"
+_MARK = "study_"
+"""Beginning of the names of attributes that say what a study is: words, or JSON."""
 _FORMAT = 1
 _AT_ONCE = 1_000_000
 """Values of a parameter, or states of cases, that are read or written in one go: some megabytes."""
@@ -99,8 +100,8 @@ class Store:
                         f"{self}: there is something, but no study; name another store"
                     ) from None
                 return None
-            told = group.attrs.get(_MARK)
-        if not isinstance(told, Mapping):
+            told = _read_attributes(dict(group.attrs))
+        if "format" not in told:
             raise CardanError(f"{self}: this Zarr group is no study; name another store")
         if told["format"] != _FORMAT:
             raise CardanError(
@@ -108,7 +109,7 @@ class Store:
                 f"format {told['format']}, this version reads {_FORMAT}; use that version"
             )
         # Where it was killed before everything was made, nothing was computed.
-        return dict(told) if told["made"] else None
+        return told if told["made"] else None
 
     def make(
         self,
@@ -135,7 +136,7 @@ class Store:
         zarr = _zarr()
         with _advice(self, "written"):
             self._group = zarr.open_group(self.place, mode="w", storage_options=self.options)
-            self._group.attrs.update({**schema.attributes, _MARK: told})
+            self._group.attrs.update({**schema.attributes, **_attributes(told)})
             for label, item in schema.variables.items():
                 self._make(
                     label,
@@ -159,8 +160,8 @@ class Store:
             for block in parameters.blocks:
                 self._write_parameters(block, 0)
             # What xarray takes as coordinates besides those named like their dimensions.
-            extra = " ".join(label for label in coordinates)
-            self._group.attrs.update({"coordinates": extra, _MARK: {**told, "made": True}})
+            extra = " ".join(coordinates)
+            self._group.attrs.update({"coordinates": extra, **_attributes({"made": True})})
 
     def open(self, writable: bool) -> None:
         """Open a study that is there."""
@@ -176,6 +177,8 @@ class Store:
 
     def extend(self, told: Mapping[str, Any], parameters: Parameters) -> None:
         """Make room for what parameters have in addition; what is there is kept."""
+        if told["parameters"] == json.loads(json.dumps(_told(parameters))):
+            return
         with _advice(self, "written"):
             before = [item["count"] for item in told["parameters"]]
             schema = Schema.from_json(told["schema"])
@@ -183,10 +186,28 @@ class Store:
                 if block.count > count:
                     self._write_parameters(block, count)
             sizes = {name: item.shape for name, item in schema.variables.items()}
-            # The states last: what they do not tell of does not count.
+            # The states last, then what is said: until then, it is extended once more.
             for name, rest in {**sizes, "failure": (), "state": ()}.items():
                 self._array(name).resize((*parameters.shape, *rest))
-            self._group.attrs.update({_MARK: {**told, "parameters": _told(parameters)}})
+            self._group.attrs.update(_attributes({"parameters": _told(parameters)}))
+
+    def refuse_other_values(self, told: Mapping[str, Any], parameters: Parameters) -> None:
+        """Refuse parameters that were said alike and are others: SciPy has changed its samples.
+
+        Raises:
+            CardanError: the first or the last value that is there is another one.
+        """
+        for item, block in zip(told["parameters"], parameters.blocks, strict=True):
+            for start in (0, item["count"] - 1):
+                for name, values in block.values(start, start + 1).items():
+                    with _advice(self, "read"):
+                        there = np.asarray(self._array(name)[start : start + 1])
+                    if there.tolist() != values.tolist():
+                        raise CardanError(
+                            f"{self}: {name} is {there[0]} there at index {start} and {values[0]} "
+                            f"here; it was begun with SciPy {told['versions'].get('scipy')}: use "
+                            "that, or name another store"
+                        )
 
     def states(self, box: Box) -> Array:
         """Return the states of a box of cases."""
@@ -219,19 +240,13 @@ class Store:
         array[box] = values
 
     def failures(self, box: Box, states: Array) -> list[tuple[tuple[int, ...], str]]:
-        """Return the indices of the cases of a box that failed, and what was said."""
-        failed = np.argwhere(states == FAILED)
-        if not len(failed):
+        """Return the places in a box of the cases that failed, and what was said."""
+        failed = np.argwhere(states == FAILED).tolist()
+        if not failed:
             return []
         with _advice(self, "read"):
             texts = np.asarray(self._array("failure")[box])
-        return [
-            (
-                tuple(int(span.start + at) for span, at in zip(box, place, strict=True)),
-                str(texts[tuple(place)]),
-            )
-            for place in failed
-        ]
+        return [(tuple(place), str(texts[tuple(place)])) for place in failed]
 
     def dataset(self, parameters: Parameters) -> xarray.Dataset:
         """Return everything as a Dataset, whose arrays are read when they are used."""
@@ -335,6 +350,27 @@ def _difference(item: Mapping[str, Any], block: Block) -> list[str]:
     keys = [key for key in {**told, **now} if told.get(key) != now.get(key)]
     more = "; new ones come after those that are there" if "values" in keys else ""
     return [f"{key} of {name} differ{more}" for key in keys]
+
+
+def _attributes(told: Mapping[str, Any]) -> dict[str, str]:
+    """Return what is said of a study as attributes that any file can hold."""
+    return {
+        f"{_MARK}{name}": item if isinstance(item, str) else json.dumps(item, ensure_ascii=False)
+        for name, item in told.items()
+    }
+
+
+def _read_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what `_attributes` wrote."""
+    told = {
+        name.removeprefix(_MARK): item
+        for name, item in attributes.items()
+        if name.startswith(_MARK) and isinstance(item, str)
+    }
+    return {name: item if name in _WORDS else json.loads(item) for name, item in told.items()}
+
+
+_WORDS = ("function",)
 
 
 def _told(parameters: Parameters) -> list[dict[str, Any]]:

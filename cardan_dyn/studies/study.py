@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from multiprocessing import current_process
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
-from .chunk import FAILED, Box, Computed, Job, failure, missing, packed, sent
+from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, sent
 from .chunking import boxes, chunk_shape, count, slabs
 from .engines import Engine, Here, OfDask, OfExecutor, Task
 from .fingerprint import descriptions, fingerprint
@@ -133,35 +134,37 @@ class Study:
         left = failed if retry else self.parameters.count - done
         if not left:
             return self
-        total = self.parameters.count
-        done -= failed if retry else 0
+        total, done = self.parameters.count, done - (failed if retry else 0)
         with ExitStack() as stack:
             engine = stack.enter_context(self._engine(left))
             told = stack.enter_context(shown(progress, total, done))
-            still_failed = 0 if retry else failed
-            tasks = self._tasks(retry)
-            running = 0
-            exhausted = False
-            try:
-                while running or not exhausted:
-                    while not exhausted and running < engine.room:
-                        task = next(tasks, None)
-                        if task is None:
-                            exhausted = True
-                        else:
-                            engine.start(task)
-                            running += 1
-                    if not running:
-                        break
-                    for task, found in engine.finished():
-                        running -= 1
-                        computed = self._kept(task, found)
-                        done += int(np.count_nonzero(computed.state))
-                        still_failed += len(computed.failures)
-                        told(done, still_failed)
-            finally:
-                engine.stop()
+            failed = 0 if retry else failed
+            for computed in self._computed(engine, self._tasks(retry)):
+                done += int(np.count_nonzero(computed.state))
+                failed += len(computed.failures)
+                told(done, failed)
         return self
+
+    def _computed(self, engine: Engine, tasks: Iterator[Task]) -> Iterator[Computed]:
+        """Iterate over chunks as they are computed and written."""
+        running, more = 0, True
+        try:
+            while more or running:
+                while more and running < engine.room:
+                    task = next(tasks, None)
+                    more = task is not None
+                    if task is not None:
+                        engine.start(task)
+                        running += 1
+                for finished, found in engine.finished() if running else ():
+                    running -= 1
+                    yield self._kept(finished, found)
+        except KeyboardInterrupt:
+            for finished, found in engine.finished():  # What was done meanwhile is kept.
+                self._kept(finished, found)
+            raise
+        finally:
+            engine.stop()
 
     @property
     def dataset(self) -> xarray.Dataset:
@@ -189,14 +192,14 @@ class Study:
 
         rows = []
         for box, states in self._states():
-            for index, said in self.store.failures(box, states):
+            found = self.store.failures(box, states)
+            mesh = self.parameters.mesh(box) if found else {}
+            for place, said in found:
                 kind, _, message = said.partition(": ")
-                sample = dict(
-                    zip((f"{dim}_index" for dim in self.parameters.dims), index, strict=True)
-                )
-                rows.append(
-                    sample | self.parameters.case(index) | {"type": kind, "message": message}
-                )
+                starts = zip(self.parameters.dims, box, place, strict=True)
+                row = {f"{dim}_index": span.start + at for dim, span, at in starts}
+                row |= {name: entry(values, place) for name, values in mesh.items()}
+                rows.append(row | {"type": kind, "message": message})
         names = [f"{dim}_index" for dim in self.parameters.dims]
         return pandas.DataFrame(rows, columns=[*names, *self.parameters.units, "type", "message"])
 
@@ -224,18 +227,22 @@ class Study:
 
     # What there is, and what is left.
 
-    def _states(self) -> Iterator[tuple[Box, Array]]:
-        """Iterate over chunks and the states of their cases."""
+    def _slabs(self) -> Iterator[tuple[Box, Array]]:
+        """Iterate over boxes of whole chunks, and the states of their cases."""
         if self._told is None:
             self._told = self.store.found()
-        if self._told is None:
-            return
-        # Before it is extended, the store has fewer cases than the study.
-        shape = [item["count"] for item in self._told["parameters"]]
-        chunk = self._told["chunk"]
-        for slab in slabs(shape, chunk, _LOOKED_AT):
-            states = self.store.states(slab)
-            for box in boxes(shape, chunk, slab):
+        if self._told is not None:
+            # Before it is extended, the store has fewer cases than the study.
+            shape = [item["count"] for item in self._told["parameters"]]
+            for slab in slabs(shape, self._told["chunk"], _LOOKED_AT):
+                yield slab, self.store.states(slab)
+
+    def _states(self) -> Iterator[tuple[Box, Array]]:
+        """Iterate over chunks and the states of their cases."""
+        for slab, states in self._slabs():
+            told = self._told or {}
+            shape = [item["count"] for item in told["parameters"]]
+            for box in boxes(shape, told["chunk"], slab):
                 place = tuple(
                     slice(span.start - of.start, span.stop - of.start)
                     for span, of in zip(box, slab, strict=True)
@@ -245,7 +252,7 @@ class Study:
     def _count(self) -> tuple[int, int]:
         """Return the number of cases that were computed, and of those that failed."""
         done = failed = 0
-        for _, states in self._states():
+        for _, states in self._slabs():
             done += int(np.count_nonzero(states))
             failed += int(np.count_nonzero(states == FAILED))
         return done, failed
@@ -266,9 +273,9 @@ class Study:
         told = self.store.found()
         if told is not None:
             refuse_different(told, self._prints, self.parameters, self.store)
+            self.store.refuse_other_values(told, self.parameters)
             self._job = self._job._replace(schema=Schema.from_json(told["schema"]))
             self._chunk = tuple(told["chunk"])
-            self._refuse_other_chunk()
             packed(self._job)
             self._told = told
             return
@@ -304,16 +311,6 @@ class Study:
         self._time()
         size, first = self._schema.bytes_per_case, self._taken_at_once()[::-1]
         return chunk_shape(parameters.shape, self._seconds, size, first)
-
-    def _refuse_other_chunk(self) -> None:
-        if self._chunk_given:
-            there = dict(zip(self.parameters.dims, self._chunk_shape, strict=True))
-            wanted = {dim: size for dim, size in self._chunk_given.items() if size != there[dim]}
-            if wanted:
-                raise CardanError(
-                    f"{self.store} was begun with chunks of {there}; leave chunk= out, or name "
-                    "another store"
-                )
 
     def _time(self) -> None:
         """Measure how long a case takes."""
@@ -429,7 +426,8 @@ def study(
         executor: of `concurrent.futures`, likewise.
         workers: without these, processes on this machine: as many as it has cores if None, or none
             but this one where all takes a few seconds; 1 is this one.
-        chunk: cases of a chunk, or dimensions to sizes; of a second each if None.
+        chunk: cases of a chunk, or dimensions to sizes, those left out as a whole; cases of a
+            second if None. A store that was begun keeps its own.
         vectorized: the function takes arrays that broadcast, one axis for each dimension of the
             study, and returns arrays that begin with their common shape.
         units: names of results to units, where these do not say them.
@@ -512,18 +510,32 @@ def local_client(workers: int) -> Iterator[Any]:
     """Return a Dask client of processes on this machine, which end with the context."""
     from distributed import Client, LocalCluster
 
-    with (
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address=None,
-            silence_logs=50,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
+    if getattr(current_process(), "_inheriting", False):
+        raise CardanError(_UNGUARDED)
+    with ExitStack() as stack:
+        try:
+            cluster = stack.enter_context(
+                LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    dashboard_address=None,
+                    silence_logs=50,
+                )
+            )
+            client = stack.enter_context(Client(cluster))
+        except (RuntimeError, OSError) as error:
+            raise CardanError(
+                f"worker processes cannot be started ({error}); {_UNGUARDED}"
+            ) from error
         yield client
+
+
+_UNGUARDED = (
+    'processes begin by importing the script that starts them: put what it does under "if __name__ '
+    "== '__main__':\", or compute in one process, workers=1"
+)
 
 
 def _refuse_missing() -> None:
