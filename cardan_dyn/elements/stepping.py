@@ -1,11 +1,14 @@
-"""Stepping: SciPy's integrators step by step, and where within a step functions fall to zero.
+"""Stepping: integrators step by step, and where within a step functions fall to zero.
 
 Simulations of mechanisms, with events and with pins that strike walls, and those of two masses
-across a play all take their steps here, and locate here what ends them.
+across a play all take their steps here, and locate here what ends them. Explicit steps are those of
+Dormand and Prince of order 8 as Hairer, Nørsett and Wanner give them (Solving Ordinary Differential
+Equations I, sections II.4 to II.6), with SciPy's coefficients; implicit ones SciPy's Radau.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -22,12 +25,14 @@ Watch = Callable[[float, Array], float]
 
 _LOOSE: dict[str, Any] = {"rtol": 1e3, "atol": 1e300}
 """Tolerances that no step misses."""
-_MOST_STAGES = 32
-"""Stages that a step and its interpolant take at most together."""
 _TERMS = 8
 """Coefficients of a polynomial of degree 7, as which DOP853 interpolates."""
-_ELSEWHERE = 0.3
-"""Part of a step at which it is looked whether that is one."""
+_SAFETY, _SHORTER, _LONGER = 0.9, 0.2, 10.0
+"""Part of the length that the error allows, and how a step differs from the one before at most."""
+_ERROR_ORDER = 7
+"""Order of the difference that estimates the error."""
+_INSTANTS = 10.0
+"""Distances between numbers near a time that make the shortest step."""
 _TO_GAP = np.array([0.5, 9.0 / 16.0, 0.0, -1.0 / 16.0])
 """Chebyshev series of 3 s² - 2 s³ over a step, s from 0 to 1."""
 _PLACES = 5
@@ -45,44 +50,52 @@ _MOST_STEPS = 1_000_000
 """Of one passage: some minutes."""
 
 
-class _Interpolant(NamedTuple):
-    """What rates at the S stages of a step of DOP853 mean for rows within it.
+class _Tableau(NamedTuple):
+    """Coefficients of DOP853, whose S stages a step takes, the first at its start.
 
     Attributes:
-        taken: number of stages that the step itself takes after the one at its start.
-        places: of the further stages that it needs, as fractions of the step.
-        rows: weights `(S,)` of rates in the row of each further stage.
-        series: weights `(K, S)` in each coefficient of a Chebyshev series over the step.
+        places: of the stages, as fractions of the step.
+        rows: weights `(S, S)` of rates in the row of each stage.
+        last: weights `(S,)` of rates in the row at the end.
+        errors: weights `(2, S)` of rates in the errors of order 5 and 3.
+        more_places: of the further stages that rows within the step need.
+        more_rows: weights of all rates before, that at the end among them, in their rows.
+        series: weights `(K, S + 4)` of all rates in each coefficient of a Chebyshev series.
     """
 
-    taken: int
     places: list[float]
-    rows: list[Array]
+    rows: Array
+    last: Array
+    errors: Array
+    more_places: list[float]
+    more_rows: list[Array]
     series: Array
 
 
 @cache
-def _interpolant() -> _Interpolant:
-    """Return SciPy's, read off a step of length 1 whose rates are unit vectors."""
+def _tableau() -> _Tableau:
     from scipy.integrate import DOP853  # Only simulations need it.
 
-    calls: list[tuple[float, Array]] = []
-
-    def unit(time: float, row: Array) -> Array:
-        calls.append((time, row))
-        return np.eye(1, _MOST_STAGES, len(calls) - 1)[0]
-
-    solver = DOP853(unit, 0.0, np.zeros(_MOST_STAGES), 1.0, first_step=1.0, **_LOOSE)
-    solver.step()
-    taken, dense = len(calls) - 1, solver.dense_output()
-    count = len(calls)
+    stages, every = len(DOP853.B), DOP853.D.shape[1]
+    # A row within a step differs from the first by the length times a polynomial in s and 1 - s,
+    # each coefficient of which is a sum of rates (Hairer, Nørsett, Wanner: equation II.6.12).
+    gap, first, last = np.zeros((3, every))
+    gap[:stages], first[0], last[stages] = DOP853.B, 1.0, 1.0
+    factors = np.array([gap, first - gap, 2.0 * gap - first - last, *DOP853.D])
     nodes = np.polynomial.chebyshev.chebpts1(_TERMS)
-    weights = np.array([dense(0.5 * (1.0 + node))[:count] for node in nodes])
-    series = np.linalg.solve(np.polynomial.chebyshev.chebvander(nodes, _TERMS - 1), weights)
-    if not np.allclose(_at(_ELSEWHERE) @ series, dense(_ELSEWHERE)[:count], rtol=0.0, atol=1e-13):
-        raise SimulationError("this version of SciPy interpolates steps of DOP853 in another way")
-    more = calls[taken + 1 :]
-    return _Interpolant(taken, [time for time, _ in more], [row[:count] for _, row in more], series)
+    alternating = np.array([[0.5 + 0.5 * x, 0.5 - 0.5 * x] * _TERMS for x in nodes])
+    powers = np.cumprod(alternating[:, : len(factors)], axis=1)
+    chebyshev = np.polynomial.chebyshev.chebvander(nodes, _TERMS - 1)
+    more = range(stages + 1, every)
+    return _Tableau(
+        DOP853.C[:stages].tolist(),
+        DOP853.A[:stages, :stages],
+        DOP853.B,
+        np.array([DOP853.E5[:stages], DOP853.E3[:stages]]),
+        DOP853.C_EXTRA.tolist(),
+        [row[:count] for row, count in zip(DOP853.A_EXTRA, more, strict=True)],
+        np.linalg.solve(chebyshev, powers @ factors),
+    )
 
 
 def _at(part: float) -> Array:
@@ -95,12 +108,12 @@ def _at(part: float) -> Array:
 
 
 class Step:
-    """An accepted step; rows within it take three more derivatives of DOP853, if they are read.
+    """An accepted step; rows within it take some more derivatives of DOP853, if they are read.
 
     Attributes:
         start, end: times [s]; it may be made to end sooner.
         first, last: rows at its start, and at its own end.
-        rate: derivative of the last row.
+        rate: derivative of the last row, None until it is known.
         turns: of the first row, where equations count some.
         crosses: whether it leads over a crossing of assembly modes, beside which rows are as they
             are.
@@ -108,17 +121,19 @@ class Step:
 
     __slots__ = (
         *("start", "first", "end", "last", "rate", "turns", "crosses"),
-        *("_length", "_implicit", "_derivative", "_rates", "_series"),
+        *("_length", "_own", "_implicit", "_derivative", "_rates", "_series"),
     )
 
-    def __init__(self, start: float, first: Array, end: float, last: Array, rate: Array) -> None:
-        self.start, self.first, self.end, self.last, self.rate = start, first, end, last, rate
+    def __init__(self, start: float, first: Array, end: float, last: Array) -> None:
+        self.start, self.first, self.end, self.last = start, first, end, last
+        self.rate: Array | None = None
         self.turns: Any = None
         self.crosses = False
         self._length = end - start
+        self._own: Any = last
         self._implicit: Callable[[float], Array] | None = None
         self._derivative: Rate | None = None
-        self._rates: list[Array] = []
+        self._rates: Any = None
         self._series: Any = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -134,15 +149,24 @@ class Step:
         """Take the further derivatives that rows within a step of DOP853 need."""
         if self._derivative is None:
             return
-        interpolant, length, rates = _interpolant(), self._length, self._rates
-        for place, row in zip(interpolant.places, interpolant.rows, strict=True):
-            stage = self.first + length * (row[: len(rates)] @ np.array(rates))
-            rates.append(self._derivative(self.start + place * length, stage))
-        series = length * (interpolant.series @ np.array(rates))
+        derivative, tableau, length, rates = self._derivative, _tableau(), self._length, self._rates
+        known, own = len(tableau.last), self._own
+        if own is not self.last:
+            rates[known] = derivative(self.start + length, own)
+        else:
+            if self.rate is None:
+                self.rate = derivative(self.start + length, own)
+            rates[known] = self.rate
+        for place, weights in zip(tableau.more_places, tableau.more_rows, strict=True):
+            known += 1
+            stage = self.first + length * weights.dot(rates[:known])
+            rates[known] = derivative(self.start + place * length, stage)
+        series = length * tableau.series.dot(rates)
         # The row at the end may have been changed: rows lead there along 3 s² - 2 s³.
         gap = self.last - self.first - np.sum(series, axis=0)
         series[:4] += np.outer(_TO_GAP, gap)
-        self._series, self._rates, self._derivative = series, [], None
+        self._series = series
+        self._own = self._rates = self._derivative = None
 
     def dense(self, time: float) -> Array:
         """Return the row at a time; at its own end the last one."""
@@ -154,22 +178,22 @@ class Step:
 
 
 class Stepper:
-    """DOP853 or Radau of SciPy, one step at a time, whose rows may be changed in between.
+    """DOP853, one step at a time, whose rows may be changed in between.
 
-    A solver of SciPy interpolates its last step alone, from stages that the next one overwrites:
-    for DOP853 they are kept here as its function is called.
+    Attributes:
+        is_explicit: whether it is of this kind.
     """
+
+    is_explicit = True
 
     def __init__(
         self,
         derivative: Rate,
         end: float,
         *,
-        method: str = "DOP853",
         rtol: float,
         atol: Array | float,
         longest: float = np.inf,
-        jacobian: Rate | None = None,
         length: float | None = None,
     ) -> None:
         """Make it.
@@ -177,24 +201,22 @@ class Stepper:
         Args:
             derivative: of a row.
             end: of time, may be infinite [s].
-            method: `DOP853` or `Radau`.
             rtol: relative tolerance of a step.
             atol: absolute tolerances, like a row.
             longest: step that is allowed [s].
-            jacobian: derivatives of rates, for `Radau`.
             length: of the first step; None if nothing is known of it [s].
         """
-        import scipy.integrate  # Only simulations need it.
-
-        self._kind = getattr(scipy.integrate, method)
-        self.is_explicit = method == "DOP853"
         self._derivative, self._end, self._length = derivative, end, length
-        self._options: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": longest}
-        if not self.is_explicit:
-            self._options["jac"] = jacobian
-        self._solver: Any = None
-        self._stages: list[tuple[Array, Array]] = []
-        self._taken = _interpolant().taken if self.is_explicit else 0
+        self._rtol, self._atol, self._longest = rtol, atol, longest
+        self._tableau = tableau = _tableau()
+        self._every = tableau.series.shape[1]
+        # Weights times the length of a step, of each stage but the first.
+        self._weights = np.empty_like(tableau.rows)
+        self._stages = [
+            (index, place, self._weights[index, :index])
+            for index, place in enumerate(tableau.places)
+        ][1:]
+        self._before: tuple[Array, Array] | None = None
 
     def take(self, time: float, row: Array, rate: Array) -> Step | str:
         """Return a step, or why it failed.
@@ -204,8 +226,111 @@ class Stepper:
             row: there.
             rate: its derivative.
         """
-        stages, solver = self._stages, self._solver
-        stages.clear()
+        derivative, tableau, last = self._derivative, self._tableau, row
+        length = self._first_length(time, row, rate) if self._length is None else self._length
+        shortest = _INSTANTS * (math.nextafter(time, math.inf) - time)
+        length, sizes, was_missed = max(min(length, self._longest), shortest), np.abs(row), False
+        taken = len(tableau.last)
+        while True:
+            if not length >= shortest:
+                return "the step that accuracy asks for is shorter than numbers are apart"
+            end = min(time + length, self._end)
+            length = end - time
+            np.multiply(tableau.rows, length, out=self._weights)
+            rates = np.empty((self._every, row.size))
+            rates[0] = rate
+            for index, place, weights in self._stages:
+                stage = row + weights.dot(rates[:index])
+                rates[index] = derivative(time + place * length, stage)
+            last = row + length * tableau.last.dot(rates[:taken])
+            errors = tableau.errors.dot(rates[:taken])
+            errors /= self._atol + self._rtol * np.maximum(sizes, np.abs(last))
+            fifth, third = float(errors[0].dot(errors[0])), float(errors[1].dot(errors[1]))
+            error = 0.0
+            if fifth or third:
+                error = length * fifth / math.sqrt((fifth + 0.01 * third) * row.size)
+            if error < 1.0:
+                break
+            # One that leads beyond all numbers says nothing of its length.
+            factor = _SAFETY * error ** (-1.0 / (_ERROR_ORDER + 1)) if error < math.inf else 0.0
+            length, was_missed = length * max(_SHORTER, factor), True
+        factor = min(_LONGER, _SAFETY * error ** (-1.0 / (_ERROR_ORDER + 1))) if error else _LONGER
+        self._length = length * (min(factor, 1.0) if was_missed else factor)
+        self._before = stage, rates[taken - 1]
+        step = Step(time, row, end, last)
+        step._derivative, step._rates = derivative, rates
+        return step
+
+    def _first_length(self, time: float, row: Array, rate: Array) -> float:
+        """Return the length of a first step by what the rate changes over a short one."""
+        longest = min(self._longest, self._end - time)
+        scale = self._atol + self._rtol * np.abs(row)
+        size, slope = _mean(row / scale), _mean(rate / scale)
+        short = 1e-6 if size < 1e-5 or slope < 1e-5 else 0.01 * size / slope
+        short = min(short, longest)
+        after = self._derivative(time + short, row + short * rate)
+        bend = _mean((after - rate) / scale) / short
+        if max(slope, bend) <= 1e-15:
+            length = max(1e-6, 1e-3 * short)
+        else:
+            length = (0.01 / max(slope, bend)) ** (1.0 / (_ERROR_ORDER + 1))
+        return min(100.0 * short, length, longest)
+
+    def decay(self, step: Step) -> float:
+        """Return the rate of decay that the end of the step just taken saw [1/s].
+
+        Zero if its last stages coincide.
+        """
+        if self._before is None or step.rate is None:
+            return 0.0
+        stage, rate = self._before
+        way = float(np.linalg.norm(step.last - stage))
+        return float(np.linalg.norm(step.rate - rate)) / way if way > 0.0 else 0.0
+
+
+def _mean(values: Array) -> float:
+    """Return the root of the mean square of values."""
+    return float(np.linalg.norm(values)) / math.sqrt(values.size)
+
+
+class ImplicitStepper:
+    """SciPy's Radau, one step at a time, whose rows may be changed in between.
+
+    Attributes:
+        is_explicit: whether it is of the other kind.
+    """
+
+    is_explicit = False
+
+    def __init__(
+        self,
+        derivative: Rate,
+        end: float,
+        *,
+        rtol: float,
+        atol: Array | float,
+        jacobian: Rate,
+        longest: float = np.inf,
+        length: float | None = None,
+    ) -> None:
+        """Make it.
+
+        Args:
+            derivative: of a row.
+            end: of time, may be infinite [s].
+            rtol: relative tolerance of a step.
+            atol: absolute tolerances, like a row.
+            jacobian: derivatives of rates.
+            longest: step that is allowed [s].
+            length: of the first step; None if nothing is known of it [s].
+        """
+        self._derivative, self._end, self._length = derivative, end, length
+        self._options = {"rtol": rtol, "atol": atol, "max_step": longest, "jac": jacobian}
+        self._solver: Any = None
+
+    def take(self, time: float, row: Array, rate: Array) -> Step | str:
+        """Return a step, or why it failed, see `Stepper.take`."""
+        solver = self._solver
         if solver is None:
             solver = self._solver = self._begun(time, row, rate)
         elif solver.y is not row:
@@ -213,31 +338,21 @@ class Stepper:
         message = solver.step()
         if solver.status == "failed":
             return str(message)
-        step = Step(time, row, float(solver.t), solver.y, stages[-1][1])
-        if self.is_explicit:
-            step._derivative = self._derivative
-            step._rates = [rate] + [found for _, found in stages[-self._taken :]]
-        else:
-            step._implicit = solver.dense_output()
+        step = Step(time, row, float(solver.t), solver.y)
+        step._implicit = solver.dense_output()
         return step
 
     def _begun(self, time: float, row: Array, rate: Array) -> Any:
         """Return a solver at a row whose derivative is known."""
-        evaluated, keep = self._derivative, self._stages.append
+        from scipy.integrate import Radau  # Only stiff simulations need it.
+
+        evaluated = self._derivative
 
         def derivative(at: float, stage: Array) -> Array:
-            found = rate if stage is row else evaluated(at, stage)
-            keep((stage, found))
-            return found
+            return rate if stage is row else evaluated(at, stage)
 
         length = None if self._length is None else min(self._length, self._end - time)
-        return self._kind(derivative, time, row, self._end, first_step=length, **self._options)
-
-    def decay(self) -> float:
-        """Return the rate of decay that the last stages of a step saw [1/s]; 0 if they coincide."""
-        (before, rate_before), (last, rate) = self._stages[-2:]
-        way = float(np.linalg.norm(last - before))
-        return float(np.linalg.norm(rate - rate_before)) / way if way > 0.0 else 0.0
+        return Radau(derivative, time, row, self._end, first_step=length, **self._options)
 
 
 class Passage(NamedTuple):
@@ -304,7 +419,10 @@ def advance(
         if first < np.inf:
             step.end = first
             return Passage(first, on_step(rate, step, first), falls.index(first), steps)
-        time, state, slope = step.end, step.last, step.rate
+        time, state = step.end, step.last
+        if step.rate is None:
+            step.rate = rate(time, state)
+        slope = step.rate
     return Passage(time, state, None, steps)
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import Array
-from ..elements.stepping import Step, Stepper
+from ..elements.stepping import ImplicitStepper, Step, Stepper
 from ..errors import CardanError
 from .crossings import Crossings
 from .forces import Named
@@ -172,7 +172,7 @@ class Integration:
         self._duration, self._step, self._longest = duration, step, longest
         self._rtol, self._atol = rtol, np.asarray(atol)
         self._is_cut = False
-        self._stepper: Stepper | None = None
+        self._stepper: Stepper | ImplicitStepper | None = None
         self._ahead: tuple[float, float, float] | None = None
         """Time of the crossing before which a step has just ended, the step that leads over, and
         the shortest that may."""
@@ -196,7 +196,9 @@ class Integration:
         self.__dict__.update(state)
         self._lock = threading.RLock()
 
-    def _begun(self, length: float | None = None, *, loosely: bool = False) -> Stepper:
+    def _begun(
+        self, length: float | None = None, *, loosely: bool = False
+    ) -> Stepper | ImplicitStepper:
         """Return what steps anew, with a first length [s] if it is known, whatever its error."""
         rtol, atol, longest = self._rtol, self._atol, self._longest
         if self.strictness < 1.0:
@@ -207,16 +209,11 @@ class Integration:
         if loosely or self._step is not None:
             # Tolerances that no step misses make a step as long as it is wanted.
             rtol, atol = 1e3, np.full_like(atol, 1e300)
-        return Stepper(
-            self.equations.derivative,
-            self._duration,
-            method=self.method,
-            rtol=rtol,
-            atol=atol,
-            longest=longest,
-            jacobian=self._jacobian,
-            length=length,
-        )
+        asked: dict[str, Any] = {"rtol": rtol, "atol": atol, "longest": longest, "length": length}
+        derivative = self.equations.derivative
+        if self.method == "DOP853":
+            return Stepper(derivative, self._duration, **asked)
+        return ImplicitStepper(derivative, self._duration, jacobian=self._jacobian, **asked)
 
     def _jacobian(self, time: float, y: Array) -> Array:
         """Return the derivatives `(n, n)` of the rates, by differences.
@@ -283,21 +280,19 @@ class Integration:
             if isinstance(step, str):
                 return step
             time, length = step.end, step.end - step.start
-            is_stiff = (
-                stepper.is_explicit and self._step is None and self._is_stiff(stepper, length)
-            )
             step.turns = turns = equations.turns
             y = equations.restored(time, step.last)
             step.last = y
             if step.crosses and self.crossings is not None:
                 with self.crossings.stages_closed():
                     step.prepare()
-            rate = equations.derivative(time, y)
+            step.rate = rate = equations.derivative(time, y)
             equations.turns = self._followed(step, time, y)
             if self._step or not equations.is_misread(y, turns) or length < _SHORTEST_AGAIN * time:
                 break
             equations.turns, self._ahead = turns, None
             self._stepper = self._begun(0.5 * length)
+        is_stiff = self._is_stiff(stepper, step)
         self.steps.append(step)
         wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
@@ -381,11 +376,14 @@ class Integration:
         self._next_look = len(self.steps) * 3 // 2
         return self._judge(time, y, self._jacobian(time, y), length)
 
-    def _is_stiff(self, stepper: Stepper, length: float) -> bool:
+    def _is_stiff(self, stepper: Stepper | ImplicitStepper, step: Step) -> bool:
         """Return whether stability, not accuracy, has limited the last steps of DOP853."""
+        if not isinstance(stepper, Stepper) or self._step is not None:
+            return False
         if not self._stiff_steps and len(self.steps) % _STIFF_EVERY:
             return False
-        self._stiff_steps = self._stiff_steps + 1 if length * stepper.decay() > _STIFF else 0
+        limited = (step.end - step.start) * stepper.decay(step) > _STIFF
+        self._stiff_steps = self._stiff_steps + 1 if limited else 0
         return self._stiff_steps >= _STIFF_STEPS
 
     def at(self, time: float) -> Point:

@@ -80,10 +80,10 @@ def test_states_within_steps() -> None:
 
 def test_rows_within_steps_are_those_of_scipy() -> None:
     y = np.array([0.0, 1.0])
-    stepper, scipys = Stepper(swing, 6.0, **TIGHT), DOP853(swing, 0.0, y, 6.0, **TIGHT)
-    time, rate = 0.0, swing(0.0, y)
-    for _ in range(20):
+    stepper, time, rate = Stepper(swing, 6.0, **TIGHT), 0.0, swing(0.0, y)
+    while time < 6.0:
         step = stepper.take(time, y, rate)
+        scipys = DOP853(swing, time, y, 6.0, first_step=step.end - time, rtol=1e3, atol=1e300)
         scipys.step()
         dense = scipys.dense_output()
         for place in np.linspace(step.start, step.end, 7).tolist():
@@ -91,6 +91,65 @@ def test_rows_within_steps_are_those_of_scipy() -> None:
             assert step.dense(place) == pytest.approx(dense(place), abs=2e-15)
         time, y, rate = step.end, step.last, step.rate
         np.testing.assert_array_equal(rate, swing(time, y))
+
+
+def forced(time: float, y: np.ndarray) -> np.ndarray:
+    """Stiff enough at 0.5 s that steps are missed there."""
+    return np.array([y[1], -y[0] - y[1] + np.exp(-((20.0 * (time - 0.5)) ** 2))])
+
+
+@pytest.mark.parametrize("longest", [np.inf, 0.05])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+def test_steps_are_those_of_scipy(rtol: float, longest: float) -> None:
+    y, asked = np.array([1.0, 2.0]), {"rtol": rtol, "atol": 1e-3 * np.ones(2) * rtol}
+    scipys = DOP853(forced, 0.0, y, 2.0, max_step=longest, **asked)
+    time, missed = 0.0, 0
+    while time < 2.0:
+        # Lengths are powers of errors, whose rounding would add up over steps.
+        length = scipys.h_abs if time else None
+        stepper = Stepper(forced, 2.0, longest=longest, length=length, **asked)
+        step = stepper.take(time, y, forced(time, y))
+        before = scipys.nfev
+        scipys.step()
+        missed += scipys.nfev - before > 12
+        assert step.end == pytest.approx(scipys.t, rel=1e-6)
+        assert step.last == pytest.approx(scipys.y, rel=1e-8)
+        time, y = scipys.t, scipys.y
+    assert missed or longest < 1.0
+    assert scipys.status == "finished"
+
+
+def test_steps_and_rows_within_are_of_their_order() -> None:
+    y, ends, within = np.array([0.0, 1.0]), [], []
+    for length in (1.0, 0.5):
+        stepper = Stepper(swing, np.inf, rtol=1e3, atol=1e300, length=length)
+        step = stepper.take(0.0, y, swing(0.0, y))
+        assert step.end == length
+        ends.append(np.max(np.abs(step.last - [np.sin(length), np.cos(length)])))
+        places = length * np.linspace(0.1, 0.9, 9)
+        rows = np.array([step.dense(place) for place in places.tolist()])
+        within.append(np.max(np.abs(rows - np.array([np.sin(places), np.cos(places)]).T)))
+    # Of one step: one order more than over all steps.
+    assert np.log2(ends[0] / ends[1]) == pytest.approx(9.0, abs=0.3)
+    assert np.log2(within[0] / within[1]) == pytest.approx(8.0, abs=0.4)
+
+
+def test_a_step_takes_twelve_derivatives_and_three_more_where_rows_within_are_read() -> None:
+    calls = []
+
+    def counted(time: float, y: np.ndarray) -> np.ndarray:
+        calls.append(time)
+        return swing(time, y)
+
+    y = np.array([0.0, 1.0])
+    stepper = Stepper(counted, 6.0, rtol=1e-9, atol=1e-12, length=0.1)
+    step = stepper.take(0.0, y, swing(0.0, y))
+    assert len(calls) == 11
+    step.dense(0.05)
+    # That at its end is the first of the next step.
+    assert len(calls) == 15
+    assert step.rate is not None
+    np.testing.assert_array_equal(step.rate, swing(step.end, step.last))
 
 
 def test_rows_lead_smoothly_to_one_at_the_end_that_was_changed() -> None:
