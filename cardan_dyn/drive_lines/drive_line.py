@@ -21,7 +21,7 @@ from .line.files import read, schema, write
 from .line.parts import ShaftJoint
 from .line.supports import supports
 from .verdict.analysis import Analysis
-from .verdict.solving import Task, analysed, scene_of
+from .verdict.solving import LineSolver, Task, scene_of
 from .verdict.variants import Variants, variants
 from .verdict.verdict import Verdict, verdict
 
@@ -108,6 +108,11 @@ class DriveLine(LineData):
             ModelError: what is missing for the line to be held by its bearings.
         """
         return load(self.to_urdf())
+
+    @cached_property
+    def _solver(self) -> LineSolver:
+        """Solves the line, and keeps its scenes."""
+        return LineSolver(self, self.mechanism)
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
@@ -199,7 +204,7 @@ class DriveLine(LineData):
             variants=variants,
             workers=whole("workers", workers),
         )
-        return analysed(self, self.mechanism, task)
+        return self._solver.analysed(task)
 
     def verdict(
         self,
@@ -227,7 +232,7 @@ class DriveLine(LineData):
         Raises:
             ArgumentError: an unknown limit, or one that is no number; an analysis of another line.
         """
-        return verdict(self, limits, analysis, DriveLine.analyse)
+        return verdict(self, limits, analysis, lambda: self._solver)
 
     def replace(self, **changes: Any) -> DriveLine:
         """Return a line that differs in some fields.

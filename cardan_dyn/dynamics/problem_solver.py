@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, flat
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
@@ -274,6 +274,33 @@ class ProblemSolver(Frozen):
             turns: `(N, size)` whole turns that the angles in `x` lack.
         """
         return self._in_blocks(targets, self.assembly.guesses_at(targets, x, turns), True)
+
+    def assemble_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
+        """Return what `assemble` does, where positions of the joints are known already.
+
+        Args:
+            targets: N samples.
+            near: joints to their coordinates up to rounding, in a shape that broadcasts with that
+                of the samples, of balls with a last axis; others stand as at the start.
+
+        Raises:
+            AssemblyError: the loops are not closed near there.
+            SingularConfigurationError: a position is a dead point.
+        """
+        coordinates = self.problem.mechanism.coordinates
+        x = np.tile(self.assembly.start, (targets.size, 1))
+        for name, values in near.items():
+            columns = coordinates.columns[name]
+            is_ball = columns.stop - columns.start > 1
+            every = flat(values, targets.shape, trailing=int(is_ball))
+            x[:, columns] = every.reshape(targets.size, -1)
+        turns, angles = np.zeros_like(x), coordinates.angle_columns
+        turns[:, angles] = np.rint(x[:, angles] / (2.0 * np.pi))
+        x -= 2.0 * np.pi * turns
+        given = coordinates.columns_of((*self.problem.independent, *self.varied))
+        x[:, given], turns[:, given] = targets.prescribed, 0.0
+        assembled = self.assembled_near(targets, x, turns)
+        return replace(assembled, blocks=list(assembled.blocks), along_path=False)
 
     def _in_blocks(self, targets: Targets, guess: Guess, along_path: bool) -> AssembledPositions:
         """Return targets whose blocks are closed from a guess whenever they are read."""

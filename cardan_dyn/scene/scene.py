@@ -308,6 +308,23 @@ class Scene(Prescribed):
         with np.errstate(**_OVERFLOW):
             return self._solver.of_varied(targets.varied).assemble(targets, along_path)
 
+    def _assemble_near(
+        self, position: ArrayLike, held: Mapping[str, ArrayLike], near: Mapping[str, Array]
+    ) -> AssembledPositions:
+        """Return what `assemble` does, for positions of all joints that a closed form tells.
+
+        Nothing is followed from the start: the loops are closed from there, and proven as always.
+
+        Args:
+            position: see `assemble`.
+            held: see `assemble`.
+            near: joints to their coordinates up to rounding, in the shape of the samples or one
+                that broadcasts with it, of a ball as a last axis; others stand as at the start.
+        """
+        targets = targets_of(self._problem, position, held)
+        with np.errstate(**_OVERFLOW):
+            return self._solver.of_varied(targets.varied).assemble_at(targets, near)
+
     @property
     def loads(self) -> Mapping[str, Array | Wrench]:
         """Loaded joint to its effort, of any shape [N·m or N]; link to its `Wrench`."""

@@ -47,7 +47,7 @@ from ...arrays import Array
 from .data import LineData
 from .geometry import centring_places, leftwards
 from .parts import ShaftJoint
-from .supports import Support, hangs_by_rear, spline_distance, supports
+from .supports import Support, hangs_by_rear, in_order, spline_distance, supports
 
 X, Y, Z = np.eye(3)
 _RANGE = {"revolute": 3.15, "prismatic": 1.0}
@@ -192,9 +192,7 @@ class _Writer:
         """Write a shaft with its bearings, joined to its cross, and return its rear fork's link."""
         front, behind = shaft_bodies(self.line, k)
         self.body(f"shaft_{k}", front, shaft=k)
-        of_shaft = [item for item in self.supports.bearings if item.shaft == k]
-        # What hangs from its place best is the piece before the spline, at a locating bearing.
-        of_shaft.sort(key=lambda item: (item.behind, not item.locating))
+        of_shaft = in_order(self.supports, k)
         first = of_shaft[0] if of_shaft else None
         has_place = first is not None or k in (0, self.line.count)
         if has_place:

@@ -295,29 +295,49 @@ class Zero(NamedTuple):
 
 
 def zero(found: Geometry, fork_offsets: Array, even: Sequence[bool] | Array = ()) -> Zero:
-    """Return how the pins and shafts of a line stand.
+    """Return how the pins and shafts of a line stand while the input fork's pin is horizontal.
 
     Args:
         found: geometry of the line.
         fork_offsets: `(n - 1,)` see `Shaft` [rad].
+        even: see `standing`.
+    """
+    return standing(found.joint_angles, found.plane_offsets, fork_offsets, np.zeros(()), even)
+
+
+def standing(
+    joint_angles: Sequence[Array] | Array,
+    plane_offsets: Sequence[Array] | Array,
+    fork_offsets: Sequence[Array] | Array,
+    rotation: Array,
+    even: Sequence[bool] | Array = (),
+) -> Zero:
+    """Return how pins and shafts stand in samples `(…)`, which come first in what is returned.
+
+    Args:
+        joint_angles: of n joints, each of a shape that broadcasts with the samples [rad].
+        plane_offsets: likewise.
+        fork_offsets: of the intermediate shafts, likewise; see `Shaft` [rad].
+        rotation: of the input shaft, from where its fork's pin is along y; likewise.
         even: which joints are those of constant velocity; none unless given. Of these both turns
             are those of the front half, which bends by half the joint angle.
     """
-    count = len(found.joint_angles)
-    driving, driven, rotations = np.zeros(count), np.zeros(count), np.zeros(count + 1)
-    for k, (beta, plane) in enumerate(zip(found.joint_angles, found.plane_offsets, strict=True)):
+    driving, driven, rotations = [], [], [rotation]
+    for k, (beta, plane) in enumerate(zip(joint_angles, plane_offsets, strict=True)):
         pin = rotations[k] - plane
         if k:
-            pin += math.pi / 2 + fork_offsets[k - 1]
-        if len(even) and even[k]:
-            driven[k] = math.asin(math.sin(beta / 2.0) * math.cos(pin))
-            driving[k] = math.atan2(math.sin(beta / 2.0) * math.sin(pin), math.cos(beta / 2.0))
-            rotations[k + 1] = pin
-            continue
-        driven[k] = math.asin(math.sin(beta) * math.cos(pin))
-        driving[k] = math.atan2(math.sin(beta) * math.sin(pin), math.cos(beta))
-        rotations[k + 1] = pin + float(lead(driving[k], driven[k]))
-    return Zero(driving, driven, rotations)
+            pin = pin + (np.pi / 2 + fork_offsets[k - 1])
+        is_even = len(even) and even[k]
+        bend = beta / 2.0 if is_even else beta
+        driven.append(np.arcsin(np.sin(bend) * np.cos(pin)))
+        driving.append(np.arctan2(np.sin(bend) * np.sin(pin), np.cos(bend)))
+        rotations.append(pin if is_even else pin + lead(driving[k], driven[k]))
+    return Zero(*(_last(item) for item in (driving, driven, rotations)))
+
+
+def _last(arrays: Sequence[Array]) -> Array:
+    """Return arrays that broadcast, side by side on a last axis."""
+    return np.stack(np.broadcast_arrays(*arrays), axis=-1)
 
 
 def lead(driving: Array | float, driven: Array | float) -> Array:

@@ -74,6 +74,25 @@ def supports(line: LineData) -> Supports:
     return Supports(tuple(listed), (*across, *along))
 
 
+def in_order(found: Supports, index: int) -> list[Support]:
+    """Return the bearings of a shaft in the order in which the closed chain takes them.
+
+    What hangs from its place best is the piece before the spline, at a locating bearing.
+    """
+    of_shaft = [item for item in found.bearings if item.shaft == index]
+    return sorted(of_shaft, key=lambda item: (item.behind, not item.locating))
+
+
+def turning_balls(found: Supports) -> list[Support]:
+    """Return the bearings that carry a turning shaft themselves, as its sleeve is that of others.
+
+    They are behind the spline of a shaft whose first bearing is before it.
+    """
+    shafts = sorted({item.shaft for item in found.bearings})
+    ordered = [in_order(found, index) for index in shafts]
+    return [item for first, *rest in ordered for item in rest if item.behind != first.behind]
+
+
 def hangs_by_rear(found: Supports, index: int) -> bool:
     """Return whether all bearings of a shaft carry the piece behind its spline."""
     of_shaft = [item.behind for item in found.bearings if item.shaft == index]

@@ -15,6 +15,7 @@ from analytic.limits import JOINT_SIZES, Limit
 from ...arrays import Array
 from ...errors import choices
 from .case import Case
+from .extremes import greatest
 from .rows import Inverse, VerdictRow, judged, not_judged
 
 SQUARE = 1e-6
@@ -22,7 +23,9 @@ SQUARE = 1e-6
 _COARSE = 0.01
 """Relative error from which on a rule of first order is said to be wrong."""
 _POSITIONS = 1440
-"""In half a turn, for the greatest sum of accelerations: its error is below 1e-5 of it."""
+"""In half a turn, which decide the greatest sum of accelerations."""
+_HALVINGS = 46
+"""Halvings of a step of the grid of angles that leave its rounding."""
 _USUAL_LENGTH = (1.0, 2.0)
 """Lengths that are near the 1.5 m of the makers' values of speed times angle [m]."""
 
@@ -215,19 +218,25 @@ def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
     Exact: 1/cos² along the line adds as vectors of the joints' maps; found on a grid of the angle
     and refined by bisection.
     """
-    from scipy.optimize import brentq
-
     line = case.line
-    betas, phases = line.uneven_angles.copy(), line.fork_phases
+    phases = line.fork_phases
 
-    def excess(last: float) -> float:
-        betas[-1] = last
-        return float(drive_line.residual_angle(betas, phases)) - limit.value
+    def excess(last: Array) -> Array:
+        betas = np.tile(line.uneven_angles, (len(last), 1))
+        betas[:, -1] = last
+        return np.asarray(drive_line.residual_angle(betas, phases)) - limit.value
 
     grid = np.linspace(0.0, np.radians(60.0), 241)
-    values = np.array([excess(beta) for beta in grid])
+    values = excess(grid)
     crossings = np.flatnonzero(np.diff(np.sign(values)))
-    found = [brentq(excess, grid[i], grid[i + 1], xtol=1e-12) for i in crossings]
+    low, high = grid[crossings], grid[crossings + 1]
+    is_below = values[crossings] < 0.0
+    high = np.where(values[crossings] == 0.0, low, high)
+    for _ in range(_HALVINGS if len(crossings) else 0):
+        middle = 0.5 * (low + high)
+        is_low = (excess(middle) < 0.0) == is_below
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+    found = 0.5 * (low + high)
     name = line.joint_names[-1]
     names = [f"allowed angle of {name}"] if len(found) == 1 else []
     if len(found) == 2:
@@ -250,7 +259,7 @@ def inertia_ratio(betas: Array, phases: Array) -> float:
     total = np.zeros_like(turn)
     for end in range(1, len(betas)):
         total += drive_line.acceleration_ratio(betas[:end], phases[:end], turn)
-    return float(np.abs(total).max())
+    return float(np.sqrt(greatest(total[:, None] ** 2))[0])
 
 
 def _accelerations(case: Case) -> Iterator[VerdictRow]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +19,9 @@ from ...arrays import Array
 from ...checks import described, mapping
 from ...errors import ArgumentError, CardanError, choices
 from ..line.data import LineData
-from .analysis import Analysis, LineForces
+from .analysis import Analysis
+from .extremes import COMPONENTS, greatest_sizes
+from .solving import Causes, LineSolver
 
 GIVEN = "the caller"
 """Source of a limit that is given as a number."""
@@ -57,9 +58,8 @@ KNOWN: Mapping[str, Limit] = MappingProxyType(
 """What `limits` may give."""
 FREE_FALL = 9.81
 """Acceleration of free fall [m/s²]."""
-_FINER = 8
-"""Times as many positions as analyses have: 1/8°, where the greatest of a smooth force is met to
-some 1e-6."""
+_EQUAL = 1e-12
+"""Relative difference of sizes that are equal but for rounding."""
 POSITIVE = frozenset({"mean_life_factor", "balance_grade_maker", "critical_constant"})
 """Names of what rules divide by."""
 _OTHER = {"non_uniformity": "residual_angle", "residual_angle": "non_uniformity"}
@@ -87,36 +87,18 @@ class OperatingPoint:
 
 @dataclass(frozen=True)
 class LoadCase:
-    """Forces of a line in a load case; see `LineForces`.
+    """What acts on a line in a load case.
 
     Attributes:
         point: the operating point.
-        total: of all that acts.
+        factors: of what forces are made of, in the order of `Case.causes`; empty for the analysis
+            that the caller gave.
         how: what acts besides the torque, in words.
     """
 
     point: OperatingPoint
-    total: LineForces
+    factors: tuple[float, ...]
     how: str = ""
-
-
-class _Parts(NamedTuple):
-    """What the forces of a steady or accelerated turn are made of.
-
-    Attributes:
-        torque: per torque of the input shaft [1/(N·m)].
-        slides: for each spline with friction its name, and the forces if it is drawn out, per size
-            of the torque.
-        speed: per square of the speed; None without mass.
-        acceleration: per angular acceleration of the input shaft; likewise.
-        weight: of the line; likewise.
-    """
-
-    torque: LineForces
-    slides: tuple[tuple[str, LineForces], ...]
-    speed: LineForces | None
-    acceleration: LineForces | None
-    weight: LineForces | None
 
 
 class Case:
@@ -133,7 +115,7 @@ class Case:
         line: LineData,
         limits: Mapping[str, Limit | float | str | None] | None,
         analysis: Analysis | None,
-        analyse: Callable[..., Analysis],
+        solver: Callable[[], LineSolver],
     ) -> None:
         """Take a line.
 
@@ -141,7 +123,7 @@ class Case:
             line: the line.
             limits: see `DriveLine.verdict`.
             analysis: likewise.
-            analyse: takes a line and the arguments of `DriveLine.analyse`.
+            solver: returns what solves the line.
 
         Raises:
             ArgumentError: a limit is unknown or none, or the analysis is not one of the line.
@@ -150,7 +132,7 @@ class Case:
         self._limits = _checked(limits)
         self.given = frozenset(self._limits)
         self._analysis = _of_line(line, analysis)
-        self._analyse = analyse
+        self._solver = solver
         self.points = _points(line, self._analysis)
 
     def limit(self, name: str) -> Limit | None:
@@ -197,102 +179,103 @@ class Case:
         return max(known, key=lambda point: abs(point.torque or 0.0), default=None)
 
     @cached_property
-    def unit(self) -> Analysis | None:
-        """Analysis at 1 rad/s and 1 N·m; None if there is none."""
+    def causes(self) -> Causes | None:
+        """What forces are made of; None if they cannot be solved."""
         try:
-            return self._analyse(self.line, speed=1.0, torque=1.0)
+            return self._solver().causes(np.array([0.0, 0.0, -FREE_FALL]))
         except CardanError as error:
             self._reason = str(error)
             return None
 
-    @cached_property
-    def _parts(self) -> _Parts | None:
-        """What forces are made of; None if there are none."""
-        unit = self.unit
-        if unit is None:
-            return None
-        slides = []
-        for name in unit.splines:
-            sliding = _with_friction_in(self.line, name)
-            if sliding is not None:
-                drawn = self._analyse(sliding, speed=1.0, torque=1.0, slipping="out")
-                slides.append((name, drawn.static.plus(unit.static.times(np.array(-1.0)))))
-        heavy: list[LineForces | None] = [unit.inertial, None, None]
-        if unit.inertial is not None:
-            if self.line.acceleration:
-                heavy[1] = self._analyse(
-                    self.line, speed=0.0, torque=1.0, acceleration=1.0
-                ).inertial
-            heavy[2] = self._analyse(
-                self.line, speed=0.0, torque=1.0, gravity=(0.0, 0.0, -FREE_FALL)
-            ).inertial
-        speed, acceleration, weight = (None if part is None else _finer(part) for part in heavy)
-        return _Parts(
-            _finer(unit.static),
-            tuple((name, _finer(part)) for name, part in slides),
-            speed,
-            acceleration,
-            weight,
-        )
+    @property
+    def is_heavy(self) -> bool:
+        """Whether any part of a line whose forces are known has mass."""
+        return self.causes is not None and self.causes.is_heavy
 
     @cached_property
     def forces(self) -> tuple[LoadCase, ...]:
-        """Forces in all load cases of the operating points whose torque is known."""
-        parts = self._parts
-        if parts is None:
+        """All load cases of the operating points whose torque is known."""
+        if self.causes is None:
             return ()
         result = []
         if self._analysis is not None:
-            result.append(LoadCase(self.points[0], self._analysis.total, "the analysis"))
+            result.append(LoadCase(self.points[0], (), "the analysis"))
         for point in self.points:
-            if point.torque is not None and (parts.speed is None or point.speed is not None):
-                result += self._load_cases(parts, point)
+            if point.torque is not None and (not self.is_heavy or point.speed is not None):
+                result += self._load_cases(self.causes, point)
         return tuple(result)
 
-    def _load_cases(self, parts: _Parts, point: OperatingPoint) -> Iterator[LoadCase]:
-        """Yield the forces of an operating point.
+    def _load_cases(self, causes: Causes, point: OperatingPoint) -> Iterator[LoadCase]:
+        """Yield the load cases of an operating point.
 
         Sizes of forces are convex in all that acts, so that the worst is at the ends of all ranges:
         of the torque from none to the shock torque, of the speed and of the acceleration.
         """
         full = (point.torque or 0.0) * self.service_factor
         torques = [full, 0.0, *([-full] if self.line.reversing else [])] if full else [0.0]
-        speeds = [point.speed or 0.0, 0.0] if parts.speed is not None and point.speed else [0.0]
-        most = (self.line.acceleration or 0.0) if parts.acceleration is not None else 0.0
+        speeds = [point.speed or 0.0, 0.0] if causes.is_heavy and point.speed else [0.0]
+        most = (self.line.acceleration or 0.0) if causes.is_heavy else 0.0
         for torque, speed, rate in itertools.product(
             torques, speeds, (most, -most) if most else (0.0,)
         ):
-            shift = [(1, -1)] * len(parts.slides) if torque else [(0,)] * len(parts.slides)
+            shift = [(1, -1)] * len(causes.slides) if torque else [(0,)] * len(causes.slides)
             for senses in itertools.product(*shift):
-                total = parts.torque.times(np.array(torque))
-                for sense, (_, slide) in zip(senses, parts.slides, strict=True):
-                    total = total.plus(slide.times(np.array(sense * abs(torque))))
-                for part, factor in (
-                    (parts.speed, speed**2),
-                    (parts.acceleration, rate),
-                    (parts.weight, 1.0),
-                ):
-                    if part is not None and factor:
-                        total = total.plus(part.times(np.array(factor)))
-                yield LoadCase(point, total, _how(parts, torque, full, speed, rate, senses))
+                factors = (torque, speed**2, rate, 1.0, *(sense * abs(torque) for sense in senses))
+                how = _how(causes, torque, full, speed, rate, senses)
+                yield LoadCase(point, factors, how)
 
     @property
     def no_forces(self) -> str:
         """Why there are no forces; empty if there are some."""
         if self.forces:
             return ""
-        if self.unit is None:
+        if self.causes is None:
             return self._reason
-        return "give speed and torque" if self.unit.inertial is not None else "give torque"
+        return "give speed and torque" if self.is_heavy else "give torque"
 
-    def worst(self, pick: Callable[[LineForces], Array]) -> tuple[Array, list[LoadCase]]:
-        """Return the greatest sizes of a quantity `(k,)`, and the load cases they are in.
+    def worst(self, quantity: str) -> tuple[Array, list[LoadCase]]:
+        """Return the greatest sizes of a quantity over a turn `(k,)`, and their load cases.
+
+        Of equal cases, that is the first one.
 
         Args:
-            pick: takes the quantity `(P, k)` of all positions from forces.
+            quantity: see `COMPONENTS`.
         """
-        sizes = np.array([np.abs(pick(item.total)).max(axis=0) for item in self.forces])
-        return sizes.max(axis=0), [self.forces[i] for i in sizes.argmax(axis=0)]
+        if quantity not in self._worst:
+            self._worst[quantity] = self._worst_of(quantity)
+        sizes, cases = self._worst[quantity]
+        return sizes, [self.forces[i] for i in cases]
+
+    @cached_property
+    def _worst(self) -> dict[str, tuple[Array, list[int]]]:
+        """Quantities to their greatest sizes, and the indices of these load cases."""
+        return {}
+
+    def _worst_of(self, quantity: str) -> tuple[Array, list[int]]:
+        """Return the greatest sizes, and the indices of their load cases."""
+        cases, analysis = self.forces, self._analysis
+        factors = np.array([case.factors for case in cases if case.factors])
+        greatest = np.zeros((len(cases), 0))
+        if len(factors):
+            greatest = greatest_sizes(factors, self._components(quantity))
+        if analysis is not None:
+            own = np.abs(getattr(analysis.total, quantity)).max(axis=0)
+            greatest = np.concatenate([own[None], greatest]) if len(factors) else own[None]
+        sizes = greatest.max(axis=0)
+        return sizes, np.argmax(greatest >= (1.0 - _EQUAL) * sizes, axis=0).tolist()
+
+    def _components(self, quantity: str) -> Array:
+        """Return the components of a quantity in what forces are made of, `(causes, P, k, c)`."""
+        causes = self.causes
+        if causes is None:
+            raise ValueError("there are no forces")
+        field, chosen = COMPONENTS[quantity]
+        parts = [causes.torque, causes.speed, causes.acceleration, causes.weight]
+        parts += [part for _, part in causes.slides]
+        none = np.zeros_like(getattr(causes.torque, field)[..., chosen])
+        return np.stack(
+            [none if part is None else getattr(part, field)[..., chosen] for part in parts]
+        )
 
     @cached_property
     def unknown_frictions(self) -> tuple[str, ...]:
@@ -311,34 +294,8 @@ def _of_one_angle(name: str, given: Limit | None) -> Limit | None:
     return Limit(float(angle), "rad", given.source)
 
 
-def _with_friction_in(line: LineData, name: str) -> LineData | None:
-    """Return a line in which one spline alone has friction; None if that has none."""
-    shafts = list(line.shafts)
-    for k, (called, shaft) in enumerate(zip(line.shaft_names, shafts, strict=True)):
-        if shaft.spline is None:
-            continue
-        if called == name and not shaft.spline.friction:
-            return None
-        if called != name and shaft.spline.friction:
-            shafts[k] = replace(shaft, spline=replace(shaft.spline, friction=0.0))
-    return replace(line, shafts=tuple(shafts))
-
-
-def _finer(forces: LineForces) -> LineForces:
-    """Return forces of a whole turn at more positions, so that no greatest value is between them.
-
-    They are sums of harmonics of the turn, which all positions together determine.
-    """
-    result = []
-    for values in forces:
-        count = len(values)
-        waves = np.fft.rfft(values, axis=0)
-        result.append(np.fft.irfft(waves, n=_FINER * count, axis=0) * _FINER)
-    return LineForces(*result)
-
-
 def _how(
-    parts: _Parts, torque: float, full: float, speed: float, rate: float, senses: tuple[int, ...]
+    causes: Causes, torque: float, full: float, speed: float, rate: float, senses: tuple[int, ...]
 ) -> str:
     """Return a load case in words, as far as it is not that of the operating point itself."""
     listed = []
@@ -346,11 +303,11 @@ def _how(
         listed.append("without torque")
     if torque * full < 0.0:
         listed.append("torque reversed")
-    if parts.speed is not None and not speed:
+    if causes.is_heavy and not speed:
         listed.append("at rest")
     if rate:
         listed.append("running up" if rate > 0.0 else "braking")
-    for sense, (name, _) in zip(senses, parts.slides, strict=True):
+    for sense, (name, _) in zip(senses, causes.slides, strict=True):
         if sense:
             listed.append(f"spline of {name} {'drawn out' if sense > 0 else 'pushed in'}")
     return ", ".join(listed)

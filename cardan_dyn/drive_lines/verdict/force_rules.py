@@ -15,6 +15,7 @@ from ...arrays import Array
 from ..line.parts import Shaft
 from ..line.supports import supports
 from .case import Case
+from .extremes import greatest
 from .rows import Inverse, VerdictRow, judged, not_judged, withheld
 
 _HALF_RIGHT = math.pi / 4
@@ -38,8 +39,8 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
 def _couples(case: Case) -> Iterator[VerdictRow]:
     line, strongest = case.line, case.strongest
     torque = abs((strongest.torque if strongest else None) or 0.0) * case.service_factor
-    before, points_in = case.worst(lambda item: item.bending_in)
-    behind, points_out = case.worst(lambda item: item.bending_out)
+    before, points_in = case.worst("bending_in")
+    behind, points_out = case.worst("bending_out")
     for k, beta in enumerate(line.joint_angles):
         rule = support_forces.fork_couples(float(beta), torque)
         couples = (float(rule.input_normal), float(rule.output_in_plane))
@@ -70,17 +71,17 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
 
 
 def _with_mass(case: Case) -> tuple[str, ...]:
-    if case.unit is None or case.unit.inertial is None:
+    if not case.is_heavy:
         return ()
     return ("massless crosses and shafts: the value is with inertia",)
 
 
 def _bearings(case: Case) -> Iterator[VerdictRow]:
-    unit = case.unit
-    if unit is None:
+    causes = case.causes
+    if causes is None:
         return
-    across = case.worst(lambda item: item.bearing_radial)
-    along = case.worst(lambda item: item.bearing_axial)
+    across = case.worst("bearing_radial")
+    along = case.worst("bearing_axial")
     by_rule, reason = _by_statics(case)
     names = (item.name for item in supports(case.line).bearings)
     by_name = dict(zip(names, case.line.bearings, strict=True))
@@ -88,11 +89,11 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
     broken = [*_with_mass(case), *([reason] if reason else [])]
     slides = any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
     broken += sliding if slides else []
-    if unit.indeterminate:
+    if causes.indeterminate:
         broken.append(
-            "statics leaves forces open; the least ones are shown: " + unit.indeterminate[0]
+            "statics leaves forces open; the least ones are shown: " + causes.indeterminate[0]
         )
-    for index, name in enumerate(unit.bearings):
+    for index, name in enumerate(causes.bearings):
         bearing = by_name.get(name)
         for (sizes, cases), quantity, field, by_its_rule, why_not in (
             (across, "across", "radial_limit", by_rule.get(name), "a bearing at the joint itself"),
@@ -126,7 +127,7 @@ def _centrings(case: Case) -> Iterator[VerdictRow]:
     line = case.line
     if not line.centred:
         return
-    forces, cases = case.worst(lambda item: item.centring)
+    forces, cases = case.worst("centring")
     for index, k in enumerate(line.centred):
         kind, where = line.shafts[k].centring, line.shaft_names[k]
         pair = slice(k - 1, k + 1)
@@ -164,7 +165,7 @@ def _unless_friction_is_unknown(case: Case, row: VerdictRow) -> VerdictRow:
 
 def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
     """Return a row with the torque that its bearing allows, if forces are proportional to it."""
-    if case.unit is None or case.unit.inertial is not None or not torque:
+    if case.is_heavy or not torque:
         return row
     return replace(row, inverses=(Inverse("allowed torque", torque, "N m"),))
 
@@ -199,7 +200,8 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
     )
     centres = np.moveaxis(found.centres, -2, 0) if line.count > 2 else np.zeros((0, 1, 3))
     listed: list[Array] = [found.A, found.B, *centres, found.E, found.F]
-    sizes = [float(np.linalg.norm(force, axis=-1).max()) for force in listed]
+    # All positions come back after half a turn.
+    sizes = [float(np.sqrt(greatest((force**2).sum(axis=-1)[:, None]))[0]) for force in listed]
     return {item.name: size for item, size in zip(ordered, sizes, strict=True)}, ""
 
 
@@ -230,10 +232,10 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
         beta = float(line.joint_angles[k - 1])
         most = abs(strongest.torque) * case.service_factor
         force, condition, how = most * friction / radius, strongest.name, ""
-        if case.forces and case.unit is not None:
+        if case.forces and case.causes is not None:
             # The torque in this shaft varies as the joints before it turn unevenly.
-            index = case.unit.splines.index(where)
-            sizes, cases = case.worst(lambda item: item.spline_friction)
+            index = case.causes.splines.index(where)
+            sizes, cases = case.worst("spline_friction")
             force, condition = float(sizes[index]), cases[index].point.name
             how = cases[index].how
         yield VerdictRow(

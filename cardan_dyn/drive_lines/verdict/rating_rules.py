@@ -59,7 +59,7 @@ def _static(case: Case) -> Iterator[VerdictRow]:
         return
     nominal = abs(strongest.torque) * case.service_factor
     if case.forces:
-        torque, cases = case.worst(lambda item: item.torsion_in)
+        torque, cases = case.worst("torsion_in")
         conditions, notes = [item.point.name for item in cases], [item.how for item in cases]
     else:
         torque, conditions = np.full(line.count, nominal), [strongest.name] * line.count

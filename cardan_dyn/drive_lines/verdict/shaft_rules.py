@@ -49,9 +49,7 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
     nominal = abs(strongest.torque) * case.service_factor
     torque, condition, how = nominal, strongest.name, ""
     if case.forces:
-        sizes, cases = case.worst(
-            lambda item: item.torsion_in if k < line.count else item.torsion_out
-        )
+        sizes, cases = case.worst("torsion_in" if k < line.count else "torsion_out")
         index = min(k, line.count - 1)
         torque, condition, how = float(sizes[index]), cases[index].point.name, cases[index].how
     stress = [
@@ -367,7 +365,7 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
         condition=point.name,
         inverses=tuple(Inverse(name, speed, "rad/s") for name, speed in critical.items()),
         broken=("two inertias alone: shafts and joints between them are taken as massless",)
-        if case.unit is not None and case.unit.inertial is not None
+        if case.is_heavy
         else (),
         note=f"natural frequency {frequency / (2 * np.pi):.4g} Hz, nearest: {nearest}",
     )

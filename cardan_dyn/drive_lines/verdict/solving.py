@@ -8,22 +8,29 @@ multiplied by its friction.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...errors import AssemblyError
+from ...dynamics.problem_solver import AssembledPositions
 from ...frozen import FrozenDict
 from ...mechanism.mechanism import Mechanism
 from ...results.sweep import Sweep
 from ...results.wrench import JointWrench
 from ...scene.scene import Scene
 from ..line.data import LineData
-from ..line.geometry import MEETING, Geometry, leftwards
-from ..line.supports import Supports, hangs_by_rear, spline_distance, supports
+from ..line.geometry import Geometry, leftwards
+from ..line.supports import (
+    Supports,
+    hangs_by_rear,
+    in_order,
+    spline_distance,
+    supports,
+)
 from .analysis import Analysis, LineForces
+from .coordinates import coordinates
 from .line_motion import LineMotion, line_motion
 from .variants import Adjustable, Variants
 
@@ -32,6 +39,15 @@ _Moved = Mapping[Adjustable, Array]
 _BLOCK, _BLOCK_OF_ONE = 10_000, 50_000
 """Samples times joints that are closed at a time: of designs, some 10 kilobytes for each; of one
 line, some 5, where each block would follow the line's motion anew."""
+_FEWEST, _MOST = 96, 6144
+"""Positions of a turn that forces are known at: the fewest determine those of joints at 30°."""
+_TAIL = 8
+"""Part of the harmonics, the highest ones, that have to be nothing for positions to be enough."""
+_SMOOTH = 1e-10
+"""Harmonics that are nothing, relative to the greatest one."""
+_NOTHING = 1e-13
+"""Rounding of inertial forces, relative to those of all masses at the greatest distance."""
+_NO_TORQUE = {"bearing_out": 0.0}
 
 
 class Task(NamedTuple):
@@ -100,12 +116,14 @@ class _Setup(NamedTuple):
         tilting: of end shafts that misaligned bearings tilt, the first bearing, which keeps the
             sleeve from turning, another one, and their distance along the flow [m].
         slips: of all splines.
+        is_heavy: whether any part has mass.
     """
 
     scene: Scene
     seats: tuple[_Seat, ...]
     tilting: tuple[tuple[int, int, float], ...]
     slips: tuple[_Slip, ...]
+    is_heavy: bool
 
 
 def scene_of(line: LineData, mechanism: Mechanism, **options: object) -> Scene:
@@ -121,49 +139,125 @@ def scene_of(line: LineData, mechanism: Mechanism, **options: object) -> Scene:
     return Scene(mechanism, **{**arguments, **options})  # type: ignore[arg-type]
 
 
-def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
-    """Return the analysis of a line."""
-    setup = _setup(line, mechanism, task)
-    blocks: list[tuple[Array, ...]] = []
-    means, residuals = [], []
-    for block, moved in _blocks(line, task):
-        motion, static, inertial, residual = _solved(setup, line, block, moved)
-        blocks.append((*motion[:4], *static, *(inertial or ())))
-        means.append(motion.mean_lead)
-        residuals.append(residual)
-    # Array by array, so that no more than one is there twice.
-    columns = [list(column) for column in zip(*blocks, strict=True)]
-    del blocks
-    arrays = [np.concatenate(columns.pop(0)) for _ in range(len(columns))]
-    rotation, ratio, acceleration, slip = arrays[:4]
-    size = len(LineForces._fields)
-    forces = [LineForces(*arrays[i : i + size]) for i in range(4, len(arrays), size)]
-    loop, balance, power = np.max(residuals, axis=0).tolist()
-    return Analysis(
-        name=line.name,
-        shafts=line.shaft_names,
-        joints=line.joint_names,
-        bearings=tuple(seat.name for seat in setup.seats),
-        centrings=tuple(line.shaft_names[k] for k in line.centred),
-        splines=tuple(line.shaft_names[slip.shaft] for slip in setup.slips),
-        speed=task.speed,
-        position=task.positions,
-        moved=task.variants.moved if task.variants else FrozenDict({}),
-        rotation=rotation,
-        ratio=ratio,
-        acceleration=acceleration,
-        static=forces[0],
-        inertial=forces[1] if len(forces) > 1 else None,
-        slip=slip,
-        mean_lead=means[-1] if task.variants is None else np.concatenate(means),
-        indeterminate=supports(line).indeterminate,
-        loop_residual=loop,
-        balance_residual=balance,
-        power_residual=power,
-    )
+class Causes(NamedTuple):
+    """What the forces of a turn are made of, at equal steps that determine them all over it.
+
+    Attributes:
+        bearings: names, see `Analysis`.
+        splines: likewise.
+        indeterminate: likewise.
+        torque: per torque of the input shaft [1/(N·m)].
+        slides: for each spline with friction its name, and the forces if it is drawn out, per size
+            of the torque.
+        speed: per square of the speed; None without mass.
+        acceleration: per angular acceleration of the input shaft; likewise.
+        weight: of the line; likewise.
+    """
+
+    bearings: tuple[str, ...]
+    splines: tuple[str, ...]
+    indeterminate: tuple[str, ...]
+    torque: LineForces
+    slides: tuple[tuple[str, LineForces], ...]
+    speed: LineForces | None
+    acceleration: LineForces | None
+    weight: LineForces | None
+
+    @property
+    def is_heavy(self) -> bool:
+        """Whether any part has mass."""
+        return self.weight is not None
 
 
-def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
+class LineSolver:
+    """Solves a line; its scenes are made once, whatever is asked for how often.
+
+    Attributes:
+        line: the line.
+        mechanism: the line as a mechanism.
+    """
+
+    def __init__(self, line: LineData, mechanism: Mechanism) -> None:
+        self.line, self.mechanism = line, mechanism
+        # By the names of the joints that designs move. Two threads may both make one: either's is
+        # as good.
+        self._setups: dict[tuple[str, ...], _Setup] = {}
+
+    def analysed(self, task: Task) -> Analysis:
+        """Return the analysis of the line."""
+        line, setup = self.line, self._setup(() if task.variants is None else task.variants.moved)
+        blocks: list[tuple[Array, ...]] = []
+        means, residuals = [], []
+        for block, moved in _blocks(line, task):
+            motion, static, inertial, residual = _solved(setup, line, block, moved)
+            blocks.append((*motion[:4], *static, *(inertial or ())))
+            means.append(motion.mean_lead)
+            residuals.append(residual)
+        # Array by array, so that no more than one is there twice.
+        columns = [list(column) for column in zip(*blocks, strict=True)]
+        del blocks
+        arrays = [np.concatenate(columns.pop(0)) for _ in range(len(columns))]
+        rotation, ratio, acceleration, slip = arrays[:4]
+        size = len(LineForces._fields)
+        forces = [LineForces(*arrays[i : i + size]) for i in range(4, len(arrays), size)]
+        loop, balance, power = np.max(residuals, axis=0).tolist()
+        return Analysis(
+            name=line.name,
+            shafts=line.shaft_names,
+            joints=line.joint_names,
+            bearings=tuple(seat.name for seat in setup.seats),
+            centrings=tuple(line.shaft_names[k] for k in line.centred),
+            splines=tuple(line.shaft_names[slip.shaft] for slip in setup.slips),
+            speed=task.speed,
+            position=task.positions,
+            moved=task.variants.moved if task.variants else FrozenDict({}),
+            rotation=rotation,
+            ratio=ratio,
+            acceleration=acceleration,
+            static=forces[0],
+            inertial=forces[1] if len(forces) > 1 else None,
+            slip=slip,
+            mean_lead=means[-1] if task.variants is None else np.concatenate(means),
+            indeterminate=supports(line).indeterminate,
+            loop_residual=loop,
+            balance_residual=balance,
+            power_residual=power,
+        )
+
+    def causes(self, gravity: Array) -> Causes:
+        """Return what the forces of a turn are made of.
+
+        Args:
+            gravity: `(3,)` in which the weight is that of the line [m/s²].
+        """
+        count, setup = _FEWEST, self._setup(())
+        while True:
+            found = _causes(setup, self.line, count, gravity)
+            if count >= _MOST or self._is_smooth(found, float(np.linalg.norm(gravity))):
+                return found
+            count *= 2
+
+    def _is_smooth(self, causes: Causes, gravity: float) -> bool:
+        """Return whether the positions determine the forces between them."""
+        length = self.mechanism.characteristic_length
+        mass = sum(link.mass for link in self.mechanism.description.links)
+        scales = [
+            *((part, 0.0) for part in (causes.torque, *(part for _, part in causes.slides))),
+            *((part, mass * length**2) for part in (causes.speed, causes.acceleration) if part),
+            *((part, mass * gravity * length) for part in (causes.weight,) if part),
+        ]
+        return all(_is_smooth(part, length, _NOTHING * scale) for part, scale in scales)
+
+    def _setup(self, moved: Iterable[Adjustable]) -> _Setup:
+        """Return the scene for designs that move some joints."""
+        moved = tuple(moved)
+        names = tuple(joint.name for joint in moved)
+        if names not in self._setups:
+            self._setups[names] = _setup(self.line, self.mechanism, moved)
+        return self._setups[names]
+
+
+def _setup(line: LineData, mechanism: Mechanism, moved: Sequence[Adjustable]) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
     held_by = supports(line)
     seats = [_Seat(item.joint, item.name, item.shaft) for item in held_by.bearings]
@@ -174,7 +268,6 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         if not line.shafts[shaft].bearings
     ]
     seats.sort(key=lambda seat: seat.shaft)
-    moved = [] if task.variants is None else list(task.variants.moved)
     is_tilted = any(joint.kind in ("support_y", "support_z") for joint in moved)
     tilting = _sleeves(held_by, seats, (0, line.count)) if is_tilted else ()
     slips = [
@@ -194,7 +287,8 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         loads={"bearing_out": -1.0, **dict.fromkeys(sliding, 0.0)},
         outputs=list(dict.fromkeys(wanted)),
     )
-    return _Setup(scene, tuple(seats), tilting, tuple(slips))
+    is_heavy = any(link.mass > 0.0 for link in mechanism.description.links)
+    return _Setup(scene, tuple(seats), tilting, tuple(slips), is_heavy)
 
 
 def _sleeves(
@@ -203,9 +297,7 @@ def _sleeves(
     """Return the first two bearings on the sleeves of end shafts; see `_Setup.tilting`."""
     found, names = [], [seat.name for seat in seats]
     for shaft in ends:
-        # In the order in which the closed chain takes them.
-        on_shaft = [item for item in held_by.bearings if item.shaft == shaft]
-        on_shaft.sort(key=lambda item: not item.locating)
+        on_shaft = in_order(held_by, shaft)
         if len(on_shaft) > 1:
             first, second = (names.index(item.name) for item in on_shaft[:2])
             apart = on_shaft[1].distance - on_shaft[0].distance
@@ -230,51 +322,91 @@ def _blocks(line: LineData, task: Task) -> Iterator[tuple[Task, _Moved]]:
         yield task, {joint: values[chosen, None] for joint, values in moved}
 
 
+class _Closed(NamedTuple):
+    """Positions of a line whose loops are closed.
+
+    Attributes:
+        setup: the scene.
+        line: the line.
+        positions: the closed ones.
+        turns: rotations to the axes of each bearing, see `_bearing_axes`.
+        moved: positions of adjustable joints.
+    """
+
+    setup: _Setup
+    line: LineData
+    positions: AssembledPositions
+    turns: Sequence[Array]
+    moved: _Moved
+
+    @staticmethod
+    def at(
+        setup: _Setup, line: LineData, positions: Array, moved: _Moved, is_grid: bool = False
+    ) -> _Closed:
+        """Close the loops at positions `(P,)`, or designs × positions even where nothing varies."""
+        scene = setup.scene
+        if is_grid:
+            count = max((len(values) for values in moved.values()), default=1)
+            positions = np.broadcast_to(positions, (count, len(positions)))
+        held = {joint.name: values for joint, values in moved.items()}
+        known = coordinates(line, positions, moved)
+        closed = (
+            scene.assemble(positions, held=held)
+            if known is None
+            else scene._assemble_near(positions, held, known)
+        )
+        axes = _bearing_axes(line.geometry, moved, setup.seats)
+        turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
+        return _Closed(setup, line, closed, turns, moved)
+
+    def swept(self, **arguments: Any) -> Sweep:
+        """Return a sweep over them; arguments as of `Scene.sweep`."""
+        return self.setup.scene.sweep(self.positions, **arguments)
+
+    def forces(self, sweep: Sweep) -> LineForces:
+        """Return the forces of a sweep over them."""
+        return _of(self.setup, self.line, self.turns, sweep)
+
+    def pushed(self, index: int, static: LineForces) -> tuple[Array, Sweep] | None:
+        """Return the friction of a spline under a torque, and the sweep of a unit force in it.
+
+        None if it has no friction.
+
+        Args:
+            index: of the spline.
+            static: forces of the torque.
+        """
+        slip = self.setup.slips[index]
+        spline = self.line.shafts[slip.shaft].spline
+        if spline is None or not spline.friction or spline.radius is None:
+            return None
+        friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
+        return friction, self.swept(loads={slip.joint: 1.0, "bearing_out": 0.0})
+
+
 def _solved(
     setup: _Setup, line: LineData, task: Task, moved: _Moved
 ) -> tuple[LineMotion, LineForces, LineForces | None, tuple[float, ...]]:
     """Return motion, static and inertial forces, and residuals of a block of samples."""
-    scene = setup.scene
-    # Designs × positions, even where there is one design or nothing varies.
-    count = max((len(values) for values in moved.values()), default=1)
-    is_grid = task.variants is not None
-    positions = np.broadcast_to(task.positions, (count, len(task.positions)))
-    held = {joint.name: values for joint, values in moved.items()}
-    closed = scene.assemble(positions if is_grid else task.positions, held=held)
-    axes = _bearing_axes(line.geometry, moved, setup.seats)
-    turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
-
-    def sweep(loads: Mapping[str, float] | None = None, moving: bool = False) -> Sweep:
-        return scene.sweep(
-            closed,
-            task.speed if moving else 0.0,
-            task.acceleration if moving else 0.0,
-            gravity=task.gravity if moving else None,
-            loads=loads,
-            workers=task.workers,
-        )
-
+    closed = _Closed.at(setup, line, task.positions, moved, task.variants is not None)
+    rates = {"speed": task.speed, "acceleration": task.acceleration}
     is_moving = task.speed != 0.0 or task.acceleration != 0.0
-    is_heavy = any(link.mass > 0.0 for link in scene.mechanism.description.links)
     # Without mass, forces in motion are those at rest.
-    unit = sweep(moving=is_moving and not is_heavy)
-    _check_place(setup, unit, moved)
+    unit = closed.swept(workers=task.workers, **(rates if is_moving and not setup.is_heavy else {}))
     sweeps = [unit]
     ratio = unit.motion.ratio("bearing_out")
     torque = np.broadcast_to(task.torque, ratio.shape)
-    static = _of(setup, line, turns, unit).times(torque if task.at_output else torque / ratio)
-    for index, slip in enumerate(setup.slips if task.slipping else ()):
-        spline = line.shafts[slip.shaft].spline
-        if spline is None or not spline.friction or spline.radius is None:
-            continue
-        friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
-        pushed = sweep({slip.joint: 1.0, "bearing_out": 0.0})
-        sweeps.append(pushed)
-        static = static.plus(_of(setup, line, turns, pushed).times(-task.slipping * friction))
+    static = closed.forces(unit).times(torque if task.at_output else torque / ratio)
+    for index in range(len(setup.slips) if task.slipping else 0):
+        found = closed.pushed(index, static)
+        if found is not None:
+            friction, pushed = found
+            sweeps.append(pushed)
+            static = static.plus(closed.forces(pushed).times(-task.slipping * friction))
     moving, inertial = unit, None
-    if is_heavy and (is_moving or task.gravity.any()):
-        moving = sweep({"bearing_out": 0.0}, moving=True)
-        inertial = _of(setup, line, turns, moving)
+    if setup.is_heavy and (is_moving or task.gravity.any()):
+        moving = closed.swept(loads=_NO_TORQUE, gravity=task.gravity, workers=task.workers, **rates)
+        inertial = closed.forces(moving)
         sweeps.append(moving)
     slips = [slip.joint for slip in setup.slips]
     motion = line_motion(moving, line, slips, task.speed, task.acceleration)
@@ -285,30 +417,55 @@ def _solved(
     return motion, static, inertial, residuals
 
 
-def _check_place(setup: _Setup, sweep: Sweep, moved: _Moved) -> None:
-    """Refuse designs whose shafts are not where they are designed to be.
+def _causes(setup: _Setup, line: LineData, count: int, gravity: Array) -> Causes:
+    """Return what forces are made of at equal steps of a turn; see `LineSolver.causes`."""
+    positions = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    closed = _Closed.at(setup, line, positions, {})
+    unit = closed.swept()
+    torque = closed.forces(unit).times(1.0 / unit.motion.ratio("bearing_out"))
+    names = tuple(line.shaft_names[slip.shaft] for slip in setup.slips)
+    slides = []
+    for index, name in enumerate(names):
+        found = closed.pushed(index, torque)
+        if found is not None:
+            friction, pushed = found
+            slides.append((name, closed.forces(pushed).times(-friction)))
 
-    Where bearings and splines nearly leave shafts free to tilt, loops can close in a second place,
-    and the way from the data to a design can lead there. Misalignments have no place to compare.
+    def inertial(**arguments: Any) -> LineForces | None:
+        """Return forces without torque."""
+        if not setup.is_heavy:
+            return None
+        return closed.forces(closed.swept(loads=_NO_TORQUE, **arguments))
+
+    return Causes(
+        bearings=tuple(seat.name for seat in setup.seats),
+        splines=names,
+        indeterminate=supports(line).indeterminate,
+        torque=torque,
+        slides=tuple(slides),
+        speed=inertial(speed=1.0),
+        acceleration=inertial(acceleration=1.0) if line.acceleration else None,
+        weight=inertial(gravity=gravity),
+    )
+
+
+def _is_smooth(forces: LineForces, length: float, nothing: float) -> bool:
+    """Return whether the highest harmonics that samples of a turn can have are nothing.
+
+    Args:
+        forces: at the samples.
+        length: by which forces are compared with moments [m].
+        nothing: moment that is rounding [N·m].
     """
-    lengths = {joint.of: item for joint, item in moved.items() if joint.kind == "shaft_length"}
-    tubes = {joint.of: item for joint, item in moved.items() if joint.kind == "tube_length"}
-    none = np.zeros(1)
-    follow = all(np.array_equal(item, lengths.get(k, none)) for k, item in tubes.items())
-    if not follow or any(joint.misaligns for joint in moved):
-        return
-    for slip in setup.slips:
-        designed = lengths.get(slip.shaft, none)
-        found = sweep.motion.position(slip.joint)
-        if np.max(np.abs(found - designed)) > MEETING:
-            worst = np.unravel_index(np.argmax(np.abs(found - designed)), found.shape)
-            at = f" of design {worst[0]}" if found.ndim > 1 else ""
-            planned = float(np.broadcast_to(designed, found.shape)[worst])
-            raise AssemblyError(
-                f"{slip.joint} is drawn out by {found[worst]:.6g} m{at} instead of {planned:.6g} "
-                "m: the bearings leave the shafts a second place, into which they came on the way "
-                "from the data; give this design as a line of its own, or support the line better"
-            )
+    weights = [length if name.endswith("_force") else 1.0 for name in forces._fields]
+    scaled = [weight * values for weight, values in zip(weights, forces, strict=True)]
+    most = max(float(np.abs(values).max(initial=0.0)) for values in scaled)
+    for values in scaled:
+        waves = np.abs(np.fft.rfft(values, axis=0)) / len(values)
+        tail = waves[-max(2, len(waves) // _TAIL) :]
+        if tail.max(initial=0.0) > max(_SMOOTH * most, nothing):
+            return False
+    return True
 
 
 def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> LineForces:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from ..line.data import LineData
     from .analysis import Analysis
+    from .solving import LineSolver
 
 _NARROW = ("where", "quantity", "value", "by the rule", "limit", "margin", "verdict")
 """Columns of the plain text."""
@@ -129,7 +130,7 @@ def verdict(
     line: LineData,
     limits: Mapping[str, Limit | float | str | None] | None,
     analysis: Analysis | None,
-    analyse: Callable[..., Analysis],
+    solver: Callable[[], LineSolver],
 ) -> Verdict:
     """Return the verdict on a line; see `DriveLine.verdict`.
 
@@ -137,9 +138,9 @@ def verdict(
         line: the line.
         limits: see `DriveLine.verdict`.
         analysis: likewise.
-        analyse: takes a line and the arguments of `DriveLine.analyse`.
+        solver: returns what solves the line.
     """
-    case = Case(line, limits, analysis, analyse)
+    case = Case(line, limits, analysis, solver)
     rows = [
         row
         for rules in (angle_rules, rating_rules, shaft_rules, force_rules)

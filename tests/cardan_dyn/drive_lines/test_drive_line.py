@@ -1,12 +1,17 @@
+import importlib
 import pickle
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from testkit.line_data import double_shaft
+from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn import ArgumentError, ModelError
-from cardan_dyn.drive_lines import DriveLine, Shaft, Spline
+from cardan_dyn.drive_lines import DriveLine, DutyPoint, Shaft, Spline
 
 LINE = DriveLine(shafts=[Shaft(), Shaft(length=0.9, slope_side=-0.1, spline=Spline()), Shaft()])
 DOUBLE = double_shaft((0.0, 0.2, 0.0)).replace(speed=300, torque=400)
@@ -36,6 +41,65 @@ def test_its_mechanism_is_made_once() -> None:
     assert other == LINE
     assert "mechanism" not in vars(other)
     assert other.to_urdf() == LINE.to_urdf()
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, *names: str) -> dict[str, int]:
+    """Count the calls of functions, by where they are."""
+    counts = dict.fromkeys(names, 0)
+    for name in names:
+        module, owner, function = name.rsplit(".", 2)
+        kind = getattr(importlib.import_module(f"cardan_dyn.{module}"), owner)
+        original = getattr(kind, function)
+
+        def call(
+            *given: object, name: str = name, original: Any = original, **named: object
+        ) -> Any:
+            counts[name] += 1
+            return original(*given, **named)
+
+        monkeypatch.setattr(kind, function, call)
+    return counts
+
+
+def test_a_verdict_makes_one_scene_and_closes_its_loops_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cycle = [DutyPoint(share=0.25, speed=100.0 * k, torque=50.0) for k in range(4)]
+    line = random_line(3, 1, mass=True).replace(
+        speed=100.0, torque=200.0, duty_cycle=cycle, acceleration=50.0, reversing=True
+    )
+    shafts = [
+        shaft if shaft.spline is None else replace(shaft, spline=Spline(friction=0.1, radius=0.02))
+        for shaft in line.shafts
+    ]
+    made, closed, swept, followed = (
+        "scene.scene.Scene.__init__",
+        "scene.scene.Scene._assemble_near",
+        "scene.scene.Scene.sweep",
+        "kinematics.assembly.Assembly.guesses",
+    )
+    counts = counted(monkeypatch, made, closed, swept, followed)
+    line = line.replace(shafts=shafts)
+    assert len(line.verdict()) > 20
+    # Torque, one spline with friction, speed, acceleration and weight.
+    assert counts == {made: 1, closed: 1, swept: 5, followed: 0}
+    line.analyse()
+    line.analyse(speed=10.0)
+    assert counts == {made: 1, closed: 3, swept: 9, followed: 0}
+    designs = line.variants(angles=np.full((7, 3), 0.2))
+    line.analyse(variants=designs)
+    line.analyse(variants=designs)
+    assert counts == {made: 2, closed: 5, swept: 13, followed: 0}
+
+
+def test_a_verdict_needs_no_optimiser() -> None:
+    code = (
+        "import sys; from cardan_dyn.drive_lines import DriveLine; "
+        "rows = DriveLine.from_toml('truck').verdict().rows; "
+        "print(len(rows) > 9, any(row.inverses for row in rows), 'scipy.optimize' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "True", "False"]
 
 
 def test_scenes_take_what_scenes_take() -> None:

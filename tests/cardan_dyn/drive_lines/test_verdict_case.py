@@ -7,17 +7,14 @@ import pytest
 from testkit.line_data import double_shaft, random_line
 
 from analytic.limits import LIMITS, Limit
-from cardan_dyn.drive_lines import Analysis, DriveLine, DutyPoint
+from cardan_dyn.drive_lines import DriveLine, DutyPoint
 from cardan_dyn.drive_lines.verdict.case import Case
+from cardan_dyn.drive_lines.verdict.solving import LineSolver
 from cardan_dyn.errors import ArgumentError
 
 
 def case(line: DriveLine, **limits: object) -> Case:
-    return Case(line, limits, None, analyse)
-
-
-def analyse(line: DriveLine, **options: object) -> Analysis:
-    return line.analyse(**options)
+    return Case(line, limits, None, lambda: LineSolver(line, line.mechanism))
 
 
 def line(**fields: object) -> DriveLine:
@@ -73,9 +70,18 @@ def test_wrong_limits_are_refused(limits: object, message: str) -> None:
 def test_an_analysis_says_speed_torque_and_forces() -> None:
     given = line(speed=1.0, torque=1.0)
     analysis = given.analyse(speed=200.0, torque=70.0)
-    found = Case(given, None, analysis, analyse)
+    found = Case(given, None, analysis, lambda: LineSolver(given, given.mechanism))
     assert (found.points[0].speed, found.points[0].torque) == (200.0, pytest.approx(70.0))
-    np.testing.assert_allclose(found.forces[0].total.bearing_radial, analysis.total.bearing_radial)
+
+
+def test_forces_of_an_analysis_count_besides() -> None:
+    given = random_line(2, 1, mass=True).replace(speed=1.0, torque=1.0)
+    # Ten times its weight, which no load case of the verdict has.
+    analysis = given.analyse(gravity=(0.0, 0.0, -98.1))
+    found = Case(given, None, analysis, lambda: LineSolver(given, given.mechanism))
+    sizes, cases = found.worst("bearing_radial")
+    assert sizes == pytest.approx(analysis.total.bearing_radial.max(axis=0), rel=1e-12)
+    assert {item.how for item in cases} == {"the analysis"}
 
 
 def test_other_analyses_are_refused() -> None:

@@ -1,0 +1,93 @@
+"""Extremes: the greatest sizes of periodic quantities, between the samples as well as at them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from ...arrays import Array
+
+COMPONENTS: Mapping[str, tuple[str, slice]] = MappingProxyType(
+    {
+        "torsion_in": ("moment_in", slice(0, 1)),
+        "torsion_out": ("moment_out", slice(0, 1)),
+        "bending_in": ("moment_in", slice(1, 3)),
+        "bending_out": ("moment_out", slice(1, 3)),
+        "bearing_radial": ("bearing_force", slice(1, 3)),
+        "bearing_axial": ("bearing_force", slice(0, 1)),
+        "spline_friction": ("spline_force", slice(0, 1)),
+        "centring": ("centring_force", slice(0, 3)),
+    }
+)
+"""Quantities of `LineForces` to the components of which they are the size: a field and a part of
+its last axis."""
+_FINER = 8
+"""Times as many positions as samples at which a greatest value is looked for. Samples that decide
+a function have the harmonics that matter far below the highest one that they can have."""
+_NEWTON_STEPS = 6
+"""Steps from there to the greatest value; each squares the distance."""
+_CLOSE = 0.7
+"""Part of the greatest size at the samples that a case has to reach there to be looked at in
+between."""
+
+
+def greatest(squares: Array) -> Array:
+    """Return the greatest values `(k,)` of smooth periodic functions that are not negative.
+
+    Args:
+        squares: `(P, k)` the functions at equal steps of a period, which determine them.
+    """
+    count = len(squares)
+    if not squares.size:
+        return np.zeros(squares.shape[1])
+    waves = np.fft.rfft(squares, axis=0)
+    fine = np.fft.irfft(waves, n=_FINER * count, axis=0) * _FINER
+    top = fine.argmax(axis=0)
+    # Sine and cosine count twice, the mean and the highest harmonic once.
+    waves *= np.full((len(waves), 1), 2.0 / count)
+    waves[[0, -1]] /= [[2.0], [2.0 - count % 2]]
+    orders = np.arange(len(waves))[:, None]
+    step = 2.0 * np.pi / (_FINER * count)
+    at = start = step * top
+    for _ in range(_NEWTON_STEPS):
+        turned = waves * np.exp(1j * orders * at)
+        slope, curvature = (
+            -(orders * turned.imag).sum(axis=0),
+            -(orders**2 * turned.real).sum(axis=0),
+        )
+        moved = np.divide(-slope, curvature, out=np.zeros_like(slope), where=curvature < 0.0)
+        at = start + np.clip(at + moved - start, -step, step)
+    found = (waves * np.exp(1j * orders * at)).real.sum(axis=0)
+    return np.maximum.reduce([squares.max(axis=0), fine.max(axis=0), found])
+
+
+def greatest_sizes(factors: Array, components: Array) -> Array:
+    """Return the greatest sizes over a period of sums of periodic vectors, `(cases, k)`.
+
+    Of cases that are far from the greatest one of all, those at the samples.
+
+    Args:
+        factors: `(cases, causes)` of the vectors.
+        components: `(causes, P, k, c)` of the vectors at equal steps, which determine them.
+    """
+    fine = _finer(components)
+    result = np.empty((len(factors), components.shape[2]))
+    for sizes, row in zip(result, factors, strict=True):
+        sizes[:] = np.linalg.norm(np.tensordot(row, components, 1), axis=-1).max(axis=0)
+    most = result.max(axis=0, initial=0.0)
+    # Squares of numbers that are no longer finite, or beyond the square root of the greatest one,
+    # mean nothing.
+    is_near = (result >= _CLOSE * most) & (most > 0.0) & np.isfinite(most)
+    for sizes, row, near in zip(result, factors, is_near, strict=True):
+        if near.any():
+            total = np.tensordot(row, fine[:, :, near], 1) / most[near, None]
+            sizes[near] = np.sqrt(greatest((total**2).sum(axis=-1))) * most[near]
+    return result
+
+
+def _finer(components: Array) -> Array:
+    """Return vectors at twice as many steps, which determine their squares as well."""
+    count = components.shape[1]
+    return np.fft.irfft(np.fft.rfft(components, axis=1), n=2 * count, axis=1) * 2.0
