@@ -24,6 +24,9 @@ from ...mechanism.mechanism import Mechanism
 _FEWEST_POOLED = 32
 """Samples from which on Pinocchio goes through them by itself, in less time per sample; for fewer,
 turning the arrays costs more than it saves."""
+_MOST_PLACED = 64
+"""Coordinates up to which Pinocchio places the bodies of a long chain as well: its data take 8 MB
+then, and some milliseconds to make."""
 _BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
 """Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
 _CROSS = np.array(
@@ -436,6 +439,8 @@ class LongChain(BatchModel):
 
     def actions(self, x: Array) -> Array:
         """See `BatchModel.actions`."""
+        if self._placing.nv <= _MOST_PLACED:
+            return super().actions(x)
         placed: list[tuple[Array, Array]] = []
         for body, (rotation, position) in enumerate(self._relative(self.configuration(x))):
             parent = int(self.parents[body])

@@ -8,6 +8,7 @@ import pytest
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.closing import batch_model
 from cardan_dyn.kinematics.closing.batch_model import BatchModel, LongChain, UnitTwists, placement
 
 ORIGIN = np.array([0.3, -0.7, 1.1])
@@ -22,7 +23,11 @@ def mechanism(request: pytest.FixtureRequest) -> cd.Mechanism:
 
 
 @pytest.fixture(params=KINDS)
-def batch(request: pytest.FixtureRequest, mechanism: cd.Mechanism) -> BatchModel:
+def batch(
+    request: pytest.FixtureRequest, mechanism: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> BatchModel:
+    # However short the chain is, its own recursions place its bodies.
+    monkeypatch.setattr(batch_model, "_MOST_PLACED", 0)
     bodies = list(range(mechanism.model.njoints - 1))
     return KINDS[request.param](mechanism, bodies, set(bodies), ORIGIN)
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from testkit.drive_lines import drive_line
 from testkit.mixed_chain import rows
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.closing import batch_model
 from cardan_dyn.kinematics.closing.batch_model import BatchModel, LongChain
 
 
-def test_a_long_chain_is_the_batch_of_the_same_bodies() -> None:
+@pytest.mark.parametrize("most_placed", [0, 64])
+def test_a_long_chain_is_the_batch_of_the_same_bodies(
+    most_placed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(batch_model, "_MOST_PLACED", most_placed)
     mechanism = cd.load(drive_line(3))
     bodies = list(range(mechanism.model.njoints - 1))
     massive, origin = set(bodies[::2]), np.array([0.5, 0.1, -0.2])
@@ -21,4 +27,6 @@ def test_a_long_chain_is_the_batch_of_the_same_bodies() -> None:
     np.testing.assert_allclose(chain.actions(x), batch.actions(x), atol=1e-13)
     found, expected = (item.inverse_dynamics(q, v, a) for item in (chain, batch))
     np.testing.assert_allclose(found, expected, atol=1e-13 * np.max(np.abs(expected)))
-    assert "data" not in vars(chain._of_thread)
+    # Pinocchio's data of free-flyers are what long chains are made to do without.
+    assert "pools" not in vars(chain._of_thread)
+    assert hasattr(chain._of_thread, "placements") == (most_placed > 0)
