@@ -254,7 +254,7 @@ class Coordinates:
 
     def derivative(self, x: Array, v: Array) -> Array:
         """Return `(N, size)` rates of the rows `x` for joint velocities `v (N, nv)`."""
-        rates = np.zeros_like(x)
+        rates = np.zeros(x.shape)
         rates[:, self.scalars.columns] = v[:, self.scalars.velocities]
         if len(self._spins):
             spins = np.zeros((len(x), *self._quaternions.shape))

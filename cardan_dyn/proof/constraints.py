@@ -86,6 +86,7 @@ class Constraints:
         self._lay_out_couplings(description, coordinates)
         self._signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
         self._around = [np.flatnonzero(signs) for signs in self._signs]
+        self._is_around = np.array(self._signs).reshape(-1, len(self._frames.motions)) != 0.0
         self._known_rates = consecutive(np.flatnonzero(motion.known))
         self._known_scale = self.rate_scale[self._known_rates, None]
         self.loops = [
@@ -229,19 +230,20 @@ class Constraints:
 
     def moved_loops(self, relative: Array) -> list[int]:
         """Return which of `loops` have a joint that moves, see `opening`."""
-        moves = np.any(relative.reshape(len(relative), -1), axis=1)
-        return [loop for loop in self.loops if np.any(moves[self._signs[loop] != 0.0])]
+        moves = np.flatnonzero(np.any(relative.reshape(len(relative), -1), axis=1))
+        moved = np.any(self._is_around[:, moves], axis=1)
+        return [loop for loop in self.loops if moved[loop]]
 
     def opening(self, state: State, relative: Array, loops: list[int] | None = None) -> Array:
-        """Return `(N,)` how fast the two ends of a loop move apart [rad/s], gaps over the length.
+        """Return `(…, N)` how fast the two ends of a loop move apart [rad/s], gaps over the length.
 
         Args:
             state: of the mechanism.
             relative: what each motion adds to the twists, or to the accelerations,
-                `(M, 2, 3, N)`, see `Twists.relative`.
+                `(M, 2, …, 3, N)`, see `Twists.relative`.
             loops: those to look at; all of `loops` if None.
         """
-        worst = np.zeros(state.motion_frames.shape[-1])
+        worst = np.zeros((*relative.shape[2:-2], relative.shape[-1]))
         for loop in self.loops if loops is None else loops:
             around = self._around[loop]
             signs = self._signs[loop][around]
@@ -250,14 +252,15 @@ class Constraints:
             last = self._frames.last[self._frames.tree + loop]
             if last >= 0:  # The gap opens at the loop's joint, not at the corner.
                 linear = linear + cross(angular, state.motion_frames[last, 3])
-            np.maximum(worst, np.abs(linear).max(axis=0) / self._length, out=worst)
-            np.maximum(worst, np.abs(angular).max(axis=0), out=worst)
+            gaps = np.maximum.reduce(np.abs(linear), axis=-2)
+            np.maximum(worst, gaps / self._length, out=worst)
+            np.maximum(worst, np.maximum.reduce(np.abs(angular), axis=-2), out=worst)
         return worst
 
     def greatest_rate(self, rates: Array) -> Array:
         """Return `(N,)` the greatest of the known rates `(nv, N)`, slides over the length."""
         known = np.abs(rates[self._known_rates]) / self._known_scale
-        return np.asarray(known.max(axis=0, initial=0.0))
+        return np.asarray(np.maximum.reduce(known, axis=0, initial=0.0))
 
 
 class SparseRows:

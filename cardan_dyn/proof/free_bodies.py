@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from .element_loads import ElementLoads, ProvenElements
 
 
+_RATES_TOGETHER = 256
+"""Samples, times drives, whose velocity ratios are checked together."""
+
+
 class Setup(NamedTuple):
     """What a problem prescribes, and what is claimed to be solved of it.
 
@@ -251,18 +255,22 @@ class FreeBodies:
     def _rates(self, state: State, claim: Claim) -> _Rates:
         """Return the rates of a claim, their errors and the twists of all frames."""
         twists, constraints = self._twists, self._constraints
-        velocity_ratios = np.ascontiguousarray(claim.velocity_ratios.transpose(2, 1, 0))
-        single_drive = len(velocity_ratios) == 1
-        unit = velocity_ratios[0] if single_drive else velocity_ratios.sum(axis=0)
+        velocity_ratios = np.ascontiguousarray(claim.velocity_ratios.transpose(1, 2, 0))
+        rates, drives, count = velocity_ratios.shape
+        unit = velocity_ratios[:, 0] if drives == 1 else velocity_ratios.sum(axis=1)
         error = constraints.drive_rate_error(claim)
-        for ratios in velocity_ratios:
-            violation = constraints.slip(ratios)
+        together = max(1, _RATES_TOGETHER // count)
+        for first in range(0, drives, together):
+            ratios = velocity_ratios[:, first : first + together]
+            flat = ratios.reshape(rates, -1)
+            violation = constraints.slip(flat).reshape(-1, count)
             if constraints.loops:
                 relative = twists.relative(state, ratios)
                 # One of many drives moves few loops.
-                loops = None if single_drive else constraints.moved_loops(relative)
+                loops = None if drives == 1 else constraints.moved_loops(relative)
                 np.maximum(violation, constraints.opening(state, relative, loops), out=violation)
-            np.maximum(error, ratio(violation, constraints.greatest_rate(ratios)), out=error)
+            scale = constraints.greatest_rate(flat).reshape(-1, count)
+            np.maximum(error, ratio(violation, scale).max(axis=0), out=error)
         if not claim.has_rates:
             return _Rates(unit, error, None, None)
         v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)

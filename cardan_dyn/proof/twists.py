@@ -77,13 +77,16 @@ class Twists:
         return State(motion_frames, joint_frames, directions, unit_twists)
 
     def relative(self, state: State, rates: Array) -> Array:
-        """Return `(M, 2, 3, N)` the twist of each motion's frame relative to the frame before it.
+        """Return `(M, 2, …, 3, N)` the twist of each motion's frame relative to the one before it.
 
         Args:
             state: of the mechanism.
-            rates: joint velocities `(nv, N)`.
+            rates: joint velocities `(nv, …, N)`.
         """
-        added = state.unit_twists * rates.take(self.rates, 0)[:, None, None]
+        twists, more = state.unit_twists, rates.ndim - 2
+        if more:
+            twists = twists.reshape(*twists.shape[:2], *[1] * more, *twists.shape[2:])
+        added = twists * rates.take(self.rates, 0)[:, None, ..., None, :]
         if self._one_rate_per_motion:
             return added
         result = np.zeros((len(self._before), *added.shape[1:]))

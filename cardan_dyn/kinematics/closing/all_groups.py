@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, consecutive
 from ...mechanism.coordinates import Coordinates
 from .equations import Reduction
 from .group_solver import CONVERGED, MOST_STEPS, GroupSolver, GroupState
@@ -199,7 +199,7 @@ class Kinematics:
         for group_state in state.groups:
             group = group_state.group
             if group.passives.size:
-                v[:, group.passives] = group_state.rates(v[:, group.known])
+                v[:, group.passives] = group_state.rates(v[:, group.known, None])[:, :, 0]
         return v
 
     def velocity_ratios(self, state: ClosedState) -> Array:
@@ -211,9 +211,12 @@ class Kinematics:
         ratios[:, self.drives, np.arange(drives)] = 1.0
         for group_state in state.groups:
             group = group_state.group
-            for drive in np.nonzero(np.any(depends[group.passives], axis=0))[0]:
-                known = ratios[:, group.known, drive]
-                ratios[:, group.passives, drive] = group_state.rates(known)
+            moving = consecutive(np.flatnonzero(np.any(depends[group.passives], axis=0)))
+            rates = group_state.rates(ratios[:, group.known][:, :, moving])
+            if isinstance(moving, slice):
+                ratios[:, group.passives, moving] = rates
+            else:
+                ratios[:, group.passives[:, None], moving] = rates
         return ratios
 
     @cached_property
@@ -229,7 +232,7 @@ class Kinematics:
 
     def accelerations(self, state: ClosedState, v: Array, drive_accelerations: Array) -> Array:
         """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`; state as of `rates`."""
-        a = np.zeros_like(v)
+        a = np.zeros(v.shape)
         a[:, self.drives] = drive_accelerations
         for group_state in state.groups:
             group = group_state.group

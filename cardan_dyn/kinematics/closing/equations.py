@@ -285,7 +285,8 @@ class ClosureEquations:
         np.divide(gap, self._length, out=deviation[0])
         deviation[1] = turn
         deviation *= deviation
-        worst = np.add.reduce(deviation, axis=1).max(axis=(0, 1), initial=0.0)
+        squares = np.add.reduce(deviation, axis=1)
+        worst = np.maximum.reduce(squares, axis=(0, 1), initial=0.0)
         return result, np.sqrt(worst)
 
     def _gaps(self, actions: Array) -> tuple[Array, Array, Array]:
@@ -593,7 +594,7 @@ def rotations_between(first: Array, second: Array) -> Array:
     vectors -= relative.take(_ABOVE_DIAGONAL, 0)
     # Its trace plus one is four times the squared cosine of half the angle.
     squares = relative[0] + relative[4] + relative[8] + 1.0
-    if not squares.min() > _HALF_TURN:
+    if not np.minimum.reduce(squares, axis=None, initial=np.inf) > _HALF_TURN:
         return _with_half_turns(vectors, squares, first, second)
     vectors /= np.sqrt(squares)
     return np.asarray(vectors)

@@ -242,7 +242,7 @@ class GroupSolver:
         for count in range(steps if self.group.passives.size else 0):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
-            is_closed = (scaled <= rounding).all()
+            is_closed = np.logical_and.reduce(scaled <= rounding, axis=None)
             if settles:
                 angles = self.equations.rod_spins.turned(state.actions)
                 spin = float(np.abs(angles).max())
@@ -411,12 +411,11 @@ class GroupState(NamedTuple):
         return refined(transposed(self._square), transposed(self.inverse), unit)
 
     def solve(self, right: Array) -> Array:
-        """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`.
+        """Solve the closure equations for passive rates: `(N, R, c)` to `(N, p, c)`.
 
-        With idle rods, right-hand sides `(N, R + k)` end with rates about their lines.
+        With idle rods, right-hand sides `(N, R + k, c)` end with rates about their lines.
         """
-        matrices, inverses = transposed(self._square), transposed(self.inverse)
-        return refined(matrices, inverses, right[:, :, None])[:, :, 0]
+        return refined(transposed(self._square), transposed(self.inverse), right)
 
     def solve_transposed(self, right: Array) -> Array:
         """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
@@ -431,7 +430,7 @@ class GroupState(NamedTuple):
         return -times(transposed(self.inverse)[:, :, -angles.shape[1] :], angles)
 
     def rates(self, known: Array) -> Array:
-        """Return passive rates `(N, p)` for the rates `(N, k)` of what is known.
+        """Return passive rates `(N, p, c)` for c sets of rates `(N, k, c)` of what is known.
 
         Idle rods do not turn about their lines.
         """
@@ -450,11 +449,11 @@ class GroupState(NamedTuple):
         if self.spins is not None:
             lines = equations.rod_spins.lines(self.actions)
             drift = self._with_angles(drift, equations.rod_spins.drift(self.twists, v, lines))
-        return -self.solve(self._of_known(known) + drift)
+        return -self.solve(self._of_known(known[:, :, None]) + drift[:, :, None])[:, :, 0]
 
     def _of_known(self, known: Array) -> Array:
-        """Return the rates of the closure equations `(N, R)` that what is known causes."""
+        """Return rates of the closure equations `(N, R, c)`, of those `(N, k, c)` of the known."""
         rows = self.known_rows
         if self.spins is not None:
             rows = self._with_spins(rows, slice(len(self.group.known)))
-        return times(transposed(rows), known)
+        return np.asarray(np.matmul(transposed(rows), known))

@@ -151,9 +151,14 @@ def condition_numbers(rows: Array, inverse: Array, scale: Array | None) -> Array
     """
     if scale is not None:
         rows, inverse = rows * scale, inverse / scale.T
-    squares = np.einsum("nij,nij->n", rows, rows)
-    squares *= np.einsum("nij,nij->n", inverse, inverse)
-    return np.asarray(np.sqrt(squares, out=squares))
+    return np.asarray(np.sqrt(_squared_norms(rows) * _squared_norms(inverse)))
+
+
+def _squared_norms(matrices: Array) -> Array:
+    """Return the sums `(N,)` of all squared entries of matrices `(N, i, j)`."""
+    count = len(matrices)
+    vectors = matrices.reshape(count, 1, -1)
+    return np.matmul(vectors, vectors.transpose(0, 2, 1)).reshape(count)
 
 
 def is_near(rows: Array, inverse: Array, scale: Array | None) -> bool:

@@ -83,7 +83,7 @@ class Rows(NamedTuple):
     def along(kinematics: Kinematics, state: ClosedState, way: Array) -> Rows:
         """Return the rows of K closed positions, or of one, as drives move by `way (K, d)`."""
         v = kinematics.rates(state, way)
-        a = kinematics.accelerations(state, v, np.zeros_like(way))
+        a = kinematics.accelerations(state, v, np.zeros(way.shape))
         x = np.broadcast_to(state.x, (len(way), state.x.shape[1]))
         return Rows.of_rates(kinematics.coordinates, x, v, a)
 

@@ -29,7 +29,7 @@ def test_rates_follow_from_closed_positions_by_differences() -> None:
         closed.append(x)
     columns = mechanism.coordinates.column_of(group.passives)
     slope = (closed[1] - closed[0])[:, columns] / (2.0 * step)
-    computed = state.rates(np.full((len(ANGLES), 1), 3.0))
+    computed = state.rates(np.full((len(ANGLES), 1, 1), 3.0))[:, :, 0]
     np.testing.assert_allclose(computed, 3.0 * slope, rtol=1e-7, atol=1e-8)
 
 
@@ -42,7 +42,7 @@ def test_accelerations_follow_from_rates_by_differences() -> None:
         x = guesses(mechanism, "A", ANGLES + speed * time + 0.5 * acceleration * time**2)
         state = item.newton(x, reduction, exact(item))
         drive_rates = np.full((len(ANGLES), 1), speed + acceleration * time)
-        rates.append(state.rates(drive_rates))
+        rates.append(state.rates(drive_rates[:, :, None])[:, :, 0])
         if time == 0.0:
             v = np.zeros((len(ANGLES), mechanism.model.nv))
             v[:, item.group.known], v[:, item.group.passives] = drive_rates, rates[-1]
@@ -57,7 +57,7 @@ def test_equations_are_solved_like_numpy_solves_them() -> None:
     expected = np.array(
         [np.linalg.solve(rows.T, b) for rows, b in zip(state.passive_rows, right, strict=True)]
     )
-    np.testing.assert_allclose(state.solve(right), expected, rtol=1e-12)
+    np.testing.assert_allclose(state.solve(right[:, :, None])[:, :, 0], expected, rtol=1e-12)
     efforts = generator.normal(size=(len(ANGLES), 3, 4))
     multipliers = np.linalg.solve(state.passive_rows, efforts)
     np.testing.assert_allclose(state.solve_transposed(efforts), multipliers, rtol=1e-12)
@@ -76,7 +76,7 @@ def test_redundant_equations_have_a_null_space_and_the_least_solution() -> None:
     np.testing.assert_allclose(state.inverse, pseudoinverses, atol=1e-12)
     # A parallelogram: all rockers turn alike, the coupler does not.
     velocities = mechanism.coordinates.velocity_columns
-    rates = state.rates(np.full((count, 1), 2.0))
+    rates = state.rates(np.full((count, 1, 1), 2.0))[:, :, 0]
     of = {name: state.group.passives.tolist().index(velocities[name].start) for name in "BDECF"}
     for name, expected in (("B", -2.0), ("D", 2.0), ("E", 2.0), ("C", 2.0), ("F", 2.0)):
         np.testing.assert_allclose(rates[:, of[name]], expected, rtol=1e-12)
