@@ -123,7 +123,6 @@ class WhirlSense:
         """
         mechanism, free = rotating.scene.mechanism, len(rotating.free)
         bodies = {body: name for name, (body, _) in mechanism.links.items() if body}
-        self._inertia = [mechanism.model.inertias[body] for body in bodies]
         links = LinkMotions(mechanism, bodies.values())
         drive = nodes(_POSITIONS, rotating.period)
         places = np.column_stack([drive, np.repeat(q[None], len(drive), axis=0)])
@@ -131,28 +130,47 @@ class WhirlSense:
         # All joints, whatever the outputs are: links are placed by their motion.
         if scene.outputs != tuple(scene.mechanism.joints):
             scene = scene.replace(outputs=None)
-        moved = []
+        assembled, moved = scene.assemble(places), []
         for unit in np.eye(1 + free):
-            motion = scene.sweep(places, unit).motion
+            motion = scene.sweep(assembled, unit).motion
             found = links.at(np.asarray(motion.x), np.asarray(motion.v))
             moved.append([found[name] for name in bodies.values()])
-        shape = (len(bodies), _POSITIONS, 3)
-        self._axis = np.zeros(shape)
-        self._spin = np.zeros((*shape, free))
-        self._velocity = np.zeros((*shape, free))
-        for index, inertia in enumerate(self._inertia):
+        every, across, axes = [], [], []
+        for index, inertia in enumerate(mechanism.model.inertias[body] for body in bodies):
             arm = moved[0][index].rotation @ inertia.lever
-            spin = sense * moved[0][index].spin
+            spin = np.broadcast_to(sense * moved[0][index].spin, (_POSITIONS, 3))
             size = np.linalg.norm(spin, axis=-1, keepdims=True)
-            self._axis[index] = np.where(size > _TURNS, spin / np.maximum(size, _TURNS), 0.0)
-            for column in range(free):
-                link = moved[1 + column][index]
-                self._spin[index, :, :, column] = link.spin
-                self._velocity[index, :, :, column] = link.velocity + np.cross(link.spin, arm)
+            axis = np.where(size > _TURNS, spin / np.maximum(size, _TURNS), 0.0)[:, None, :]
+            # Housings have no sense of rotation of their own, however heavy they are.
+            turns = np.any(axis, axis=-1, keepdims=True)
+            weights = (float(np.trace(inertia.inertia)) / 3.0, float(inertia.mass))
+            ways = np.zeros((2, _POSITIONS, free, 3))
+            for column, links_moved in enumerate(moved[1:]):
+                link = links_moved[index]
+                ways[0, :, column] = link.spin
+                ways[1, :, column] = link.velocity + np.cross(link.spin, arm)
+            for weight, ends in zip(weights, ways, strict=True):
+                ends *= np.sqrt(weight / _POSITIONS)
+                every.append(ends)
+                # The part of the swing along the link's own axis is no whirl.
+                across.append(turns * (ends - np.sum(ends * axis, axis=2, keepdims=True) * axis))
+                axes.append(axis)
+        whole, rows = (np.swapaxes(x, 2, 3).reshape(-1, free) for x in (every, across))
+        # Squares of R x lose nothing where motions of several coordinates cancel.
+        self._whole = np.linalg.qr(whole)[1]
+        basis, self._across = np.linalg.qr(rows)
+        turned = np.cross(np.stack(axes), np.swapaxes(basis.reshape(-1, _POSITIONS, 3, free), 2, 3))
+        # Of e = a + i b, the axis times a × (-b), twice: -i e* · (axis × e).
+        self._around = -1j * basis.T @ np.swapaxes(turned, 2, 3).reshape(-1, free)
 
     def of(self, shapes: Array) -> Array:
-        """Return the sense `(m,)` of mode shapes `(n, m)`: from -1, backward, to +1, forward."""
-        forward, size, whole = (np.diagonal(form).real for form in self._forms(shapes))
+        """Return the sense `(..., m)` of mode shapes `(..., n, m)`.
+
+        It is from -1, backward, to +1, forward.
+        """
+        ends = self._across @ shapes
+        forward = np.sum(ends.conj() * (self._around @ ends), axis=-2).real
+        size, whole = (np.sum(np.abs(item) ** 2, axis=-2) for item in (ends, self._whole @ shapes))
         is_there = size > _STILL**2 * whole
         return np.where(is_there, forward / np.where(is_there, size, 1.0), 0.0)
 
@@ -191,24 +209,9 @@ class WhirlSense:
             is the first by the second; and squares of all motion, along the axes of rotation and
             of links that do not turn as well.
         """
-        count = shapes.shape[1]
-        forward, size, whole = np.zeros((3, count, count), dtype=complex)
-        for index, inertia in enumerate(self._inertia):
-            # Housings have no sense of rotation of their own, however heavy they are.
-            turns = np.any(self._axis[index], axis=-1)
-            weights = (float(np.trace(inertia.inertia)) / 3.0, float(inertia.mass))
-            for weight, moved in zip(weights, (self._spin, self._velocity), strict=True):
-                # The part of the swing along the link's own axis is no whirl.
-                ends = np.einsum("kin,nm->kmi", moved[index], shapes)
-                share = weight / len(ends)
-                whole += share * np.einsum("kmi,kli->ml", ends.conj(), ends)
-                axis = self._axis[index]
-                ends = ends - np.einsum("kmi,ki->km", ends, axis)[..., None] * axis[:, None, :]
-                # Of e = a + i b, the axis times a × (-b), twice: i times the axis times e* × e.
-                turned = np.cross(axis[:, None, :], ends)
-                forward += 1j * share * np.einsum("kmi,kli->ml", ends.conj(), -turned)
-                size += share * np.einsum("k,kmi,kli->ml", turns, ends.conj(), ends)
-        return forward, size, whole
+        ends, whole = self._across @ shapes, self._whole @ shapes
+        forward = ends.conj().T @ self._around @ ends
+        return forward, ends.conj().T @ ends, whole.conj().T @ whole
 
 
 def _coinciding(value: Array) -> list[list[int]]:

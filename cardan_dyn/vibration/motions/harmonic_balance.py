@@ -170,7 +170,7 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
                 step[item] = _least_step(matrix[item], equation.efforts[item], model.half)
                 length[item] = np.max(np.abs(step[item] / model.half))
         bad = ~np.isfinite(length)
-        factor = np.where(length > _LONGEST, _LONGEST / np.where(bad, 1.0, length), 1.0)
+        factor = _LONGEST / np.where(bad, 1.0, np.maximum(length, _LONGEST))
         step[bad] = 0.0
         q[index] += np.where(bad, 0.0, factor)[:, None, None] * step
         way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))

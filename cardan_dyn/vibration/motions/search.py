@@ -16,7 +16,7 @@ from ...arrays import Array
 from ...errors import CardanError
 from ..model.build import ROUGH
 from ..model.efforts import FreeEfforts
-from ..model.modes import averaged, modes
+from ..model.modes import WhirlSense, averaged, modes
 from ..model.periodic_grid import resampled
 from ..model.reduced_model import ReducedModel
 from ..model.rotating_scene import RotatingScene
@@ -53,6 +53,8 @@ _MOST_BRANCHES = 12
 """Through one range of speed."""
 _PASSED = 1e-2
 """Difference of a motion from where a branch passes, as a fraction of its size, if it is on it."""
+_ALIKE = 1e-3
+"""Distance of two places, in units of the coordinates, about which modes whirl alike."""
 _ROOM = 2.0
 """Range in which places of rest are looked for, as a multiple of what some of them are apart."""
 
@@ -105,6 +107,8 @@ class MotionSearch:
         self.models = MotionModels(rotating, max_amplitude)
         self.missed: dict[int, str] = {}
         self._stretches: list[_Stretch] = []
+        self._whirl: list[tuple[Array, float, WhirlSense]] = []
+        self._rest: list[tuple[Array, float, float, ReducedModel]] = []
 
     @property
     def rotating(self) -> RotatingScene:
@@ -281,13 +285,33 @@ class MotionSearch:
         Args:
             speed: `(S,)` [rad/s].
         """
+        low, high = float(np.min(speed)), float(np.max(speed))
+        for centre, first, last, model in self._rest:
+            if first <= low and high <= last:
+                return resting(model, centre, speed)
         units = self.rotating.units
         known = self.primary(speed[[0, len(speed) // 2, -1]])
         means = [np.mean(motions.course.q, axis=1) for motions in known]
         places = np.concatenate(means) if means else self.rotating.start[None, 1:]
         centre = np.median(places, axis=0)
         spread = float(np.max(np.abs(places - centre) / units))
-        return resting(self.models.widest(centre, _ROOM * spread), centre, speed)
+        model = self.models.widest(centre, _ROOM * spread)
+        self._rest.append((centre, low, high, model))
+        return resting(model, centre, speed)
+
+    def whirl(self, middle: Array, turns: float) -> WhirlSense:
+        """Return what says how modes whirl about a place, or one so near that it hardly differs.
+
+        Args:
+            middle: of the free coordinates `(n,)`.
+            turns: +1 or -1, in which the drive turns.
+        """
+        for place, sense, known in self._whirl:
+            gap = np.max(np.abs(place - middle) / self.rotating.units)
+            if sense == turns and gap <= _ALIKE:
+                return known
+        self._whirl.append((middle, turns, WhirlSense(self.rotating, middle, turns)))
+        return self._whirl[-1][2]
 
 
 class _Known:

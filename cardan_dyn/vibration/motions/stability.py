@@ -29,6 +29,8 @@ _PHASE = 1.2
 _STANDS = 3e-14
 """Change of the result, as a fraction of its greatest number, at which elements are short enough:
 the error is then that divided by 2^16, and rounding."""
+_PER_DOUBLE = 1.0
+"""Numbers of elements that are tried at first, per factor of two."""
 _MOST_HALVINGS = 5
 _MOST_ELEMENTS = 50_000
 """Elements at the first try, of some 10 000 swings in a period, that memory and time allow."""
@@ -97,17 +99,28 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
     Raises:
         VibrationError: the speed is next to none, so that a period takes too many elements.
     """
-    fastest = np.sqrt(np.max(np.linalg.norm(matrix, axis=(2, 3)), initial=1.0))
-    count = matrix.shape[1]
-    elements = int(np.ceil(max(fastest * period / _PHASE, count / 12.0)))
-    if elements > _MOST_ELEMENTS:
-        swings = fastest * period / (2.0 * np.pi)
+    fastest = np.sqrt(np.max(np.linalg.norm(matrix, axis=(2, 3)), axis=1, initial=1.0))
+    least = np.maximum(fastest * period / _PHASE, matrix.shape[1] / 12.0)
+    if np.max(least, initial=0.0) > _MOST_ELEMENTS:
+        swings = float(np.max(fastest)) * period / (2.0 * np.pi)
         raise VibrationError(
             f"while the drive goes through a period of {period:.4g} rad, free coordinates swing "
             f"{swings:.1e} times, too often to be integrated: choose a greater speed"
         )
-    before = _over_period(matrix, period, elements)
-    change = np.inf
+    result, greatest = np.empty(matrix[:, 0].shape), 0.0
+    # Slow speeds take more elements than fast ones.
+    steps = np.ceil(np.log2(np.maximum(least, 1.0)) * _PER_DOUBLE)
+    for step in np.unique(steps).tolist():
+        (index,) = np.nonzero(steps == step)
+        elements = int(np.ceil(2.0 ** (step / _PER_DOUBLE)))
+        result[index], change = _standing(matrix[index], period, elements)
+        greatest = max(greatest, change)
+    return result, greatest
+
+
+def _standing(matrix: Array, period: float, elements: int) -> tuple[Array, float]:
+    """Return what `monodromy` does, from a number of elements on."""
+    before, change = _over_period(matrix, period, elements), np.inf
     for _ in range(_MOST_HALVINGS):
         elements *= 2
         after = _over_period(matrix, period, elements)
@@ -126,37 +139,58 @@ def _over_period(matrix: Array, period: float, elements: int) -> Array:
     width = period / elements
     places = (width * (np.arange(elements)[:, None] + points)).ravel()
     weights = interpolation(places, count, period)
-    each = max(1, _NUMBERS // (elements * (_STAGES * order) ** 2))
+    each = max(1, _NUMBERS // (elements * (_STAGES * order // 2) ** 2))
     result = np.empty((size, order, order))
     for first in range(0, size, each):
-        part = matrix[first : first + each]
-        values = np.einsum("kn,snij->skij", weights, part, optimize=True)
-        values = values.reshape(len(part), elements, _STAGES, order, order)
-        steps = _propagators(values, width)
-        total = steps[:, 0]
-        for index in range(1, elements):
-            total = steps[:, index] @ total
-        result[first : first + each] = total
+        # Of the state's two halves, the first one's rate is the second one.
+        part = matrix[first : first + each, :, order // 2 :]
+        values = weights @ part.reshape(len(part), count, -1)
+        values = values.reshape(len(part), elements, _STAGES, order // 2, order)
+        result[first : first + each] = _product(_propagators(values, width))
     return result
+
+
+def _product(steps: Array) -> Array:
+    """Return products `(S, m, m)` of matrices `(S, E, m, m)`, the first one on the right."""
+    while steps.shape[1] > 1:
+        pairs = steps.shape[1] // 2
+        joined = steps[:, 1 : 2 * pairs : 2] @ steps[:, : 2 * pairs : 2]
+        steps = np.concatenate([joined, steps[:, 2 * pairs :]], axis=1)
+    return steps[:, 0]
 
 
 def _propagators(values: Array, width: float) -> Array:
     """Return what elements of a width make of a state `(S, E, m, m)`.
 
+    With y = (x, v), x' = v and v' = B x + C v, slopes of v alone are unknown: those of x follow.
+
     Args:
-        values: A `(S, E, s, m, m)` at the Gauss points.
+        values: (B, C) `(S, E, s, n, 2 n)` at the Gauss points.
         width: of an element.
     """
-    *shape, stages, order, _ = values.shape
-    _, inner, outer = gauss(stages)
-    # Slopes k_i = A_i (y + h Σ a_ij k_j).
-    system = -width * np.einsum("ij,seiab->seiajb", inner, values, optimize=True)
-    system = system.reshape(*shape, stages * order, stages * order)
-    own = np.arange(stages * order)
+    *shape, stages, free, order = values.shape
+    points, inner, outer = gauss(stages)
+    twice = inner @ inner
+    by_place, by_rate = values[..., :free], values[..., free:]
+    # v' at point i is B (x + h c_i v + h² Σ (a²)_ij v'_j) + C (v + h Σ a_ij v'_j).
+    system = np.empty((*shape, stages, free, stages, free))
+    for i, j in np.ndindex(stages, stages):
+        block = (-(width**2) * twice[i, j]) * by_place[..., i, :, :]
+        block += (-width * inner[i, j]) * by_rate[..., i, :, :]
+        system[..., i, :, j, :] = block
+    own = np.arange(stages * free)
+    system = system.reshape(*shape, stages * free, stages * free)
     system[..., own, own] += 1.0
-    slopes = np.linalg.solve(system, values.reshape(*shape, stages * order, order))
-    slopes = slopes.reshape(*shape, stages, order, order)
-    return np.asarray(np.eye(order) + width * np.einsum("i,seiab->seab", outer, slopes))
+    sides = values.copy()
+    sides[..., free:] += width * points[:, None, None] * by_place
+    slopes = np.linalg.solve(system, sides.reshape(*shape, stages * free, order))
+    slopes = slopes.reshape(*shape, stages, free * order)
+    # x grows by h v + h² Σ (b a)_j v'_j, v by h Σ b_j v'_j.
+    ways = np.stack([width**2 * (outer @ inner), width * outer]) @ slopes
+    result = ways.reshape(*shape, order, order)
+    own = np.arange(free)
+    result[..., own, free + own] += width
+    return np.asarray(result + np.eye(order))
 
 
 @lru_cache(maxsize=8)

@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...checks import positives
 from ...results.table import Table
-from ..model.modes import Modes, WhirlSense, averaged, clear_senses, modes, sense_name
+from ..model.modes import Modes, averaged, clear_senses, modes, sense_name
 from ..model.rotating_scene import speeds_of
 from ..motions.correction import refuse_unheld
 from ..motions.models import Motions
@@ -145,18 +145,16 @@ def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions
     missing = complex(np.nan, np.nan)
     value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
     whirl = np.full(shape, np.nan)
-    senses: dict[float, WhirlSense] = {}
     for motions in every_motion:
-        equation = motions.model.equation(motions.course)
+        equation, index = motions.model.equation(motions.course), motions.index
         found = modes(*averaged(equation))
-        value[motions.index], shapes[motions.index] = found.value, found.shape
-        for index in motions.index.tolist():
-            sense = float(np.sign(speeds[index]))
-            if sense not in senses:
-                middle = np.mean(motions.course.q[0], axis=0)
-                senses[sense] = WhirlSense(search.rotating, middle, sense)
-            shapes[index] = senses[sense].parted(value[index], shapes[index])
-            whirl[index] = senses[sense].of(shapes[index])
+        value[index], shapes[index] = found.value, found.shape
+        middle = np.mean(motions.course.q[0], axis=0)
+        for turns in np.unique(np.sign(speeds[index])).tolist():
+            sense, rows = search.whirl(middle, turns), index[np.sign(speeds[index]) == turns]
+            for row in rows.tolist():
+                shapes[row] = sense.parted(value[row], shapes[row])
+            whirl[rows] = sense.of(shapes[rows])
     # Speeds without a motion stand between those that continue each other.
     for before, row in pairwise(np.nonzero(np.all(np.isfinite(value), axis=1))[0].tolist()):
         order = followed(shapes[before], value[before], shapes[row], value[row])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ..model.modes import WhirlSense, averaged, modes, sense_name
+from ..model.modes import averaged, modes, sense_name
 from ..model.periodic_grid import amplitudes, orders_of, resampled
 from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
@@ -211,7 +211,7 @@ class TorqueCurve:
         wave = int(np.argmax(energy))
         found = modes(*means)
         middle = np.mean(motions.course.q[0], axis=0)
-        sense = WhirlSense(self._search.rotating, middle, turns)
+        sense = self._search.whirl(middle, turns)
         shapes = sense.parted(found.value[0], found.shape[0])
         mode = int(np.argmax(np.abs(np.linalg.pinv(shapes) @ waves[wave])))
         return float(order[wave]), mode + 1, sense_name(float(sense.of(shapes)[mode]))
