@@ -20,6 +20,9 @@ CONVERGED = 1e-12
 one would be rounding."""
 ROUGHLY = 1e-6
 """The same in a rough model, whose motions are refined."""
+_QUADRATIC, _NEXT = 1e-6, 1e-2
+"""Step from which on the next one is foretold, and how long that may be, as a fraction of the step
+at which Newton's method has converged."""
 _BALANCED = 1e-12
 """Effort, as a fraction of its terms, up to which it is rounding."""
 _SINGULAR_STEPS = 8
@@ -154,6 +157,7 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
     size = len(guess)
     q, sign = guess.copy(), np.zeros(size)
     converged, active = np.zeros(size, dtype=bool), np.ones(size, dtype=bool)
+    before = np.full(size, np.inf)
     for count in range(_MOST_STEPS):
         index = np.nonzero(active)[0]
         if not index.size:
@@ -175,7 +179,12 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
         q[index] += np.where(bad, 0.0, factor)[:, None, None] * step
         way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
         gone = bad | (way > 3.0)
-        done = (length <= threshold) & ~gone
+        # Steps that shrink by their squares tell how long the next one is.
+        with np.errstate(over="ignore", invalid="ignore"):
+            following = length * (length / before[index]) ** 2
+        is_last = (length <= _QUADRATIC) & (following <= _NEXT * threshold)
+        before[index] = length
+        done = ((length <= threshold) | is_last) & ~gone
         sign[index[done]] = np.linalg.slogdet(matrix[done])[0]
         converged[index[done & (way <= _BEYOND)]] = True
         active[index[done | gone]] = False

@@ -43,21 +43,24 @@ def _at_rest(q: Array, speed: Array, count: int) -> Course:
     return Course(still, np.zeros_like(still), np.zeros_like(still), speed)
 
 
-def linear_motions(motions: Motions) -> tuple[Array, Array]:
-    """Return motions `(S, N, n)` by the linear equation about the mean of motions.
+def linear_motions(motions: Motions) -> Array:
+    """Return motions `(S, N, n)` by the linear equation with periodic coefficients.
 
-    Returns:
-        with periodic coefficients, and with averaged ones.
+    It is that about the mean of motions.
     """
-    model, course = motions.middle, motions.course
-    rest = at_mean(course)
-    equation = model.equation(rest)
-    count = course.q.shape[1]
-    matrix = jacobian(equation, course.speed, model.period)
-    linear = rest.q + newton_steps(matrix, equation.efforts)
+    rest = at_mean(motions.course)
+    equation = motions.middle.equation(rest)
+    matrix = jacobian(equation, rest.speed, motions.middle.period)
+    return np.asarray(rest.q + newton_steps(matrix, equation.efforts))
+
+
+def averaged_motions(motions: Motions) -> Array:
+    """Return motions `(S, N, n)` by the same equation with averaged coefficients."""
+    rest = at_mean(motions.course)
+    equation, count = motions.middle.equation(rest), rest.q.shape[1]
     mass, damping, stiffness = (item[:, None] for item in averaged(equation))
-    turn = orders_of(count // 2 + 1, model.period)
-    pace = 1j * turn[None, :, None, None] * course.speed[:, None, None, None]
+    turn = orders_of(count // 2 + 1, motions.middle.period)
+    pace = 1j * turn[None, :, None, None] * rest.speed[:, None, None, None]
     dynamic = pace**2 * mass + pace * damping + stiffness
     spectrum = np.linalg.solve(dynamic, -np.fft.rfft(equation.efforts, axis=1)[..., None])[..., 0]
-    return linear, rest.q + np.fft.irfft(spectrum, count, axis=1)
+    return np.asarray(rest.q + np.fft.irfft(spectrum, count, axis=1))

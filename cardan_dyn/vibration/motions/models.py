@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ...errors import CardanError
 from ..model.build import FINE, ModelBuild
 from ..model.efforts import FreeEfforts
 from ..model.periodic_grid import resampled
-from ..model.reduced_model import Course, ReducedModel
+from ..model.reduced_model import Course, LocalEquation, ReducedModel
 from ..model.rotating_scene import RotatingScene
 from .harmonic_balance import resolved
 
@@ -56,6 +57,11 @@ class Motions:
         """Return some of them, by a mask, indices or a slice."""
         course = Course(*(item[chosen] for item in self.course))
         return replace(self, index=self.index[chosen], course=course, sign=self.sign[chosen])
+
+    @cached_property
+    def equation(self) -> LocalEquation:
+        """The equation of small changes along them."""
+        return self.model.equation(self.course)
 
 
 class MotionModels:

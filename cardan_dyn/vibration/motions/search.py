@@ -167,11 +167,7 @@ class MotionSearch:
         known = _Known(len(speed), self.rotating.units)
         for motions in found:
             known.begin(motions)
-        asked = {
-            index
-            for item in found
-            for index in item.index[self._bends(item) & _resonates(item)].tolist()
-        }
+        asked = {index for item in found for index in self._with_others(item).tolist()}
         asked |= {index for index in range(len(speed)) if not known.at[index]}
         for low, high in _runs(speed[sorted(asked)]):
             stretch = self._stretch(low, high)
@@ -245,13 +241,25 @@ class MotionSearch:
                 return found
             width *= _WIDER
 
+    def _with_others(self, motions: Motions) -> Array:
+        """Return the indices of motions beside which there may be others."""
+        bends = self._bends(motions)
+        if not np.any(bends):
+            return motions.index[bends]
+        part = motions.part(bends)
+        return part.index[_resonates(part)]
+
     def _bends(self, motions: Motions, share: float = _BENT, least: float = _LARGE) -> Array:
         """Return whether motions differ from the linear ones, or cannot be alone `(S,)`."""
         size = _sizes(motions, self.rotating.units)
-        gap = np.abs(linear_motions(motions)[0] - motions.course.q) / self.rotating.units
-        bends = (np.max(gap, axis=(1, 2)) > share * size) & (size > least)
         # Motions come in pairs of opposite signs, beside one of sign +1.
-        return np.asarray(bends | (motions.sign < 0.0))
+        bends = motions.sign < 0.0
+        (large,) = np.nonzero((size > least) & ~bends)
+        if large.size:
+            part = motions.part(large)
+            gap = np.abs(linear_motions(part) - part.course.q) / self.rotating.units
+            bends[large] = np.max(gap, axis=(1, 2)) > share * size[large]
+        return np.asarray(bends)
 
     def _stretch(self, low: float, high: float) -> _Stretch:
         """Return the range of speed about others, with the branches of motions beside it."""
@@ -446,7 +454,7 @@ def _at(model: ReducedModel, speed: Array, left: Array) -> tuple[Array, list[Mot
 
 def _resonates(motions: Motions) -> Array:
     """Return whether a natural frequency about motions is near a multiple of theirs `(S,)`."""
-    found = modes(*averaged(motions.model.equation(motions.course)))
+    found = modes(*averaged(motions.equation))
     base = np.abs(motions.course.speed) * 2.0 * np.pi / motions.model.period
     ratio = found.frequency / base[:, None]
     order = np.rint(ratio)

@@ -265,7 +265,7 @@ def stability(search: MotionSearch, speeds: Array) -> Stability:
     # What a search finds first may be one of several, and even one that no rig stays at.
     found_motions, result.coexisting[:] = search.smallest(speeds)
     for motions in found_motions:
-        equation, index = motions.model.equation(motions.course), motions.index
+        equation, index = motions.equation, motions.index
         speed = motions.course.speed
         matrix = first_order(equation, speed)
         period = motions.model.period
@@ -315,7 +315,7 @@ def ranked_multipliers(monodromy: Array) -> Array:
 
 def stays(motions: Motions) -> Array:
     """Return whether small disturbances of motions decay, or do not grow `(S,)`."""
-    matrix = first_order(motions.model.equation(motions.course), motions.course.speed)
+    matrix = first_order(motions.equation, motions.course.speed)
     found, change = monodromy(matrix, motions.model.period)
     values = ranked_multipliers(found)
     return np.asarray(np.abs(values[:, 0]) <= 1.0 + _excess_of_rounding(values, change))

@@ -146,7 +146,7 @@ def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions
     value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
     whirl = np.full(shape, np.nan)
     for motions in every_motion:
-        equation, index = motions.model.equation(motions.course), motions.index
+        equation, index = motions.equation, motions.index
         found = modes(*averaged(equation))
         value[index], shapes[index] = found.value, found.shape
         middle = np.mean(motions.course.q[0], axis=0)

@@ -16,7 +16,7 @@ from ...results.table import Table
 from ..model.periodic_grid import amplitudes, nodes, orders_of
 from ..model.rotating_scene import speeds_of
 from ..motions.correction import corrected
-from ..motions.linear import linear_motions
+from ..motions.linear import averaged_motions, linear_motions
 from ..motions.models import Motions
 from ..motions.search import MotionSearch
 from .periodic_motion import missed_of, refuse_missed, search_of, states
@@ -247,7 +247,7 @@ def response_of(
     wrench = np.full((size, waves, len(joints), 6), np.nan + 0j)
     for motions in found:
         mended, residual = corrected(search.models.efforts, motions)
-        linear, averaged = linear_motions(mended)
+        linear, averaged = linear_motions(mended), averaged_motions(mended)
         q, index = mended.course.q, mended.index
         for name, values in (("amplitude", q), ("linear", linear), ("averaged", averaged)):
             kinds[name][index] = 0.0

@@ -15,7 +15,7 @@ from ..model.modes import averaged, modes, sense_name
 from ..model.periodic_grid import amplitudes, orders_of, resampled
 from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
-from ..motions.linear import linear_motions
+from ..motions.linear import averaged_motions
 from ..motions.models import Motions
 from ..motions.search import MotionSearch
 from ..motions.steady_path import SteadyPath, together
@@ -118,7 +118,7 @@ class TorqueCurve:
                 motions, _ = corrected(self._search.models.efforts, motions)
             found = self._driven(motions)
             swing[motions.index] = half_swings(found.position)
-            linear[motions.index] = half_swings(linear_motions(motions)[1])
+            linear[motions.index] = half_swings(averaged_motions(motions))
             torque[motions.index], lack[motions.index] = found.torque, found.lack
         speed = np.concatenate([self._path.speed, missed])
         order = np.argsort(speed * self._path.sense, kind="stable")
@@ -201,8 +201,7 @@ class TorqueCurve:
 
     def _resonance(self, motions: Motions) -> tuple[float, int, str]:
         """Return order, mode and whirl that move most in a motion."""
-        equation = motions.model.equation(motions.course)
-        means = averaged(equation)
+        means = averaged(motions.equation)
         turns = float(np.sign(motions.course.speed[0]))
         waves = amplitudes(motions.course.q, 1)[0]
         waves = waves if turns > 0.0 else waves.conj()

@@ -8,7 +8,7 @@ from testkit import elastic_rigs
 
 from cardan_dyn.vibration.model.periodic_grid import amplitudes
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.linear import at_mean, linear_motions
+from cardan_dyn.vibration.motions.linear import at_mean, averaged_motions, linear_motions
 from cardan_dyn.vibration.motions.models import Motions
 from cardan_dyn.vibration.motions.search import MotionSearch
 
@@ -22,7 +22,7 @@ def test_a_linear_equation_with_constant_coefficients_is_solved_exactly() -> Non
     # A spring behind the joint, whose drive decides the motion in front.
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5, damping_out=0.1)
     motions = found(line, 0.4, 0.7)
-    for linear in linear_motions(motions):
+    for linear in (linear_motions(motions), averaged_motions(motions)):
         np.testing.assert_allclose(linear, motions.course.q, atol=1e-12)
 
 
@@ -32,7 +32,7 @@ def test_the_second_order_of_a_spring_in_front() -> None:
     motions = found(elastic_rigs.torsional_line(), beta, speed)
     # J₂ η η_θ Ω² = -½ β² Ω² sin 2φ to first order in β², a = ½, on 1 - 4 Ω².
     expected = 0.5 * beta**2 * speed**2 / (1.0 - 4.0 * speed**2)
-    for linear in linear_motions(motions):
+    for linear in (linear_motions(motions), averaged_motions(motions)):
         size = amplitudes(linear, 1)[0, 1, 0]
         assert abs(size) == pytest.approx(abs(expected), rel=1e-4)
 

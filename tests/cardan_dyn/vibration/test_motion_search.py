@@ -72,7 +72,7 @@ def test_a_motion_larger_than_any_model_of_a_range() -> None:
     system = TiltingShaft(np.radians(45.0), speed[0])
     np.testing.assert_allclose(periodic(system, start).start, start, atol=1e-9)
     # The linear equation is about the mean, far from the motion.
-    linear, _ = linear_motions(second)
+    linear = linear_motions(second)
     found = course_of(linear, speed, second.model.period)
     ways = (found.q[0] - mean, speed * found.rate[0], speed**2 * found.bend[0])
 
