@@ -289,6 +289,25 @@ def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
     run(directory, as_json, **given)
 
 
+@main.command()
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--dry-run", is_flag=True, help="Tell the plan, from a few timed cases, and end.")
+@click.option("--workers", type=click.IntRange(1), help="Processes; one for each core without.")
+@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler that computes instead.")
+@click.option("--store", metavar="PATH_OR_URL", help="Where results are kept, as the file says.")
+@click.option("--resume", is_flag=True, help="Go on with what is there.")
+@click.option("--retry", is_flag=True, help="Compute what failed once more.")
+def study(file: Path, **given: Any) -> None:
+    """Compute results of a scene over parameters, chunk by chunk, into a Zarr store.
+
+    FILE is a TOML file with the mechanism, its scene, what is wanted of it, parameters, and where
+    results are kept; docs/studies.md shows one. What is finished stays when this ends early.
+    """
+    from .study_command import run
+
+    run(file, **given)
+
+
 main.add_command(vibration)
 
 

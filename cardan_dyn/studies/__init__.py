@@ -4,6 +4,16 @@
 extra `study`.
 """
 
+from .looking import (
+    SobolIndices,
+    independent,
+    plot_contours,
+    plot_map,
+    plot_parallel,
+    plot_scatter,
+    plot_tornado,
+    sobol_indices,
+)
 from .parameters import Line, Parameters, points, samples, sobol_samples
 from .plan import StudyPlan
 from .study import Study
@@ -12,10 +22,18 @@ from .sweeps import Sweeps
 __all__ = [
     "Line",
     "Parameters",
+    "SobolIndices",
     "Study",
     "StudyPlan",
     "Sweeps",
+    "independent",
+    "plot_contours",
+    "plot_map",
+    "plot_parallel",
+    "plot_scatter",
+    "plot_tornado",
     "points",
     "samples",
+    "sobol_indices",
     "sobol_samples",
 ]

@@ -163,7 +163,7 @@ def outcomes_of(returned: object, units: Mapping[str, str]) -> Outcomes:
     """
     if isinstance(returned, Outcomes):
         return returned
-    if type(returned) is dict:
+    if type(returned) is dict and returned:
         plain = _plain(returned)
         if plain is not None:
             found = {

@@ -1,0 +1,253 @@
+"""Designs: results over two parameters or many, as maps, contours, bars, points and lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from .style import TITLE_SIZE, Figure, abscissa, axes_grid, legend, line_style, ordinate
+
+_COLOURS = "cividis"
+"""A scale of colours that is even in grey as well."""
+_MISSING = "0.8"
+"""Colour of cells without a value."""
+_LEVELS = 12
+"""About how many lines of equal values are drawn."""
+_IN_A_ROW = 3
+"""Most panels beside each other."""
+_FEWEST_ALPHA = 0.05
+"""Least opacity of a line among many."""
+_DRAWN_TOGETHER = 30.0
+"""Number of lines that are drawn without any of them shining through."""
+
+
+def value_map(
+    x: ArrayLike,
+    y: ArrayLike,
+    values: ArrayLike,
+    *,
+    labels: tuple[str, str, str],
+    limit: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw a result over two parameters, a coloured cell for each of their values.
+
+    Args:
+        x: parameter along the abscissa `(N,)`, rising.
+        y: parameter along the ordinate `(M,)`, rising.
+        values: `(N, M)`; nan where there is none, which is grey.
+        labels: of x, y and the values, with units.
+        limit: value along which a line is drawn.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    across, up, cells = _over_two(x, y, values)
+    figure, axes = axes_grid()
+    axes.set_facecolor(_MISSING)
+    drawn = axes.pcolormesh(across, up, cells.T, shading="nearest", cmap=_COLOURS)
+    figure.colorbar(drawn, ax=axes, label=labels[2])
+    _draw_limit(axes, across, up, cells, limit)
+    axes.grid(visible=False)
+    axes.set(xlabel=labels[0], ylabel=labels[1])
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    return figure
+
+
+def contour_map(
+    x: ArrayLike,
+    y: ArrayLike,
+    values: ArrayLike,
+    *,
+    labels: tuple[str, str, str],
+    limit: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw lines of equal values over two parameters, with their numbers.
+
+    Args:
+        x: parameter along the abscissa `(N,)`, rising, two values at least.
+        y: parameter along the ordinate `(M,)`, likewise.
+        values: `(N, M)`; nan where there is none.
+        labels: of x, y and the values, with units; the latter is written above.
+        limit: value along which a thick line is drawn; the side beyond it is hatched.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match, or no finite value.
+    """
+    across, up, cells = _over_two(x, y, values)
+    if min(cells.shape) < 2 or not np.any(np.isfinite(cells)):
+        raise ArgumentError(f"contours need values over two by two points, not {cells.shape}")
+    figure, axes = axes_grid()
+    if np.ptp(cells[np.isfinite(cells)]) > 0.0:
+        lines = axes.contour(
+            across, up, cells.T, levels=_LEVELS, colors=line_style(0)["color"], linewidths=0.9
+        )
+        axes.clabel(lines, fontsize=8)
+    _draw_limit(axes, across, up, cells, limit, hatched=True)
+    axes.set(xlabel=labels[0], ylabel=labels[1])
+    axes.set_title(title or labels[2])
+    return figure
+
+
+def _draw_limit(
+    axes: Any, across: Array, up: Array, cells: Array, limit: float | None, hatched: bool = False
+) -> None:
+    """Draw a line where values reach a limit, if any does."""
+    finite = cells[np.isfinite(cells)]
+    if limit is None or min(cells.shape) < 2 or not finite.size:
+        return
+    low, high = float(finite.min()), float(finite.max())
+    if not low < limit <= high:
+        return
+    axes.contour(across, up, cells.T, levels=[limit], colors=line_style(6)["color"], linewidths=2.2)
+    if hatched:
+        axes.contourf(across, up, cells.T, levels=[limit, high], colors="none", hatches=["///"])
+
+
+def _over_two(x: ArrayLike, y: ArrayLike, values: ArrayLike) -> tuple[Array, Array, Array]:
+    across, up = abscissa("x", x), abscissa("y", y)
+    cells = np.asarray(values, dtype=float)
+    if cells.shape != (len(across), len(up)):
+        raise ArgumentError(
+            f"values have shape {cells.shape}, expected (N, M) = {(len(across), len(up))}"
+        )
+    order, upwards = np.argsort(across), np.argsort(up)
+    return across[order], up[upwards], cells[np.ix_(order, upwards)]
+
+
+def tornado(
+    ranges: Mapping[str, tuple[float, float]],
+    *,
+    middle: float,
+    label: str,
+    title: str = "",
+) -> Figure:
+    """Draw what a result is at the ends of each parameter, the widest range on top.
+
+    Args:
+        ranges: names of parameters to the result at their lower and upper end.
+        middle: the result between them.
+        label: of the result, with its unit.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: there is no parameter.
+    """
+    if not ranges:
+        raise ArgumentError("a tornado diagram needs a parameter at least")
+    order = sorted(ranges, key=lambda name: abs(np.subtract(*ranges[name])))
+    figure, axes = axes_grid(size=(7.2, 1.6 + 0.42 * len(order)))
+    for end, (name, hatch) in enumerate((("lower end", ""), ("upper end", "///"))):
+        widths = [ranges[parameter][end] - middle for parameter in order]
+        color = line_style(end)["color"]
+        style = {"facecolor": color if not hatch else "white", "edgecolor": color}
+        axes.barh(order, widths, left=middle, height=0.6, hatch=hatch, label=name, **style)
+    axes.axvline(middle, color="black", linewidth=0.9)
+    axes.grid(visible=False, axis="y")
+    axes.set(xlabel=label)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    legend(figure)
+    return figure
+
+
+def scatter(
+    parameters: Mapping[str, ArrayLike],
+    values: ArrayLike,
+    *,
+    label: str,
+    limit: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw a result over each parameter, a point for each sample.
+
+    Args:
+        parameters: their names, with units, to values `(N,)`.
+        values: of the result `(N,)`.
+        label: of the result, with its unit.
+        limit: value at which a line is drawn.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: there is no parameter, or shapes do not match.
+    """
+    if not parameters:
+        raise ArgumentError("a scatter diagram needs a parameter at least")
+    columns = min(len(parameters), _IN_A_ROW)
+    rows = -(-len(parameters) // columns)
+    figure, grid = axes_grid(rows, columns, size=(1.2 + 2.6 * columns, 0.6 + 2.6 * rows))
+    panels = np.atleast_1d(grid)
+    for index, (name, given) in enumerate(parameters.items()):
+        at = abscissa(name, given)
+        panels[index].plot(
+            at, ordinate(label, values, at), ".", markersize=3, color=line_style(0)["color"]
+        )
+        panels[index].set_xlabel(name)
+        if limit is not None:
+            panels[index].axhline(limit, color=line_style(6)["color"], linewidth=1.2)
+        if index % columns == 0:
+            panels[index].set_ylabel(label)
+    for panel in panels[len(parameters) :]:
+        panel.set_visible(False)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    return figure
+
+
+def parallel_coordinates(
+    columns: Mapping[str, ArrayLike],
+    *,
+    limit: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw each case as a line over all parameters and results, the last of which colours it.
+
+    Args:
+        columns: names, with units, to values `(N,)`; two at least.
+        limit: value of the last column beyond which a line is drawn dashed.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: fewer than two columns, or shapes that do not match.
+    """
+    names = list(columns)
+    if len(names) < 2:
+        raise ArgumentError("parallel coordinates need two columns at least")
+    first = np.asarray(columns[names[0]], dtype=float)
+    table = np.stack([ordinate(name, columns[name], first) for name in names], axis=1)
+    table = table[np.all(np.isfinite(table), axis=1)]
+    if not len(table):
+        raise ArgumentError("no case has numbers in all columns")
+    low, span = table.min(axis=0), np.ptp(table, axis=0)
+    scaled = np.where(span > 0.0, (table - low) / np.where(span > 0.0, span, 1.0), 0.5)
+    figure, axes = axes_grid(size=(1.8 + 1.5 * len(names), 4.8))
+    import matplotlib
+
+    colours = matplotlib.colormaps[_COLOURS](scaled[:, -1])
+    alpha = float(np.clip(_DRAWN_TOGETHER / len(table), _FEWEST_ALPHA, 1.0))
+    for index in np.argsort(table[:, -1]):
+        beyond = limit is not None and table[index, -1] > limit
+        axes.plot(
+            scaled[index],
+            color=colours[index],
+            alpha=alpha,
+            linewidth=1.0,
+            linestyle="--" if beyond else "-",
+        )
+    for place, (least, most) in enumerate(zip(low, low + span, strict=True)):
+        axes.axvline(place, color="0.35", linewidth=0.9)
+        for height, value, side in ((0.0, least, "top"), (1.0, most, "bottom")):
+            axes.text(place, height, f"{value:.4g}", ha="center", va=side, fontsize=9)
+    axes.set_xticks(range(len(names)), names)
+    axes.set_yticks([])
+    axes.set_ylim(-0.08, 1.08)
+    axes.grid(visible=False)
+    axes.spines["left"].set_visible(False)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    return figure

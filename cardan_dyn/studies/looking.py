@@ -1,0 +1,289 @@
+"""Looking: what a study says, from its Dataset: figures, percentiles' causes, samples by kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ArgumentError, choices
+from ..figures import designs
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ..figures.style import Figure
+
+_END = 0.1
+"""Part of all samples, at each end of a parameter, over which a tornado diagram takes the mean."""
+
+
+def plot_map(
+    data: xarray.Dataset, name: str, *, x: str, y: str, limit: float | None = None, **at: Any
+) -> Figure:
+    """Draw a map of a result over two parameters of a grid.
+
+    Args:
+        data: of a study.
+        name: of the result.
+        x: dimension along the abscissa.
+        y: dimension along the ordinate.
+        limit: value along which a line is drawn [the unit of the result].
+        at: other dimensions to the values at which they are looked at, the nearest ones.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ArgumentError: there is no such result or dimension, or another one is not given.
+    """
+    across, up, values, labels, title = _over_two(data, name, x, y, at)
+    return designs.value_map(across, up, values, labels=labels, limit=limit, title=title)
+
+
+def plot_contours(
+    data: xarray.Dataset, name: str, *, x: str, y: str, limit: float | None = None, **at: Any
+) -> Figure:
+    """Draw lines of equal values of a result over two parameters, with that of a limit.
+
+    Args:
+        data: see `plot_map`, for all arguments.
+        name: of the result.
+        x: dimension along the abscissa.
+        y: dimension along the ordinate.
+        limit: value along which a thick line is drawn; what lies beyond is hatched.
+        at: other dimensions to values.
+
+    Raises:
+        ArgumentError: as `plot_map`, or too few values.
+    """
+    across, up, values, labels, title = _over_two(data, name, x, y, at)
+    return designs.contour_map(across, up, values, labels=labels, limit=limit, title=title)
+
+
+def plot_tornado(data: xarray.Dataset, name: str) -> Figure:
+    """Draw between which values each parameter moves a result.
+
+    Of a grid, the others then are in the middle of their values. Of samples, the ends are means
+    over the tenth of all samples with the lowest and the highest values of the parameter.
+
+    Args:
+        data: of a study.
+        name: of the result, a number per case.
+
+    Raises:
+        ArgumentError: there is no such result, or a case has several.
+    """
+    values = _numbers(data, name)
+    ranges, middle = {}, float(values.mean())
+    parameters = _parameters(data)
+    if all(column.dims == (label,) for label, column in parameters.items()):
+        centre = {dim: size // 2 for dim, size in values.sizes.items()}
+        middle = float(values.isel(centre))
+        for label in parameters:
+            along = values.isel({dim: at for dim, at in centre.items() if dim != label})
+            ranges[_label(data[label])] = float(along[0]), float(along[-1])
+    else:
+        plain = independent(data)
+        found = _numbers(plain, name)
+        for column in _parameters(plain).values():
+            ends = []
+            for low, high in ((0.0, _END), (1.0 - _END, 1.0)):
+                least, most = np.quantile(column, [low, high])
+                ends.append(float(found.where((column >= least) & (column <= most)).mean()))
+            ranges[_label(column)] = ends[0], ends[1]
+        middle = float(found.mean())
+    return designs.tornado(ranges, middle=middle, label=_label(data[name]))
+
+
+def plot_scatter(data: xarray.Dataset, name: str, *, limit: float | None = None) -> Figure:
+    """Draw a result over each parameter, a point for each case.
+
+    Args:
+        data: of a study.
+        name: of the result, a number per case.
+        limit: value at which a line is drawn.
+
+    Raises:
+        ArgumentError: there is no such result, or a case has several.
+    """
+    columns, values = _flat(data, [name])
+    last = values.pop(_label(data[name]))
+    return designs.scatter(columns, last, label=_label(data[name]), limit=limit)
+
+
+def plot_parallel(data: xarray.Dataset, *names: str, limit: float | None = None) -> Figure:
+    """Draw each case as a line over all parameters and some results.
+
+    Args:
+        data: of a study.
+        names: of the results, a number per case each; the last one colours the lines.
+        limit: value of that beyond which lines are dashed.
+
+    Raises:
+        ArgumentError: there is no such result, none is named, or a case has several.
+    """
+    if not names:
+        raise ArgumentError(f"name results: {choices(map(str, data.data_vars))}")
+    columns, values = _flat(data, list(names))
+    return designs.parallel_coordinates({**columns, **values}, limit=limit)
+
+
+class SobolIndices(NamedTuple):
+    """What parts of a result's variance parameters cause.
+
+    Attributes:
+        first_order: parameter to the part that it causes by itself.
+        total: parameter to the part that it causes by itself and together with others.
+    """
+
+    first_order: dict[str, float]
+    total: dict[str, float]
+
+
+def sobol_indices(data: xarray.Dataset, name: str) -> SobolIndices:
+    """Return what each parameter contributes to the variance of a result.
+
+    By `scipy.stats.sobol_indices`, from the results of a study of `sobol_samples`.
+
+    Args:
+        data: of the study, of one dimension.
+        name: of the result, a number per case.
+
+    Raises:
+        ArgumentError: the study is none of `sobol_samples`, or a case failed: then the estimate
+            has no meaning.
+    """
+    from scipy import stats
+
+    matrices = _matrices(data)
+    values = np.asarray(_numbers(data, name))
+    if not np.all(np.isfinite(values)):
+        count = int(np.count_nonzero(~np.isfinite(values)))
+        raise ArgumentError(
+            f"{name} is missing in {count} cases: let the function return a number there, or "
+            "run(retry=True)"
+        )
+    table = values.reshape(-1, matrices).T
+    names = list(_parameters(data))
+    func = {"f_A": table[None, 0], "f_B": table[None, 1], "f_AB": table[2:, None]}
+    found = stats.sobol_indices(func=func, n=table.shape[1])
+    first, total = np.ravel(found.first_order), np.ravel(found.total_order)
+    return SobolIndices(
+        dict(zip(names, first.tolist(), strict=True)), dict(zip(names, total.tolist(), strict=True))
+    )
+
+
+def independent(data: xarray.Dataset) -> xarray.Dataset:
+    """Return the samples of a study that are independent of each other.
+
+    Of `sobol_samples` those are two for each; of anything else, all.
+
+    Args:
+        data: of a study.
+    """
+    if len(data.sizes) == 0 or "study_parameters" not in data.attrs:
+        return data
+    told = _told(data)
+    for block in told:
+        if block.get("matrices", 1) > 1:
+            places = np.arange(data.sizes[block["dim"]]) % block["matrices"]
+            data = data.isel({block["dim"]: np.flatnonzero(places < 2)})
+    return data
+
+
+def _told(data: xarray.Dataset) -> list[dict[str, Any]]:
+    import json
+
+    if "study_parameters" not in data.attrs:
+        raise ArgumentError("data is not the dataset of a study, whose attributes say what varies")
+    return [item["block"] for item in json.loads(data.attrs["study_parameters"])]
+
+
+def _matrices(data: xarray.Dataset) -> int:
+    told = _told(data)
+    if len(told) != 1 or told[0].get("matrices", 1) == 1:
+        raise ArgumentError("Sobol indices need a study of studies.sobol_samples(…) alone")
+    return int(told[0]["matrices"])
+
+
+def _parameters(data: xarray.Dataset) -> dict[str, Any]:
+    """Return the parameters of a study, in their order."""
+    names = [name for block in _told(data) for name in block["units"]]
+    return {name: data[name] for name in names if name in data.coords}
+
+
+def _numbers(data: xarray.Dataset, name: str) -> Any:
+    """Return a result that is a number per case."""
+    values = _result(data, name)
+    own = {block["dim"] for block in _told(data)}
+    if more := [str(dim) for dim in values.dims if dim not in own]:
+        raise ArgumentError(
+            f"{name} has {choices(more)} besides the parameters: take one of its values, as in "
+            f"data.assign(peak=data[{name!r}].max({more[0]!r}))"
+        )
+    return values
+
+
+def _result(data: xarray.Dataset, name: str) -> Any:
+    if name not in data.data_vars:
+        listed = [str(label) for label in data.data_vars]
+        raise ArgumentError(f"no result {name!r}; results: {choices(listed, name)}")
+    return data[name]
+
+
+def _over_two(
+    data: xarray.Dataset, name: str, x: str, y: str, at: Mapping[str, Any]
+) -> tuple[Array, Array, Array, tuple[str, str, str], str]:
+    """Return a result over two dimensions, with labels."""
+    values = _result(data, name)
+    dims = [str(dim) for dim in values.dims]
+    for dim in (x, y, *at):
+        if dim not in dims:
+            raise ArgumentError(
+                f"{name} has no dimension {dim!r}; dimensions: {choices(dims, dim)}"
+            )
+    for dim, place in at.items():
+        values = values.sel({dim: place}, method="nearest")
+    if rest := [dim for dim in dims if dim not in (x, y, *at)]:
+        raise ArgumentError(f"say at which value of {choices(rest)}: plot_map(…, {rest[0]}=…)")
+    values = values.transpose(x, y)
+    across, labels_x = _shown(data, x)
+    up, labels_y = _shown(data, y)
+    title = ", ".join(f"{dim} = {float(values[dim]):.4g}" for dim in at)
+    return across, up, np.asarray(values), (labels_x, labels_y, _label(data[name])), title
+
+
+def _shown(data: xarray.Dataset, dim: str) -> tuple[Array, str]:
+    """Return values of a dimension as they are drawn, angles in degrees, and their label."""
+    if dim not in data.coords:
+        return np.arange(data.sizes[dim], dtype=float), dim
+    values = np.asarray(data[dim], dtype=float)
+    if data[dim].attrs.get("units") == "rad":
+        return np.rad2deg(values), f"{dim} [°]"
+    return values, _label(data[dim])
+
+
+def _flat(data: xarray.Dataset, names: list[str]) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return parameters and results of all cases that have all of the results, `(N,)` each."""
+    import xarray
+
+    plain = independent(data)
+    parameters = _parameters(plain)
+    results = [_numbers(plain, name) for name in names]
+    every = xarray.broadcast(*parameters.values(), *results)
+    columns = [np.asarray(item, dtype=float).ravel() for item in every]
+    there = np.all(np.isfinite(np.stack(columns)), axis=0)
+    labels = [_label(item) for item in (*parameters.values(), *results)]
+    found = [column[there] for column in columns]
+    count = len(parameters)
+    return (
+        dict(zip(labels[:count], found[:count], strict=True)),
+        dict(zip(labels[count:], found[count:], strict=True)),
+    )
+
+
+def _label(item: Any) -> str:
+    """Return name and unit of a variable."""
+    unit = item.attrs.get("units", "")
+    return f"{item.name} [{unit}]" if unit and unit != "1" else str(item.name)

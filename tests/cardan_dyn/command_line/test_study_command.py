@@ -1,0 +1,125 @@
+"""`cardan-dyn study`: plans, runs and goes on with what a file describes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from click.testing import CliRunner, Result
+
+from cardan_dyn.command_line import main
+
+TEXT = """
+mechanism = "universal_joint"
+store = "PLACE"
+
+[scene]
+drive = "bearing_in"
+held = { joint_angle = "20 deg" }
+loads = { bearing_out = "-100 N·m" }
+
+[sweep]
+position = { from = "0 deg", to = "360 deg", count = 37 }
+
+[wanted]
+peak = ["bearing_out.bending", "max"]
+
+[parameters]
+"held.joint_angle" = { values = ["10 deg", "20 deg", "30 deg"] }
+speed = { from = "0 rpm", to = "1500 rpm", count = 2 }
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "study.toml"
+    path.write_text(TEXT.replace("PLACE", str(tmp_path / "study.zarr")), encoding="utf-8")
+    return path
+
+
+def invoke(*words: str | Path) -> Result:
+    return CliRunner().invoke(main, ["study", *map(str, words)])
+
+
+def test_a_dry_run_tells_the_plan_and_writes_nothing(file: Path) -> None:
+    result = invoke(file, "--dry-run", "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert "6: held.joint_angle 3 × speed 2" in result.output
+    assert "one call of sweep" in result.output
+    assert not (file.parent / "study.zarr").exists()
+
+
+def test_a_run_keeps_results_and_goes_on_only_when_asked(file: Path) -> None:
+    assert invoke(file, "--workers", "1").exit_code == 0
+    data = xarray.open_zarr(file.parent / "study.zarr", consolidated=False)
+    angles = np.deg2rad([10.0, 20.0, 30.0])
+    np.testing.assert_allclose(data["held.joint_angle"], angles)
+    np.testing.assert_allclose(data.speed, [0.0, 50.0 * np.pi])
+    np.testing.assert_allclose(data.peak[:, 0], 100.0 * np.tan(angles), rtol=1e-9)
+    refused = invoke(file, "--workers", "1")
+    assert refused.exit_code == 1
+    assert "--resume goes on" in refused.output
+    again = invoke(file, "--workers", "1", "--resume")
+    assert again.exit_code == 0
+    assert "nothing is left" in again.output
+    other = invoke(file, "--workers", "1", "--store", file.parent / "other.zarr")
+    assert other.exit_code == 0
+    assert (file.parent / "other.zarr").is_dir()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"20 deg" }', "20 }", "expected a text like"),
+        ('"-100 N·m"', '"-100 stone"', "a number, a blank and a unit"),
+        ("[wanted]", "[wantet]", "did you mean 'wanted'"),
+        ("count = 2 }", "}", "from, to and count|count = 26"),
+        ('"0 rpm"', '"0 deg"', "numbers are in rad, rad/s"),
+        ('"held.joint_angle" =', '"angle" =', "no argument of a sweep"),
+        ("mechanism", "# mechanism", "which mechanism"),
+        ("values = [", "values = [[", "cannot be read"),
+    ],
+)
+def test_what_a_file_says_wrongly_is_said(file: Path, old: str, new: str, said: str) -> None:
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new), encoding="utf-8")
+    result = invoke(file, "--dry-run")
+    assert result.exit_code == 1, result.output
+    import re
+
+    assert re.search(said, " ".join(result.output.split())), result.output
+
+
+def test_samples_and_their_indices_come_from_a_file(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    start = text.index("[parameters]")
+    more = """
+[samples]
+count = 8
+seed = 3
+indices = true
+parameters = { "loads.bearing_out" = { normal = ["-100 N·m", "5 N·m"] } }
+"""
+    file.write_text(text[:start] + more, encoding="utf-8")
+    result = invoke(file, "--workers", 1)
+    assert result.exit_code == 0, result.output
+    data = xarray.open_zarr(file.parent / "study.zarr", consolidated=False)
+    np.testing.assert_allclose(
+        data.peak, -np.tan(np.deg2rad(20.0)) * data["loads.bearing_out"], rtol=1e-9
+    )
+
+
+def test_help_imports_nothing_that_a_study_needs() -> None:
+    code = (
+        "import sys\nfrom cardan_dyn.command_line import main\n"
+        "try:\n    main(['study', '--help'])\nexcept SystemExit:\n    pass\n"
+        "print(sorted({'dask', 'zarr', 'xarray', 'cardan_dyn.studies'} & set(sys.modules)))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "--scheduler ADDRESS" in out.stdout
+    assert out.stdout.splitlines()[-1] == "[]"

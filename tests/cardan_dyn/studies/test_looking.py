@@ -1,0 +1,124 @@
+"""Looking at studies: figures of what is there, and Sobol indices against their closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import uniform
+
+import cardan_dyn as cd
+from cardan_dyn import studies
+
+A, B = 7.0, 0.1
+
+
+def ishigami(x1: float, x2: float, x3: float) -> float:
+    return np.sin(x1) + A * np.sin(x2) ** 2 + B * x3**4 * np.sin(x1)
+
+
+@pytest.fixture(scope="module")
+def sampled() -> studies.Study:
+    law = uniform(-np.pi, 2.0 * np.pi)
+    parameters = studies.sobol_samples({"x1": law, "x2": law, "x3": law}, 1024, seed=0)
+    return cd.study(ishigami, parameters, vectorized=True, workers=1, chunk=1000).run()
+
+
+def test_sobol_indices_are_those_of_the_closed_form(sampled: studies.Study) -> None:
+    found = studies.sobol_indices(sampled.dataset, "value")
+    # Ishigami and Homma (1990).
+    v1 = 0.5 * (1.0 + B * np.pi**4 / 5.0) ** 2
+    v2, v13 = A**2 / 8.0, B**2 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
+    total = v1 + v2 + v13
+    expected = {"x1": v1 / total, "x2": v2 / total, "x3": 0.0}
+    # As far as 1024 samples tell: halved by four times as many.
+    assert found.first_order == pytest.approx(expected, abs=0.03)
+    expected = {"x1": (v1 + v13) / total, "x2": v2 / total, "x3": v13 / total}
+    assert found.total == pytest.approx(expected, abs=0.03)
+
+
+def test_independent_samples_are_two_of_each(sampled: studies.Study) -> None:
+    plain = studies.independent(sampled.dataset)
+    assert plain.sizes == {"sample": 2048}
+    assert float(plain.value.mean()) == pytest.approx(A / 2.0, abs=0.1)
+    assert len(np.unique(plain.x1)) == 2048
+
+
+def test_sobol_indices_of_other_studies_are_refused() -> None:
+    grid = cd.study(squares, {"x": [1.0, 2.0]}, workers=1).run()
+    with pytest.raises(cd.ArgumentError, match="sobol_samples"):
+        studies.sobol_indices(grid.dataset, "value")
+
+
+def squares(x: float) -> float:
+    return x**2
+
+
+def bowl(angle: float, length: float, count: float) -> dict[str, float]:
+    if angle > 0.4 and length > 2.5:
+        raise ValueError("out of reach")
+    return {"force": angle**2 + length * count, "curve": np.array([1.0, angle])}
+
+
+@pytest.fixture(scope="module")
+def grid() -> studies.Study:
+    parameters = {
+        "angle": (np.linspace(0.0, 0.5, 6), "rad"),
+        "length": (np.linspace(1.0, 3.0, 5), "m"),
+        "count": np.array([1.0, 2.0, 3.0]),
+    }
+    return cd.study(bowl, parameters, units={"force": "N"}, workers=1).run()
+
+
+def test_maps_and_contours_show_what_is_there(grid: studies.Study) -> None:
+    figure = studies.plot_map(grid.dataset, "force", x="angle", y="length", count=2.2, limit=3.0)
+    axes, colours = figure.axes
+    assert axes.get_xlabel() == "angle [°]"
+    assert axes.get_ylabel() == "length [m]"
+    assert colours.get_ylabel() == "force [N]"
+    cells = np.ma.filled(axes.collections[0].get_array(), np.nan).reshape(5, 6)
+    expected = grid.dataset.force.sel(count=2.0).values.T
+    np.testing.assert_array_equal(cells, expected)
+    assert np.isnan(cells[-1, -1])
+    assert "count = 2" in figure.get_suptitle()
+    contours = studies.plot_contours(
+        grid.dataset, "force", x="length", y="count", angle=0.0, limit=4.0
+    )
+    limit = contours.axes[0].collections[-2]
+    vertices = np.concatenate([path.vertices for path in limit.get_paths()])
+    assert np.abs(vertices[:, 0] * vertices[:, 1] - 4.0).max() < 0.3  # Between two points of 0.5.
+
+
+def test_tornado_bars_reach_from_end_to_end(grid: studies.Study, sampled: studies.Study) -> None:
+    axes = studies.plot_tornado(grid.dataset, "force").axes[0]
+    middle = 0.3**2 + 2.0 * 2.0
+    ends = {bar.get_x() + bar.get_width() for bar in axes.patches}
+    for value in (0.09 + 1.0 * 2.0, 0.09 + 3.0 * 2.0, 0.09 + 2.0, 0.09 + 6.0, 4.0, 4.25):
+        assert min(abs(value - end) for end in ends) < 1e-12
+    assert axes.lines[0].get_xdata()[0] == pytest.approx(middle)
+    assert len(studies.plot_tornado(sampled.dataset, "value").axes[0].patches) == 6
+
+
+def test_points_and_lines_show_all_cases(grid: studies.Study, sampled: studies.Study) -> None:
+    figure = studies.plot_scatter(sampled.dataset, "value", limit=10.0)
+    assert [axes.get_xlabel() for axes in figure.axes] == ["x1", "x2", "x3"]
+    assert len(figure.axes[0].lines[0].get_xdata()) == 2048
+    figure = studies.plot_parallel(grid.dataset, "force", limit=5.0)
+    there = int(grid.dataset.force.notnull().sum())
+    lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) == 4]
+    assert len(lines) == there
+    beyond = int((grid.dataset.force > 5.0).sum())
+    assert sum(line.get_linestyle() == "--" for line in lines) == beyond
+
+
+def test_what_cannot_be_drawn_is_said(grid: studies.Study) -> None:
+    data = grid.dataset
+    with pytest.raises(cd.ArgumentError, match="say at which value of count"):
+        studies.plot_map(data, "force", x="angle", y="length")
+    with pytest.raises(cd.ArgumentError, match="did you mean 'force'"):
+        studies.plot_map(data, "forse", x="angle", y="length")
+    with pytest.raises(cd.ArgumentError, match="no dimension 'speed'"):
+        studies.plot_contours(data, "force", x="angle", y="speed")
+    with pytest.raises(cd.ArgumentError, match="curve_index besides the parameters"):
+        studies.plot_scatter(data, "curve")
+    with pytest.raises(cd.ArgumentError, match="name results"):
+        studies.plot_parallel(data)
