@@ -305,37 +305,29 @@ def elementary(
         axis_2: second axis of a `universal` joint.
         cardan: write a ball as three turns, whose angles are then coordinates.
     """
-    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    across /= np.linalg.norm(across)
-    x, y, z = np.eye(3)
-    turns = [("revolute", x), ("revolute", y), ("revolute", z)]
-    return {
+    alone = {
         "fixed": [],
         "revolute": [("revolute", axis)],
         "continuous": [("revolute", axis)],
         "prismatic": [("prismatic", axis)],
         "cylindrical": [("prismatic", axis), ("revolute", axis)],
-        "planar": [
-            ("prismatic", across),
-            ("prismatic", np.cross(axis, across)),
-            ("revolute", axis),
-        ],
-        "loose": [
-            ("prismatic", across),
-            ("prismatic", np.cross(axis, across)),
-            ("revolute", across),
-            ("revolute", np.cross(axis, across)),
-            ("revolute", axis),
-        ],
         "universal": [("revolute", axis), ("revolute", axis_2)],
-        "spherical": turns if cardan else [("spherical", axis)],
-        "floating": [
-            ("prismatic", x),
-            ("prismatic", y),
-            ("prismatic", z),
-            *(turns if cardan else [("spherical", x)]),
-        ],
-    }[kind]
+    }
+    if kind in alone:
+        return alone[kind]
+    if kind in ("spherical", "floating"):
+        x, y, z = np.eye(3)
+        slides = [("prismatic", x), ("prismatic", y), ("prismatic", z)]
+        ball = [("spherical", axis if kind == "spherical" else x)]
+        if cardan:
+            ball = [("revolute", x), ("revolute", y), ("revolute", z)]
+        return ball if kind == "spherical" else [*slides, *ball]
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    further = np.cross(axis, across)
+    slides = [("prismatic", across), ("prismatic", further)]
+    turns = [("revolute", across), ("revolute", further), ("revolute", axis)]
+    return {"planar": [*slides, turns[-1]], "loose": [*slides, *turns]}[kind]
 
 
 def shown_ratio(ratio: float, offset: float) -> str:

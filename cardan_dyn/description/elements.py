@@ -54,6 +54,7 @@ _MULTIBYTE = frozenset(
 )
 """Python's encodings of several bytes a letter that write ASCII as ASCII: expat knows UTF-8 by that
 name alone, and none of the others."""
+_BLANKS = re.compile(r"[ \t\r\n]+")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A decimal number as XML Schema has it."""
 
@@ -229,17 +230,21 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
     Raises:
         ModelError: these are not `count` finite numbers up to `GREATEST`.
     """
-    words = re.split(r"[ \t\r\n]+", (default if text is None else text).strip(" \t\r\n"))
-    if len(words) != count or not all(_NUMBER.fullmatch(word) for word in words):
+    return np.array(_numbers(text, count, default, at))
+
+
+def _numbers(text: str | None, count: int, default: str, at: str) -> list[float]:
+    """Return what an attribute lists, see `numbers`; a description has hundreds of attributes."""
+    words = _BLANKS.split((default if text is None else text).strip(" \t\r\n"))
+    if len(words) != count or not all(map(_NUMBER.fullmatch, words)):
         raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
-    values = np.array([float(word) for word in words])
-    if not np.all(np.abs(values) <= GREATEST):
+    values = [float(word) for word in words]
+    if not all(abs(value) <= GREATEST for value in values):
         raise ModelError(
             f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not so "
             "far from 1"
         )
-    values[np.abs(values) < _LEAST] = 0.0
-    return values
+    return [0.0 if abs(value) < _LEAST else value for value in values]
 
 
 def words(values: Iterable[float]) -> str:
@@ -250,7 +255,7 @@ def words(values: Iterable[float]) -> str:
 
 def number(text: str | None, default: str, at: str) -> float:
     """Return the number that an attribute states, see `numbers`."""
-    return float(numbers(text, 1, default, at)[0])
+    return _numbers(text, 1, default, at)[0]
 
 
 def at_point(point: np.ndarray) -> np.ndarray:
@@ -272,7 +277,7 @@ def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
         raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
     result = np.eye(4)
     result[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
-    result[:3, :3] = rotation(*numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy").tolist())
+    result[:3, :3] = rotation(*_numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy"))
     return result
 
 

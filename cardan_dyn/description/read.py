@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ _BLANK = "\ufeff \t\r\n"
 """What may stand before a text's first element."""
 
 
+@cache
 def bundled_directory() -> Path:
     """Return the directory of the bundled descriptions.
 
@@ -31,7 +33,8 @@ def bundled_directory() -> Path:
 
 def bundled_names() -> list[str]:
     """Return the names of the bundled descriptions that `load` accepts."""
-    return sorted(path.stem for path in bundled_directory().glob("*.urdf"))
+    files = os.listdir(bundled_directory())  # noqa: PTH208  # A path for each takes ten times as long.
+    return sorted(name.removesuffix(".urdf") for name in files if name.endswith(".urdf"))
 
 
 def read(source: str | os.PathLike[str], strict: bool = True) -> Description:

@@ -70,6 +70,7 @@ def test_calls_for_what_computes_little() -> None:
     assert calls(lambda: once.sweep([0.3])) < 1250
     assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 280
     assert calls(scene) < 1050
+    assert calls(lambda: cd.load("universal_joint")) < 4200
     # Where the held joint is elsewhere, the way there is followed.
     assert calls(lambda: scene(0.8)) < 2950
 
