@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array: TypeAlias = NDArray[Any]
+else:
+    Array = np.ndarray  # Without NumPy's module of types, which nothing else needs.
 """An array of floats, unless a docstring says otherwise; docstrings give shapes and units."""
 
 _NEXT, _BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterable
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -119,6 +118,8 @@ def similar_word(word: str, known: Iterable[str]) -> str | None:
     mistakes = 1 if len(word) < _LONG else 2
     similarity = max((len(word) - mistakes) / max(len(word), 1), _LEAST_SIMILARITY)
     near = [other for other in known if sorted(other) == sorted(word)]
+    from difflib import get_close_matches  # Most descriptions are spelled right.
+
     near += get_close_matches(word, known, n=1, cutoff=similarity)
     return near[0] if near else None
 
