@@ -104,7 +104,7 @@ class OpenTree:
             on_base: list[Array] = []
             if index in self._massive_groups and case.dynamics is not None:
                 wrenches, on_base = _inertial(group_state, case, motions)
-                yield batch.span, wrenches.reshape(len(wrenches), -1, 6)
+                yield batch.span, wrenches
             for push in pushes.get(index, []):
                 for joint in batch.path(batch.index_of[push.body]):
                     actions = group_state.actions[:, 6 * joint : 6 * joint + 6]
@@ -182,7 +182,7 @@ class _Push(NamedTuple):
 def _inertial(
     group: GroupState, case: LoadCase, motions: Mapping[int, BaseMotion]
 ) -> tuple[Array, list[Array]]:
-    """Return wrenches `(N, 6 n)` for inertia and weight, and what they add to the base's joint.
+    """Return wrenches `(N, n, 6)` for inertia and weight, and what they add to the base's joint.
 
     The latter is `(N, 6)` in the frame of the base; none if the base is the world.
 
@@ -191,29 +191,14 @@ def _inertial(
         case: what acts.
         motions: of all bases but the world.
     """
-    batch = group.batch
-    q = batch.configuration(group.x)
-    v, a = (batch.velocity(rates) for rates in case.dynamics or ())
-    if batch.base < 0:
-        if np.any(case.gravity):
-            _fall(group, a, case.gravity)
-        return batch.inverse_dynamics(q, v, a), []
-    wrenches, of_base = batch.inverse_dynamics_on(motions[batch.base], q, v, a)
-    return wrenches, [of_base]
-
-
-def _fall(group: GroupState, accelerations: Array, gravity: Array) -> None:
-    """Let all bodies accelerate against gravity, which loads them as gravity does.
-
-    Args:
-        group: on the world.
-        accelerations: `(N, 6 n)` of the bodies relative to each other; changed.
-        gravity: `(N, 3)` or `(1, 3)` [m/s²].
-    """
-    gravity = np.broadcast_to(gravity, (len(accelerations), 3))
-    for index in np.nonzero(group.batch.parents < 0)[0].tolist():
-        rotation, _ = placement(group.actions, index)
-        accelerations[:, 6 * index : 6 * index + 3] -= np.einsum("ijn,ni->nj", rotation, gravity)
+    batch, (v, a) = group.batch, case.dynamics or ()
+    if batch.base >= 0:
+        wrenches, of_base = batch.inverse_dynamics(motions[batch.base], group.x, v, a)
+        return wrenches, [of_base]
+    acceleration = np.zeros((len(group.x), 6))
+    acceleration[:, :3] = -case.gravity
+    on_ground = BaseMotion(np.zeros((len(group.x), 6)), acceleration)
+    return batch.inverse_dynamics(on_ground, group.x, v, a)[0], []
 
 
 def moving_wrench(inertia: Array, motion: BaseMotion) -> Array:

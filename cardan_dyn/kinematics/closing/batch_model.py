@@ -1,11 +1,9 @@
 """Batch model: placements and wrenches of some bodies of a mechanism, for many samples.
 
-Pinocchio places the bodies by their joints, in one call per sample. For their wrenches, every body
-is a free-flyer in a second model, whatever its joint, so that one call gives them all. The memory
-of `pin.Data` grows with the third power of the coordinates, gigabytes for a hundred free-flyers,
-which takes far longer to make than to use: it is made when wrenches of moving masses are asked for,
-and many bodies are a `LongChain`, whose recursions over the bodies hold all samples in their
-arrays.
+Pinocchio places the bodies, and computes the wrenches of their joints, in one call per sample, with
+the coordinates of rows as they are. The memory of `pin.Data` grows with the third power of the
+coordinates, so many bodies are a `LongChain`, whose recursions over the bodies hold all samples in
+their arrays.
 """
 
 from __future__ import annotations
@@ -21,9 +19,6 @@ from ...arrays import Array, consecutive, cross
 from ...mechanism.joints import Part
 from ...mechanism.mechanism import Mechanism
 
-_FEWEST_POOLED = 32
-"""Samples from which on Pinocchio goes through them by itself, in less time per sample; for fewer,
-turning the arrays costs more than it saves."""
 _MOST_PLACED = 64
 """Coordinates up to which Pinocchio places the bodies of a long chain as well: its data take 8 MB
 then, and some milliseconds to make."""
@@ -49,7 +44,7 @@ class BaseMotion(NamedTuple):
 
 
 class BatchModel:
-    """The free-flyer batch of some bodies of a mechanism that hang from one body, their base.
+    """A batch of some bodies of a mechanism that hang from one body, their base.
 
     Everything is seen from the base, whose axes are those of its joint's frame: its motion matters
     to inertia alone. The base may be the world.
@@ -106,19 +101,6 @@ class BatchModel:
         )
         self._lay_out(mechanism)
 
-    @cached_property
-    def _free_flyers(self) -> pinocchio.Model:
-        """The bodies as free-flyers on a base at rest."""
-        return _free_flyers(self._source, self.index_of, self._inertial_bodies, self.origin)
-
-    @cached_property
-    def _moving_free_flyers(self) -> pinocchio.Model:
-        """The bodies as free-flyers on a base that is one as well."""
-        at_base = np.zeros(3)
-        return _free_flyers(
-            self._source, self.index_of, self._inertial_bodies, at_base, on_moving_base=True
-        )
-
     def _lay_out(self, mechanism: Mechanism) -> None:
         """Find where the coordinates of the bodies' joints are, and along what they move."""
         model, coordinates = mechanism.model, mechanism.coordinates
@@ -154,17 +136,40 @@ class BatchModel:
             for offset in range(4 if part.kind == "spherical" else 1)
         ]
         self._columns = consecutive(np.array(columns, dtype=int))
-        self._placing = self._placing_model([part for part, _ in parts])
+        self._rates = consecutive(np.flatnonzero(self.moved_body >= 0))
+        self._parts = [part for part, _ in parts]
+        self._placing = self._model(self.origin)
 
-    def _placing_model(self, parts: list[Part]) -> pinocchio.Model:
-        """Return a model of the bodies and their joints, whose coordinates are those of rows."""
+    def _model(self, origin: Array, moves: bool = False) -> pinocchio.Model:
+        """Return a model of the bodies and their joints, whose coordinates are those of rows.
+
+        Args:
+            origin: `(3,)` of the model, from that of the base [m].
+            moves: whether the base is a free-flyer.
+        """
         model = pinocchio.Model()
-        for body, parent, part in zip(self.index_of, self.parents.tolist(), parts, strict=True):
-            origin = self._source.jointPlacements[body + 1].copy()
+        model.gravity.linear = np.zeros(3)
+        root = 0
+        if moves:
+            flyer = pinocchio.JointModelFreeFlyer()
+            root = model.addJoint(0, flyer, pinocchio.SE3.Identity(), "")
+        for body, parent, part in zip(
+            self.index_of, self.parents.tolist(), self._parts, strict=True
+        ):
+            placement = self._source.jointPlacements[body + 1].copy()
             if parent < 0:
-                origin.translation = origin.translation - self.origin
-            model.addJoint(parent + 1, _joint_of(part), origin, "")
+                placement.translation = placement.translation - origin
+            name = self._source.names[body + 1]
+            joint = model.addJoint(root + parent + 1, _joint_of(part), placement, name)
+            if body in self._inertial_bodies:
+                inertia = self._source.inertias[body + 1]
+                model.appendBodyToJoint(joint, inertia, pinocchio.SE3.Identity())
         return model
+
+    @cached_property
+    def _moving(self) -> pinocchio.Model:
+        """The bodies on a base that moves."""
+        return self._model(np.zeros(3), moves=True)
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -176,41 +181,6 @@ class BatchModel:
             path.append(index)
             index = int(self.parents[index])
         return path[::-1]
-
-    def _efforts(self, model: pinocchio.Model, q: Array, v: Array, a: Array) -> Array:
-        """Return the efforts `(N, nv)` of a model for N configurations, velocities, accelerations.
-
-        The model is one of this batch, for which every thread keeps what Pinocchio writes into.
-        """
-        pools = self._of_thread.__dict__.setdefault("pools", {})
-        if len(q) < _FEWEST_POOLED:
-            key = id(model), "data"
-            if key not in pools:
-                pools[key] = model.createData()
-            return _each_inverse_dynamics(model, pools[key], q, v, a)
-        key = id(model), "pool"
-        if key not in pools:
-            pools[key] = pinocchio.ModelPool(model, 1)
-        result = np.empty((v.shape[1], len(v)), order="F")
-        columns = (np.asfortranarray(rows.T) for rows in (q, v, a))
-        pinocchio.rneaInParallel(1, pools[key], *columns, result)
-        return result.T
-
-    def configuration(self, x: Array) -> Array:
-        """Return the batch model's configurations `(N, 7 n)` for coordinate rows `x (N, size)`."""
-        q = np.zeros((len(x), len(self), 7))
-        q[:, :, 6] = 1.0
-        if self._revolute:
-            bodies, columns, _, axes = self._revolute
-            half = 0.5 * x[:, columns]
-            q[:, bodies, 3:6] = np.sin(half)[:, :, None] * axes
-            q[:, bodies, 6] = np.cos(half)
-        if self._prismatic:
-            bodies, columns, _, axes = self._prismatic
-            q[:, bodies, 0:3] = x[:, columns, None] * axes
-        for body, column, _ in self._balls:
-            q[:, body, 3:7] = x[:, column : column + 4]
-        return q.reshape(len(x), -1)
 
     def velocity(self, v: Array) -> Array:
         """Return velocities (or accelerations) `(N, 6 n)` of the bodies for joint rates `(N, nv)`.
@@ -264,34 +234,51 @@ class BatchModel:
         self._of_thread.placements = data, view
         return data, view
 
-    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
-        """Return the wrench of every joint `(N, 6 n)` in its frame, loops left open.
+    def inverse_dynamics(
+        self, base: BaseMotion, x: Array, v: Array, a: Array
+    ) -> tuple[Array, Array]:
+        """Return the wrench of every joint `(N, n, 6)` in its frame, loops left open.
 
-        The base is at rest, without gravity. One call into Pinocchio per sample.
+        One call into Pinocchio per sample.
 
         Args:
-            q: configurations `(N, 7 n)`.
-            v: velocities `(N, 6 n)`.
-            a: accelerations `(N, 6 n)`.
-        """
-        return self._efforts(self._free_flyers, q, v, a)
+            base: how the base moves.
+            x: coordinate rows `(N, size)`.
+            v: joint velocities `(N, nv)`.
+            a: joint accelerations `(N, nv)`.
 
-    def inverse_dynamics_on(
-        self, base: BaseMotion, q: Array, v: Array, a: Array
-    ) -> tuple[Array, Array]:
-        """Return the same on a moving base, and the wrench `(N, 6)` that moves all of it.
-
-        The latter acts on the base, in its frame, and is part of the wrench of its joint.
+        Returns:
+            These wrenches, and the wrench `(N, 6)` that moves all of it: it acts on the base, in
+            its frame, and is part of the wrench of its joint.
         """
-        rest = np.zeros((len(q), 7))
+        rest = np.zeros((len(x), 7))
         rest[:, 6] = 1.0
-        wrenches = self._efforts(
-            self._moving_free_flyers,
-            np.concatenate([rest, q], axis=1),
-            np.concatenate([base.twist, v], axis=1),
-            np.concatenate([base.acceleration, a], axis=1),
+        q = np.concatenate([rest, x[:, self._columns]], axis=1)
+        v = np.concatenate([base.twist, v[:, self._rates]], axis=1)
+        a = np.concatenate([base.acceleration, a[:, self._rates]], axis=1)
+        result = np.empty((len(x), 1 + len(self), 6))
+        try:
+            data, forces = self._of_thread.forces
+        except AttributeError:
+            data, forces = self._forces()
+        model, rnea = self._moving, pinocchio.rnea
+        for row, rates, changes, out in zip(q, v, a, result, strict=True):
+            rnea(model, data, row, rates, changes)
+            out[:] = forces
+        return result[:, 1:], result[:, 0]
+
+    def _forces(self) -> tuple[pinocchio.Data, Array]:
+        """Make what a thread computes wrenches in, and a view `(1 + n, 6)` of those of all joints.
+
+        That of the base comes first; see `_placements`.
+        """
+        data = self._moving.createData()
+        first, second = (_address(force.linear) for force in list(data.f)[1:3])
+        view = np.lib.stride_tricks.as_strided(
+            data.f[1].linear, (1 + len(self), 6), (second - first, 8), writeable=False
         )
-        return wrenches[:, 6:], wrenches[:, :6]
+        self._of_thread.forces = data, view
+        return data, view
 
 
 def _address(array: Array) -> int:
@@ -320,17 +307,6 @@ def _actions(placed: Array) -> Array:
     crossed = (placed[:, :, 9:] @ _CROSS).reshape(columns.shape)
     np.matmul(columns, crossed, out=result[:, :, 3:, :3])
     return result.reshape(count, 6 * bodies, 6)
-
-
-def _each_inverse_dynamics(
-    model: pinocchio.Model, data: pinocchio.Data, q: Array, v: Array, a: Array
-) -> Array:
-    """Return the efforts `(N, nv)` of a model for N configurations, velocities, accelerations."""
-    result = np.empty_like(v)
-    rnea = pinocchio.rnea
-    for rows in zip(q, v, a, result, strict=True):
-        rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
-    return result
 
 
 class UnitTwists:
@@ -403,33 +379,6 @@ class _Joints(NamedTuple):
         return _Joints(bodies, columns, starts, np.array([axis for *_, axis in rows]))
 
 
-def _free_flyers(
-    source: pinocchio.Model,
-    index_of: dict[int, int],
-    inertial_bodies: set[int],
-    origin: Array,
-    on_moving_base: bool = False,
-) -> pinocchio.Model:
-    """Return a model of some bodies in which every joint is a free-flyer, without gravity.
-
-    With origin `(3,)`.
-    """
-    model = pinocchio.Model()
-    identity = pinocchio.SE3.Identity()
-    root = model.addJoint(0, pinocchio.JointModelFreeFlyer(), identity, "") if on_moving_base else 0
-    for body in index_of:
-        index, parent = body + 1, index_of.get(source.parents[body + 1] - 1, -1)
-        origin_of_joint = source.jointPlacements[index].copy()
-        if parent < 0:
-            origin_of_joint.translation = origin_of_joint.translation - origin
-        flyer = pinocchio.JointModelFreeFlyer()
-        joint = model.addJoint(root + parent + 1, flyer, origin_of_joint, source.names[index])
-        if body in inertial_bodies:
-            model.appendBodyToJoint(joint, source.inertias[index], identity)
-    model.gravity.linear = np.zeros(3)
-    return model
-
-
 class LongChain(BatchModel):
     """A batch whose placements and wrenches come from recursions over its bodies.
 
@@ -453,16 +402,11 @@ class LongChain(BatchModel):
         rows = columns.transpose(0, 3, 1, 2).reshape(*positions.shape[::2], 9)
         return _actions(np.concatenate([rows, positions.transpose(0, 2, 1)], axis=2))
 
-    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
-        """See `BatchModel.inverse_dynamics`."""
-        rest = np.zeros((2, 3, len(q)))
-        return self._newton_euler(q, v, a, rest, rest)[0]
-
-    def inverse_dynamics_on(
-        self, base: BaseMotion, q: Array, v: Array, a: Array
+    def inverse_dynamics(
+        self, base: BaseMotion, x: Array, v: Array, a: Array
     ) -> tuple[Array, Array]:
-        """See `BatchModel.inverse_dynamics_on`."""
-        origin = self.origin[:, None] * np.ones(len(q))
+        """See `BatchModel.inverse_dynamics`."""
+        origin = self.origin[:, None] * np.ones(len(x))
         twist, acceleration = (
             vectors.T.reshape(2, 3, -1) for vectors in (base.twist, base.acceleration)
         )
@@ -470,14 +414,31 @@ class LongChain(BatchModel):
             np.stack([linear + cross(angular, origin), angular])
             for linear, angular in (twist, acceleration)
         ]
+        q, v, a = self.configuration(x), self.velocity(v), self.velocity(a)
         wrenches, (force, moment) = self._newton_euler(q, v, a, *at_origin)
         moment = moment + cross(origin, force)
         return wrenches, np.concatenate([force, moment]).T
 
+    def configuration(self, x: Array) -> Array:
+        """Return the placements `(N, 7 n)` of the bodies for coordinate rows `x (N, size)`."""
+        q = np.zeros((len(x), len(self), 7))
+        q[:, :, 6] = 1.0
+        if self._revolute:
+            bodies, columns, _, axes = self._revolute
+            half = 0.5 * x[:, columns]
+            q[:, bodies, 3:6] = np.sin(half)[:, :, None] * axes
+            q[:, bodies, 6] = np.cos(half)
+        if self._prismatic:
+            bodies, columns, _, axes = self._prismatic
+            q[:, bodies, 0:3] = x[:, columns, None] * axes
+        for body, column, _ in self._balls:
+            q[:, body, 3:7] = x[:, column : column + 4]
+        return q.reshape(len(x), -1)
+
     def _newton_euler(
         self, q: Array, v: Array, a: Array, base_twist: Array, base_acceleration: Array
     ) -> tuple[Array, Array]:
-        """Return the wrench of every joint `(N, 6 n)`, and of the base `(2, 3, N)` at the origin.
+        """Return the wrench of every joint `(N, n, 6)`, and of the base `(2, 3, N)` at the origin.
 
         With q `(N, 7 n)`, v `(N, 6 n)`, a `(N, 6 n)`, base_twist `(2, 3, N)`.
         """
@@ -504,7 +465,7 @@ class LongChain(BatchModel):
             wrench_of_parent[0] += force
             wrench_of_parent[1] += moment + cross(position, force)
         of_joints = np.array([wrenches[body] for body in range(len(self))]).transpose(3, 0, 1, 2)
-        return np.ascontiguousarray(of_joints).reshape(count, -1), wrenches[-1]
+        return np.ascontiguousarray(of_joints).reshape(count, -1, 6), wrenches[-1]
 
     def _relative(self, q: Array) -> list[tuple[Array, Array]]:
         """Return the placements of all bodies in their parents."""

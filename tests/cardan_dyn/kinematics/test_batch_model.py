@@ -9,7 +9,13 @@ from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.closing import batch_model
-from cardan_dyn.kinematics.closing.batch_model import BatchModel, LongChain, UnitTwists, placement
+from cardan_dyn.kinematics.closing.batch_model import (
+    BaseMotion,
+    BatchModel,
+    LongChain,
+    UnitTwists,
+    placement,
+)
 
 ORIGIN = np.array([0.3, -0.7, 1.1])
 COUNT = 4
@@ -66,9 +72,11 @@ def test_closing_loops_makes_no_data_of_free_flyers() -> None:
     data, placements = solver.batch._placements()
     assert data.J.shape[1] == mechanism.model.nv
     assert placements.shape == (len(solver.batch), 12)
-    assert "_free_flyers" not in vars(solver.batch)
+    assert not hasattr(solver.batch._of_thread, "forces")
     scene.sweep(0.01, speed=0.1)
-    assert "_free_flyers" in vars(solver.batch)
+    data, forces = solver.batch._of_thread.forces
+    assert data.J.shape[1] == 6 + mechanism.model.nv  # The base moves as well.
+    assert forces.shape == (1 + len(solver.batch), 6)
 
 
 def test_wrenches_are_those_of_the_open_tree(mechanism: cd.Mechanism, batch: BatchModel) -> None:
@@ -78,10 +86,10 @@ def test_wrenches_are_those_of_the_open_tree(mechanism: cd.Mechanism, batch: Bat
     for index in mechanism.auxiliary_bodies:
         model.inertias[index] = pinocchio.Inertia.Zero()
     data = model.createData()
-    found = batch.inverse_dynamics(batch.configuration(x), batch.velocity(v), batch.velocity(a))
+    found, _ = batch.inverse_dynamics(BaseMotion(*np.zeros((2, COUNT, 6))), x, v, a)
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
         pinocchio.rnea(model, data, q, v[sample], a[sample])
-        expected = np.concatenate([data.f[index].vector for index in range(1, model.njoints)])
+        expected = np.array([data.f[index].vector for index in range(1, model.njoints)])
         scale = np.max(np.abs(expected))
         np.testing.assert_allclose(found[sample], expected, rtol=0.0, atol=1e-12 * scale)
 
@@ -90,11 +98,15 @@ def test_many_samples_at_once_are_those_one_by_one(mechanism: cd.Mechanism) -> N
     """To the last bit: so results do not depend on how samples are divided into blocks."""
     bodies = list(range(mechanism.model.njoints - 1))
     batch = BatchModel(mechanism, bodies, set(bodies), ORIGIN)
-    q = batch.configuration(rows(mechanism, 100))
-    v, a = np.random.default_rng(5).normal(size=(2, 100, 6 * len(batch)))
-    at_once = batch.inverse_dynamics(q, v, a)
-    alone = [batch.inverse_dynamics(q[[k]], v[[k]], a[[k]])[0] for k in range(100)]
-    np.testing.assert_array_equal(at_once, alone)
+    x, random = rows(mechanism, 100), np.random.default_rng(5)
+    v, a = random.normal(size=(2, 100, mechanism.model.nv))
+    base = BaseMotion(*random.normal(size=(2, 100, 6)))
+    at_once = batch.inverse_dynamics(base, x, v, a)
+    for k in range(100):
+        own = BaseMotion(base.twist[[k]], base.acceleration[[k]])
+        alone = batch.inverse_dynamics(own, x[[k]], v[[k]], a[[k]])
+        for whole, one in zip(at_once, alone, strict=True):
+            np.testing.assert_array_equal(whole[k], one[0])
 
 
 def test_unit_twists_are_the_jacobian(mechanism: cd.Mechanism) -> None:

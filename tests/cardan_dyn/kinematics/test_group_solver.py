@@ -239,7 +239,7 @@ def test_couplings_are_closed_with_whole_turns() -> None:
     state = item.newton(x, reduction, exact(item), turns)
     np.testing.assert_allclose(x[:, b], [-0.5, -0.5 - 2.0 * np.pi], rtol=1e-13)
     assert np.max(state.residual) < 1e-14
-    np.testing.assert_allclose(state.rates(np.ones((2, 1))), -2.5, rtol=1e-15)
+    np.testing.assert_allclose(state.rates(np.ones((2, 1, 1))), -2.5, rtol=1e-15)
     x[:, b] += [0.1, -0.3]
     slipped, error = item.evaluate(x, reduction, turns)
     np.testing.assert_allclose(slipped.residual, [0.1, 0.3], rtol=1e-12)
