@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
@@ -86,6 +87,40 @@ class Claim(NamedTuple):
     time: Array = np.zeros(1)
 
 
+@dataclass(frozen=True)
+class Proven:
+    """What proves a result: its worst residuals, all of which results show under these names.
+
+    Attributes:
+        loop_residual, balance_residual, power_residual, rate_residual: see `Sweep`.
+        unproven: links that `balance_residual` leaves out.
+    """
+
+    loop_residual: float
+    balance_residual: float
+    power_residual: float
+    rate_residual: float
+    unproven: tuple[str, ...]
+
+    @property
+    def residuals(self) -> dict[str, float]:
+        """The residuals by their names."""
+        return {name: vars(self)[name] for name in vars(self) if name.endswith("_residual")}
+
+    def with_unseen(self, imbalance: float) -> Proven:
+        """Return the same with an imbalance of bodies that rounding may hide."""
+        balance = self.balance_residual + imbalance
+        return Proven(**{**self.residuals, "balance_residual": balance}, unproven=self.unproven)
+
+    @staticmethod
+    def worst(each: Sequence[Proven]) -> Proven:
+        """Return the worst of results that leave out the same links."""
+        greatest = {
+            name: float(np.max([getattr(one, name) for one in each])) for name in each[0].residuals
+        }
+        return Proven(**greatest, unproven=each[0].unproven)
+
+
 class Residuals(NamedTuple):
     """Violations of balances and constraints, and what they are compared with, per sample.
 
@@ -158,6 +193,21 @@ class Residuals(NamedTuple):
         remaining = np.where(remaining > 0.0, remaining, self.inertia)
         terms = self.inertia if self.elastic is None else self.inertia + self.elastic
         return 1.0 + ratio(terms, remaining)
+
+    def proven(self, loop_error: Array, unproven: tuple[str, ...]) -> Proven:
+        """Return the worst of all samples.
+
+        Args:
+            loop_error: `(N,)` of the closed loops, as the solution found it.
+            unproven: see `Proven`.
+        """
+        return Proven(
+            loop_residual=float(np.max(loop_error)),
+            balance_residual=self.balance,
+            power_residual=self.power,
+            rate_residual=self.rate,
+            unproven=unproven,
+        )
 
     @property
     def balance(self) -> float:

@@ -128,11 +128,7 @@ def response_in(
             error=max(reached, left_out, _EPS * samples.condition),
             condition=samples.condition,
             cancellation=checks.cancellation,
-            loop_residual=float(np.max(loop_error)),
-            balance_residual=residuals.balance,
-            power_residual=residuals.power,
-            rate_residual=residuals.rate,
-            unproven=tuple(solver.inverse_dynamics.bodies.unproven),
+            **vars(residuals.proven(loop_error, solver.inverse_dynamics.bodies.unproven)),
         ),
     )
 

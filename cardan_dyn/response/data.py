@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 from ..arrays import Array
 from ..frozen import FrozenDict, Record
+from ..proof.residuals import Proven
 from .columns import Layout
 from .series import Series
 
 
 @dataclass(frozen=True)
-class Proof:
+class Proof(Proven):
     """How accurate a response is.
 
     Attributes:
@@ -23,20 +24,14 @@ class Proof:
             `condition`.
         condition: greatest condition number of the solved positions, see `Sweep`.
         cancellation: by how much inertial terms exceed the greatest wrench of the column `speed²`.
-        loop_residual, balance_residual, power_residual, rate_residual: worst of the first samples
-            and of the positions between them, see `Sweep`.
-        unproven: see `Sweep`.
+
+    Its residuals are the worst of the first samples and of the positions between them.
     """
 
     tolerance: float
     error: float
     condition: float
     cancellation: float
-    loop_residual: float
-    balance_residual: float
-    power_residual: float
-    rate_residual: float
-    unproven: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..elements.link_loads import LinkLoad
 from ..frozen import frozen, read_only
+from ..proof.residuals import Proven
 from ..results.motion import Motion
 from ..results.sweep import Sweep
 from .operating_points import solved_motion
@@ -157,9 +158,6 @@ def sweep_of(points: FamilyPoints) -> Sweep:
     sweeps = points.sweeps
     moments = FamilyMoments(points)
 
-    def worst(name: str) -> float:
-        return float(np.max([getattr(sweep, name) for sweep in sweeps]))
-
     return Sweep(
         problem=points.solver.problem,
         source=points,
@@ -169,9 +167,5 @@ def sweep_of(points: FamilyPoints) -> Sweep:
             {name: all(sweep.coupling_unique[name] for sweep in sweeps) for name in moments}
         ),
         condition=np.max([sweep.condition for sweep in sweeps], axis=0),
-        loop_residual=worst("loop_residual"),
-        balance_residual=worst("balance_residual"),
-        power_residual=worst("power_residual"),
-        rate_residual=worst("rate_residual"),
-        unproven=sweeps[0].unproven,
+        proven=Proven.worst([sweep.proven for sweep in sweeps]),
     )

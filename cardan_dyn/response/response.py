@@ -242,11 +242,7 @@ class Response(Frozen):
             coupling_moment=CouplingMoments(points),
             coupling_unique=self._data.coupling_unique,
             condition=read_only(np.array([self.proof.condition * cancellation])),
-            loop_residual=self.proof.loop_residual,
-            balance_residual=self.proof.balance_residual + unseen,
-            power_residual=self.proof.power_residual,
-            rate_residual=self.proof.rate_residual,
-            unproven=self.proof.unproven,
+            proven=self.proof.with_unseen(unseen),
         )
 
     def _refuse_outside(self, positions: Array) -> None:

@@ -48,11 +48,9 @@ def sweep_of(
             }
         ),
         condition=read_only(solution.condition.reshape(shape)),
-        loop_residual=float(solution.loop_error.max()),
-        balance_residual=solution.residuals.balance,
-        power_residual=solution.residuals.power,
-        rate_residual=solution.residuals.rate,
-        unproven=solver.inverse_dynamics.bodies.unproven,
+        proven=solution.residuals.proven(
+            solution.loop_error, solver.inverse_dynamics.bodies.unproven
+        ),
     )
 
 
@@ -108,11 +106,7 @@ class Scattered(NamedTuple):
             coupling_moment=self._each(solved.coupling_moment),
             coupling_unique=solved.coupling_unique,
             condition=read_only(self._values(solved.condition, np.inf)),
-            loop_residual=solved.loop_residual,
-            balance_residual=solved.balance_residual,
-            power_residual=solved.power_residual,
-            rate_residual=solved.rate_residual,
-            unproven=solved.unproven,
+            proven=solved.proven,
         )
 
     def _values(self, known: Array, other: float = np.nan) -> Array:

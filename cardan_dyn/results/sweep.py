@@ -55,6 +55,7 @@ from ..errors import ArgumentError, ModelError, choices
 from ..frozen import frozen, read_only
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
+from ..proof.residuals import Proven
 from .motion import Motion
 from .prescribed import Prescribed
 from .result import MotionResult
@@ -66,12 +67,8 @@ if TYPE_CHECKING:
     from .element_results import ElementResults
 
 FRAMES = ("joint", "parent", "world")
-_STORED = (
-    *("unique", "coupling_moment", "coupling_unique", "condition", "loop_residual"),
-    *("balance_residual", "power_residual", "rate_residual", "unproven"),
-)
+_STORED = ("unique", "coupling_moment", "coupling_unique", "condition", "proven")
 """Attributes that a copy takes over as they are."""
-_RESIDUALS = ("loop_residual", "balance_residual", "power_residual", "rate_residual")
 _FLAG_ATTRIBUTES = {
     "units": "1",
     "long_name": "whether it follows from the laws of motion alone",
@@ -107,6 +104,7 @@ class Sweep(MotionResult, Prescribed):
             the greatest velocity ratio if that exceeds 1, times by how much inertial terms
             exceed what is left of them. Errors are some eps times it. One value, the greatest of
             its samples, if it comes from a `Response`.
+        proven: what follows of residuals, as one record.
         loop_residual: worst closure error: angle [rad], or gap as a fraction of
             `Mechanism.characteristic_length`; couplings, drives and held joints count as well.
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
@@ -128,6 +126,7 @@ class Sweep(MotionResult, Prescribed):
     coupling_moment: Mapping[str, Array]
     coupling_unique: Mapping[str, bool]
     condition: Array
+    proven: Proven
     loop_residual: float
     balance_residual: float
     power_residual: float
@@ -143,11 +142,7 @@ class Sweep(MotionResult, Prescribed):
         coupling_moment: Mapping[str, Array],
         coupling_unique: Mapping[str, bool],
         condition: Array,
-        loop_residual: float,
-        balance_residual: float,
-        power_residual: float,
-        rate_residual: float,
-        unproven: tuple[str, ...],
+        proven: Proven,
     ) -> None:
         # `problem` is what was solved, `source` where arrays come from when they are first read;
         # the others are the attributes.
@@ -158,11 +153,8 @@ class Sweep(MotionResult, Prescribed):
             coupling_moment=coupling_moment,
             coupling_unique=coupling_unique,
             condition=read_only(condition),
-            loop_residual=loop_residual,
-            balance_residual=balance_residual,
-            power_residual=power_residual,
-            rate_residual=rate_residual,
-            unproven=unproven,
+            proven=proven,
+            **vars(proven),
         )
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -417,8 +409,8 @@ class Sweep(MotionResult, Prescribed):
             header = ("joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique")
             wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
         residuals = (
-            (name, f"{getattr(self, f'{name}_residual'):.1e}")
-            for name in ("loop", "balance", "power", "rate")
+            (name.removesuffix("_residual"), f"{residual:.1e}")
+            for name, residual in self.proven.residuals.items()
         )
         return f"<div>{title}{wrenches}{table(('residual', 'value'), residuals)}</div>"
 
@@ -740,7 +732,6 @@ def _not_unique(sweep: Sweep) -> str:
 
 def _attributes(sweep: Sweep) -> dict[str, Any]:
     """Return attributes of a whole table: numbers and texts, so that any file format takes them."""
-    residuals = {name: float(getattr(sweep, name)) for name in _RESIDUALS}
     gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"
     return {
         "mechanism": sweep.mechanism.name,
@@ -758,7 +749,7 @@ def _attributes(sweep: Sweep) -> dict[str, Any]:
         ),
         "gravity": gravity,
         "not_unique": _not_unique(sweep),
-        **residuals,
+        **sweep.proven.residuals,
         "unproven": ", ".join(sweep.unproven),
         "cardan_dyn_version": __version__,
     }

@@ -189,3 +189,20 @@ def test_two_drives_are_drawn_over_the_first() -> None:
     (axes,) = two_drives().plot("bearing_in.drive_effort").axes
     np.testing.assert_allclose(axes.lines[0].get_xdata(), np.rad2deg(TURN))
     assert axes.get_xlabel() == "bearing_in.drive_position [°]"
+
+
+def test_sweeps_trajectories_responses_and_tables_show_what_proves_them() -> None:
+    for name in ("varying load", "free", "response"):
+        result = MADE[name]()
+        proven = getattr(result, "sweep", result).proven
+        told = result.to_dataframe().attrs
+        for residual, value in proven.residuals.items():
+            assert getattr(result, residual) == value == told[residual]
+    family = universal().responses(held={"joint_angle": [0.3, 0.6]})
+    designs = family.sweep(TURN[:, None], 2.0).proven
+    scenes = [universal(held={"joint_angle": angle}) for angle in (0.3, 0.6)]
+    each = [scene.response().sweep(TURN, 2.0).proven for scene in scenes]
+    assert designs.unproven == each[0].unproven
+    for residual, value in designs.residuals.items():
+        assert value < 1e-10
+        np.testing.assert_equal(np.isnan(value), np.isnan(each[0].residuals[residual]))

@@ -10,6 +10,7 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.frozen import frozen
+from cardan_dyn.proof.residuals import Proven
 from cardan_dyn.response.columns import ACCELERATION, SPEED_SQUARED, Column, Kind, Layout
 from cardan_dyn.response.data import Proof, ResponseData
 from cardan_dyn.response.domain import Domain
@@ -20,7 +21,13 @@ LOAD = Column(Kind.JOINT_LOAD, "bearing_out")
 COLUMNS = (SPEED_SQUARED, ACCELERATION, LOAD)
 LAYOUT = Layout(COLUMNS, ("pin_in",), ("bearing_in", "joint_angle"), ("mesh", "train"))
 ORIGIN = 0.3
-PROOF = Proof(1e-9, 1e-10, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, ())
+PROOF = Proof(
+    **vars(Proven(0.0, 0.0, 0.0, 0.0, ())),
+    tolerance=1e-9,
+    error=1e-10,
+    condition=2.0,
+    cancellation=3.0,
+)
 ZERO, CONSTANT = 3, 7
 """A function that vanishes, and one that does not change."""
 
