@@ -29,8 +29,13 @@ _TERMS = 8
 """Coefficients of a polynomial of degree 7, as which DOP853 interpolates."""
 _SAFETY, _SHORTER, _LONGER = 0.9, 0.2, 10.0
 """Part of the length that the error allows, and how a step differs from the one before at most."""
-_ERROR_ORDER = 7
-"""Order of the difference that estimates the error."""
+_MISSED = 1.0 / 8.0
+"""Power of the error that a step had too much, by which the next is shorter..."""
+_STEADY = 0.6 / 8.0, 0.2 / 8.0
+"""...and those of its error, and of that before, otherwise: where errors swing, as they do in every
+turn, fewer steps are missed."""
+_LEAST_ERROR = 1e-4
+"""Error of the step before that is counted at least."""
 _INSTANTS = 10.0
 """Distances between numbers near a time that make the shortest step."""
 _TO_GAP = np.array([0.5, 9.0 / 16.0, 0.0, -1.0 / 16.0])
@@ -217,6 +222,7 @@ class Stepper:
             for index, place in enumerate(tableau.places)
         ][1:]
         self._before: tuple[Array, Array] | None = None
+        self._error: float | None = None
 
     def take(self, time: float, row: Array, rate: Array) -> Step | str:
         """Return a step, or why it failed.
@@ -252,14 +258,23 @@ class Stepper:
             if error < 1.0:
                 break
             # One that leads beyond all numbers says nothing of its length.
-            factor = _SAFETY * error ** (-1.0 / (_ERROR_ORDER + 1)) if error < math.inf else 0.0
+            factor = _SAFETY / error**_MISSED if error < math.inf else 0.0
             length, was_missed = length * max(_SHORTER, factor), True
-        factor = min(_LONGER, _SAFETY * error ** (-1.0 / (_ERROR_ORDER + 1))) if error else _LONGER
-        self._length = length * (min(factor, 1.0) if was_missed else factor)
+        factor = min(self._factor(error), 1.0 if was_missed else _LONGER)
+        self._length, self._error = length * factor, max(error, _LEAST_ERROR)
         self._before = stage, rates[taken - 1]
         step = Step(time, row, end, last)
         step._derivative, step._rates = derivative, rates
         return step
+
+    def _factor(self, error: float) -> float:
+        """Return by how much the next step is longer than one of an error."""
+        if not error:
+            return _LONGER
+        if self._error is None:
+            return _SAFETY / error**_MISSED
+        now, before = _STEADY
+        return _SAFETY * self._error**before / error**now
 
     def _first_length(self, time: float, row: Array, rate: Array) -> float:
         """Return the length of a first step by what the rate changes over a short one."""
@@ -273,7 +288,7 @@ class Stepper:
         if max(slope, bend) <= 1e-15:
             length = max(1e-6, 1e-3 * short)
         else:
-            length = (0.01 / max(slope, bend)) ** (1.0 / (_ERROR_ORDER + 1))
+            length = (0.01 / max(slope, bend)) ** _MISSED
         return min(100.0 * short, length, longest)
 
     def decay(self, step: Step) -> float:
