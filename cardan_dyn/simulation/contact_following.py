@@ -284,7 +284,7 @@ class _Pin:
             if -found.fun > force:
                 time, force = float(found.x), -float(found.fun)
         if force > so_far:
-            self._peak = _Peak(force, time, place(time).away)
+            self._peak = _Peak(force, time, np.array(place(time).away))
 
     def touch(self, time: float) -> list[Touch]:
         """Return the touch that ends at a time at the latest, if the wall is touched."""
