@@ -31,6 +31,9 @@ from .stacked import (
 
 _EXACT = 2e-15
 """A Newton step of this size, relative to an angle's amplitude, is the rounding of the angle."""
+_FEW = 0.25
+"""Share of the samples up to which a Newton step is taken for these alone: it saves more than it
+costs to take them out and put them back."""
 _AT_REST = 1e-13
 """A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
 of it is rounding, from which no amplitude follows."""
@@ -237,17 +240,51 @@ class GroupSolver:
         """
         settles = settles and bool(self.group.idle)
         state, error = self.evaluate(x, reduction, turns)
-        correction, angles, spin = np.zeros(len(x)), None, 0.0
-        steps = most + _MOST_SETTLING if settles else most
-        for count in range(steps if self.group.passives.size else 0):
+        if not self.group.passives.size:
+            return state
+        state = self._from(state, error, x, rounding, turns, most, enough, settles)
+        if settles:
+            # Whole turns of their joints depend on the way as well.
+            columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
+            x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
+        return state
+
+    def _from(
+        self,
+        state: GroupState,
+        error: Array,
+        x: Array,
+        rounding: Array,
+        turns: Array | None,
+        most: int,
+        enough: float,
+        settles: bool = False,
+    ) -> GroupState:
+        """Take Newton steps from a state with its error `(N, R)`; see `newton`."""
+        reduction, correction = state.reduction, state.correction
+        angles, spin = None, 0.0
+        for count in range(most + _MOST_SETTLING if settles else most):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
-            is_closed = np.logical_and.reduce(scaled <= rounding, axis=None)
+            is_small = scaled <= rounding
+            is_closed = np.logical_and.reduce(is_small, axis=None)
             if settles:
                 angles = self.equations.rod_spins.turned(state.actions)
                 spin = float(np.abs(angles).max())
             if is_closed and spin <= _EXACT:
                 break
+            if not settles and len(x) > 1:
+                is_exact = np.logical_and.reduce(is_small, axis=1)
+                few = np.flatnonzero(~is_exact)
+                if few.size <= _FEW * len(x):
+                    # Of guesses that are exact but for rounding, that of some is too much.
+                    own, own_turns = x[few], None if turns is None else turns[few]
+                    rest = rounding, own_turns, most - count, enough
+                    later = self._from(state.of(few), error[few], own, *rest)
+                    x[few] = own
+                    return state.with_samples(few, later)
+                # So a sample ends where it does whatever others are beside it.
+                step[is_exact] = scaled[is_exact] = 0.0
             sizes = scaled.max(axis=1)
             correction = correction + sizes
             worst = float(sizes.max())
@@ -264,10 +301,6 @@ class GroupSolver:
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
             if worst < enough and spin < _SETTLED:
                 break
-        if settles:
-            # Whole turns of their joints depend on the way as well.
-            columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
-            x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
         return state
 
     @cached_property
@@ -356,6 +389,19 @@ class GroupState(NamedTuple):
     def equations(self) -> ClosureEquations:
         """Its closure equations."""
         return self.solver.equations
+
+    def of(self, samples: Array) -> GroupState:
+        """Return the state of some samples, given by their indices."""
+        chosen = (None if values is None else values[samples] for values in self[2:])
+        return GroupState(self.solver, self.reduction, *chosen)
+
+    def with_samples(self, samples: Array, state: GroupState) -> GroupState:
+        """Return the state with that of some samples, given by their indices; it is overwritten."""
+        for values, own in zip(self[2:], state[2:], strict=True):
+            # The rows of couplings are the same at all samples.
+            if values is not None and values.flags.writeable:
+                values[samples] = own
+        return self
 
     @property
     def scaled_rows(self) -> Array:

@@ -102,6 +102,36 @@ def test_steps_that_are_mere_rounding_are_not_taken() -> None:
     np.testing.assert_allclose(nearly, x, atol=1e-14)
 
 
+def test_steps_are_taken_for_the_samples_that_need_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Samples that are exact stay as they are; a few others are worked on by themselves."""
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    closed = guesses(mechanism, "A", np.linspace(-0.6, 0.6, 40))
+    item.newton(closed, reduction, exact(item))
+    evaluate, counted = item.evaluate, []
+    monkeypatch.setattr(
+        item, "evaluate", lambda x, *rest: counted.append(len(x)) or evaluate(x, *rest)
+    )
+    column, rounding = mechanism.coordinates.columns["B"].start, np.full(3, 1e-14)
+    for some, expected in (([3, 17, 18], [40, 3]), (list(range(20)), [40, 40])):
+        x, counted[:] = closed.copy(), []
+        x[some, column] += 1e-10
+        alone = x[some]
+        state = item.newton(x, reduction, rounding)
+        assert counted == expected
+        others = np.setdiff1d(np.arange(40), some)
+        np.testing.assert_array_equal(x[others], closed[others])
+        assert not state.correction[others].any()
+        assert np.all(state.correction[some] > 9e-11)
+        of_them = item.newton(alone, reduction, rounding)
+        np.testing.assert_array_equal(x[some], alone)
+        np.testing.assert_array_equal(state.residual[some], of_them.residual)
+        there, _ = evaluate(x, reduction)
+        for found, values_there in zip(state[2:], there[2:], strict=True):
+            if found is not None and found is not state.correction:
+                np.testing.assert_allclose(found, values_there, atol=1e-9)
+
+
 def test_long_steps_are_shortened_to_half_a_radian() -> None:
     mechanism = four_bar()
     item, reduction, _ = only_group(mechanism, "A")
