@@ -22,6 +22,7 @@ def collected(
     positions_of: Callable[[int], Array],
     guesses: Callable[[Callable[[Array], Array] | None], Array] | None,
     workers: int,
+    keeps_rates: bool = True,
 ) -> Solution:
     """Return what is kept of the blocks of a sweep.
 
@@ -32,6 +33,7 @@ def collected(
         guesses: returns coordinates `(N, size)` that may be overwritten with those of blocks that
             are solved; in an array that it is handed the maker of, if there is one.
         workers: greatest number of processes that divide the blocks among them.
+        keeps_rates: whether velocities, accelerations and velocity ratios are kept.
 
     Raises:
         AccuracyError: a residual exceeds its tolerance, or numbers overflow.
@@ -49,9 +51,10 @@ def collected(
         evidence = Evidence()
         for index in blocks:
             block = solve(index)
-            rows.put(spans[index], kept(block))
+            rows.put(spans[index], kept(block, keeps_rates))
             evidence.add(block, positions_of(index))
-            evidence.moved = block.velocity_ratios.moved
+            if block.velocity_ratios is not None:
+                evidence.moved = block.velocity_ratios.moved
         return evidence
 
     if len(shares) == 1:
@@ -167,9 +170,13 @@ class Evidence:
             residuals, positions, condition = _joined(refused)
             residuals.prove(positions, condition)
         kept = [part for item in every for part in (*item._kept, *(w[0] for w in item._waiting))]
+        arrays = dict(rows.arrays)
+        v, a, ratios = (arrays.pop(name, None) for name in ("v", "a", "ratios"))
         return Solution(
-            **{name: values for name, values in rows.arrays.items() if name != "ratios"},
-            velocity_ratios=VelocityRatios(rows.arrays["ratios"], self.moved),
+            **arrays,
+            v=v,
+            a=a,
+            velocity_ratios=None if ratios is None else VelocityRatios(ratios, self.moved),
             loop_error=np.max([[item._loop_error] for item in every], axis=0),
             closure_condition=np.max([[item._closure_condition] for item in every], axis=0),
             residuals=kept[0] if len(kept) == 1 else Residuals.joined(kept),
@@ -178,10 +185,13 @@ class Evidence:
         )
 
 
-def kept(block: Solution) -> dict[str, Array]:
+def kept(block: Solution, keeps_rates: bool = True) -> dict[str, Array]:
     """Return the arrays of a block by their names, those of the velocity ratios as `ratios`."""
-    names = ("x", "v", "a", "wrenches", "efforts", "coupling_moments", "condition")
-    return {"ratios": block.velocity_ratios.values, **{k: getattr(block, k) for k in names}}
+    names = ("x", "wrenches", "efforts", "coupling_moments", "condition")
+    arrays = {name: getattr(block, name) for name in names}
+    if keeps_rates and block.velocity_ratios is not None:
+        arrays |= {"v": block.v, "a": block.a, "ratios": block.velocity_ratios.values}
+    return arrays
 
 
 def _joined(parts: list[tuple[Residuals, Array, Array]]) -> tuple[Residuals, Array, Array]:

@@ -127,7 +127,8 @@ class Solution(NamedTuple):
     Attributes:
         x: `(N, size)` coordinates.
         v, a: joint velocities and accelerations `(N, nv)`.
-        velocity_ratios: joint velocities per unit speed of each drive.
+        velocity_ratios: joint velocities per unit speed of each drive. These rates are None where
+            a sweep does not keep them, see `ProblemSolver.rates_at`.
         wrenches: `(N, b, 6)`, see `Reactions.wrenches`; of a sweep `(N, k, 6)`, the outputs.
         efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints,
             which those of a sweep leave out, `(N, p)`.
@@ -142,9 +143,9 @@ class Solution(NamedTuple):
     """
 
     x: Array
-    v: Array
-    a: Array
-    velocity_ratios: VelocityRatios
+    v: Array | None
+    a: Array | None
+    velocity_ratios: VelocityRatios | None
     wrenches: Array
     efforts: Array
     coupling_moments: Array

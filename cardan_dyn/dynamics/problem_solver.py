@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,6 +27,7 @@ from ..problem.samples import Acting, Targets
 from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
 from .inverse_dynamics import Inputs, InverseDynamics, Solution
 from .reactions import ReactionSolver, wrenches_in_norm
+from .velocity_ratios import VelocityRatios
 
 _BLOCK_NUMBERS = 6_000_000
 """About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
@@ -32,6 +35,13 @@ samples, so that memory does not grow with the mechanism."""
 _NUMBERS_PER_COORDINATE = 100
 """Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
 and their products; a velocity ratio per drive comes on top."""
+_MOST_RATES = 4_000_000
+"""Velocities, accelerations and velocity ratios (32 MB) that a sweep of several blocks keeps. More
+of them are computed from closed coordinates when they are asked for, in a third of its time."""
+
+# The GNU C library gives free memory at the end of its heap back once it exceeds twice the largest
+# piece that was ever freed by itself, and a block would take all of it anew, page by page.
+np.empty(_BLOCK_NUMBERS // 2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -370,6 +380,72 @@ class ProblemSolver(Frozen):
         dynamics = self.inverse_dynamics
         return np.concatenate([dynamics.inertial_efforts(of, moves) for of in assembled.blocks])
 
+    def keeps_rates(self, count: int) -> bool:
+        """Return whether a sweep of several blocks, of that many samples, keeps its rates."""
+        # The accelerations of rods that spin idly depend on forces.
+        is_idle = self.assembly.kinematics.idle_columns.size > 0
+        return is_idle or count * self._rates_of_sample <= _MOST_RATES
+
+    @property
+    def _rates_of_sample(self) -> int:
+        """Number of velocities, accelerations and velocity ratios of a sample."""
+        nv, depends = self.problem.mechanism.model.nv, self.assembly.kinematics.depends
+        return int(2 * nv + (nv if depends is None else np.count_nonzero(depends)))
+
+    def refuse_too_many(self, count: int, kept_closed: bool = False) -> None:
+        """Refuse to compute what does not fit into the memory of the machine.
+
+        Args:
+            count: number of samples.
+            kept_closed: whether all that is known of their closed positions is kept.
+
+        Raises:
+            ArgumentError: the samples keep more.
+        """
+        if count * self.problem.mechanism.model.nv < _MOST_RATES:
+            return  # Few sweeps are so large, and most would pay for the question.
+        problem = self.problem
+        coordinates, hint = problem.mechanism.coordinates, "; take fewer at a time"
+        numbers = 2 * coordinates.size
+        if kept_closed:
+            numbers += _NUMBERS_PER_COORDINATE * coordinates.model.nv
+        else:
+            numbers += 6 * len(problem.outputs) + len(problem.prescribed_columns) + 1
+            numbers += len(problem.mechanism.couplings)
+            if self.keeps_rates(count):
+                numbers += self._rates_of_sample
+            hint += ", or fewer outputs" if len(problem.outputs) > 1 else ""
+            if len(problem.independent) == 1 and not (problem.elements or self.varied):
+                hint += ", or sweep Scene.response(), which computes what is read of it alone"
+        needed, memory = 8.0 * count * numbers, _memory()
+        if needed > memory:
+            raise ArgumentError(
+                f"{count} samples keep {needed / 1e9:.3g} GB, more than the {memory / 1e9:.3g} GB "
+                f"of memory of this machine{hint}"
+            )
+
+    def rates_at(
+        self, assembled: AssembledPositions, x: Array, acting: Acting
+    ) -> tuple[Array, Array, VelocityRatios]:
+        """Return velocities and accelerations `(N, nv)` and velocity ratios of a solution.
+
+        Args:
+            assembled: its N positions.
+            x: `(N, size)` its closed coordinates.
+            acting: how fast the drives move.
+        """
+        from .collected import Rows  # Few sweeps leave their rates out.
+
+        rows = Rows(len(x))
+        for span in assembled.spans:
+            given = acting.flat(assembled.shape, span)
+            state = assembled.kinematics.evaluate(x[span])
+            rates = self.inverse_dynamics.joint_rates(state, given.speeds, given.accelerations)
+            ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
+            rows.put(span, {"v": rates.v, "a": rates.a, "ratios": ratios.values})
+        values = read_only(rows.arrays["ratios"])
+        return rows.arrays["v"], rows.arrays["a"], ratios._replace(values=values)
+
     def refuse_indeterminate(self, unique: Array) -> None:
         """Refuse statically indeterminate outputs if the problem is strict and has no compliances.
 
@@ -427,7 +503,16 @@ class _Work:
 
         # Coordinates take the place of the guesses that they were found from.
         guesses = assembled.blocks.given_up if isinstance(assembled.blocks, InTurn) else None
-        return collected(assembled.spans, self.block, positions_of, guesses, workers)
+        keeps_rates = self._solver.keeps_rates(len(assembled))
+        return collected(assembled.spans, self.block, positions_of, guesses, workers, keeps_rates)
+
+
+def _memory() -> float:
+    """Return the memory of the machine [bytes], infinity where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return math.inf
 
 
 def _varied_solver(base: ProblemSolver, varied: tuple[str, ...]) -> ProblemSolver:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..frozen import frozen, read_only
 from ..problem.samples import Acting, Targets
-from .motion import Motion
+from .motion import Motion, Rates
 from .source import SolvedSource
 from .sweep import Sweep
 
@@ -145,7 +146,16 @@ def _source(
         drive_efforts = of_drives(
             solution.efforts[:, : len(problem.independent)].reshape(*shape, -1)
         )
-    rates = solution.velocity_ratios, solution.v, solution.a
+    v, a, ratios = solution.v, solution.a, solution.velocity_ratios
+    rates: Rates | Callable[[], Rates]
+    if v is None or a is None or ratios is None:
+        # What made the positions may be large; what rates need of it is not.
+        of_rates = replace(assembled, blocks=())
+
+        def rates() -> Rates:
+            return solver.rates_at(of_rates, solution.x, acting)
+    else:
+        rates = v, a, ratios
     wrenches = solution.wrenches
     return SolvedSource(
         shape=shape,
@@ -185,14 +195,14 @@ def motion_at(
         ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
         rows.put(span, {"x": state.x, "v": rates.v, "a": rates.a, "ratios": ratios.values})
     x, v, a, values = (rows.arrays[name] for name in ("x", "v", "a", "ratios"))
-    return _motion(solver, assembled, x, (ratios._replace(values=values), v, a))
+    return _motion(solver, assembled, x, (v, a, ratios._replace(values=values)))
 
 
 def _motion(
     solver: ProblemSolver,
     assembled: AssembledPositions,
     x: Array,
-    rates: tuple[VelocityRatios, Array, Array],
+    rates: Rates | Callable[[], Rates],
 ) -> Motion:
     """Return a motion, in which coordinates that were not solved are NaN.
 
@@ -202,11 +212,10 @@ def _motion(
         solver: of the scene.
         assembled: its positions.
         x: coordinates `(N, size)`.
-        rates: velocity ratios; velocities and accelerations `(N, nv)`.
+        rates: see `Motion`.
     """
     problem = solver.problem
     coordinates = problem.mechanism.coordinates
-    ratios, v, a = rates
     if solver.unsolved:
         unsolved = set(solver.unsolved)
         x_columns = [
@@ -216,10 +225,15 @@ def _motion(
             for column in range(*coordinates.columns[name].indices(x.shape[1]))
         ]
         x = _with_nan(x, x_columns)
-        v, a = (_with_nan(values, solver.unsolved) for values in (v, a))
-        ratios = ratios.without(solver.unsolved)
-    arrays = x, assembled.turns, v, a
-    return Motion(problem.mechanism, problem.independent, *arrays, ratios, assembled.shape)
+        solved = rates
+
+        def rates() -> Rates:
+            v, a, ratios = solved() if callable(solved) else solved
+            v, a = (_with_nan(values, solver.unsolved) for values in (v, a))
+            return v, a, ratios.without(solver.unsolved)
+
+    where = x, assembled.turns, rates, assembled.shape
+    return Motion(problem.mechanism, problem.independent, *where)
 
 
 def _with_nan(values: Array, columns: list[int]) -> Array:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
+from typing import TypeAlias
+
 import numpy as np
 
 from ..arrays import Array, squeezed
@@ -11,6 +15,9 @@ from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.mechanism import Mechanism
+
+Rates: TypeAlias = tuple[Array, Array, VelocityRatios]
+"""Velocities and accelerations `(N, nv)` of all joints, and their velocity ratios."""
 
 
 class Motion(Frozen):
@@ -25,9 +32,6 @@ class Motion(Frozen):
         x: coordinates `(N, size)` with closed loops, of all samples in one dimension; passive
             angles within one period. See `Coordinates`.
         turns: whole turns `(N, size)` that the angles in `x` lack.
-        v: joint velocities `(N, nv)` [rad/s, m/s], in Pinocchio's layout.
-        a: joint accelerations `(N, nv)` [rad/s², m/s²].
-        velocity_ratios: of all joints to each drive, see `ratio`.
     """
 
     mechanism: Mechanism
@@ -35,10 +39,8 @@ class Motion(Frozen):
     shape: tuple[int, ...]
     x: Array
     turns: Array
-    v: Array
-    a: Array
-    velocity_ratios: VelocityRatios
     _coordinates: Coordinates
+    _given: Rates | Callable[[], Rates]
 
     def __init__(
         self,
@@ -46,9 +48,7 @@ class Motion(Frozen):
         drives: tuple[str, ...],
         x: Array,
         turns: Array,
-        v: Array,
-        a: Array,
-        velocity_ratios: VelocityRatios,
+        rates: Rates | Callable[[], Rates],
         shape: tuple[int, ...] | None = None,
     ) -> None:
         """Keep a motion.
@@ -58,9 +58,7 @@ class Motion(Frozen):
             drives: names of the drives.
             x: `(N, size)` coordinates with closed loops; passive angles within one period.
             turns: `(N, size)` whole turns to be added to the angles in `x`.
-            v: joint velocities `(N, nv)`.
-            a: joint accelerations `(N, nv)`.
-            velocity_ratios: of all samples.
+            rates: of all samples; or what returns them, called once they are asked for.
             shape: of the samples, N in all; `(N,)` if None.
         """
         shape = (len(x),) if shape is None else shape
@@ -68,24 +66,40 @@ class Motion(Frozen):
             mechanism=mechanism,
             drives=drives,
             _coordinates=mechanism.coordinates,
-            velocity_ratios=velocity_ratios,
+            _given=rates,
             shape=shape,
             # Views, since the arrays themselves may still be written to where they were computed.
             x=read_only(x.view()),
             turns=read_only(turns.view()),
-            v=read_only(v.reshape(*shape, *v.shape[1:])),
-            a=read_only(a.reshape(*shape, *a.shape[1:])),
         )
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
-        v, a = (rates.reshape(len(self.x), -1) for rates in (self.v, self.a))
-        arrays = (self.x, self.turns, v, a, self.velocity_ratios)
+        arrays = self.x, self.turns, self._rates
         return Motion, (self.mechanism, self.drives, *arrays, self.shape)
 
     def __len__(self) -> int:
         """Return the number of samples, along the first of several dimensions."""
-        return len(self.v)
+        return self.shape[0]
+
+    @cached_property
+    def _rates(self) -> Rates:
+        return self._given() if callable(self._given) else self._given
+
+    @cached_property
+    def v(self) -> Array:
+        """Joint velocities `(N, nv)` [rad/s, m/s], in Pinocchio's layout."""
+        return read_only(self._shaped(self._rates[0]))
+
+    @cached_property
+    def a(self) -> Array:
+        """Joint accelerations `(N, nv)` [rad/s², m/s²], in Pinocchio's layout."""
+        return read_only(self._shaped(self._rates[1]))
+
+    @property
+    def velocity_ratios(self) -> VelocityRatios:
+        """Velocities of all joints per unit speed of each drive, see `ratio`."""
+        return self._rates[2]
 
     def _shaped(self, values: Array) -> Array:
         """Return values `(N, ...)` in the shape of the samples."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -232,7 +233,10 @@ class Scene(Prescribed):
         times `Sweep.condition`, not bit for bit.
 
         Beside its arguments and results, a sweep of any size takes some 20 MB of memory for each
-        worker; of mechanisms with very many joints its blocks alone hold up to 48 MB.
+        worker; of mechanisms with very many joints its blocks alone hold up to 48 MB. Of each
+        sample it keeps coordinates, the wrenches of the outputs and what drives and held joints
+        exert; where velocities, accelerations and velocity ratios take more than 32 MB, `motion`
+        computes them when they are read.
 
         Args:
             position: drive positions of any shape [rad or m], in any order; for d drives
@@ -254,7 +258,8 @@ class Scene(Prescribed):
             time: at which actuators act, of any shape [s].
 
         Raises:
-            ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
+            ArgumentError: a value is not finite, shapes do not broadcast, a joint is not held, or
+                the results do not fit into the memory of the machine.
             ModelError: unknown joint or link.
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
@@ -274,6 +279,7 @@ class Scene(Prescribed):
                 targets = targets_of(problem, position, held)
                 shape = common_shape({"position": targets.shape, **acting.shapes})
                 solver = solver.of_varied(targets.varied)
+                solver.refuse_too_many(math.prod(shape))
                 positions = solver.assembled_in_turn(targets.expanded(shape), along_path)
             solver = positions.solver
             solution = solver.solve(positions, acting, workers)
@@ -306,7 +312,9 @@ class Scene(Prescribed):
         self._problem.refuse_free("assembling for a sweep")
         targets = targets_of(self._problem, position, held)
         with np.errstate(**_OVERFLOW):
-            return self._solver.of_varied(targets.varied).assemble(targets, along_path)
+            solver = self._solver.of_varied(targets.varied)
+            solver.refuse_too_many(targets.size, kept_closed=True)
+            return solver.assemble(targets, along_path)
 
     def _assemble_near(
         self, position: ArrayLike, held: Mapping[str, ArrayLike], near: Mapping[str, Array]

@@ -436,7 +436,8 @@ class Trajectory(MotionResult, Prescribed):
         ratios = VelocityRatios.of(np.repeat(nothing, len(self.coordinates), axis=2))
         rows = self._rows
         a = np.full_like(rows.a, np.nan)
-        return Motion(self.mechanism, self.coordinates, rows.x, rows.turns, rows.v, a, ratios)
+        rates = rows.v, a, ratios
+        return Motion(self.mechanism, self.coordinates, rows.x, rows.turns, rates)
 
     @property
     def singular(self) -> Array:
@@ -549,9 +550,8 @@ class Trajectory(MotionResult, Prescribed):
         ratios = motion.velocity_ratios
         values = np.full((len(self), ratios.values.shape[1]), np.nan)
         values[known] = ratios.values
-        return Motion(
-            self.mechanism, self.coordinates, x, turns, v, a, ratios._replace(values=values)
-        )
+        rates = v, a, ratios._replace(values=values)
+        return Motion(self.mechanism, self.coordinates, x, turns, rates)
 
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""

@@ -64,7 +64,7 @@ class Still:
         self.outputs = tuple(self.mechanism)
         x, rest = configuration.x[None, :], np.zeros((1, self.mechanism.model.nv))
         ratios = VelocityRatios.of(np.zeros((1, rest.size, 0)))
-        self.motion = Motion(self.mechanism, (), x, np.zeros_like(x), rest, rest, ratios)
+        self.motion = Motion(self.mechanism, (), x, np.zeros_like(x), (rest, rest, ratios))
 
     def __len__(self) -> int:
         return 1

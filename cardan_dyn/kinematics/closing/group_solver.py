@@ -392,8 +392,8 @@ class GroupState(NamedTuple):
 
     def of(self, samples: Array) -> GroupState:
         """Return the state of some samples, given by their indices."""
-        chosen = (None if values is None else values[samples] for values in self[2:])
-        return GroupState(self.solver, self.reduction, *chosen)
+        chosen = [None if values is None else values[samples] for values in self[2:]]
+        return GroupState._make([self.solver, self.reduction, *chosen])
 
     def with_samples(self, samples: Array, state: GroupState) -> GroupState:
         """Return the state with that of some samples, given by their indices; it is overwritten."""

@@ -179,7 +179,9 @@ class DriveMotion:
                 where = np.where(is_there, where, self._start)
             within = where - periods[:, 0] * (branch.period or 0.0)
             x[block, self._columns] = branch.values(within, self._columns)
-            turns[block, self._columns] = periods * branch.windings[self._columns]
+            # Zeros that are never written take no memory.
+            if periods.any():
+                turns[block, self._columns] = periods * branch.windings[self._columns]
 
     def _positions(self, targets: Targets) -> Array:
         """Return the drive's positions `(N,)` at targets of the scene."""

@@ -132,7 +132,8 @@ class GuessCache:
                 # What was followed is let go as soon as it is written.
                 part.write(followed.pop(0), targets, x, turns, self.kinematics)
             self._set_drives(x, targets)
-            turns[:, self._columns] = 0.0
+            if turns[:, self._columns].any():
+                turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
             is_exact = all(part.is_exact for part in self._parts)
             return Guess(x, turns, self._with_amplitudes(), is_exact, is_there)

@@ -40,7 +40,7 @@ def motion_of(
 ) -> Motion:
     rates = np.zeros((len(x), mechanism.model.nv))
     ratios = VelocityRatios.of(rates[:, :, None])
-    return Motion(mechanism, (), x, np.zeros_like(x), rates, rates, ratios, shape)
+    return Motion(mechanism, (), x, np.zeros_like(x), (rates, rates, ratios), shape)
 
 
 def rotations(mechanism: cd.Mechanism, x: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -29,7 +29,7 @@ def random_motion(drives: tuple[str, ...] = DRIVES, shape: tuple[int, ...] | Non
     nv = mechanism.model.nv
     rates = (rng.normal(size=(COUNT, nv)), rng.normal(size=(COUNT, nv)))
     ratios = VelocityRatios.of(rng.normal(size=(COUNT, nv, 2)))
-    return Motion(mechanism, drives, x, turns, *rates, ratios, shape)
+    return Motion(mechanism, drives, x, turns, (*rates, ratios), shape)
 
 
 def test_positions_count_whole_turns() -> None:
@@ -51,9 +51,8 @@ def test_joints_with_several_coordinates_give_columns() -> None:
     )
     x = rows(mechanism, COUNT)
     rates = np.arange(COUNT * 8.0).reshape(COUNT, 8)
-    motion = Motion(
-        mechanism, (), x, np.zeros_like(x), rates, -rates, VelocityRatios.of(rates[:, :, None])
-    )
+    ratios = VelocityRatios.of(rates[:, :, None])
+    motion = Motion(mechanism, (), x, np.zeros_like(x), (rates, -rates, ratios))
     assert motion.position("free").shape == (COUNT, 7)
     np.testing.assert_allclose(np.linalg.norm(motion.position("free")[:, 3:], axis=1), 1.0)
     assert motion.position("cross").shape == (COUNT, 2)
@@ -153,7 +152,9 @@ def test_copies_are_equal_and_as_closed_to_writing(
 def test_arrays_of_the_solver_stay_writeable() -> None:
     mechanism = cd.load(MIXED)
     x, rates = rows(mechanism, 1), np.zeros((1, mechanism.model.nv))
-    Motion(mechanism, (), x, np.zeros_like(x), rates, rates, VelocityRatios.of(rates[:, :, None]))
+    ratios = VelocityRatios.of(rates[:, :, None])
+    motion = Motion(mechanism, (), x, np.zeros_like(x), (rates, rates, ratios))
+    assert not (motion.v.flags.writeable or motion.a.flags.writeable)
     x[0], rates[0] = 1.0, 2.0
 
 

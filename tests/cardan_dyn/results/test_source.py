@@ -25,7 +25,7 @@ def source() -> SolvedSource:
         drive_efforts=np.array([1.0, 2.0, 3.0]),
         holding_efforts=frozen({"D": np.array([4.0, 5.0, 6.0])}),
         solved_motion=Motion(
-            mechanism, ("A",), x, x, rates, rates, VelocityRatios.of(rates[:, :, None])
+            mechanism, ("A",), x, x, (rates, rates, VelocityRatios.of(rates[:, :, None]))
         ),
         position=np.array([0.1, 0.2, 0.3]),
         speed=np.array([10.0, 20.0, 30.0]),
