@@ -37,13 +37,13 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from ..checks import described, mapping, whole
-from ..drive_lines.line.units import DIMENSIONS, plain, si
 from ..errors import ArgumentError, choices
 from ..mechanism.mechanism import load
 from ..scene.scene import Scene
 from ..studies.parameters import Line, Parameters, checked_parameters, samples, sobol_samples
 from ..studies.study import Study, study
 from ..studies.sweeps import Sweeps
+from ..units import DIMENSIONS, plain, si
 
 if TYPE_CHECKING:
     from contextlib import ExitStack

@@ -103,7 +103,7 @@ class OpenTree:
             batch = group_state.batch
             on_base: list[Array] = []
             if index in self._massive_groups and case.dynamics is not None:
-                wrenches, on_base = _inertial(group_state, case, motions)
+                wrenches, on_base = _inertial(group_state, case.dynamics, case.gravity, motions)
                 yield batch.span, wrenches
             for push in pushes.get(index, []):
                 for joint in batch.path(batch.index_of[push.body]):
@@ -180,7 +180,10 @@ class _Push(NamedTuple):
 
 
 def _inertial(
-    group: GroupState, case: LoadCase, motions: Mapping[int, BaseMotion]
+    group: GroupState,
+    dynamics: tuple[Array, Array],
+    gravity: Array,
+    motions: Mapping[int, BaseMotion],
 ) -> tuple[Array, list[Array]]:
     """Return wrenches `(N, n, 6)` for inertia and weight, and what they add to the base's joint.
 
@@ -188,15 +191,16 @@ def _inertial(
 
     Args:
         group: the group.
-        case: what acts.
+        dynamics: joint velocities and accelerations, each `(N, nv)`.
+        gravity: `(3,)` or `(N, 3)`.
         motions: of all bases but the world.
     """
-    batch, (v, a) = group.batch, case.dynamics or ()
+    batch, (v, a) = group.batch, dynamics
     if batch.base >= 0:
         wrenches, of_base = batch.inverse_dynamics(motions[batch.base], group.x, v, a)
         return wrenches, [of_base]
     acceleration = np.zeros((len(group.x), 6))
-    acceleration[:, :3] = -case.gravity
+    acceleration[:, :3] = -gravity
     on_ground = BaseMotion(np.zeros((len(group.x), 6)), acceleration)
     return batch.inverse_dynamics(on_ground, group.x, v, a)[0], []
 

@@ -435,12 +435,12 @@ class GroupState(NamedTuple):
     @property
     def _square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
-        if self.spins is None:
-            return self.passive_rows
         return self._with_spins(self.passive_rows, slice(len(self.group.known), None))
 
     def _with_spins(self, rows: Array, columns: slice) -> Array:
-        """Return rows of some movable coordinates, followed by the spins of idle rods."""
+        """Return rows of some movable coordinates, followed by the spins of idle rods, if any."""
+        if self.spins is None:
+            return rows
         return np.concatenate([rows, self.spins[:, columns]], axis=2)
 
     def _with_angles(self, right: Array, angles: Array) -> Array:
@@ -499,7 +499,5 @@ class GroupState(NamedTuple):
 
     def _of_known(self, known: Array) -> Array:
         """Return rates of the closure equations `(N, R, c)`, of those `(N, k, c)` of the known."""
-        rows = self.known_rows
-        if self.spins is not None:
-            rows = self._with_spins(rows, slice(len(self.group.known)))
+        rows = self._with_spins(self.known_rows, slice(len(self.group.known)))
         return np.asarray(np.matmul(transposed(rows), known))
