@@ -57,11 +57,14 @@ class LoopSystem:
         x = coordinates.neutral()
         for name, value in self.held.items():
             x[coordinates.named[name].column] = value
-        # A single loop is solved as a whole, wherever the held joints are.
-        at = x.tobytes() if len(self.structure.paths) > 1 else b""
-        key = driven.tobytes(), passives.tobytes(), at
+        ranks = None
+        if len(self.structure.paths) > 1:  # A single loop is solved as a whole.
+            ranks = self.structure.ranks(x, {*driven.tolist(), *passives.tolist()})
+        key = driven.tobytes(), passives.tobytes(), *(ranks or ())
         return self.mechanism.kept.of(
-            "groups", key, lambda: partition(self.structure, x, driven, passives)
+            "groups",
+            key,
+            lambda: partition(self.structure, x, driven, passives, loop_ranks=ranks),
         )
 
     def finer(

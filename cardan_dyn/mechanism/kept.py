@@ -23,10 +23,14 @@ class Kept:
         self._values: dict[str, dict[Hashable, Any]] = {}
         self._lock = threading.Lock()
 
-    def of(self, kind: str, key: Hashable, make: Callable[[], _Value]) -> _Value:
-        """Return what is known of a kind by this key; what makes it is called if nothing is.
+    def of(self, kind: str, key: Hashable, make: Callable[[], _Value], most: int = _MOST) -> _Value:
+        """Return what is known by a key; nothing is kept where making it raises.
 
-        Where that raises, nothing is kept.
+        Args:
+            kind: of value; others have keys of their own.
+            key: all that the value follows from, besides the mechanism.
+            make: makes it if it is not known.
+            most: values of this kind that are kept.
         """
         with self._lock:
             values = self._values.setdefault(kind, {})
@@ -38,6 +42,6 @@ class Kept:
         with self._lock:
             # Of those that threads make at the same time, all of them get the first.
             value = values.setdefault(key, value)
-            if len(values) > _MOST:
+            if len(values) > most:
                 del values[next(iter(values))]
         return value

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pinocchio
 
@@ -14,6 +16,8 @@ from ..tolerances import RANK_TOLERANCE
 OPEN_CONFIGURATIONS = 3
 """Configurations of an open loop from which its rank is found. One would do for joints in general
 position; the others catch a configuration that happens to be special."""
+_MOST_RANKS = 1024
+"""Ranks of loops that are kept with a mechanism: numbers, each by the positions of a few joints."""
 _VALUES_PER_BODY = 3
 """Generic values that are drawn per body: a rotation vector for a ball. A turn or a slide takes the
 first one."""
@@ -83,15 +87,34 @@ class Structure:
             x: `(size,)` coordinates, of which those of the joints that do not move count.
             moving: velocity coordinates that move.
         """
-        result = []
-        for path in self.paths[: len(self.mechanism.loops)]:
-            values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(path))
-            twists = [
-                self._twists(path, x, moving, configuration)
-                for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
-            ]
-            result.append(_rank(np.concatenate(twists, axis=0)))
-        return result
+        kept, paths = self.mechanism.kept, self.paths[: len(self.mechanism.loops)]
+        return [
+            kept.of(
+                "rank",
+                (loop, *self._deciding(path, x, moving)),
+                partial(self._generic_rank, path, x, moving),
+                _MOST_RANKS,
+            )
+            for loop, path in enumerate(paths)
+        ]
+
+    def _deciding(self, path: list[int], x: Array, moving: set[int]) -> tuple[object, ...]:
+        """Return which bodies of a path move, and where the others rest, as parts of a key."""
+        resting = [body for body in path if self._columns[body][0] not in moving]
+        at = []
+        for body in resting:
+            part, start = self._parts[body]
+            at.append(x[start : start + (4 if part.kind == "spherical" else 1)].tobytes())
+        return tuple(resting), *at
+
+    def _generic_rank(self, path: list[int], x: Array, moving: set[int]) -> int:
+        """Return the rank of one loop, see `ranks`."""
+        values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(path))
+        twists = [
+            self._twists(path, x, moving, configuration)
+            for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
+        ]
+        return _rank(np.concatenate(twists, axis=0))
 
     def ranks_at(self, x: Array, moving: set[int]) -> list[int]:
         """Return for each loop how many independent motions its moving joints have at one position.

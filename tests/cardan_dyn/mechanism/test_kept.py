@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics import loop_system
+from cardan_dyn.kinematics.loops.groups import partition
 from cardan_dyn.mechanism.kept import _MOST, Kept
 
 LEGS = [f"leg_{index}" for index in range(1, 7)]
@@ -82,6 +84,30 @@ def test_scenes_share_what_solves_their_loops() -> None:
     ]
     first, second = (scene.solver.assembly.kinematics.solvers for scene in scenes)
     assert all(a is b for a, b in zip(first, second, strict=True))
+
+
+def test_a_design_is_divided_into_groups_like_the_one_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Ranks depend on where joints rest, and are found again there; groups follow from them."""
+    counted = []
+
+    def divided(*given: object, **named: object) -> object:
+        counted.append(given)
+        return partition(*given, **named)
+
+    monkeypatch.setattr(loop_system, "partition", divided)
+    line = cd.load("drive_line")
+
+    def groups(angle: float) -> list[object]:
+        held = {"joint_angle_1": angle, "joint_angle_2": -0.2, "joint_angle_3": 0.15}
+        scene = cd.Scene(line, drive="bearing_in", held=held)
+        return [group.key for group in scene.solver.assembly.groups]
+
+    first, before = groups(0.1), len(counted)
+    assert before > 1
+    assert groups(0.12) == first
+    assert len(counted) == before
 
 
 def test_a_mechanism_goes_with_its_last_scene() -> None:
