@@ -110,7 +110,7 @@ class ClosureEquations:
             self.rod_spins = RodSpins(batch, group.idle, self._moved_bodies, mechanism.zero)
         self.column_signs = self.signs[:, self._moved_bodies]
         self._alike = _alike(self.loops, batch)
-        self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
+        self._paths = LoopPaths.of(self.column_signs, self._moved_bodies)
         self._axes = tuple(_axes_of(loop, mechanism, batch) for loop in self.loops)
         on_loops = [np.flatnonzero(signs) for signs in self.column_signs]
         self._columns_on = [consecutive(on) for on in on_loops]
@@ -338,10 +338,7 @@ class ClosureEquations:
             twists: `(N, m, 6)` or `(1, m, 6)` unit twists of the movable coordinates.
             rates: `(N, m)` of these coordinates, with which the loops stay closed.
         """
-        result = np.empty((len(rates), len(self._paths), 6))
-        for index, path in enumerate(self._paths):
-            result[:, index] = path.drift(twists, rates).T
-        return result
+        return drift_along(self._paths, twists, rates)
 
 
 def _alike(loops: list[Loop], batch: BatchModel) -> list[LoopGaps]:
@@ -492,58 +489,83 @@ class LoopGaps(NamedTuple):
         return positions_1 - positions_2, turns, 0.5 * (positions_1 + positions_2)
 
 
-class LoopPath(NamedTuple):
-    """The moving coordinates of a loop, from the common ancestor outwards on both sides.
+class LoopPaths(NamedTuple):
+    """The moving coordinates of loops that have k each, outwards from the common ancestors.
 
     Attributes:
-        columns: `(k,)` their indices among the movable coordinates.
-        signs: `(k, 1)` 1 on the predecessor's side, -1 on the successor's.
-        carries: `(k, k)` 1 where the coordinate of the column moves the joint of the row's.
+        loops: `(l,)` their indices among the loops, or the same as a slice.
+        columns: `(l, k)` indices of these coordinates among the movable ones, first those on the
+            predecessor's side, then those on the successor's.
+        signs: `(l, k, 1)` 1 on the predecessor's side, -1 on the successor's.
+        carries: `(l, k, k)` 1 where the coordinate of the column moves the joint of the row's.
     """
 
+    loops: slice | Array
     columns: Array
     signs: Array
     carries: Array
 
     @staticmethod
-    def of(column_signs: Array, moved_bodies: Array) -> LoopPath:
-        """Return the path of a loop.
+    def of(column_signs: Array, moved_bodies: Array) -> list[LoopPaths]:
+        """Return the paths of loops, those of one length together.
 
         Args:
-            column_signs: `(m,)` on which side of it each movable coordinate is, see
+            column_signs: `(L, m)` on which side of them each movable coordinate is, see
                 `ClosureEquations`.
             moved_bodies: `(m,)` body that each of them moves.
         """
-        sides = [np.nonzero(column_signs == side)[0] for side in (1.0, -1.0)]
-        # The coordinates of a ball stay in their order, hence a stable sort.
-        sorted_sides = [side[np.argsort(moved_bodies[side], kind="stable")] for side in sides]
-        columns = np.concatenate(sorted_sides)
-        bodies, signs = moved_bodies[columns], column_signs[columns]
-        # On one side of a loop, a body with a smaller index carries all that follow.
-        carries = (bodies[:, None] > bodies) & np.equal.outer(signs, signs)
-        return LoopPath(columns, signs[:, None], carries.astype(float))
+        of_length: dict[int, list[tuple[int, Array]]] = {}
+        for loop, row in enumerate(column_signs):
+            sides = [np.nonzero(row == side)[0] for side in (1.0, -1.0)]
+            # The coordinates of a ball stay in their order, hence a stable sort.
+            sorted_sides = [side[np.argsort(moved_bodies[side], kind="stable")] for side in sides]
+            columns = np.concatenate(sorted_sides)
+            of_length.setdefault(len(columns), []).append((loop, columns))
+        paths = []
+        for found in of_length.values():
+            loops, columns = (np.array(items) for items in zip(*found, strict=True))
+            bodies = moved_bodies[columns]
+            signs = np.take_along_axis(column_signs[loops], columns, axis=1)
+            # On one side of a loop, a body with a smaller index carries all that follow.
+            carries = bodies[:, :, None] > bodies[:, None]
+            carries &= signs[:, :, None] == signs[:, None]
+            one = LoopPaths(consecutive(loops), columns, signs[:, :, None], carries.astype(float))
+            paths.append(one)
+        return paths
 
     def drift(self, twists: Array, rates: Array) -> Array:
-        """Return `(6, N)` accelerations, predecessor less successor, that rates alone cause.
+        """Return `(N, l, 6)` accelerations, predecessor less successor, that rates alone cause.
 
         Args:
             twists: `(N, m, 6)` unit twists of the movable coordinates.
             rates: `(N, m)` of these coordinates.
         """
         joint = twists[:, self.columns] * rates[:, self.columns, None]
-        joint = joint.transpose(2, 1, 0)
+        joint = joint.swapaxes(0, -1)
         carrier = np.matmul(self.carries, joint)
         joint = joint * self.signs
         # A joint's twist (v, ω) that moves with the twist (V, Ω) of its carrier changes by
         # (Ω × v + V × ω, Ω × ω). One call makes all three products.
-        count = len(self.columns)
+        count = self.columns.shape[1]
         products = cross(
-            np.concatenate((carrier[3:], carrier[:3], carrier[3:]), axis=1),
-            np.concatenate((joint[:3], joint[3:], joint[3:]), axis=1),
+            np.concatenate((carrier[3:], carrier[:3], carrier[3:]), axis=2),
+            np.concatenate((joint[:3], joint[3:], joint[3:]), axis=2),
         )
-        linear = products[:, : 2 * count].sum(axis=1)
-        angular = products[:, 2 * count :].sum(axis=1)
-        return np.concatenate((linear, angular))
+        result = np.empty((6, *products.shape[1:2], products.shape[3]))
+        np.add.reduce(products[:, :, : 2 * count], axis=2, out=result[:3])
+        np.add.reduce(products[:, :, 2 * count :], axis=2, out=result[3:])
+        return result.T
+
+
+def drift_along(paths: list[LoopPaths], twists: Array, rates: Array) -> Array:
+    """Return accelerations `(N, L, 6)` of all loops, see `LoopPaths.drift`."""
+    found = [path.drift(twists, rates) for path in paths]
+    if len(found) == 1:
+        return found[0]
+    result = np.empty((len(rates), sum(drift.shape[1] for drift in found), 6))
+    for path, drift in zip(paths, found, strict=True):
+        result[:, path.loops] = drift
+    return result
 
 
 class LoopAxes(NamedTuple):
@@ -739,7 +761,7 @@ class RodSpins:
             of_rod, of_frame = set(batch.path(body)), set(batch.path(frame))
             moves[row, np.isin(moved_bodies, list(of_rod - of_frame))] = 1.0
             moves[row, np.isin(moved_bodies, list(of_frame - of_rod))] = -1.0
-        self._paths = [LoopPath.of(row, moved_bodies) for row in moves]
+        self._paths = LoopPaths.of(moves, moved_bodies)
         self._moves = moves.T
 
     def turned(self, actions: Array) -> Array:
@@ -805,8 +827,8 @@ class RodSpins:
             lines: see `lines`.
         """
         # A line is fixed in its rod, so its own motion adds nothing along it.
-        drifts = np.stack([path.drift(twists, v)[3:] for path in self._paths], axis=1)
-        return np.asarray(np.einsum("ikn,nik->nk", drifts, lines))
+        drifts = drift_along(self._paths, twists, v)[:, :, 3:]
+        return np.asarray(np.einsum("nki,nik->nk", drifts, lines))
 
     def _rotations(self, actions: Array, bodies: list[int]) -> Array:
         """Return the rotations `(3, k, 3, N)` of bodies in the axes of the base."""

@@ -9,7 +9,13 @@ from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.closing.batch_model import BatchModel
-from cardan_dyn.kinematics.closing.equations import LoopAxes, LoopEnds, LoopPath, rotations_between
+from cardan_dyn.kinematics.closing.equations import (
+    LoopAxes,
+    LoopEnds,
+    LoopPaths,
+    drift_along,
+    rotations_between,
+)
 
 AXES = np.array([[1, 0, 0], [0, -1, 0], [0, 0, 1], [0.6, 0, -0.8], [0.36, 0.48, 0.8]], dtype=float)
 ANGLES = [0.0, 1e-9, 1e-3, 0.7, 2.0, 3.1, np.pi - 1e-5, np.pi - 1e-8, np.pi]
@@ -109,10 +115,28 @@ def test_drift_of_two_joints_is_their_motion_product() -> None:
     twists, rates = rng.normal(size=(2, 3, 6)), rng.normal(size=(2, 3))
     carries = np.zeros((3, 3))
     carries[1, 0] = 1.0
-    path = LoopPath(np.array([2, 0, 1]), np.array([[1.0], [1.0], [-1.0]]), carries)
-    found = path.drift(twists, rates).T
+    columns, signs = np.array([[2, 0, 1]]), np.array([[[1.0], [1.0], [-1.0]]])
+    (found,) = (
+        LoopPaths(slice(1), columns, signs, carries[None]).drift(twists, rates).swapaxes(0, 1)
+    )
     for sample in range(2):
         first, second = (
             pinocchio.Motion(twists[sample, column] * rates[sample, column]) for column in (2, 0)
         )
         np.testing.assert_allclose(found[sample], first.cross(second).vector, rtol=1e-12)
+
+
+def test_paths_of_one_length_are_worked_on_together() -> None:
+    """Each as it is alone, whatever the others are."""
+    signs = np.array([[1.0, 1.0, 0.0, -1.0], [0.0, 1.0, -1.0, 0.0], [-1.0, 0.0, 1.0, 1.0]])
+    bodies = np.array([0, 2, 1, 3])
+    rng = np.random.default_rng(8)
+    twists, rates = rng.normal(size=(5, 4, 6)), rng.normal(size=(5, 4))
+    paths = LoopPaths.of(signs, bodies)
+    assert [path.columns.tolist() for path in paths] == [[[0, 1, 3], [2, 3, 0]], [[1, 2]]]
+    together = drift_along(paths, twists, rates)
+    for loop, row in enumerate(signs):
+        alone = drift_along(LoopPaths.of(row[None], bodies), twists, rates)
+        np.testing.assert_allclose(together[:, [loop]], alone, rtol=0.0, atol=1e-14)
+    # Of the second one, no coordinate carries another.
+    assert not np.any(together[:, 1])
