@@ -8,6 +8,7 @@ import pytest
 from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls, link
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 
 POSITIONS = np.linspace(-1.0, 1.0, 21)
 OPTIONS = {"drive": "a", "loads": {"d": -3.0}, "gravity": [0.0, 0.0, -9.81]}
@@ -157,7 +158,7 @@ def test_responses_hold_for_mechanisms_with_rods(way: str) -> None:
             assert np.max(np.abs(difference)) < 1e-11 * size
 
 
-def test_rods_in_a_loop_of_several_drives() -> None:
+def hexapod() -> str:
     """Six legs with balls at both ends carry a platform: six idle rods, six drives."""
     # Feet and seats in pairs: on similar hexagons the platform would be singular everywhere.
     thirds = 2.0 * np.pi / 3.0 * np.arange(3)
@@ -190,14 +191,19 @@ def test_rods_in_a_loop_of_several_drives() -> None:
             f'<origin xyz="{end}"/></predecessor><successor link="top"><origin xyz="'
             f'{" ".join(repr(float(v)) for v in high)}"/></successor></loop>'
         )
-    mechanism = cd.load(text + "</robot>")
+    return text + "</robot>"
+
+
+def test_rods_in_a_loop_of_several_drives() -> None:
+    text = hexapod()
+    mechanism = cd.load(text)
     drives = [f"leg_{leg}" for leg in range(6)]
     scene = cd.Scene(mechanism, drive=drives, gravity=[0.0, 0.0, -9.81])
     rng = np.random.default_rng(2)
     turn = scene.sweep(0.05 * rng.uniform(-1, 1, (20, 6)), rng.uniform(-1, 1, (20, 6)))
     assert len(turn.idle_rods) == 6
     # While the legs are driven, as the author says, what is described is what a scene does.
-    driven = cd.load((text + "</robot>").replace('"prismatic">', '"prismatic" independent="true">'))
+    driven = cd.load(text.replace('"prismatic">', '"prismatic" independent="true">'))
     report = cd.describe(driven)
     assert len(report.idle_rods) == 6
     assert report.mobility - len(report.idle_rods) == len(drives)
@@ -205,6 +211,35 @@ def test_rods_in_a_loop_of_several_drives() -> None:
     assert turn.loop_residual < 1e-12
     for leg in range(6):
         assert np.max(np.abs(turn[f"ball_{leg}"].moment)) < 1e-10
+
+
+def test_rods_are_solved_like_other_joints(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their spins are equations: no singular values, and as many evaluations as without rods."""
+    evaluations, decompositions = [], []
+    evaluate, svd = GroupSolver.evaluate, np.linalg.svd
+
+    def counted(*arguments: object, **options: object) -> object:
+        evaluations.append(1)
+        return evaluate(*arguments, **options)  # type: ignore[arg-type]
+
+    def decomposed(*arguments: object, **options: object) -> object:
+        decompositions.append(1)
+        return svd(*arguments, **options)  # type: ignore[call-overload]
+
+    lengths = 0.05 * np.random.default_rng(2).uniform(-1.0, 1.0, (40, 6))
+    counts = []
+    for mechanism in (cd.load(hexapod()), cd.load("stewart_platform")):
+        drives = [name for name in mechanism.joint_names if name.startswith("leg_")]
+        scene = cd.Scene(mechanism, drive=drives)
+        scene.sweep(lengths)
+        with monkeypatch.context() as counting:
+            counting.setattr(GroupSolver, "evaluate", counted)
+            counting.setattr(np.linalg, "svd", decomposed)
+            evaluations.clear()
+            scene.sweep(0.9 * lengths)
+        counts.append(len(evaluations))
+    assert not decompositions
+    assert counts[0] <= counts[1] + 2
 
 
 def on_a_turntable(text: str) -> str:
