@@ -185,6 +185,28 @@ def read(text: str, dimension: str, at: str, bare: str = "") -> float:
     raise ModelError(f"{at} = {text!r} {what}; write {valid}")
 
 
+def read_any(text: str, at: str) -> tuple[float, str]:
+    """Return what a text with a unit of any dimension means in SI units, and that SI unit.
+
+    Args:
+        text: see `read`.
+        at: how messages name the place.
+
+    Raises:
+        ModelError: it is no number with a unit that is known.
+    """
+    match = _NUMBER.fullmatch(text)
+    number, name = match.groups() if match else ("", "")
+    for dimension, of_one in DIMENSIONS.items():
+        for unit in of_one:
+            if plain(name) in map(plain, unit.spellings):
+                return unit.to_si(float(number)), si(dimension)
+    raise ModelError(
+        f'{at} = {text!r} is no number with a unit; write a text like "20 deg", '
+        '"-100 N·m" or "1500 rpm"'
+    )
+
+
 def written(name: str, value: float, dimension: str) -> tuple[str, float]:
     """Return the key and the number that a file gives a quantity as, which reads back exactly.
 

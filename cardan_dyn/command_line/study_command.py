@@ -43,7 +43,7 @@ from ..scene.scene import Scene
 from ..studies.parameters import Line, Parameters, checked_parameters, samples, sobol_samples
 from ..studies.study import Study, study
 from ..studies.sweeps import Sweeps
-from ..units import DIMENSIONS, plain, si
+from ..units import read_any
 
 if TYPE_CHECKING:
     from contextlib import ExitStack
@@ -54,8 +54,6 @@ _SWEEP = ("acceleration", "position", "response", "speed")
 _AXIS = ("count", "from", "to", "values")
 _SAMPLES = ("count", "indices", "method", "parameters", "seed")
 _LAWS = ("normal", "uniform")
-_MORE = ("m/s", "m/s²")
-"""Units of slides and of gravity, which drive lines have no use for."""
 
 
 def run(
@@ -232,25 +230,9 @@ def _number(name: str, given: object) -> tuple[float, str]:
     is_factor = "inertia." in name
     if is_factor and isinstance(given, (int, float)) and not isinstance(given, bool):
         return float(given), "1"
-    valid = 'a text like "20 deg", "-100 N·m" or "1500 rpm"'
     if not isinstance(given, str):
-        raise ArgumentError(f"{name} is {described(given)}, expected {valid}")
-    number, _, unit = given.strip().partition(" ")
-    for dimension, units in DIMENSIONS.items():
-        for known in units:
-            if plain(unit) in map(plain, known.spellings):
-                return known.to_si(_float(name, number, valid)), si(dimension)
-    for spelling in _MORE:
-        if plain(unit) == plain(spelling):
-            return _float(name, number, valid), spelling
-    raise ArgumentError(f"{name} = {given!r}: a number, a blank and a unit are expected, {valid}")
-
-
-def _float(name: str, number: str, valid: str) -> float:
-    try:
-        return float(number)
-    except ValueError as error:
-        raise ArgumentError(f"{name}: {number!r} is no number; write {valid}") from error
+        raise ArgumentError(f"{name} is {described(given)}, expected a text like '20 deg'")
+    return read_any(given, name)
 
 
 def _one_unit(name: str, units: list[str]) -> str:

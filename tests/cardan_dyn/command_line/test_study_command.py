@@ -75,7 +75,7 @@ def test_a_run_keeps_results_and_goes_on_only_when_asked(file: Path) -> None:
     ("old", "new", "said"),
     [
         ('"20 deg" }', "20 }", "expected a text like"),
-        ('"-100 N·m"', '"-100 stone"', "a number, a blank and a unit"),
+        ('"-100 N·m"', '"-100 stone"', "is no number with a unit; write a text"),
         ("[wanted]", "[wantet]", "did you mean 'wanted'"),
         ("count = 2 }", "}", "from, to and count|count = 26"),
         ('"0 rpm"', '"0 deg"', "numbers are in rad, rad/s"),
