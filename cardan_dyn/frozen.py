@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, NoReturn, TypeVar
 
@@ -89,13 +89,15 @@ class Record:
         items = fields(self)  # type: ignore[arg-type]
         given = {item.name: getattr(self, item.name) for item in items}
         if any(item.kw_only for item in items):
-            return _made, (type(self), given)
+            return made, (type(self), given, {})
         return type(self), tuple(given.values())
 
 
-def _made(kind: type[Record], given: dict[str, object]) -> Record:
-    """Return a copy; `__reduce__` needs a function without keyword arguments."""
-    return kind(**given)
+def made(kind: Callable[..., _Value], given: dict[str, object], known: dict[str, object]) -> _Value:
+    """Return a copy from its arguments, that knows what is known: `__reduce__` takes no names."""
+    copy = kind(**given)
+    copy.__dict__.update(known)
+    return copy
 
 
 class Value(Record):

@@ -118,14 +118,7 @@ def _check_same(joint: JointScan, contact: PinContact) -> None:
 def _of_joint(
     scan: JointScan, position: Array, force: Array, sense: float
 ) -> list[ComparedReversal]:
-    """Return the reversals of a joint.
-
-    Args:
-        scan: of the joint.
-        position: of the drive `(N,)` in the simulation [rad].
-        force: `(N,)` in it [N].
-        sense: in which the drive turns.
-    """
+    """Return the reversals of a joint beside the force `(N,)` in it at positions of the drive."""
     period = float(scan.position[1] - scan.position[0]) * len(scan.position)
     found = []
     for item in scan.reversals:

@@ -234,10 +234,6 @@ class RigidStart:
         """Return positions and speeds of the slides and tilts of open joints by name.
 
         Those whose force is not unique begin in the middle of the clearance, at rest.
-
-        Args:
-            opened: the mechanism with open joints.
-            pins: of the joints.
         """
         sweep = self._scene.sweep(self.position + _STEP * np.array([-1.0, 0.0, 1.0]), self.speed)
         result: dict[str, tuple[float, float]] = {}
@@ -274,13 +270,8 @@ class RigidStart:
     def _force(self, sweep: Any, name: str, reach: float | None) -> Array:
         """Return the force `(N, 3)` on a pin, or on its first bearing, in the world [N].
 
-        Of two bearings, it is that of the moment that both exert, F = (m × a) / (2 r). Where it is
-        not unique, it is zero.
-
-        Args:
-            sweep: without clearance.
-            name: of the joint.
-            reach: of its bearings, see `OpenPin`.
+        Of two bearings at a distance `reach`, it is that of the moment that both exert,
+        F = (m × a) / (2 r). Where it is not unique, it is zero.
         """
         none = np.zeros((len(sweep), 3))
         if reach is None:

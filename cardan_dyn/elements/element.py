@@ -160,12 +160,7 @@ class Element(Value, ABC):
             object.__setattr__(self, field, value)
 
     def _number(self, field: str, least: float = -math.inf) -> float:
-        """Return a field as a finite number.
-
-        Args:
-            field: its name.
-            least: the smallest number that it may be.
-        """
+        """Return a field as a finite number that is not less than `least`."""
         return number(f"{type(self).__name__}: {field}", getattr(self, field), least)
 
     def _positive(self, field: str) -> float:

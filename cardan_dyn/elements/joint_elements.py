@@ -238,14 +238,7 @@ class Actuator(JointElement):
 
 
 def _at_places(function: Callable[[Any], Any], at: Array, label: str, of: str) -> Array:
-    """Return the values of a function at times or positions `(N,)`.
-
-    Args:
-        function: takes an array of them, or only a number.
-        at: [s, rad or m].
-        label: how messages call the function.
-        of: `time` or `position`.
-    """
+    """Return the values of a function at `(N,)` times or positions, all at once if it can."""
     if len(at) > 1 and np.any(at != at[0]):
         values = _of_array(function, at)
         if values is not None:

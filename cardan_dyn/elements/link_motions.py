@@ -136,14 +136,7 @@ class LinkMotions:
 
 
 def _moved(start: LinkMotion, step: _Step, x: Array, v: Array) -> LinkMotion:
-    """Return where a frame is after the motion of its part.
-
-    Args:
-        start: the frame with the part at zero.
-        step: the part and its columns.
-        x: `(N, size)` coordinates.
-        v: `(N, nv)` joint velocities.
-    """
+    """Return where a frame is after the motion of its part; `start` has the part at zero."""
     if step.part.kind == "spherical":
         rotation = start.rotation @ _of_quaternion(x[:, step.column : step.column + 4])
         rates = v[:, step.rate : step.rate + 3]

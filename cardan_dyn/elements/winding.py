@@ -227,14 +227,8 @@ def _sum_of(
 ) -> tuple[list[int], Array, Array, float] | None:
     """Return how the turn of a frame adds up; None if it is not one about the way's axis.
 
-    Args:
-        way: between their bodies.
-        first: `(3, 3)` rotation of the first frame in the body from which the way leads.
-        second: of the other one in the body to which it leads.
-        zero: `(size,)` coordinates of the description's zero, where it is less than half a turn.
-
-    Returns:
-        Columns, signs, `(3,)` the axis in the first frame, and the angle at zero [rad].
+    That is columns, signs, the axis `(3,)` in the first frame, and the angle at the description's
+    `zero` [rad], less than half a turn. `first` and `second` turn the frames in their bodies.
     """
     if way.axis is None:
         return None

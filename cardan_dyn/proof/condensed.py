@@ -47,16 +47,11 @@ def condensed(residuals: Residuals) -> Residuals:
 
 
 def _greatest_quotients(offset: Array, slope: Array, error: Array, first: float) -> Array:
-    """Return which of N quotients are the greatest ones for some g, from `first` on.
+    """Return which of N quotients error / (offset + g slope) are the greatest for some g ≥ first.
 
     Their inverses are straight lines, offset / error + g slope / error: those on the lower side of
-    all of them are found one after the other, each where it crosses the one before.
-
-    Args:
-        offset: `(N,)`.
-        slope: `(N,)`.
-        error: `(N,)`, greater than zero.
-        first: least g.
+    all of them are found one after the other, each where it crosses the one before. Errors are
+    positive.
     """
     if not len(error):
         return np.zeros(0, dtype=int)

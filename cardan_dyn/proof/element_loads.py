@@ -262,14 +262,8 @@ class ProvenElements:
         """Return rotation vectors `(N, 3)` with the whole turns that the joints have made.
 
         Of joints whose axes are parallel in the world at every sample, the angles add up to the
-        rotation but for what it is at zero, which is less than half a turn.
-
-        Args:
-            element: the bushing.
-            turn: `(N, 3)` shortest rotation vectors in the axes of its first frame.
-            first: its first frame.
-            state: of the mechanism.
-            x: `(N, size)` coordinates, whole turns counted.
+        rotation but for what it is at zero, which is less than half a turn. The shortest rotation
+        vectors `turn` are in the axes of the bushing's first frame.
         """
         for angles, direction in self._sums(element, state, x):
             axis = np.einsum("cin,in->nc", first.axes, direction)

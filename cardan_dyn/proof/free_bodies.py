@@ -372,10 +372,7 @@ def _power(efforts: Array, rates: Array) -> Array:
 def _load_wrench(load: LinkLoad, placement: Array, frame: Array) -> Array:
     """Return a load on a link as a wrench `(2, 3, N)` in world axes about `Frames.corner`.
 
-    Args:
-        load: the load.
-        placement: `(4, 4)` of the link in its body's frame.
-        frame: `(4, 3, N)` of the body.
+    The link is placed `(4, 4)` in its body, whose frame is `(4, 3, N)`.
     """
     axes = np.einsum("cj,cin->jin", placement[:3, :3], frame[:3])
     point = np.einsum("c,cin->in", placement[:3, 3], frame[:3]) + frame[3]

@@ -116,11 +116,6 @@ class MassiveBodies:
         """Return `(B, 3, N)` rates of the angular momenta about the centres, in world axes.
 
         By Euler's equations in the axes of each body, in which its inertia is constant.
-
-        Args:
-            frames: `(B, 4, 3, N)` that carry the bodies.
-            spin: angular velocities `(B, 3, N)` in world axes.
-            spin_rate: angular accelerations, likewise.
         """
         body_spin, body_spin_rate = (
             np.einsum("bcin,bin->bcn", frames[:, :3], vectors) for vectors in (spin, spin_rate)

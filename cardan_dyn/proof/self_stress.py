@@ -174,11 +174,9 @@ class SelfStressProof:
         return np.concatenate([matrix * self._row_scale, couplings], axis=2)
 
     def _changes(self, x: Array) -> tuple[list[Array], Array]:
-        """Return how self-stresses change the wrenches at some positions.
+        """Return per position what self-stresses add to the wrenches, see `_on_joints`.
 
-        Returns:
-            Per position `(J, 2, 3, k)` of every joint in its frame, force and moment, for a basis
-            of self-stresses; and `(n,)` whether the rank at a position is beyond doubt.
+        And `(n,)` whether the rank at a position is beyond doubt.
         """
         state = self._twists.state(x)
         null_spaces, clear = _null_spaces(self._equilibrium(state, len(x)))
@@ -186,11 +184,9 @@ class SelfStressProof:
         return list(map(self._on_joints, null_spaces, joint_frames)), clear
 
     def _on_joints(self, stresses: Array, joint_frames: Array) -> Array:
-        """Return what self-stresses add to all wrenches, `(J, 2, 3, k)` in the joints' frames.
+        """Return what a basis of self-stresses `(C, k)` adds to all wrenches, `(J, 2, 3, k)`.
 
-        Args:
-            stresses: `(C, k)` orthonormal basis of the self-stresses at one position.
-            joint_frames: `(J, 4, 3)` at that position.
+        Force and moment, in the joints' frames `(J, 4, 3)`.
         """
         loops = self._signs.shape[1]
         # Of every loop, force over the length and moment about the corner.
@@ -254,13 +250,9 @@ def _contradiction(
 
 
 def _null_spaces(matrices: Array) -> tuple[list[Array], Array]:
-    """Return orthonormal bases of the null spaces of matrices, and where their rank is clear.
+    """Return bases `(C, k)` of the null spaces of `(N, R, C)`, and whether their ranks are clear.
 
-    Args:
-        matrices: `(N, R, C)`.
-
-    Returns:
-        Per matrix `(C, k)`, and `(N,)` whether no singular value lies between zero and not zero.
+    Orthonormal; `(N,)` whether no singular value lies between zero and not zero.
     """
     count, rows, columns = matrices.shape
     if not rows:

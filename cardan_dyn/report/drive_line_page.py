@@ -213,7 +213,8 @@ def verdict_groups(verdict: Verdict) -> list[Group]:
     for title, members in groupby(verdict, key=lambda row: row.texts[0]):
         rows = list(members)
         valued = [row for row in rows if row.value is not None]
-        shared = [text for text in (valued[0].broken if valued else ()) if _in_all(text, valued)]
+        broken = valued[0].broken if len(valued) > 1 else ()
+        shared = [text for text in broken if all(text in row.broken for row in valued)]
         own = [
             (row, [text for text in row.remarks if text.removeprefix("! ") not in shared])
             for row in valued
@@ -225,10 +226,6 @@ def verdict_groups(verdict: Verdict) -> list[Group]:
         ]
         found.append(Group(title, tuple(shared), own, missing))
     return found
-
-
-def _in_all(text: str, rows: list[VerdictRow]) -> bool:
-    return len(rows) > 1 and all(text in row.broken for row in rows)
 
 
 def best_forks(line: DriveLine, teeth: int | None = None) -> Phasing[DriveLine] | None:

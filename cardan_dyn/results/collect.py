@@ -204,15 +204,9 @@ def _motion(
     x: Array,
     rates: Rates | Callable[[], Rates],
 ) -> Motion:
-    """Return a motion, in which coordinates that were not solved are NaN.
+    """Return a motion from coordinates `(N, size)` and rates (see `Motion`).
 
-    Otherwise starting guesses could be taken for results.
-
-    Args:
-        solver: of the scene.
-        assembled: its positions.
-        x: coordinates `(N, size)`.
-        rates: see `Motion`.
+    Coordinates that were not solved are NaN: starting guesses could be taken for results.
     """
     problem = solver.problem
     coordinates = problem.mechanism.coordinates

@@ -52,7 +52,7 @@ from ..arrays import Array
 from ..checks import described
 from ..elements.link_loads import WRENCH_COMPONENTS, Wrench
 from ..errors import ArgumentError, ModelError, choices
-from ..frozen import frozen, read_only
+from ..frozen import frozen, made, read_only
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
@@ -163,7 +163,7 @@ class Sweep(MotionResult, Prescribed):
         values = {"problem": self._problem, "source": self._source, **stored}
         # A response solves the motion when it is first read, to other roundings each time.
         known = {name: self.__dict__[name] for name in ("motion",) if name in self.__dict__}
-        return _restored, (type(self), values, known)
+        return made, (type(self), values, known)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -426,13 +426,6 @@ def _greatest(wrench: JointWrench) -> tuple[str, ...]:
     return (wrench.joint, *parts, unique)
 
 
-def _restored(kind: type[Sweep], values: dict[str, object], known: dict[str, object]) -> Sweep:
-    """Return a copy that knows what is known."""
-    sweep = kind(**values)  # type: ignore[arg-type]
-    sweep.__dict__.update(known)
-    return sweep
-
-
 def _table_of(sweep: Sweep, motion: bool) -> Table:
     """Return the table of a sweep; see `Sweep.to_xarray`."""
     unique = np.array(sweep.unique)
@@ -583,15 +576,10 @@ def _sample_dims(sweep: Sweep) -> tuple[str, ...]:
 
 
 def _varying_dims(values: Array, sweep: Sweep, trailing: int = 0) -> tuple[tuple[str, ...], Array]:
-    """Return the dimensions along which something was given, and the values along these.
+    """Return the dimensions along which values `(..., trailing)` were given, and the values there.
 
     In a sweep over one dimension all coordinates have it. On a grid each has only the dimensions
     along which it varies, since otherwise it would be as large as the grid.
-
-    Args:
-        values: `(..., trailing)`, to be broadcast with the operating points.
-        sweep: of the operating points.
-        trailing: number of dimensions that are not those of the operating points.
     """
     names, rest = _sample_dims(sweep), values.shape[values.ndim - trailing :]
     if len(names) == 1:

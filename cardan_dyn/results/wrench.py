@@ -189,13 +189,12 @@ class JointWrench:
         directions = _directions_across(*self.axis.tolist())
         # In a Cardan joint one of the two components is zero throughout, which spares its
         # evaluation and the square root.
-        acting = [item for item in directions if not self._vanishes(first, item)]
+        vanishes = self._components.vanishes
+        acting = [
+            item for item in directions if not all(vanishes(first + axis) for axis, _ in item)
+        ]
         components = [self._sum(first, item) for item in acting or directions[:1]]
         return np.asarray(np.hypot(*components) if len(acting) == 2 else np.abs(components[0]))
-
-    def _vanishes(self, first: int, direction: _Direction) -> bool:
-        """Return whether all components that a direction has are zero throughout."""
-        return all(self._components.vanishes(first + axis) for axis, _ in direction)
 
     def _sum(self, first: int, direction: _Direction) -> Array:
         """Return the component along a constant direction; most directions are frame axes."""

@@ -164,13 +164,9 @@ def _shares(mechanism: Mechanism, x: Array, wanted: Mapping[str, float]) -> list
 def _closed(
     structure: Structure, x: Array, wanted: Mapping[str, float], share: float = 1.0
 ) -> Array:
-    """Return closed coordinates `(size,)` near others.
+    """Return closed coordinates `(size,)` near others, where some joints went a share of their way.
 
-    Args:
-        structure: of the mechanism.
-        x: `(size,)` coordinates to start from.
-        wanted: positions that some joints move towards, and at which they are kept.
-        share: which part of the way from where they are they move.
+    They move towards the positions that are wanted of them, and are kept there.
     """
     mechanism = structure.mechanism
     coordinates = mechanism.coordinates

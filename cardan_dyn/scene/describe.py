@@ -57,9 +57,8 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
             components.append(_counted_component(mechanism, structure, item.group))
             loops.update(_counted_loops(mechanism, structure, item.group))
     coordinates = mechanism.model.nv
-    driven = mechanism.coordinates.rates_of(
-        name for joint in mechanism.independent_joints for name in _coordinates_of(mechanism, joint)
-    )
+    named = mechanism.coordinates.named.values()
+    driven = {item.rate for item in named if item.joint in mechanism.independent_joints}
     rank = sum(component.rank for component in components)
     return MechanismReport(
         name=mechanism.name,
@@ -70,17 +69,11 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         length=mechanism.characteristic_length,
         components=components,
         loops=[loops[index] for index in sorted(loops)],
-        idle_rods=rods_by_name(mechanism, set(range(coordinates)) - set(driven)),
+        idle_rods=rods_by_name(mechanism, set(range(coordinates)) - driven),
         drivable=tuple(mechanism.drivable),
         warnings=mechanism.warnings,
         place=place,
     )
-
-
-def _coordinates_of(mechanism: Mechanism, joint: str) -> list[str]:
-    """Return the names of the turns and slides of a joint."""
-    named = mechanism.coordinates.named
-    return [name for name, coordinate in named.items() if coordinate.joint == joint]
 
 
 def _component(mechanism: Mechanism, states: GenericStates) -> ComponentReport:
@@ -150,10 +143,7 @@ def _name_and_type(mechanism: Mechanism, index: int) -> tuple[str, str]:
 def _indeterminate(mechanism: Mechanism, stress: SelfStress, multipliers: Array) -> dict[str, str]:
     """Return which components of which joints the self-stresses that load a loop change.
 
-    Args:
-        mechanism: the mechanism.
-        stress: all self-stresses of its component, in K configurations.
-        multipliers: `(K, 6, k)` of the loop's rows.
+    Those of its component in K configurations, with the multipliers `(K, 6, k)` of its rows.
     """
     # Only combinations of self-stresses that load the loop count.
     _, values, combinations = np.linalg.svd(multipliers, full_matrices=False)

@@ -21,7 +21,7 @@ from ..errors import (
     CardanError,
     SingularConfigurationError,
 )
-from ..frozen import frozen, read_only
+from ..frozen import frozen, made, read_only
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..problem.samples import Acting, acting_on
 from ..results.collect import Scattered, sweep_of
@@ -301,7 +301,7 @@ class Trajectory(MotionResult, Prescribed):
         known |= {
             name: self.__dict__[name] for name in ("work", "_misfit") if name in self.__dict__
         }
-        return _restored, (self._course, self.time, known)
+        return made, (Trajectory, {"course": self._course, "time": self.time}, known)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -766,13 +766,6 @@ class Trajectory(MotionResult, Prescribed):
             samples={"time": len(self.time)},
             attributes={**swept.attributes, **told},
         )
-
-
-def _restored(course: Course, time: Array, known: dict[str, object]) -> Trajectory:
-    """Return a copy that knows what is known."""
-    trajectory = Trajectory(course, time)
-    trajectory.__dict__.update(known)
-    return trajectory
 
 
 def _squeezed(values: Array) -> Array:

@@ -67,12 +67,7 @@ def pin_orbit(
 
 
 def _states(course: JointContact, impacts: Array) -> dict[str, Array]:
-    """Return which points `(N,)` belong to the line of each state; where it changes, to both.
-
-    Args:
-        course: what the pin does.
-        impacts: begin and end of each `(K, 2)` [s].
-    """
+    """Return which points `(N,)` belong to the line of each state; where it changes, to both."""
     middles = 0.5 * (course.time[1:] + course.time[:-1])
     begun, ended = (np.searchsorted(np.sort(column), middles) for column in impacts.T)
     pressed = begun > ended
