@@ -33,6 +33,7 @@ TASKS = (
     "long_time",
     "thousand_periods",
     "hammering",
+    "studies",
     "stability_charts",
     "stress_simulation",
     "stress",

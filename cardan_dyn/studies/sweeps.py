@@ -157,40 +157,29 @@ class Sweeps(Frozen):
         self, mesh: Mapping[str, Array], built: list[str], shape: tuple[int, ...]
     ) -> Outcomes:
         """Return results over scenes, each of which is made once."""
+        mesh = {
+            name: values.reshape((1,) * (len(shape) - values.ndim) + values.shape)
+            for name, values in mesh.items()
+        }
         made = np.broadcast_shapes(*(mesh[name].shape for name in built))
-        lead = (1,) * (len(shape) - len(made)) + made
         collected: dict[str, Array] = {}
-        found: Outcomes | None = None
-        for place in np.ndindex(*lead):
+        for place in np.ndindex(*made):
             # Along these axes the scenes differ, along the others a sweep goes.
-            part = {
-                name: values.reshape((1,) * (len(shape) - values.ndim) + values.shape)
-                for name, values in mesh.items()
-            }
-            index = {
-                name: values[
-                    tuple(
-                        slice(at, at + 1) if of_scenes > 1 and size > 1 else slice(None)
-                        for at, of_scenes, size in zip(place, lead, values.shape, strict=True)
-                    )
-                ]
-                for name, values in part.items()
-            }
-            scene = self._made_of({name: index.pop(name).item() for name in built})
-            inner = tuple(
-                1 if of_scenes > 1 else size for of_scenes, size in zip(lead, shape, strict=True)
+            here = tuple(
+                slice(at, at + 1) if size > 1 else slice(None)
+                for at, size in zip(place, made, strict=True)
             )
-            found = self._of(scene, index, inner)
-            target = tuple(
-                slice(at, at + 1) if of_scenes > 1 else slice(None)
-                for at, of_scenes in zip(place, lead, strict=True)
-            )
+            part = {}
+            for name, values in mesh.items():
+                sizes = zip(here, values.shape, strict=True)
+                part[name] = values[tuple(at if size > 1 else slice(None) for at, size in sizes)]
+            scene = self._made_of({name: part.pop(name).item() for name in built})
+            swept = tuple(1 if own > 1 else size for own, size in zip(made, shape, strict=True))
+            found = self._of(scene, part, swept)
             for name, item in found.variables.items():
                 rest = item.values.shape[len(shape) :]
                 whole = collected.setdefault(name, np.empty((*shape, *rest), item.values.dtype))
-                whole[target] = item.values
-        if found is None:
-            raise ArgumentError("parameters are empty")
+                whole[here] = item.values
         variables = {
             name: item._replace(values=collected[name]) for name, item in found.variables.items()
         }
@@ -219,17 +208,15 @@ class Sweeps(Frozen):
             )
         if trailing and any(_stem(name) == "position" for name in mesh):
             raise ArgumentError("position is a parameter and an argument of Sweeps: give one")
-        # A number alone would make the axes of the cases vanish.
-        over = (*shape, 1) if trailing else shape
-        if "time" not in arguments and not self.response:
-            arguments["time"] = np.zeros((1,) * len(over))
         sweep = self._swept(scene, arguments)
+        axes = (1,) * (len(shape) + trailing)
         variables = {}
         # What they are is asked of the first case alone.
         units = _columns(sweep) if math.prod(shape) == 1 else {}
         for name, (column, way) in self.wanted.items():
             values = np.asarray(_values(sweep, column))
-            values = np.broadcast_to(values, np.broadcast_shapes(values.shape, (1,) * len(over)))
+            # Axes along which nothing varies.
+            values = np.broadcast_to(values, np.broadcast_shapes(values.shape, axes))
             dims: tuple[str, ...] = ("position",) if trailing else ()
             if way:
                 values, dims = _OVER[way](values), ()
@@ -348,7 +335,9 @@ def _arguments(scene: Scene, mesh: Mapping[str, Array], trailing: int, ndim: int
 
 def _values(sweep: Sweep, column: str) -> Array:
     """Return the values of a column over the samples of a sweep."""
-    if column in ("drive_effort", "condition", "elastic_energy"):
+    if column in ("condition", "elastic_energy") or (
+        column == "drive_effort" and len(sweep.coordinates) == 1
+    ):
         return np.asarray(getattr(sweep, column))
     owner, _, quantity = column.rpartition(".")
     if quantity in ("position", "velocity", "acceleration") and owner:
