@@ -82,7 +82,8 @@ def packed(job: Job) -> bytes:
     Raises:
         CardanError: it cannot be pickled.
     """
-    cloudpickle = _cloudpickle()
+    import cloudpickle
+
     try:
         data = bytes(cloudpickle.dumps(job))
         cloudpickle.loads(data)
@@ -94,12 +95,12 @@ def packed(job: Job) -> bytes:
     return data
 
 
-def _cloudpickle() -> Any:
-    try:
-        import cloudpickle
-    except ImportError as error:
-        raise missing("cloudpickle") from error
-    return cloudpickle
+def copied(job: Job) -> Job:
+    """Return a copy of a job that nothing has used; see `packed`."""
+    import cloudpickle
+
+    copy: Job = cloudpickle.loads(packed(job))
+    return copy
 
 
 def missing(package: str) -> MissingExtraError:
@@ -133,7 +134,8 @@ def compute(
     data = _RECEIVED.get(job.key)
     if data is None:
         return None
-    loads = _cloudpickle().loads
+    from cloudpickle import loads
+
     began = perf_counter()
     # One thread for linear algebra: workers would fight for cores, and sums depend on the number.
     with _one_thread():

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import builtins
 import dataclasses
+import dis
 import hashlib
 import inspect
 import pickle
@@ -65,6 +66,7 @@ class _Walk:
         self.parts = parts
         self.mechanisms: list[Mechanism] = []
         self._seen: dict[int, object] = {}
+        self._modules: set[str] = set()
 
     def add(self, name: str, item: object) -> None:
         """Write an object, and what it refers to, under a name."""
@@ -98,7 +100,9 @@ class _Walk:
             self._class(f"{type(item).__name__}", type(item))
             for field in dataclasses.fields(item):
                 self.add(f"{field.name} of {name}", getattr(item, field.name))
-        elif callable(item) and not issubclass(type(item), _WITHOUT_CODE):
+        elif isinstance(item, (set, frozenset)):
+            self.parts[name] = _digest(repr(sorted(map(repr, item))))
+        elif self._has_code(item):
             self._class(type(item).__name__, type(item))
             self.add(
                 f"attributes of {name}", vars(item) if hasattr(item, "__dict__") else repr(item)
@@ -108,10 +112,17 @@ class _Walk:
             self._seen.pop(id(item), None)
             self.parts[name] = _digest(item)
 
+    def _has_code(self, item: object) -> bool:
+        """Return whether an object is of a class whose code decides results."""
+        if isinstance(item, _WITHOUT_CODE):
+            return False
+        return callable(item) or type(item).__module__ in self._modules
+
     def _function(self, name: str, function: FunctionType) -> None:
         if _is_ours(function.__module__):
             self.parts[name] = f"{function.__module__}.{function.__qualname__}"
             return
+        self._modules.add(function.__module__)
         self.parts[f"the code of {function.__qualname__}"] = _code(function)
         self.add(f"defaults of {function.__qualname__}", function.__defaults__ or ())
         self.add(f"defaults of {function.__qualname__}", function.__kwdefaults__ or {})
@@ -173,8 +184,10 @@ def _plain(code: CodeType) -> tuple[Any, ...]:
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """Iterate over the names that code looks up, that of inner functions included."""
-    yield from code.co_names
+    """Iterate over the globals that code looks up, those of inner functions included."""
+    for step in dis.get_instructions(code):
+        if step.opname in ("LOAD_GLOBAL", "LOAD_NAME"):
+            yield step.argval
     for item in code.co_consts:
         if isinstance(item, CodeType):
             yield from _names(item)

@@ -13,7 +13,7 @@ import platform
 import shutil
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import metadata
 from itertools import pairwise
@@ -177,19 +177,17 @@ class Store:
 
     def extend(self, told: Mapping[str, Any], parameters: Parameters) -> None:
         """Make room for what parameters have in addition; what is there is kept."""
-        if told["parameters"] == json.loads(json.dumps(_told(parameters))):
-            return
         with _advice(self, "written"):
-            before = [item["count"] for item in told["parameters"]]
             schema = Schema.from_json(told["schema"])
-            for block, count in zip(parameters.blocks, before, strict=True):
-                if block.count > count:
-                    self._write_parameters(block, count)
-            sizes = {name: item.shape for name, item in schema.variables.items()}
+            for item, block in zip(told["parameters"], parameters.blocks, strict=True):
+                self._write_parameters(block, item["count"])
+            rest = {name: item.shape for name, item in schema.variables.items()}
             # The states last, then what is said: until then, it is extended once more.
-            for name, rest in {**sizes, "failure": (), "state": ()}.items():
-                self._array(name).resize((*parameters.shape, *rest))
-            self._group.attrs.update(_attributes({"parameters": _told(parameters)}))
+            for name, own in {**rest, "failure": (), "state": ()}.items():
+                self._resize(name, (*parameters.shape, *own))
+            now = _told(parameters)
+            if told["parameters"] != json.loads(json.dumps(now)):
+                self._group.attrs.update(_attributes({"parameters": now}))
 
     def refuse_other_values(self, told: Mapping[str, Any], parameters: Parameters) -> None:
         """Refuse parameters that were said alike and are others: SciPy has changed its samples.
@@ -248,11 +246,16 @@ class Store:
             texts = np.asarray(self._array("failure")[box])
         return [(tuple(place), str(texts[tuple(place)])) for place in failed]
 
-    def dataset(self, parameters: Parameters) -> xarray.Dataset:
-        """Return everything as a Dataset, whose arrays are read when they are used."""
+    def dataset(self, coordinates: Sequence[str]) -> xarray.Dataset:
+        """Return everything as a Dataset, whose arrays are read when they are used.
+
+        Args:
+            coordinates: names of the variables that are some.
+        """
         import xarray
 
-        small = max(parameters.shape, default=0) <= _MOST_INDEXED
+        told = self.found() or {}
+        small = all(item["count"] <= _MOST_INDEXED for item in told["parameters"])
         with _advice(self, "read"):
             data = xarray.open_zarr(
                 self.place,
@@ -261,13 +264,7 @@ class Store:
                 storage_options=self.options,
                 create_default_indexes=small,
             )
-        names = [name for name in (*parameters.units, *self._coordinates) if name in data]
-        return data.set_coords(names).drop_vars("failure")
-
-    @property
-    def _coordinates(self) -> list[str]:
-        told = self.found() or {}
-        return list(told.get("schema", {}).get("coordinates", {}))
+        return data.set_coords(list(coordinates)).drop_vars("failure")
 
     def _array(self, name: str) -> Any:
         if name not in self._arrays:
@@ -299,21 +296,25 @@ class Store:
         self._arrays[name] = array
         return array
 
+    def _resize(self, name: str, shape: tuple[int, ...]) -> None:
+        array = self._array(name)
+        if array.shape != shape:
+            array.resize(shape)
+
     def _write_parameters(self, block: Block, start: int) -> None:
         """Write the values of parameters from an index on, in parts that fit into memory."""
-        parts = [*range(start, block.count, _AT_ONCE), block.count]
-        for first, last in pairwise(parts):
+        for name, values in block.values(0, 1).items():
+            is_text = values.dtype.kind == "U"
+            if name not in self._group:
+                about = {"units": block.units[name]} if block.units[name] else {}
+                size = min(block.count, _AT_ONCE)
+                kind = "str" if is_text else values.dtype.str.replace("b1", "i1")
+                self._make(name, (block.count,), (size,), kind, (block.dim,), about)
+            self._resize(name, (block.count,))
+        for first, last in pairwise([*range(start, block.count, _AT_ONCE), block.count]):
             for name, values in block.values(first, last).items():
-                is_text = values.dtype.kind == "U"
-                if name not in self._group:
-                    about = {"units": block.units[name]} if block.units[name] else {}
-                    size = min(block.count, _AT_ONCE)
-                    kind = "str" if is_text else values.dtype.str.replace("b1", "i1")
-                    self._make(name, (block.count,), (size,), kind, (block.dim,), about)
-                array = self._array(name)
-                if array.shape != (block.count,):
-                    array.resize((block.count,))
-                array[first:last] = values.astype(object) if is_text else values
+                plain = values.astype(object) if values.dtype.kind == "U" else values
+                self._array(name)[first:last] = plain
 
 
 def refuse_different(

@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
-from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, sent
+from .chunk import FAILED, Box, Computed, Job, copied, entry, failure, missing, packed, sent
 from .chunking import boxes, chunk_shape, count, slabs
 from .engines import Engine, Here, OfDask, OfExecutor, Task
 from .fingerprint import descriptions, fingerprint
@@ -28,8 +28,6 @@ from .store import Store, refuse_different
 from .sweeps import Sweeps
 
 if TYPE_CHECKING:
-    import os as paths
-
     import pandas
     import xarray
 
@@ -62,7 +60,7 @@ class Study:
     ) -> None:
         self.parameters = job.parameters
         self.store = store
-        self._job, self._name, self._chunk_given = job, name, chunk
+        self._job, self._trial, self._name, self._chunk_given = job, job, name, chunk
         self._client, self._executor, self._workers = client, executor, workers
         self._seconds = math.nan
         self._told: dict[str, Any] | None = None
@@ -80,7 +78,7 @@ class Study:
         """
         self._prepare()
         schema, chunk = self._schema, self._chunk_shape
-        done = self._count()[0] if self._told is not None else 0
+        done = self._count()[0]
         left = self.parameters.count - done
         if left and math.isnan(self._seconds):
             self._time()
@@ -120,7 +118,9 @@ class Study:
         """
         retry = flag("retry", retry)
         self._prepare()
-        if self._told is None:
+        self._told = None  # Others may have gone on with it.
+        there = self._read()
+        if there is None:
             if retry:
                 raise CardanError(
                     "nothing was computed, so that nothing failed: run() without retry"
@@ -128,7 +128,7 @@ class Study:
             self._make()
         else:
             self.store.open(writable=True)
-            self.store.extend(self._told, self.parameters)
+            self.store.extend(there, self.parameters)
             self._told = self.store.found()
         done, failed = self._count()
         left = failed if retry else self.parameters.count - done
@@ -175,11 +175,10 @@ class Study:
         Raises:
             CardanError: nothing was computed, or the store cannot be read.
         """
-        if self._told is None:
-            self._told = self.store.found()
-        if self._told is None:
+        told = self._read()
+        if told is None:
             raise CardanError("nothing was computed yet: run() the study")
-        return self.store.dataset(self.parameters)
+        return self.store.dataset([*self.parameters.units, *told["schema"]["coordinates"]])
 
     @property
     def failures(self) -> pandas.DataFrame:
@@ -229,20 +228,16 @@ class Study:
 
     def _slabs(self) -> Iterator[tuple[Box, Array]]:
         """Iterate over boxes of whole chunks, and the states of their cases."""
-        if self._told is None:
-            self._told = self.store.found()
-        if self._told is not None:
-            # Before it is extended, the store has fewer cases than the study.
-            shape = [item["count"] for item in self._told["parameters"]]
-            for slab in slabs(shape, self._told["chunk"], _LOOKED_AT):
+        told = self._read()
+        if told is not None:
+            for slab in slabs(_shape(told), told["chunk"], _LOOKED_AT):
                 yield slab, self.store.states(slab)
 
     def _states(self) -> Iterator[tuple[Box, Array]]:
         """Iterate over chunks and the states of their cases."""
+        told = self._read() or {}
         for slab, states in self._slabs():
-            told = self._told or {}
-            shape = [item["count"] for item in told["parameters"]]
-            for box in boxes(shape, told["chunk"], slab):
+            for box in boxes(_shape(told), told["chunk"], slab):
                 place = tuple(
                     slice(span.start - of.start, span.stop - of.start)
                     for span, of in zip(box, slab, strict=True)
@@ -270,20 +265,34 @@ class Study:
         """Find out what cases return and how a chunk is computed, or read it from the store."""
         if self._chunk is not None:
             return
-        told = self.store.found()
+        # What is tried and timed is a copy: the function is sent as it came.
+        self._trial = copied(self._job)
+        told = self._read()
         if told is not None:
-            refuse_different(told, self._prints, self.parameters, self.store)
-            self.store.refuse_other_values(told, self.parameters)
-            self._job = self._job._replace(schema=Schema.from_json(told["schema"]))
+            self._use(Schema.from_json(told["schema"]))
             self._chunk = tuple(told["chunk"])
-            packed(self._job)
-            self._told = told
             return
-        packed(self._job)
-        self._job = self._job._replace(schema=first_schema(self._job))
+        self._use(first_schema(self._trial))
         if self._job.broadcasts and not isinstance(self._job.function, Sweeps):
             refuse_not_vectorized(self._job)
         self._chunk = self._chosen_chunk()
+
+    def _use(self, schema: Schema) -> None:
+        self._job, self._trial = (job._replace(schema=schema) for job in (self._job, self._trial))
+
+    def _read(self) -> dict[str, Any] | None:
+        """Return what is said of the study in the store, which is this one; None without any.
+
+        Raises:
+            CardanError: it is another one, or cannot be read.
+        """
+        if self._told is None:
+            told = self.store.found()
+            if told is not None:
+                refuse_different(told, self._prints, self.parameters, self.store)
+                self.store.refuse_other_values(told, self.parameters)
+            self._told = told
+        return self._told
 
     @property
     def _prints(self) -> dict[str, str]:
@@ -314,7 +323,7 @@ class Study:
 
     def _time(self) -> None:
         """Measure how long a case takes."""
-        self._seconds = seconds_per_case(self._job, self._taken_at_once())
+        self._seconds = seconds_per_case(self._trial, self._taken_at_once())
 
     def _taken_at_once(self) -> list[int]:
         """Return the dimensions that one call takes."""
@@ -390,11 +399,16 @@ class Study:
             yield OfDask(client, job)
 
 
+def _shape(told: Mapping[str, Any]) -> list[int]:
+    """Return the number of points along each dimension of a store: fewer, before it is extended."""
+    return [item["count"] for item in told["parameters"]]
+
+
 def study(
     function: Callable[..., object],
     parameters: object,
     *,
-    store: str | paths.PathLike[str] | Any = None,
+    store: str | os.PathLike[str] | Any = None,
     client: Any = None,
     executor: futures.Executor | None = None,
     workers: int | None = None,

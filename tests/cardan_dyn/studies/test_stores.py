@@ -247,3 +247,75 @@ def test_what_fails_in_a_call_of_many_is_found_by_halves() -> None:
     np.testing.assert_array_equal(
         study.dataset.value.dropna("a"), np.sqrt(np.delete(np.arange(64.0), 7))
     )
+
+
+def test_a_store_that_was_extended_meanwhile_is_not_shortened(tmp_path: Path) -> None:
+    place = tmp_path / "half.zarr"
+    first = cd.study(half, AXIS, store=place, workers=1, chunk=4).run()
+    cd.study(half, {"a": (np.arange(14.0), "m")}, store=place, workers=1).run()
+    with pytest.raises(cd.CardanError, match="14 points there and 10 here"):
+        first.run()
+    assert xarray.open_zarr(place, consolidated=False).sizes["a"] == 14
+
+
+def test_another_studys_results_are_not_shown(tmp_path: Path) -> None:
+    cd.study(half, AXIS, store=tmp_path / "half.zarr", workers=1).run()
+    other = cd.study(half, {"a": np.ones(10)}, store=tmp_path / "half.zarr", workers=1)
+    for look in (lambda: other.dataset, lambda: other.failures, other.plan):
+        with pytest.raises(cd.CardanError, match="another study"):
+            look()
+
+
+def test_an_extension_that_was_killed_goes_on(tmp_path: Path, monkeypatch: Any) -> None:
+    place = tmp_path / "half.zarr"
+    cd.study(half, AXIS, store=place, workers=1, chunk=4).run()
+    longer = {"a": (np.arange(14.0), "m")}
+
+    def ending(array: Any, shape: Any) -> None:
+        if array.basename == "row":
+            raise SystemExit("killed")
+        original(array, shape)
+
+    original = zarr.Array.resize
+    with monkeypatch.context() as patch:
+        patch.setattr(zarr.Array, "resize", ending)
+        with pytest.raises(SystemExit):
+            cd.study(half, longer, store=place, workers=1).run()
+    # As it was, and as it was to be.
+    assert cd.study(half, AXIS, store=place, workers=1).run().dataset.row.shape == (10, 3)
+    data = cd.study(half, longer, store=place, workers=1).run().dataset
+    np.testing.assert_array_equal(data.half, np.arange(14.0) / 2.0)
+
+
+class Learning:
+    """A function whose results depend on how often it was called."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def __call__(self, a: float) -> float:
+        self.calls += 1
+        return a + 100.0 * self.calls
+
+
+def test_what_a_function_learns_while_it_is_timed_makes_no_difference(tmp_path: Path) -> None:
+    function = Learning()
+    study = cd.study(function, AXIS, workers=1, chunk=5)
+    study.plan()
+    expected = np.arange(10.0) + 100.0 * np.tile(np.arange(1.0, 6.0), 2)
+    np.testing.assert_array_equal(study.run().dataset.value, expected)
+    assert function.calls == 0
+
+
+def test_ctrl_c_keeps_what_is_finished(tmp_path: Path) -> None:
+    place = tmp_path / "half.zarr"
+
+    def press(done: int, failed: int) -> None:
+        if done >= 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cd.study(half, AXIS, store=place, workers=1, chunk=2).run(progress=press)
+    study = cd.study(half, AXIS, store=place, workers=1)
+    assert study.plan().done == 4
+    assert int(study.run().dataset.state.sum()) == 10

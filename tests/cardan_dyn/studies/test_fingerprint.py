@@ -1,0 +1,98 @@
+"""Fingerprints: what decides results changes them, and nothing else does."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+from types import FunctionType
+
+import numpy as np
+
+from cardan_dyn.studies.fingerprint import differences, fingerprint
+
+FUNCTION = '''
+FACTOR = 2.0
+UNUSED = 3.0
+
+def inner(x):
+    return x + 1
+
+def outer(x):
+    """Say what it does."""
+    # A comment.
+    return FACTOR * inner(x)
+'''
+
+
+def outer_of(text: str, path: Path) -> FunctionType:
+    """Return the function of a module, which has a file as modules have."""
+    path.write_text(text)
+    names: dict[str, FunctionType] = {"__name__": "module"}
+    exec(compile(text, str(path), "exec"), names)
+    return names["outer"]
+
+
+def changed(old: str, new: str, folder: Path) -> list[str]:
+    assert old in FUNCTION
+    before = fingerprint(outer_of(FUNCTION, folder / "before.py"))
+    after = fingerprint(outer_of(FUNCTION.replace(old, new), folder / "after.py"))
+    return differences(before, after)
+
+
+def test_code_and_what_it_uses_are_told_apart(tmp_path: Path) -> None:
+    assert changed("x + 1", "x + 2", tmp_path) == ["the code of inner"]
+    assert changed("FACTOR * inner", "inner", tmp_path) == ["FACTOR", "the code of outer"]
+    assert changed("FACTOR = 2.0", "FACTOR = 2.5", tmp_path) == ["FACTOR"]
+
+
+def test_what_makes_no_difference_is_none(tmp_path: Path) -> None:
+    assert changed("# A comment.", "# Another comment, which is longer.", tmp_path) == []
+    assert changed("UNUSED = 3.0", "UNUSED = 4.0", tmp_path) == []
+    assert changed("Say what it does.", "Tell what it does.", tmp_path) == []
+
+
+def test_arguments_and_enclosed_values_are_parts() -> None:
+    def scaled(x: float, by: float) -> float:
+        return x * by
+
+    assert differences(fingerprint(partial(scaled, by=2.0)), fingerprint(partial(scaled, by=3.0)))
+
+    def enclosing(values: np.ndarray) -> FunctionType:
+        def function(x: float) -> float:
+            return float(values.sum()) * x
+
+        return function  # type: ignore[return-value]
+
+    first, same, other = (enclosing(np.array(item)) for item in ([1.0], [1.0], [2.0]))
+    assert differences(fingerprint(first), fingerprint(same)) == []
+    assert differences(fingerprint(first), fingerprint(other)) == ["values"]
+
+
+def test_fingerprints_are_the_same_in_every_process() -> None:
+    code = (
+        "import cardan_dyn as cd, numpy as np\n"
+        "from cardan_dyn import studies\n"
+        "from cardan_dyn.studies.fingerprint import fingerprint\n"
+        "words = {'a', 'b', 'c', 'd'}\n"
+        "scene = cd.Scene(cd.load('elastic_thoma_rig'), drive='bearing_in', free='tilt_z',\n"
+        "                 held={'joint_angle': 0.1, 'tilt_y': 0.0},\n"
+        "                 elements=cd.described_elements(cd.load('elastic_thoma_rig'))[:1])\n"
+        "def function(x):\n    return scene, words\n"
+        "print(sorted(fingerprint(function).items()))\n"
+        "wanted = studies.Sweeps(scene.replace(held={'tilt_z': 0.0}, elements=None), 'drive_effort')\n"
+        "print(sorted(fingerprint(wanted).items()))\n"
+    )
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={"PYTHONHASHSEED": seed, "PYTHONPATH": str(Path(__file__).parents[3])},
+        ).stdout
+        for seed in ("1", "2")
+    ]
+    assert told[0] == told[1]
+    assert "the description of 'elastic_thoma_rig'" in told[0]
