@@ -15,9 +15,10 @@ from ..errors import CardanError
 from .crossings import Crossings
 from .forces import Named
 
-_STIFF = 6.1
-"""Step times the greatest rate of decay at which the steps of DOP853 are as long as its stability
-allows (Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I, section II.10)."""
+_STIFF = 5.0
+"""Step times the greatest rate of decay from which on it is stability that limits the steps of
+DOP853: at 6.1 they would grow (Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I,
+section II.10), and the error that this shows keeps them a little shorter."""
 _STIFF_STEPS = 15
 """Steps in a row that have to be so long: then the equations are stiff."""
 _STIFF_EVERY = 8
@@ -177,7 +178,7 @@ class Integration:
         """Time of the crossing before which a step has just ended, the step that leads over, and
         the shortest that may."""
         self._stiff_steps = 0
-        self._judge, self._next_look = is_stiff, _LOOKED_AT
+        self._judge, self._next_look, self._not_before = is_stiff, _LOOKED_AT, 0
         self._tried: tuple[int, float] | None = None
         # Equations work in one set of memory; of threads that share a trajectory, one reads it.
         self._lock = threading.RLock()
@@ -299,14 +300,13 @@ class Integration:
         if not self.is_running:
             return None
         if is_stiff or (stepper.is_explicit and self._looks_stiff(time, wrapped, length)):
-            if not is_stiff:
-                self._tried = len(self.steps) + _TRIED, length
+            self._tried = len(self.steps) + _TRIED, length
             self.stiff_from, self.method, self._stepper = time, "Radau", None
         elif self._tried and len(self.steps) >= self._tried[0]:
             # Where slow motion asks for as many steps of lower order, they cost more.
-            if length < self._tried[1]:
+            if length <= self._tried[1]:
                 self.stiff_from, self.method, self._stiff_steps = None, "DOP853", 0
-                self._next_look = 2 * len(self.steps)
+                self._next_look = self._not_before = 2 * len(self.steps)
                 self._stepper = self._begun(length)
             self._tried = None
         return None
@@ -379,6 +379,8 @@ class Integration:
     def _is_stiff(self, stepper: Stepper | ImplicitStepper, step: Step) -> bool:
         """Return whether stability, not accuracy, has limited the last steps of DOP853."""
         if not isinstance(stepper, Stepper) or self._step is not None:
+            return False
+        if len(self.steps) < self._not_before:
             return False
         if not self._stiff_steps and len(self.steps) % _STIFF_EVERY:
             return False

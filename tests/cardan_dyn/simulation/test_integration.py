@@ -109,6 +109,25 @@ def test_stiff_equations_are_found_and_left_to_radau() -> None:
     assert abs(late) < 1e-6
 
 
+def test_radau_is_left_where_its_steps_are_no_longer() -> None:
+    longest, methods = 5.5e-3, []
+    run = Integration(
+        Circle(1e3),
+        np.array([1.0, 0.0, 0.0, 1.0]),
+        1.0,
+        rtol=1e-6,
+        atol=np.full(4, 1e-6),
+        longest=longest,
+    )
+    while run.is_running:
+        assert run.advance() is None
+        methods.append(run.method)
+    # Stability allows some more. It is tried, and again after as many steps as there were.
+    assert 10 < methods.count("Radau") < 0.4 * len(methods)
+    assert (run.method, run.stiff_from) == ("DOP853", None)
+    assert abs(run.points[-1].y[3] - math.cos(1.0)) < 1e-3
+
+
 def test_copies_give_the_same_points() -> None:
     run = integrated(duration=3.0)
     for other in (copy.deepcopy(run), pickle.loads(pickle.dumps(run))):
