@@ -244,6 +244,26 @@ class Frames:
         origin = frame[3].T + self.corner
         return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), origin
 
+    def turned(self, x: Array, index: int) -> Array:
+        """Return rotations `(N, 3, 3)` from a joint's frame to where it is at coordinate zero.
+
+        Args:
+            x: `(N, size)` coordinates.
+            index: of the joint.
+        """
+        frame = np.broadcast_to(np.eye(4, 3)[:, :, None], (4, 3, len(x)))
+        for place, motion in enumerate(self.motions):
+            if motion.joint != index or motion.kind == "slide":
+                continue
+            start, frame = frame, np.empty((4, 3, len(x)))
+            if motion.kind == "turn":
+                angle = x[:, motion.column]
+                self._turns[place].write(frame, start, np.cos(angle), np.sin(angle))
+            else:
+                q = np.ascontiguousarray(x[:, motion.column : motion.column + 4].T)
+                frame[:3] = np.einsum("ijn,ikn->jkn", rotations(q), start[:3])
+        return np.ascontiguousarray(frame[:3].transpose(2, 1, 0))
+
     def _place(
         self,
         frames: Array | dict[int, Array],

@@ -61,7 +61,9 @@ class Twists:
         self.axes = np.array(axes).reshape(-1, 3)
         self.sliding = np.array([frames.motions[k].kind == "slide" for k in owners], dtype=bool)
         self._slides = np.flatnonzero(self.sliding)
-        self._one_rate_per_motion = len(set(owners)) == len(owners)
+        # The first rate of each motion; balls have two more.
+        self._firsts = np.flatnonzero(np.diff(self.owners, prepend=-1))
+        self._balls = [k for k, motion in enumerate(frames.motions) if motion.kind == "ball"]
         # A direction along a frame axis is a column of the frame, up to its sign; copying that
         # column is faster than multiplying the frame with the axis.
         self._along_frame_axes = bool(np.all(np.count_nonzero(self.axes, axis=1) == 1))
@@ -87,10 +89,13 @@ class Twists:
         if more:
             twists = twists.reshape(*twists.shape[:2], *[1] * more, *twists.shape[2:])
         added = twists * rates.take(self.rates, 0)[:, None, ..., None, :]
-        if self._one_rate_per_motion:
+        if not self._balls:
             return added
-        result = np.zeros((len(self._before), *added.shape[1:]))
-        np.add.at(result, self.owners, added)
+        result = added.take(self._firsts, 0)
+        for ball in self._balls:
+            first = self._firsts[ball]
+            result[ball] += added[first + 1]
+            result[ball] += added[first + 2]
         return result
 
     def absolute(self, relative: Array) -> Array:

@@ -9,7 +9,6 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ModelError
 from ..frozen import read_only
-from ..mechanism.mechanism import Mechanism
 from ..problem.problem import Problem
 from ..proof.constraints import Constraints
 from ..proof.constraints import Motion as Prescribed
@@ -33,36 +32,41 @@ def solved_placement(motion: Motion, joint: str) -> tuple[Array, Array]:
         ModelError: its motion was not solved.
     """
     rotation, origin = motion.joint_placement(joint)
-    if not (np.all(np.isfinite(rotation)) and np.all(np.isfinite(origin))):
-        raise ModelError(
-            f"the outputs of the scene leave out joint {joint!r}; name it among the outputs"
-        )
+    _refuse_unsolved(joint, rotation, origin)
     return read_only(rotation), read_only(origin)
 
 
+def _refuse_unsolved(joint: str, *values: Array) -> None:
+    """Refuse a joint where values that follow from its motion are no numbers."""
+    if not all(np.all(np.isfinite(array)) for array in values):
+        raise ModelError(
+            f"the outputs of the scene leave out joint {joint!r}; name it among the outputs"
+        )
+
+
 def turned(
-    mechanism: Mechanism,
     joint: str,
     frame: str,
     components: Components,
+    motion: Motion,
     rotation_of: Callable[[str], Array],
 ) -> tuple[StoredComponents, Array]:
     """Return the components of a wrench in other axes, and the joint's axis in them.
 
     Args:
-        mechanism: the joint's.
         joint: name of the joint.
         frame: `parent` or `world`.
         components: in the joint's own axes.
+        motion: of the sweep.
         rotation_of: see `Sweep.rotation`.
 
     Raises:
         ModelError: the outputs leave out the joint's motion.
     """
     force, moment = components.vector(0), components.vector(3)
-    record = mechanism.joints[joint]
-    rotation = rotation_to(mechanism, joint, frame, rotation_of)
-    vectors = [np.einsum("...ij,...j->...i", rotation, vector) for vector in (force, moment)]
+    record = motion.mechanism.joints[joint]
+    rotation = rotation_to(joint, frame, motion, rotation_of)
+    vectors = [np.matmul(rotation, vector[..., None])[..., 0] for vector in (force, moment)]
     axis = record.axis
     if frame == "world" or record.type in _TURNING_AXIS:
         axis = rotation @ axis
@@ -70,11 +74,15 @@ def turned(
 
 
 def rotation_to(
-    mechanism: Mechanism, joint: str, frame: str, rotation_of: Callable[[str], Array]
+    joint: str, frame: str, motion: Motion, rotation_of: Callable[[str], Array]
 ) -> Array:
     """Return rotations `(..., 3, 3)` from a joint's own frame to other axes; see `turned`."""
-    rotation = rotation_of(joint)
-    return rotation if frame == "world" else _from_zero(mechanism, joint, rotation, rotation_of)
+    if frame == "world":
+        return rotation_of(joint)
+    # The parent's axes are those of the joint's frame at coordinate zero.
+    rotation = motion.joint_turn(joint)
+    _refuse_unsolved(joint, rotation)
+    return rotation
 
 
 def unique_in(problem: Problem, joint: str, unique: Array, rotation: Array, x: Array) -> Array:
@@ -123,21 +131,3 @@ def _self_stress(problem: Problem) -> SelfStressProof:
         problem.passive_columns,
         length,
     )
-
-
-def _from_zero(
-    mechanism: Mechanism, joint: str, rotation: Array, rotation_of: Callable[[str], Array]
-) -> Array:
-    """Return rotations `(N, 3, 3)` from a joint's own frame to its frame at coordinate zero.
-
-    The latter stays with the parent.
-    """
-    if not mechanism.joints[joint].parts:
-        return np.broadcast_to(np.eye(3), rotation.shape)
-    frames = mechanism.frames
-    index = frames.joints.index(joint)
-    first_motion = next(motion for motion in frames.motions if motion.joint == index)
-    at_zero, parent = first_motion.placement[:3, :3], frames.parents[index]
-    if parent >= 0:
-        at_zero = rotation_of(frames.joints[parent]) @ at_zero
-    return np.asarray(np.swapaxes(at_zero, -1, -2) @ rotation)

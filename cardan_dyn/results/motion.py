@@ -118,6 +118,18 @@ class Motion(Frozen):
         rotation, origin = frames.joint(self.x, frames.joints.index(name))
         return self._shaped(rotation), self._shaped(origin)
 
+    def joint_turn(self, joint: str) -> Array:
+        """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero.
+
+        The latter stays with the parent. They are NaN where its motion was not solved.
+
+        Raises:
+            ModelError: unknown joint.
+        """
+        name = self.mechanism.joint(joint).name
+        frames = self.mechanism.frames
+        return self._shaped(frames.turned(self.x, frames.joints.index(name)))
+
     @property
     def rows(self) -> Array:
         """Coordinates of all samples `(N, size)`, whole turns counted; see `Coordinates`."""

@@ -344,7 +344,7 @@ class Sweep(MotionResult, Prescribed):
         if frame != "joint":
             from .axes import turned  # Imported here: most scripts use the joints' own axes.
 
-            components, axis = turned(self.mechanism, joint, frame, components, self.rotation)
+            components, axis = turned(joint, frame, components, self.motion, self.rotation)
         has_axis = self.mechanism.joints[joint].type not in WITHOUT_AXIS
         flags = partial(self._unique_in, index, frame)
         return JointWrench(joint, frame, components, axis if has_axis else None, flags)
@@ -356,7 +356,7 @@ class Sweep(MotionResult, Prescribed):
             return unique
         from .axes import rotation_to, unique_in
 
-        rotation = rotation_to(self.mechanism, joint, frame, self.rotation)
+        rotation = rotation_to(joint, frame, self.motion, self.rotation)
         return unique_in(self._problem, joint, unique, rotation, self.motion.rows)
 
     def rotation(self, joint: str) -> Array:

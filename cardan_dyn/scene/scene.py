@@ -331,7 +331,9 @@ class Scene(Prescribed):
         """
         targets = targets_of(self._problem, position, held)
         with np.errstate(**_OVERFLOW):
-            return self._solver.of_varied(targets.varied).assemble_at(targets, near)
+            solver = self._solver.of_varied(targets.varied)
+            solver.refuse_too_many(targets.size, kept_closed=True)
+            return solver.assemble_at(targets, near)
 
     @property
     def loads(self) -> Mapping[str, Array | Wrench]:

@@ -329,8 +329,10 @@ def standing(
             pin = pin + (np.pi / 2 + fork_offsets[k - 1])
         is_even = len(even) and even[k]
         bend = beta / 2.0 if is_even else beta
-        driven.append(np.arcsin(np.sin(bend) * np.cos(pin)))
-        driving.append(np.arctan2(np.sin(bend) * np.sin(pin), np.cos(bend)))
+        along, across = np.sin(bend) * np.cos(pin), np.sin(bend) * np.sin(pin)
+        # The arc sine would lose digits towards 90°.
+        driven.append(np.arctan2(along, np.hypot(across, np.cos(bend))))
+        driving.append(np.arctan2(across, np.cos(bend)))
         rotations.append(pin if is_even else pin + lead(driving[k], driven[k]))
     return Zero(*(_last(item) for item in (driving, driven, rotations)))
 

@@ -31,6 +31,8 @@ _NEWTON_STEPS = 6
 _CLOSE = 0.7
 """Part of the greatest size at the samples that a case has to reach there to be looked at in
 between."""
+_MOST_NUMBERS = 2_000_000
+"""Numbers that are looked at together."""
 
 
 def greatest(squares: Array) -> Array:
@@ -72,22 +74,20 @@ def greatest_sizes(factors: Array, components: Array) -> Array:
         factors: `(cases, causes)` of the vectors.
         components: `(causes, P, k, c)` of the vectors at equal steps, which determine them.
     """
-    fine = _finer(components)
     result = np.empty((len(factors), components.shape[2]))
     for sizes, row in zip(result, factors, strict=True):
         sizes[:] = np.linalg.norm(np.tensordot(row, components, 1), axis=-1).max(axis=0)
     most = result.max(axis=0, initial=0.0)
-    # Squares of numbers that are no longer finite, or beyond the square root of the greatest one,
-    # mean nothing.
+    # Of what is no longer finite nothing can be said.
     is_near = (result >= _CLOSE * most) & (most > 0.0) & np.isfinite(most)
-    for sizes, row, near in zip(result, factors, is_near, strict=True):
-        if near.any():
-            total = np.tensordot(row, fine[:, :, near], 1) / most[near, None]
-            sizes[near] = np.sqrt(greatest((total**2).sum(axis=-1))) * most[near]
+    cases, places = np.nonzero(is_near)
+    # Squares have twice as many harmonics.
+    count = 2 * components.shape[1]
+    fine = np.fft.irfft(np.fft.rfft(components, axis=1), n=count, axis=1) * 2.0
+    together = max(1, _MOST_NUMBERS // (_FINER * count))
+    for start in range(0, len(cases), together):
+        case, place = cases[start : start + together], places[start : start + together]
+        total = np.einsum("ij,jpic->pic", factors[case], fine[:, :, place], optimize=True)
+        total /= most[place, None]
+        result[case, place] = np.sqrt(greatest((total**2).sum(axis=-1))) * most[place]
     return result
-
-
-def _finer(components: Array) -> Array:
-    """Return vectors at twice as many steps, which determine their squares as well."""
-    count = components.shape[1]
-    return np.fft.irfft(np.fft.rfft(components, axis=1), n=2 * count, axis=1) * 2.0

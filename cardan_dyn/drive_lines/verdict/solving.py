@@ -31,6 +31,7 @@ from ..line.supports import (
 )
 from .analysis import Analysis, LineForces
 from .coordinates import coordinates
+from .half_turn import HalfTurn
 from .line_motion import LineMotion, line_motion
 from .variants import Adjustable, Variants
 
@@ -315,7 +316,7 @@ def _blocks(line: LineData, task: Task) -> Iterator[tuple[Task, _Moved]]:
             torque = task.torque[chosen] if task.torque.ndim else task.torque
             yield task._replace(positions=task.positions[chosen], torque=torque), {}
         return
-    size = max(1, most // len(task.positions))
+    size = max(1, most // len(HalfTurn.of(task.positions).positions))
     for start in range(0, task.variants.designs, size):
         chosen = slice(start, min(start + size, task.variants.designs))
         moved = task.variants.moved.items()
@@ -328,23 +329,24 @@ class _Closed(NamedTuple):
     Attributes:
         setup: the scene.
         line: the line.
+        half_turn: how those at all positions follow from these.
         positions: the closed ones.
         turns: rotations to the axes of each bearing, see `_bearing_axes`.
-        moved: positions of adjustable joints.
     """
 
     setup: _Setup
     line: LineData
+    half_turn: HalfTurn
     positions: AssembledPositions
     turns: Sequence[Array]
-    moved: _Moved
 
     @staticmethod
     def at(
         setup: _Setup, line: LineData, positions: Array, moved: _Moved, is_grid: bool = False
     ) -> _Closed:
         """Close the loops at positions `(P,)`, or designs × positions even where nothing varies."""
-        scene = setup.scene
+        scene, half_turn = setup.scene, HalfTurn.of(positions)
+        positions = half_turn.positions
         if is_grid:
             count = max((len(values) for values in moved.values()), default=1)
             positions = np.broadcast_to(positions, (count, len(positions)))
@@ -357,15 +359,24 @@ class _Closed(NamedTuple):
         )
         axes = _bearing_axes(line.geometry, moved, setup.seats)
         turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
-        return _Closed(setup, line, closed, turns, moved)
+        return _Closed(setup, line, half_turn, closed, turns)
 
     def swept(self, **arguments: Any) -> Sweep:
-        """Return a sweep over them; arguments as of `Scene.sweep`."""
+        """Return a sweep over those that are closed; arguments as of `Scene.sweep`."""
         return self.setup.scene.sweep(self.positions, **arguments)
 
     def forces(self, sweep: Sweep) -> LineForces:
-        """Return the forces of a sweep over them."""
-        return _of(self.setup, self.line, self.turns, sweep)
+        """Return the forces of a sweep, at all positions."""
+        return self.half_turn.forces(_of(self.setup, self.line, self.turns, sweep))
+
+    def ratio(self, sweep: Sweep) -> Array:
+        """Return the speed of the output shaft over that of the input shaft, at all positions."""
+        return self.half_turn.same(sweep.motion.ratio("bearing_out"), 0)
+
+    def motion(self, sweep: Sweep, speed: float, acceleration: float) -> LineMotion:
+        """Return the motion of all shafts in a sweep, at all positions."""
+        slips = [slip.joint for slip in self.setup.slips]
+        return self.half_turn.motion(line_motion(sweep, self.line, slips, speed, acceleration))
 
     def pushed(self, index: int, static: LineForces) -> tuple[Array, Sweep] | None:
         """Return the friction of a spline under a torque, and the sweep of a unit force in it.
@@ -394,7 +405,7 @@ def _solved(
     # Without mass, forces in motion are those at rest.
     unit = closed.swept(workers=task.workers, **(rates if is_moving and not setup.is_heavy else {}))
     sweeps = [unit]
-    ratio = unit.motion.ratio("bearing_out")
+    ratio = closed.ratio(unit)
     torque = np.broadcast_to(task.torque, ratio.shape)
     static = closed.forces(unit).times(torque if task.at_output else torque / ratio)
     for index in range(len(setup.slips) if task.slipping else 0):
@@ -408,8 +419,7 @@ def _solved(
         moving = closed.swept(loads=_NO_TORQUE, gravity=task.gravity, workers=task.workers, **rates)
         inertial = closed.forces(moving)
         sweeps.append(moving)
-    slips = [slip.joint for slip in setup.slips]
-    motion = line_motion(moving, line, slips, task.speed, task.acceleration)
+    motion = closed.motion(moving, task.speed, task.acceleration)
     residuals = tuple(
         float(np.max([getattr(item, name) for item in sweeps]))
         for name in ("loop_residual", "balance_residual", "power_residual")
@@ -422,7 +432,7 @@ def _causes(setup: _Setup, line: LineData, count: int, gravity: Array) -> Causes
     positions = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
     closed = _Closed.at(setup, line, positions, {})
     unit = closed.swept()
-    torque = closed.forces(unit).times(1.0 / unit.motion.ratio("bearing_out"))
+    torque = closed.forces(unit).times(1.0 / closed.ratio(unit))
     names = tuple(line.shaft_names[slip.shaft] for slip in setup.slips)
     slides = []
     for index, name in enumerate(names):

@@ -73,6 +73,12 @@ def random_wrenches() -> tuple[np.ndarray, StoredComponents]:
     return values, StoredComponents(values)
 
 
+def turned_by(
+    joint: str, frame: str, components: StoredComponents, motion: Motion
+) -> tuple[StoredComponents, np.ndarray]:
+    return turned(joint, frame, components, motion, rotation_of(motion))
+
+
 @pytest.mark.parametrize("name", TYPES)
 def test_placements_are_those_of_pinocchio(name: str) -> None:
     mechanism = every_type()
@@ -90,7 +96,7 @@ def test_wrenches_in_world_axes(name: str) -> None:
     mechanism = every_type()
     x = rows(mechanism, COUNT)
     values, components = random_wrenches()
-    item, axis = turned(mechanism, name, "world", components, rotation_of(motion_of(mechanism, x)))
+    item, axis = turned_by(name, "world", components, motion_of(mechanism, x))
     rotation = rotations(mechanism, x, name)[0]
     for first in (0, 3):
         expected = np.einsum("nij,nj->ni", rotation, values[:, first : first + 3])
@@ -104,7 +110,7 @@ def test_wrenches_in_the_axes_of_the_parent(name: str) -> None:
     mechanism = every_type()
     x = rows(mechanism, COUNT)
     values, components = random_wrenches()
-    item, axis = turned(mechanism, name, "parent", components, rotation_of(motion_of(mechanism, x)))
+    item, axis = turned_by(name, "parent", components, motion_of(mechanism, x))
     fixed = rotations(mechanism, at_zero(mechanism, x, name), name)[0]
     relative = np.swapaxes(fixed, 1, 2) @ rotations(mechanism, x, name)[0]
     for first in (0, 3):
@@ -122,7 +128,7 @@ def test_loops_have_axes_of_their_predecessor(name: str) -> None:
     x = rows(mechanism, COUNT)
     values, components = random_wrenches()
     motion = motion_of(mechanism, x)
-    item, axis = turned(mechanism, name, "parent", components, rotation_of(motion))
+    item, axis = turned_by(name, "parent", components, motion)
     fixed = rotations(mechanism, at_zero(mechanism, x, name), name)[0]
     relative = np.swapaxes(fixed, 1, 2) @ rotations(mechanism, x, name)[0]
     expected = np.einsum("nij,nj->ni", relative, values[:, 3:])
@@ -134,10 +140,10 @@ def test_the_axes_of_a_fixed_loop_are_those_of_its_parent() -> None:
     mechanism = cd.load(MIXED)
     motion = motion_of(mechanism, rows(mechanism, COUNT))
     values, components = random_wrenches()
-    item, axis = turned(mechanism, "bolt", "parent", components, rotation_of(motion))
+    item, axis = turned_by("bolt", "parent", components, motion)
     np.testing.assert_array_equal(item.values, values)
     np.testing.assert_array_equal(axis, mechanism.joints["bolt"].axis)
-    in_world, _ = turned(mechanism, "bolt", "world", components, rotation_of(motion))
+    in_world, _ = turned_by("bolt", "world", components, motion)
     rotation = solved_placement(motion, "bolt")[0]
     expected = np.einsum("nij,nj->ni", rotation, values[:, :3])
     np.testing.assert_allclose(in_world.vector(0), expected, atol=1e-15)
@@ -149,13 +155,9 @@ def test_wrenches_of_a_grid_are_turned_as_those_in_a_row(name: str, frame: str) 
     mechanism = every_type()
     x = rows(mechanism, 6)
     values = np.random.default_rng(1).normal(size=(6, 6))
-    row, row_axis = turned(
-        mechanism, name, frame, StoredComponents(values), rotation_of(motion_of(mechanism, x))
-    )
+    row, row_axis = turned_by(name, frame, StoredComponents(values), motion_of(mechanism, x))
     components = StoredComponents(values.reshape(2, 3, 6))
-    grid, axis = turned(
-        mechanism, name, frame, components, rotation_of(motion_of(mechanism, x, (2, 3)))
-    )
+    grid, axis = turned_by(name, frame, components, motion_of(mechanism, x, (2, 3)))
     for first in (0, 3):
         vectors = grid.vector(first)
         assert vectors.shape == (2, 3, 3)
