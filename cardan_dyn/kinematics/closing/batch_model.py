@@ -62,6 +62,7 @@ class BatchModel:
         mass: `(n,)` masses that are accounted for here [kg].
         has_mass: whether any of them is not zero.
         subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
+        columns: columns of coordinate rows that place the bodies, body by body.
         moved_body: `(nv,)` index in `bodies` of the body that each velocity coordinate moves, -1
             if it is not carried.
     """
@@ -135,7 +136,7 @@ class BatchModel:
             for part, column in parts
             for offset in range(4 if part.kind == "spherical" else 1)
         ]
-        self._columns = consecutive(np.array(columns, dtype=int))
+        self.columns = consecutive(np.array(columns, dtype=int))
         self._rates = consecutive(np.flatnonzero(self.moved_body >= 0))
         self._parts = [part for part, _ in parts]
         self._placing = self._model(self.origin)
@@ -215,7 +216,7 @@ class BatchModel:
                 data, placements = self._of_thread.placements
             except AttributeError:
                 data, placements = self._placements()
-            for row, out in zip(x[:, self._columns], placed, strict=True):
+            for row, out in zip(x[:, self.columns], placed, strict=True):
                 forward(model, data, row)
                 out[:] = placements
         return _actions(placed)
@@ -253,7 +254,7 @@ class BatchModel:
         """
         rest = np.zeros((len(x), 7))
         rest[:, 6] = 1.0
-        q = np.concatenate([rest, x[:, self._columns]], axis=1)
+        q = np.concatenate([rest, x[:, self.columns]], axis=1)
         v = np.concatenate([base.twist, v[:, self._rates]], axis=1)
         a = np.concatenate([base.acceleration, a[:, self._rates]], axis=1)
         result = np.empty((len(x), 1 + len(self), 6))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, generic
+from ...mechanism.kept import Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
@@ -77,6 +78,7 @@ class GroupSolver:
 
     def __init__(self, mechanism: Mechanism, group: Group) -> None:
         self.group = group
+        self._kept = Kept()
         self.coordinates = coordinates = mechanism.coordinates
         self.batch = _batch_model(mechanism, group)
         self.equations = ClosureEquations(mechanism, self.batch, group)
@@ -195,6 +197,11 @@ class GroupSolver:
         Args:
             x: `(size,)` coordinates of the joints that do not move.
         """
+        key = x[self.batch.columns].tobytes()
+        return self._kept.of("open reduction", key, lambda: self._open_reduction(x))
+
+    def _open_reduction(self, x: Array) -> Reduction:
+        """See `open_reduction`."""
         rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
         movable = self.equations.movable
         moves = self.coordinates.moves(movable)
