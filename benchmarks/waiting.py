@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -200,6 +201,12 @@ def _scene_of(name: str, make: Callable[[], cd.Scene]) -> Callable[[int], float]
     return value
 
 
+def _designs_of_joint() -> Callable[[], cd.Scene]:
+    """Return what makes scenes each of which holds the joint angle elsewhere."""
+    angles = count(0.8, 1e-5)
+    return lambda: _joint(held={"joint_angle": next(angles)})
+
+
 def _load(repeats: int) -> float:
     return 1e3 * _seconds(lambda: cd.load("universal_joint"), 3 * repeats)
 
@@ -224,10 +231,9 @@ def _fresh(words: list[str], repeats: int, **environment: str) -> float:
     return float(least)
 
 
-def _import(repeats: int) -> float:
-    return _fresh(["-c", "import cardan_dyn"], 3 * repeats) / _fresh(
-        ["-c", "import pinocchio"], 3 * repeats
-    )
+def _import(words: str) -> Callable[[int], float]:
+    pinocchio = ["-c", "import pinocchio"]
+    return lambda repeats: _fresh(["-c", words], 3 * repeats) / _fresh(pinocchio, 3 * repeats)
 
 
 def _command(*words: str, **environment: str) -> Callable[[int], float]:
@@ -438,9 +444,13 @@ ROWS = (
     Row("double shaft, all wrenches, at speed, a position", "R", 5.5, _double_shaft),
     Row("1e6 positions, one output joint to all", "times", 0.3, _output_share),
     Row("Scene: universal joint", "R", 2500.0, _scene_of("universal_joint", _joint)),
+    Row("Scene: universal joint, each at another angle", "R", 2500.0,
+        _scene_of("universal_joint", _designs_of_joint())),
     Row("Scene: Stewart platform", "R", 4000.0, _scene_of("stewart_platform", _platform)),
     Row("load, warm", "ms", 2.0, _load),
-    Row("import, to Pinocchio's", "times", 1.1, _import),
+    Row("import, to Pinocchio's", "times", 1.1, _import("import cardan_dyn")),
+    Row("import of what makes a scene, to Pinocchio's", "times", 1.1,
+        _import("from cardan_dyn import Scene, load")),
     Row("cardan-dyn --help", "s", 0.1, _command("--help")),
     Row("cardan-dyn --version", "s", 0.1, _command("--version")),
     Row("cardan-dyn, completion by TAB", "s", 0.1,
