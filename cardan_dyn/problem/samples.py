@@ -82,6 +82,8 @@ class Targets(NamedTuple):
         """The design (index) of each sample, `(N,)`."""
         if self.chosen is not None:
             return self.chosen
+        if not self.held:
+            return np.zeros(self.size, dtype=int)
         own = np.broadcast_shapes(*(values.shape for values in self.held.values()))
         return flat(np.arange(math.prod(own)).reshape(own), self.shape)
 
