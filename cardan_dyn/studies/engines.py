@@ -23,8 +23,8 @@ _PER_WORKER = 3
 """Chunks that an engine holds for each worker: one that is computed, and two that wait for it."""
 _PATIENCE = 1.0
 """How long an engine waits before it looks whether all is well [s]."""
-_LOST_AFTER = 60.0
-"""How long a scheduler may be out of reach before the study ends [s]."""
+_JOINED_AFTER = 60.0
+"""How long a cluster may take until its first worker is there [s]."""
 
 
 class Task(NamedTuple):
@@ -155,7 +155,6 @@ class OfDask(Engine):
         # and each worker fetches it once.
         self._job = client.submit(_received, job, key=f"cardan-dyn-study-{job.key}", pure=True)
         self._running: dict[Any, Task] = {}
-        self._patience = _LOST_AFTER
         self._threads, self._counted = 1, -math.inf
 
     @property
@@ -169,9 +168,16 @@ class OfDask(Engine):
 
     def _refuse_unfit_workers(self) -> None:
         """Refuse workers on which a chunk cannot be computed, before any is."""
+        from distributed import TimeoutError as NoneThere
+
         with self._reaching():
-            if not self._client.nthreads():
-                self._client.wait_for_workers(1, timeout=_LOST_AFTER)
+            try:
+                self._client.wait_for_workers(1, timeout=_JOINED_AFTER)
+            except NoneThere as error:
+                raise CardanError(
+                    f"no worker has joined {self._client.scheduler.address} for {_JOINED_AFTER:g} "
+                    "s: start one, or compute here, without client="
+                ) from error
             told = self._client.run(eval, _ASKED, on_error="return")
         for address, answer in told.items():
             if not isinstance(answer, str):
@@ -195,15 +201,10 @@ class OfDask(Engine):
 
     def finished(self) -> Iterator[Finished]:
         """Return chunks that are done; see `Engine`."""
+        from distributed import TimeoutError as NoneDone
         from distributed import wait
 
-        if self._client.status == "connecting":
-            self._patience -= _PATIENCE
-            if self._patience < 0.0:
-                raise self._gone()
-        else:
-            self._patience = _LOST_AFTER
-        with self._reaching(), suppress(TimeoutError):
+        with self._reaching(), suppress(NoneDone):
             wait(list(self._running), timeout=_PATIENCE, return_when="FIRST_COMPLETED")
         for future in [future for future in self._running if future.done()]:
             if future.status == "cancelled":
@@ -230,9 +231,7 @@ class OfDask(Engine):
             raise self._gone()
         try:
             yield
-        except (OSError, futures.CancelledError, TimeoutError) as error:
-            if isinstance(error, TimeoutError) and self._client.status == "running":
-                raise
+        except (OSError, futures.CancelledError) as error:
             raise self._gone() from error
 
     def _gone(self) -> CardanError:

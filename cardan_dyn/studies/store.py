@@ -175,16 +175,20 @@ class Store:
             )
             self._arrays = {}
 
+    def fits(self, told: Mapping[str, Any], parameters: Parameters) -> bool:
+        """Return whether all arrays have room for parameters, and for no more of them."""
+        with _advice(self, "read"):
+            shapes = _shapes(told, parameters).items()
+            return all(self._array(name).shape == shape for name, shape in shapes)
+
     def extend(self, told: Mapping[str, Any], parameters: Parameters) -> None:
         """Make room for what parameters have in addition; what is there is kept."""
         with _advice(self, "written"):
-            schema = Schema.from_json(told["schema"])
             for item, block in zip(told["parameters"], parameters.blocks, strict=True):
                 self._write_parameters(block, item["count"])
-            rest = {name: item.shape for name, item in schema.variables.items()}
             # The states last, then what is said: until then, it is extended once more.
-            for name, own in {**rest, "failure": (), "state": ()}.items():
-                self._resize(name, (*parameters.shape, *own))
+            for name, shape in _shapes(told, parameters).items():
+                self._resize(name, shape)
             now = _told(parameters)
             if told["parameters"] != json.loads(json.dumps(now)):
                 self._group.attrs.update(_attributes({"parameters": now}))
@@ -351,6 +355,14 @@ def _difference(item: Mapping[str, Any], block: Block) -> list[str]:
     keys = [key for key in {**told, **now} if told.get(key) != now.get(key)]
     more = "; new ones come after those that are there" if "values" in keys else ""
     return [f"{key} of {name} differ{more}" for key in keys]
+
+
+def _shapes(told: Mapping[str, Any], parameters: Parameters) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of all arrays of a study, that of the states last."""
+    shapes = {name: (block.count,) for block in parameters.blocks for name in block.units}
+    rest = {name: item.shape for name, item in Schema.from_json(told["schema"]).variables.items()}
+    whole = {**rest, "failure": (), "state": ()}
+    return shapes | {name: (*parameters.shape, *own) for name, own in whole.items()}
 
 
 def _attributes(told: Mapping[str, Any]) -> dict[str, str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import concurrent.futures as futures
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from multiprocessing import current_process
 from typing import TYPE_CHECKING, Any
 
@@ -120,18 +120,16 @@ class Study:
         self._prepare()
         self._told = None  # Others may have gone on with it.
         there = self._read()
+        if retry and there is None:
+            raise CardanError("nothing was computed, so that nothing failed: run() without retry")
+        done, failed = self._count()
+        left = failed if retry else self.parameters.count - done
         if there is None:
-            if retry:
-                raise CardanError(
-                    "nothing was computed, so that nothing failed: run() without retry"
-                )
             self._make()
-        else:
+        elif left or not self.store.fits(there, self.parameters):
             self.store.open(writable=True)
             self.store.extend(there, self.parameters)
             self._told = self.store.found()
-        done, failed = self._count()
-        left = failed if retry else self.parameters.count - done
         if not left:
             return self
         total, done = self.parameters.count, done - (failed if retry else 0)
@@ -139,13 +137,14 @@ class Study:
             engine = stack.enter_context(self._engine(left))
             told = stack.enter_context(shown(progress, total, done))
             failed = 0 if retry else failed
-            for computed in self._computed(engine, self._tasks(retry)):
+            every = stack.enter_context(closing(self._computed(engine, self._tasks(retry))))
+            for computed in every:
                 done += int(np.count_nonzero(computed.state))
                 failed += len(computed.failures)
                 told(done, failed)
         return self
 
-    def _computed(self, engine: Engine, tasks: Iterator[Task]) -> Iterator[Computed]:
+    def _computed(self, engine: Engine, tasks: Iterator[Task]) -> Generator[Computed, None, None]:
         """Iterate over chunks as they are computed and written."""
         running, more = 0, True
         try:

@@ -81,7 +81,8 @@ def test_fingerprints_are_the_same_in_every_process() -> None:
         "                 elements=cd.described_elements(cd.load('elastic_thoma_rig'))[:1])\n"
         "def function(x):\n    return scene, words\n"
         "print(sorted(fingerprint(function).items()))\n"
-        "wanted = studies.Sweeps(scene.replace(held={'tilt_z': 0.0}, elements=None), 'drive_effort')\n"
+        "held = scene.replace(held={'tilt_z': 0.0}, elements=None)\n"
+        "wanted = studies.Sweeps(held, 'drive_effort')\n"
         "print(sorted(fingerprint(wanted).items()))\n"
     )
     told = [

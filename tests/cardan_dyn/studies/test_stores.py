@@ -116,7 +116,7 @@ def test_a_read_only_store_is_refused_and_still_read(tmp_path: Path) -> None:
     more = cd.study(half, {"a": (np.arange(12.0), "m")}, store=closed, workers=1)
     with pytest.raises(cd.CardanError, match="read-only: name another store"):
         more.run()
-    assert cd.study(half, AXIS, store=closed, workers=1).dataset.half.shape == (10,)
+    assert cd.study(half, AXIS, store=closed, workers=1).run().dataset.half.shape == (10,)
 
 
 def test_what_is_no_study_is_left_alone(tmp_path: Path) -> None:
