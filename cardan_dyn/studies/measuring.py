@@ -9,9 +9,9 @@ from time import perf_counter
 
 import numpy as np
 
-from ..errors import ArgumentError, CardanError
+from ..errors import ArgumentError, CardanError, choices
 from .chunk import FAILED, Box, Job, called, compute, failure, packed, sent
-from .outcomes import Outcomes, Schema, schema_of
+from .outcomes import RESERVED, Outcomes, Schema, schema_of
 
 _TRIED = 8
 """Cases that are tried for a first one that does not fail."""
@@ -33,6 +33,7 @@ def first_schema(job: Job) -> Schema:
 
     Raises:
         CardanError: all that were tried fail.
+        ArgumentError: a result is called like a parameter.
     """
     parameters = job.parameters
     tried = np.linspace(0, parameters.count - 1, min(_TRIED, parameters.count)).astype(int)
@@ -40,13 +41,28 @@ def first_schema(job: Job) -> Schema:
     for place in tried:
         index = _index(job, int(place))
         try:
-            return schema_of(_of_one(job, index), len(index) if job.broadcasts else 0)
+            found = schema_of(_of_one(job, index), len(index) if job.broadcasts else 0)
         except Exception as error:
             first = first or error
+            continue
+        _refuse_clashes(found, job)
+        return found
     raise CardanError(
         f"none of {len(tried)} cases succeeded; that of {parameters.case(_index(job, 0))} ended "
         f"with: {failure(first or CardanError('nothing'))}"
     ) from first
+
+
+def _refuse_clashes(schema: Schema, job: Job) -> None:
+    """Refuse names that two things would have in one Dataset."""
+    taken = {*job.parameters.units, *job.parameters.dims}
+    results = {*schema.variables, *schema.coordinates}
+    results |= {dim for item in schema.variables.values() for dim in item.dims}
+    if clash := (taken & results) | (taken & set(RESERVED)):
+        raise ArgumentError(
+            f"{choices(clash)} is a parameter, or its dimension, and a result besides: "
+            "give it another name"
+        )
 
 
 def refuse_not_vectorized(job: Job) -> None:

@@ -81,6 +81,19 @@ class Store:
         root = getattr(self.place, "root", None)
         return Path(root).absolute() if isinstance(root, Path) else None
 
+    @property
+    def _is_taken(self) -> bool:
+        """Whether something is on this machine where the store would be."""
+        path = self._path
+        if path is None or not path.exists():
+            return False
+        # What is partial, a killed process has left.
+        return path.is_file() or any(item.suffix != ".partial" for item in path.iterdir())
+
+    def forget(self) -> None:
+        """Read everything anew that is asked for from now on."""
+        self._group, self._arrays = None, {}
+
     def found(self) -> dict[str, Any] | None:
         """Return what is said of the study that is there; None if there is none.
 
@@ -94,8 +107,7 @@ class Store:
                     self.place, mode="r", storage_options=self.options, use_consolidated=False
                 )
             except FileNotFoundError:
-                path = self._path
-                if path is not None and path.exists() and (path.is_file() or any(path.iterdir())):
+                if self._is_taken:
                     raise CardanError(
                         f"{self}: there is something, but no study; name another store"
                     ) from None
@@ -135,8 +147,14 @@ class Store:
         }
         zarr = _zarr()
         with _advice(self, "written"):
-            self._group = zarr.open_group(self.place, mode="w", storage_options=self.options)
-            self._group.attrs.update({**schema.attributes, **_attributes(told)})
+            # What it is stands there from the first object on, so that it is known for a remnant.
+            self._group = zarr.open_group(
+                self.place,
+                mode="w",
+                storage_options=self.options,
+                attributes={**schema.attributes, **_attributes(told)},
+            )
+            self._arrays = {}
             for label, item in schema.variables.items():
                 self._make(
                     label,

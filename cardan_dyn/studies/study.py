@@ -119,6 +119,7 @@ class Study:
         retry = flag("retry", retry)
         self._prepare()
         self._told = None  # Others may have gone on with it.
+        self.store.forget()
         there = self._read()
         if retry and there is None:
             raise CardanError("nothing was computed, so that nothing failed: run() without retry")

@@ -319,3 +319,37 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path: Path) -> None:
     study = cd.study(half, AXIS, store=place, workers=1)
     assert study.plan().done == 4
     assert int(study.run().dataset.state.sum()) == 10
+
+
+def test_names_that_clash_are_refused() -> None:
+    def named(a: float) -> dict[str, float]:
+        return {"a": a}
+
+    with pytest.raises(cd.ArgumentError, match="a is a parameter"):
+        cd.study(named, AXIS, workers=1).plan()
+    with pytest.raises(cd.ArgumentError, match="state is a parameter"):
+        cd.study(lambda state: state, {"state": [1.0]}, workers=1).plan()
+
+
+def test_a_store_that_was_killed_while_it_was_made_is_made_again(
+    tmp_path: Path, monkeypatch: Any
+) -> None:
+    original = zarr.Group.create_array
+    for count in range(1, 5):
+        place, made = tmp_path / f"{count}.zarr", []
+
+        def ending(group: Any, *arguments: Any, **options: Any) -> Any:
+            made.append(1)  # noqa: B023
+            if len(made) == count:  # noqa: B023
+                raise SystemExit("killed")
+            return original(group, *arguments, **options)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(zarr.Group, "create_array", ending)
+            with pytest.raises(SystemExit):
+                cd.study(half, AXIS, store=place, workers=1).run()
+        assert int(cd.study(half, AXIS, store=place, workers=1).run().dataset.state.sum()) == 10
+    left = tmp_path / "left.zarr"
+    left.mkdir()
+    (left / "zarr.0123.partial").write_text("{")
+    assert cd.study(half, AXIS, store=left, workers=1).run().failures.empty
