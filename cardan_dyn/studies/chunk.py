@@ -84,23 +84,33 @@ def packed(job: Job) -> bytes:
     """
     import cloudpickle
 
+    with _sending():
+        return bytes(cloudpickle.dumps(job))
+
+
+def unpacked(data: bytes) -> Job:
+    """Return a copy of a job that nothing has used.
+
+    Raises:
+        CardanError: no copy can be made of what was pickled.
+    """
+    import cloudpickle
+
+    with _sending():
+        job: Job = cloudpickle.loads(data)
+    return job
+
+
+@contextmanager
+def _sending() -> Iterator[None]:
+    """Say what to do where a function cannot be sent."""
     try:
-        data = bytes(cloudpickle.dumps(job))
-        cloudpickle.loads(data)
+        yield
     except Exception as error:
         raise CardanError(
             f"the function cannot be sent to workers: it cannot be pickled ({error}). Let it make "
             "files, locks and connections itself, instead of taking them from outside"
         ) from error
-    return data
-
-
-def copied(job: Job) -> Job:
-    """Return a copy of a job that nothing has used; see `packed`."""
-    import cloudpickle
-
-    copy: Job = cloudpickle.loads(packed(job))
-    return copy
 
 
 def missing(package: str) -> MissingExtraError:
@@ -134,17 +144,15 @@ def compute(
     data = _RECEIVED.get(job.key)
     if data is None:
         return None
-    from cloudpickle import loads
-
     began = perf_counter()
     # One thread for linear algebra: workers would fight for cores, and sums depend on the number.
     with _one_thread():
-        run = _Run(loads(data), box)
+        run = _Run(unpacked(data), box)
         if not alone:
             run.cases(wanted)
         else:
             for index in np.argwhere(np.ones(run.state.shape) if wanted is None else wanted):
-                run.job = loads(data)
+                run.job = unpacked(data)
                 run.case(tuple(index.tolist()))
     return Computed(run.arrays, run.state, run.failures, perf_counter() - began)
 
@@ -240,9 +248,12 @@ class _Run:
             self._failed(place, error)
 
     def _write(self, place: Any, given: Mapping[str, Any]) -> None:
-        found = called(self.job, given).variables
+        returned = called(self.job, given)
+        found = returned.variables
         if self.job.broadcasts:
             found = self._over_the_box(found, self.state[place].shape)
+        else:
+            self.schema.refuse_other_axes(returned)
         self.schema.put(self.arrays, place, found)
 
     def _over_the_box(

@@ -142,6 +142,28 @@ class Schema:
         for name in self.variables:
             arrays[name][place] = found[name].values
 
+    def refuse_other_axes(self, found: Outcomes) -> None:
+        """Refuse results of a case along other dimensions, or coordinates, than the first one's.
+
+        Raises:
+            ArgumentError: they are others, so that numbers would not be where they belong.
+        """
+        for name, item in found.variables.items():
+            if name in self.variables and item.dims != self.variables[name].dims:
+                raise ArgumentError(
+                    f"{name} has the dimensions {item.dims} in this case, and "
+                    f"{self.variables[name].dims} in the first one: return them in one order"
+                )
+        for name in {*self.coordinates, *found.more.coordinates}:
+            here, there = (
+                item.get(name, ((), [], {})) for item in (found.more.coordinates, self.coordinates)
+            )
+            if here[0] != there[0] or not np.array_equal(here[1], there[1]):
+                raise ArgumentError(
+                    f"the coordinate {name} is another one in this case than in the first: return "
+                    "results at the same places for all cases, or return it as a result"
+                )
+
 
 class Outcomes(NamedTuple):
     """What functions of this package return: variables, and the coordinates of their dimensions."""

@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
-from .chunk import FAILED, Box, Computed, Job, copied, entry, failure, missing, packed, sent
+from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, sent, unpacked
 from .chunking import boxes, chunk_shape, count, slabs
 from .engines import Engine, Here, OfDask, OfExecutor, Task
 from .fingerprint import descriptions, fingerprint
@@ -266,7 +266,7 @@ class Study:
         if self._chunk is not None:
             return
         # What is tried and timed is a copy: the function is sent as it came.
-        self._trial = copied(self._job)
+        self._trial = unpacked(packed(self._job))
         told = self._read()
         if told is not None:
             self._use(Schema.from_json(told["schema"]))

@@ -353,3 +353,17 @@ def test_a_store_that_was_killed_while_it_was_made_is_made_again(
     left.mkdir()
     (left / "zarr.0123.partial").write_text("{")
     assert cd.study(half, AXIS, store=left, workers=1).run().failures.empty
+
+
+def test_results_along_other_axes_are_failures() -> None:
+    """Numbers of the same shape that belong elsewhere would be wrong in silence."""
+
+    def table(a: float) -> xarray.Dataset:
+        dims = ("x", "y") if a < 8.0 else ("y", "x")
+        at = [0.0, 1.0] if a < 9.0 else [0.0, 2.0]
+        return xarray.Dataset({"z": (dims if a < 9.0 else ("x", "y"), np.eye(2))}, {"x": at})
+
+    failures = cd.study(table, AXIS, workers=1).run().failures
+    assert failures.a.tolist() == [8.0, 9.0]
+    assert "return them in one order" in failures.message[0]
+    assert "the coordinate x is another one" in failures.message[1]

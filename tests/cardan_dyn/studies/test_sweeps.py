@@ -10,6 +10,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn import studies
+from cardan_dyn.studies.chunking import chunk_shape
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 
@@ -82,10 +83,13 @@ def test_other_parameters_make_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_chunks_are_filled_along_what_one_call_takes() -> None:
-    function = studies.Sweeps(made, {"effort": "drive_effort"}, position=TURN)
-    axes = {"angle": np.linspace(0.1, 0.3, 3), "speed": np.linspace(0.0, 50.0, 4), "torque": [-1.0]}
-    chunk = cd.study(function, axes, workers=1).plan().chunk
-    assert chunk["speed"] == 4
+    # A millisecond each, so that 1024 of 4000 cases are a chunk: all of the second dimension first.
+    assert chunk_shape((10, 40, 10), 1e-3, 8) == (2, 40, 10)
+    assert chunk_shape((10, 40, 10), 1e-3, 8, first=(1,)) == (2, 40, 10)
+    assert chunk_shape((3, 40, 100), 1e-3, 8, first=(1,)) == (1, 40, 25)
+    assert chunk_shape((10**6,), 1e-6, 8) == (2**18,)  # As many as are looked for a failure in.
+    assert chunk_shape((10**6,), 1e-6, 10**6) == (32,)  # As much as is held at a time.
+    assert chunk_shape((10, 10), 100.0, 8) == (1, 1)
 
 
 def test_responses_hold_what_sweeps_do() -> None:
