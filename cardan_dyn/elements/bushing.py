@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from .winding import GREATEST_ANGLE, Winding
 
 if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
+    from .one_state import OneState
 
 _ALONG = 1e-9
 """Part of a moment across an axis that counts as rounding of one along it."""
@@ -134,9 +135,9 @@ class Bushing(LinkElement):
         """Whether it has damping."""
         return bool(np.any(self.damping))
 
-    def on(self, mechanism: Mechanism, label: str) -> PlacedBushing:
+    def on(self, mechanism: Mechanism, label: str) -> _PlacedBushing:
         """See `Element.on`."""
-        return PlacedBushing(self, mechanism, label)
+        return _PlacedBushing(self, mechanism, label)
 
     def force(self, turn: Array, span: Array, rate: Array, label: str) -> BushingForce:
         """Return what it exerts.
@@ -180,29 +181,25 @@ class Bushing(LinkElement):
         )
 
 
-class PlacedBushing:
-    """A bushing on a mechanism.
-
-    Attributes:
-        end: `(4, 4)` placement of its frame in `link_b`.
-        label: how messages call it.
-    """
+class _PlacedBushing:
+    """A bushing on a mechanism."""
 
     def __init__(self, element: Bushing, mechanism: Mechanism, label: str) -> None:
-        self._element, self.label = element, label
+        self._element, self._label = element, label
         given = element.origin_b
-        self.end = _without_deformation(mechanism, element) if given is None else given
+        self._end = _without_deformation(mechanism, element) if given is None else given
         first, second = (
             (mechanism.links[link][0], mechanism.links[link][1].rotation @ placement[:3, :3])
-            for link, placement in zip(element.links, (element.origin, self.end), strict=True)
+            for link, placement in zip(element.links, (element.origin, self._end), strict=True)
         )
         self._winding = Winding(mechanism, first, second)
+        from ..mechanism.tree import se3  # Loaded with the mechanism.
 
-    def is_short(self, x: Array) -> bool:
-        """Return whether it has made no whole turns at a row `x (size,)` of coordinates."""
-        return self._winding.is_short(x)
+        (body_a, frame_a), (body_b, frame_b) = (mechanism.links[link] for link in element.links)
+        self._bodies = body_a, body_b
+        self._placements = frame_a * se3(np.asarray(element.origin)), frame_b * se3(self._end)
 
-    def turns(self, x: Array, rotation: Array) -> Array:
+    def _turns(self, x: Array, rotation: Array) -> Array:
         """Return its rotation vectors `(N, 3)`, whole turns counted.
 
         Args:
@@ -214,14 +211,14 @@ class PlacedBushing:
         """
         turn, lost = self._winding.turns(x, rotation)
         if np.any(lost):
-            raise too_far(self.label, greatest_angle(turn[lost]))
+            raise _too_far(self._label, greatest_angle(turn[lost]))
         return turn
 
     def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
         """See `Acting.at`."""
         element, count = self._element, len(x)
         at_a, at_b = links[element.link_a], links[element.link_b]
-        first, second = at_a.placed(element.origin), at_b.placed(self.end)
+        first, second = at_a.placed(element.origin), at_b.placed(self._end)
         back = first.rotation.transpose(0, 2, 1)
         span = second.position - first.position
         # The velocity that is seen from the first frame, which turns.
@@ -234,8 +231,8 @@ class PlacedBushing:
             axis=1,
         )
         span_seen = np.broadcast_to(np.einsum("nij,nj->ni", back, span), (count, 3))
-        turn = self.turns(x, np.broadcast_to(back @ second.rotation, (count, 3, 3)))
-        done = element.force(turn, span_seen, rate, self.label)
+        turn = self._turns(x, np.broadcast_to(back @ second.rotation, (count, 3, 3)))
+        done = element.force(turn, span_seen, rate, self._label)
         force, moment = (
             np.einsum("nij,nj->ni", first.rotation, half)
             for half in (done.wrench[:, :3], done.wrench[:, 3:])
@@ -246,6 +243,40 @@ class PlacedBushing:
             LinkWrench(element.link_b, force, moment + np.cross(arm_b, force)),
         )
         return Exerted(done, np.einsum("ni,ni->n", done.wrench, rate), wrenches=wrenches)
+
+    def add(self, efforts: Array, state: OneState) -> None:
+        """See `Acting`."""
+        import pinocchio  # Only simulations need it.
+
+        (first, second), oMi = self._bodies, state.data.oMi
+        a, b = (oMi[body] * at for body, at in zip(self._bodies, self._placements, strict=True))
+        seen, element = a.actInv(b), self._element
+        if self._winding.is_short(state.x):
+            turned = pinocchio.log3(seen.rotation)
+            if turned @ turned > GREATEST_ANGLE**2:
+                raise _too_far(self._label, float(np.linalg.norm(turned)))
+            gradient = element.stiffness @ np.concatenate([seen.translation, turned])
+            # The right Jacobian's inverse is the transposed inverse of the left one.
+            gradient[3:] = pinocchio.Jlog3(seen.rotation) @ gradient[3:]
+            if element.damps:
+                gradient += element.damping @ self._rate(state, a, b)
+            wrench = -gradient
+        else:
+            turn = self._turns(state.x[None], seen.rotation[None])
+            rate = self._rate(state, a, b) if element.damps else np.zeros(6)
+            span = seen.translation[None]
+            wrench = element.force(turn, span, rate[None], self._label).wrench[0]
+        force, moment = a.rotation @ wrench[:3], a.rotation @ wrench[3:]
+        state.push(efforts, second, b.translation, force, moment)
+        state.push(efforts, first, b.translation, -force, -moment)
+
+    def _rate(self, state: OneState, a: Any, b: Any) -> Array:
+        """Return the velocity `(6,)` of the second frame `b` as the first, `a`, sees it."""
+        first, second = self._bodies
+        # That of the point of the first body where the second frame's origin is.
+        passing = state.velocity(second, b.translation) - state.velocity(first, b.translation)
+        spin, back = state.spin(second) - state.spin(first), a.rotation.T
+        return np.concatenate([back @ passing, back @ spin])
 
 
 def _without_deformation(mechanism: Mechanism, element: Bushing) -> Array:
@@ -263,7 +294,7 @@ def _matrix(motion: LinkMotion) -> Array:
     return result
 
 
-def too_far(label: str, angle: float) -> ArgumentError:
+def _too_far(label: str, angle: float) -> ArgumentError:
     """Return the error of a bushing that is turned too far, by an angle [rad]."""
     return ArgumentError(
         f"{label}: it is turned by {angle:.4g} rad, or was on the way there by more than half a "

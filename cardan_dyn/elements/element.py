@@ -78,7 +78,12 @@ class Exerted(NamedTuple):
 
 
 class Acting(Protocol):
-    """An element on a mechanism."""
+    """An element on a mechanism.
+
+    A kind may have `add(efforts, state)` as well, which adds what it exerts at one state to the
+    efforts along all velocities, see `OneState`: simulations ask for it so, and by `at` otherwise.
+    `line` tells column, rate, stiffness, damping and rest of a linear law along a coordinate.
+    """
 
     def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
         """Return what it exerts.
@@ -138,6 +143,11 @@ class Element(Value, ABC):
     @property
     def follows_time(self) -> bool:
         """Whether what it exerts is a function of time."""
+        return False
+
+    @property
+    def has_functions(self) -> bool:
+        """Whether users' functions say what it exerts."""
         return False
 
     @property

@@ -5,6 +5,7 @@ An effort is positive in the sense of its coordinate [N·m, or N at a slide], li
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from ..mechanism.coordinates import Scalar
     from ..mechanism.mechanism import Mechanism
     from .link_motions import LinkMotion
+    from .one_state import OneState
 
 _OF = ("time", "position")
 """What functions of actuators take."""
@@ -62,6 +64,11 @@ class JointElement(Element):
         """See `Element.on`."""
         return _AlongCoordinate(self, mechanism.coordinates.named[self.joint], label)
 
+    @property
+    def line(self) -> Line | None:
+        """The law, if it is linear in position and speed; None if it is not."""
+        return None
+
     @abstractmethod
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts.
@@ -76,6 +83,18 @@ class JointElement(Element):
             ArgumentError: the effort cannot be computed.
         """
 
+    def effort_at(self, x: float, v: float, time: float, label: str) -> float:
+        """Return its effort at one state; arguments and errors as of `force`."""
+        return float(self.force(np.array([x]), np.array([v]), np.array([time]), label).effort[0])
+
+
+class Line(NamedTuple):
+    """The effort -stiffness (x - rest) - damping v, of `JointSpring`."""
+
+    stiffness: float
+    damping: float
+    rest: float
+
 
 class _AlongCoordinate(NamedTuple):
     """An element along a coordinate of a mechanism."""
@@ -89,6 +108,18 @@ class _AlongCoordinate(NamedTuple):
         rates = v[:, self.coordinate.rate]
         force = self.element.force(x[:, self.coordinate.column], rates, time, self.label)
         return Exerted(force, force.effort * rates, {self.coordinate.rate: force.effort})
+
+    @property
+    def line(self) -> tuple[int, int, float, float, float] | None:
+        """Column, rate and `Line` of what is linear, which is added at once where there is much."""
+        line = self.element.line
+        return None if line is None else (self.coordinate.column, self.coordinate.rate, *line)
+
+    def add(self, efforts: Array, state: OneState) -> None:
+        """See `Acting`."""
+        rate = self.coordinate.rate
+        x, v = state.positions[self.coordinate.column], state.speeds[rate]
+        efforts[rate] += self.element.effort_at(x, v, state.time, self.label)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,11 +162,20 @@ class JointSpring(JointElement):
         """Whether it has damping."""
         return self.damping != 0.0
 
+    @property
+    def line(self) -> Line:
+        """See `JointElement.line`."""
+        return Line(self.stiffness, self.damping, self.rest)
+
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts, see `JointElement.force`."""
         turn = x - self.rest
         pull, drag = self.stiffness * turn, self.damping * v
         return JointForce(-pull - drag, 0.5 * pull * turn, drag * v)
+
+    def effort_at(self, x: float, v: float, time: float, label: str) -> float:
+        """See `JointElement.effort_at`."""
+        return -self.stiffness * (x - self.rest) - self.damping * v
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +228,10 @@ class JointFriction(JointElement):
         effort = -self.effort * v / np.hypot(v, self.transition)
         return JointForce(effort, np.zeros_like(effort), -effort * v)
 
+    def effort_at(self, x: float, v: float, time: float, label: str) -> float:
+        """See `JointElement.effort_at`."""
+        return -self.effort * v / math.hypot(v, self.transition)
+
 
 @dataclass(frozen=True, eq=False)
 class Actuator(JointElement):
@@ -228,6 +272,11 @@ class Actuator(JointElement):
         """Whether the effort is a function of time."""
         return callable(self.effort) and self.of == "time"
 
+    @property
+    def has_functions(self) -> bool:
+        """Whether the effort is a function."""
+        return callable(self.effort)
+
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts, see `JointElement.force`."""
         none = np.zeros(len(x))
@@ -235,6 +284,13 @@ class Actuator(JointElement):
             return JointForce(np.full(len(x), self.effort), none, none)
         places = time if self.of == "time" else x
         return JointForce(_at_places(self.effort, places, f"{label}: effort", self.of), none, none)
+
+    def effort_at(self, x: float, v: float, time: float, label: str) -> float:
+        """See `JointElement.effort_at`."""
+        if not callable(self.effort):
+            return float(self.effort)
+        place = time if self.of == "time" else x
+        return _at_place(self.effort, place, f"{label}: effort", self.of)
 
 
 def _at_places(function: Callable[[Any], Any], at: Array, label: str, of: str) -> Array:

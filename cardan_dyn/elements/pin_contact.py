@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,10 +14,12 @@ from ..checks import described, vector
 from ..errors import ArgumentError
 from .contact_laws import ContactLaw
 from .element import Exerted, LinkElement, LinkWrench, Quantity
+from .pin_motion import PinMotion, cross
 
 if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
     from .link_motions import LinkMotion
+    from .one_state import OneState
 
 
 class ContactMotion(NamedTuple):
@@ -142,7 +145,13 @@ class PinContact(LinkElement):
 
     def on(self, mechanism: Mechanism, label: str) -> _PinInBush:
         """See `Element.on`."""
-        return _PinInBush(self)
+        return _PinInBush(self, self.motion(mechanism))
+
+    def motion(self, mechanism: Mechanism) -> PinMotion:
+        """Return what tells where the pin is in its bush, one state at a time."""
+        bush = self.link_a, self.point_a, self.axis_a
+        pin = self.link_b, self.point_b
+        return PinMotion(mechanism, bush, pin, self.radius, self.clearance)
 
     def pressure(self, depth: Array, rate: Array, time: Array) -> Array:
         """Return the force `(N,)` that presses pin and wall apart [N].
@@ -218,6 +227,7 @@ class _PinInBush(NamedTuple):
     """A pin contact on a mechanism."""
 
     element: PinContact
+    motion: PinMotion
 
     def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
         """See `Acting.at`."""
@@ -244,3 +254,23 @@ class _PinInBush(NamedTuple):
         )
         moved = seen + np.cross(motion.axis * motion.spin[:, None], lever)
         return Exerted(done, np.einsum("ni,ni->n", done.force, moved), wrenches=wrenches)
+
+    def add(self, efforts: Array, state: OneState) -> None:
+        """See `Acting`."""
+        element = self.element
+        if not element.acts_at(state.time):
+            return
+        place = self.motion.place(state.data)
+        pressure = element.pressure_at(place.depth, place.growth, state.time)
+        (x, y, z), (u, v, w), rub = place.away, place.along, 0.0
+        if element.friction:
+            slip = place.slide / math.hypot(place.slide, element.transition)
+            rub = element.friction * pressure * slip
+        force = (
+            -pressure * x - rub * u,
+            -pressure * y - rub * v,
+            -pressure * z - rub * w,
+        )
+        wrench = np.array([*force, *cross(place.touch, force)])
+        state.push_about_origin(efforts, self.motion.bush, -wrench)
+        state.push_about_origin(efforts, self.motion.pin, wrench)

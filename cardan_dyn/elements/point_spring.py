@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,6 +17,7 @@ from .element import Exerted, LinkElement, LinkWrench, Quantity
 if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
     from .link_motions import LinkMotion
+    from .one_state import OneState
 
 COINCIDENT = 1e-12
 """Distance of two points, relative to the greatest length of a spring or its mechanism, by which
@@ -106,7 +108,9 @@ class PointSpring(LinkElement):
 
     def on(self, mechanism: Mechanism, label: str) -> _BetweenPoints:
         """See `Element.on`."""
-        return _BetweenPoints(self, label, mechanism.characteristic_length)
+        (body_a, frame_a), (body_b, frame_b) = (mechanism.links[link] for link in self.links)
+        ends = (body_a, frame_a.act(self.point_a)), (body_b, frame_b.act(self.point_b))
+        return _BetweenPoints(self, label, mechanism.characteristic_length, ends)
 
     def force(self, span: Array, rate: Array, label: str, size: float = 0.0) -> PointForce:
         """Return what it exerts.
@@ -149,11 +153,19 @@ class PointSpring(LinkElement):
 
 
 class _BetweenPoints(NamedTuple):
-    """A point spring on a mechanism, of a characteristic length `size` [m]."""
+    """A point spring on a mechanism.
+
+    Attributes:
+        element: the spring.
+        label: how messages call it.
+        size: characteristic length of the mechanism [m].
+        ends: bodies that move its points, 0 for the world, and these in their frames.
+    """
 
     element: PointSpring
     label: str
     size: float
+    ends: tuple[tuple[int, Array], tuple[int, Array]]
 
     def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
         """See `Acting.at`."""
@@ -169,3 +181,20 @@ class _BetweenPoints(NamedTuple):
             LinkWrench(element.link_b, -done.force, -np.cross(arm_b, done.force)),
         )
         return Exerted(done, -np.einsum("ni,ni->n", done.force, rate), wrenches=wrenches)
+
+    def add(self, efforts: Array, state: OneState) -> None:
+        """See `Acting`."""
+        element, ((body_a, _), (body_b, _)) = self.element, self.ends
+        at_a, at_b = (np.asarray(state.data.oMi[body].act(point)) for body, point in self.ends)
+        span, rate = at_b - at_a, np.zeros(3)
+        if element.damping:
+            rate = state.velocity(body_b, at_b) - state.velocity(body_a, at_a)
+        distance, length = math.sqrt(span.dot(span)), element.length
+        if distance > COINCIDENT * length:
+            along = element.stiffness * (1.0 - length / distance)
+            along += element.damping * float(span.dot(rate)) / distance**2
+            force = along * span
+        else:
+            force = element.force(span[None, :], rate[None, :], self.label).force[0]
+        state.push(efforts, body_a, at_a, force)
+        state.push(efforts, body_b, at_b, -force)

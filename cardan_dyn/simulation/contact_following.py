@@ -15,10 +15,10 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
+from ..elements.pin_motion import PinMotion, PinPlace
 from ..elements.recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
 from ..elements.stepping import first_fall
 from .integration import Integration
-from .pin_motion import PinMotion, PinPlace
 from .system import System
 
 _INNER = 8
@@ -86,8 +86,7 @@ class ContactFollowing:
         """
         self._system, self._most = system, most
         self._pins = [
-            _Pin(index, contact, PinMotion(system.mechanism, contact))
-            for index, contact in contacts
+            _Pin(index, contact, contact.motion(system.mechanism)) for index, contact in contacts
         ]
         self._data = system.physical.createData()
         self.touches: list[Touch] = []

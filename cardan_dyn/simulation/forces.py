@@ -214,7 +214,7 @@ class Forces:
             pinocchio.computeJointJacobians(model, data, q)
             for load in loads:
                 efforts += _along_coordinates(model, data, load)
-        self._elements.add_on_links(efforts, model, data, time, q, rates, x)
+        self._elements.add_on_links(efforts, model, data, time, (q, rates), x, v)
         return efforts
 
     @property

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 import pytest
 from testkit.element_work import energy_of, generalised, slopes
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element import Element
+from cardan_dyn.elements.element import Acting, Element
 from cardan_dyn.elements.element_forces import ElementForces
 from cardan_dyn.simulation.element_efforts import ElementEfforts
 from cardan_dyn.simulation.turning_model import turning_model
@@ -18,6 +20,10 @@ SPRINGS: dict[str, list[Element]] = {
         cd.JointSpring("swing", 7.0, rest=0.3),
         cd.JointSpring("slide", 40.0),
         cd.JointSpring("swing", 1.0),
+    ],
+    "many joints": [
+        cd.JointSpring(name, 7.0 + index, rest=0.1 * index)
+        for index, name in enumerate(["swing", "slide"] * 6)
     ],
     "points": [cd.PointSpring("left", (0.1, 0.2, 0.3), "right", (-0.2, 0.1, 0.5), 30.0, 0.0, 0.4)],
     "world": [cd.PointSpring("base", (1.0, 2.0, 4.0), "slider", (0.1, 0.0, 0.2), 30.0, 0.0, 0.4)],
@@ -45,7 +51,8 @@ def found(
     data, result = model.createData(), np.zeros((len(x), model.nv))
     for index in range(len(x)):
         efforts.add_along_coordinates(result[index], time, x[index], v[index])
-        efforts.add_on_links(result[index], model, data, time, x[index], v[index], x[index])
+        state = x[index], v[index]
+        efforts.add_on_links(result[index], model, data, time, state, *state)
     return result
 
 
@@ -81,3 +88,34 @@ def test_none_do_nothing(mechanism: cd.Mechanism) -> None:
     none = ElementEfforts(mechanism, [])
     assert none.is_conservative
     assert not none.act_on_links and not none.rates
+
+
+CONTACT = cd.PinContact(
+    "left", (0.1, 0.2, 0.3), (0.3, -0.4, 0.8), "right", (-0.2, 0.1, 0.5), 1e-2,
+    cd.LinearContact(50.0, 3.0), friction=0.4, radius=0.05, transition=0.3,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("element", [*DAMPERS, CONTACT], ids=lambda item: type(item).__name__)
+def test_kinds_that_know_arrays_alone_act_alike(mechanism: cd.Mechanism, element: Element) -> None:
+    class ByArrays:
+        """The same element as a new kind may be that is asked by arrays alone."""
+
+        links, joints, conserves = element.links, element.joints, element.conserves
+        name, has_functions = "", element.has_functions
+
+        class _Acting:
+            def __init__(self, acting: Acting) -> None:
+                self.at = acting.at
+
+        def on(self, mechanism: cd.Mechanism, label: str) -> Acting:
+            """See `Element.on`."""
+            return self._Acting(element.on(mechanism, label))
+
+    x = rows(mechanism, 5, seed=7)
+    v = np.random.default_rng(8).uniform(-2.0, 2.0, (5, mechanism.model.nv))
+    expected = found(mechanism, [element], x, v, 1.5)
+    plain = cast("Element", ByArrays())
+    assert np.max(np.abs(expected)) > 0.1
+    atol = 1e-13 * np.max(np.abs(expected))
+    np.testing.assert_allclose(found(mechanism, [plain], x, v, 1.5), expected, atol=atol)

@@ -8,7 +8,7 @@ from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
 from cardan_dyn.elements.element_forces import ElementForces
-from cardan_dyn.simulation.pin_motion import PinMotion
+from cardan_dyn.elements.one_state import OneState
 from cardan_dyn.simulation.turning_model import turning_model
 
 
@@ -27,7 +27,8 @@ def test_states_one_by_one_are_those_of_whole_arrays_and_do_the_same_work() -> N
     element = contact(0.4)
     acted = ElementForces(mechanism, [element]).at(x, v)
     each = ElementForces(mechanism, [element]).each(x, v)[0]
-    model, pin = turning_model(mechanism), PinMotion(mechanism, element)
+    model, pin = turning_model(mechanism), element.motion(mechanism)
+    acting = element.on(mechanism, "contact")
     data = model.createData()
     for index in range(len(x)):
         pinocchio.forwardKinematics(model, data, x[index], v[index])
@@ -35,7 +36,9 @@ def test_states_one_by_one_are_those_of_whole_arrays_and_do_the_same_work() -> N
         place = pin.place(data)
         np.testing.assert_allclose(place.depth, each.depth[index], rtol=1e-12)
         efforts = np.zeros(model.nv)
-        pin.add(efforts, model, data, 0.0)
+        state = x[index], v[index]
+        numbers = x[index].tolist(), v[index].tolist()
+        acting.add(efforts, OneState(0.0, *state, *numbers, model, data))
         np.testing.assert_allclose(efforts @ v[index], acted.power[index], rtol=1e-10, atol=1e-12)
         # What is done on both links is what is stored and turned to heat.
         stored = 50.0 * each.depth[index] * place.growth
