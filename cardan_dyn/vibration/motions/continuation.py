@@ -218,13 +218,12 @@ class Branch:
         if speed * self._last <= 0.0:
             return None
         found = self._corrected(point.model, q, speed, (way, rate))
+        if found is None and not self._holds(point.model, q):
+            model = self._wider(q)
+            q, way = (resampled(item, model.count) for item in (q, way))
+            found = self._corrected(model, q, speed, (way, rate))
         if found is None:
-            if not self._holds(point.model, q):
-                point, (way, rate) = self._at_home(point, (way, rate))
-                q, speed = point.q + step * way, point.speed + step * rate
-                found = self._corrected(point.model, q, speed, (way, rate))
-            if found is None:
-                return None
+            return None
         gap = self._length(found.q - q, found.speed - speed)
         if gap > 2.0 * _FORETOLD:
             return None

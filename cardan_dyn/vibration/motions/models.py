@@ -30,6 +30,9 @@ _NARROW = 0.02
 """Half width of the ranges about a motion, in units of the coordinates."""
 _MOST_MODELS = 3
 """About one motion, each about what the last one led to."""
+_CLOSE, _MOST_KEPT = 0.5, 24
+"""Way of a motion from the middle of a model about another one, in half ranges, up to which that
+has room for it; and how many such models are kept."""
 _FARTHEST = 10.0
 """Way from the middle, in half ranges, from which no model about the new place is tried."""
 
@@ -78,6 +81,7 @@ class MotionModels:
         self._models: dict[float, list[ReducedModel]] = {}
         self._refused: dict[float, float] = {}
         self._divisor: int | None = None
+        self._about: list[ReducedModel] = []
 
     @property
     def efforts(self) -> FreeEfforts:
@@ -99,6 +103,8 @@ class MotionModels:
         Raises:
             CardanError: not even the first range can be computed.
         """
+        if share >= self._refused.get(FINE, np.inf):
+            return None
         try:
             return self._model(centre, share * self.rotating.units)
         except CardanError:
@@ -176,19 +182,41 @@ class MotionModels:
         """Return the motion near a rough one `(N, n)` by a model about it, or none."""
         units = self.rotating.units
         middle = self.widest(np.mean(q, axis=0), FIRST_RANGE)
+        # Speeds are often so close that a model about one motion has room for the next.
+        known = [model for model in self._about if _distance(model, q) <= _CLOSE]
+        if known:
+            nearest = min(known, key=lambda model: _distance(model, q))
+            found, _ = self._in(nearest, middle, speed, index, q)
+            if found:
+                return found
         for _ in range(_MOST_MODELS):
             try:
                 model = self._build.along(q, _NARROW * units, middle.divisor)
             except CardanError:
                 # It comes too near to where the mechanism cannot go.
                 break
-            count = max(model.count, middle.count)
-            guess = resampled(q, count)[None]
-            ((fine, _, found),) = resolved(model.on(count), speed[index], guess)
-            if found.converged[0]:
-                rest = middle.on(fine.count)
-                return [Motions(fine, index, found.course, found.sign, rest)]
-            q = found.course.q[0]
-            if np.max(np.abs(q - fine.centre) / fine.half) > _FARTHEST:
+            found, q = self._in(model, middle, speed, index, q)
+            if found:
+                self._about = [model, *self._about[: _MOST_KEPT - 1]]
+                return found
+            if _distance(model, q) > _FARTHEST:
                 break
         return []
+
+    def _in(
+        self, model: ReducedModel, middle: ReducedModel, speed: Array, index: Array, q: Array
+    ) -> tuple[list[Motions], Array]:
+        """Return the motion near another one in a model about it, or none, and what was reached."""
+        count = max(model.count, middle.count, len(q))
+        ((fine, _, found),) = resolved(model.on(count), speed[index], resampled(q, count)[None])
+        if not found.converged[0]:
+            return [], found.course.q[0]
+        rest = middle.on(fine.count)
+        return [Motions(fine, index, found.course, found.sign, rest)], found.course.q[0]
+
+
+def _distance(model: ReducedModel, q: Array) -> float:
+    """Return how far a motion `(N, n)` goes from the middle of a model, in half ranges."""
+    count = max(model.count, len(q))
+    gap = (resampled(q, count) - model.on(count).centre) / model.half
+    return float(np.max(np.abs(gap)))

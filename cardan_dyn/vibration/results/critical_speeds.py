@@ -18,7 +18,7 @@ from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import speeds_of
 from ..motions.continuation import Point
 from ..motions.search import MotionSearch
-from ..motions.stability import Region, regions, stability
+from ..motions.stability import NONE, Region, regions, stability
 from .campbell import Campbell
 from .periodic_motion import search_of
 from .resonance import Resonance, crossings, lattice, numbered_campbell, resonance
@@ -241,10 +241,12 @@ def critical_speeds(
     wanted = _exciting(search, modes) if given is None else given
     resonances = _resonances(search, modes, wanted, low, high)
     unstable: list[Region] = []
-    unseen = 0.0
+    unseen, missed = 0.0, np.zeros(0)
     if instabilities:
         places, unseen = _places(modes, speeds, search.models.period)
-        unstable = regions(search, places, stability(search, places), search.models.period)
+        known = stability(search, places)
+        missed = places[known.kind == NONE]
+        unstable = regions(search, places, known, search.models.period)
     rows = [row for row, _ in resonances] + [_unstable(item) for item in unstable]
     return CriticalSpeeds(
         scene=search.rotating.scene,
@@ -253,7 +255,10 @@ def critical_speeds(
         orders=tuple(wanted),
         rows=tuple(sorted(rows)),
         campbell=found,
-        remarks=_remarks(search.rotating.scene, resonances, unstable, unseen, (low, high)),
+        remarks=(
+            *_remarks(search.rotating.scene, resonances, unstable, unseen, (low, high)),
+            *_missed(missed),
+        ),
     )
 
 
@@ -404,6 +409,19 @@ def _remarks(
             f"are not looked for: there modes swing more than {_MULTIPLES / 2:g} times in a period"
         )
     return tuple(dict.fromkeys(remarks))
+
+
+def _missed(speeds: Array) -> list[str]:
+    """Return a remark on speeds at which nothing is known of stability."""
+    if not speeds.size:
+        return []
+    least, most = float(np.min(speeds)), float(np.max(speeds))
+    where = f"at {least:.6g}" if least == most else f"at {len(speeds)} speeds from {least:.6g}"
+    until = "" if least == most else f" to {most:.6g}"
+    return [
+        f"no motion was found {where}{until} rad/s, so that whether it is stable is not known: a "
+        "greater `max_amplitude` looks farther"
+    ]
 
 
 def _beyond(scene: Scene, peak: Point) -> list[str]:

@@ -9,6 +9,9 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
+from cardan_dyn.errors import AccuracyError
+from cardan_dyn.vibration.model.build import ModelBuild
+from cardan_dyn.vibration.model.reduced_model import ReducedModel
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.harmonic_balance import course_of
 from cardan_dyn.vibration.motions.linear import linear_motions
@@ -88,3 +91,18 @@ def test_a_motion_larger_than_any_model_of_a_range() -> None:
 
     rise = (efforts(1e-3) - efforts(-1e-3)) / 2e-3
     np.testing.assert_allclose(efforts(0.0) + rise, 0.0, atol=1e-5 * np.max(np.abs(rise)))
+
+
+def test_ranges_that_were_refused_are_not_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    finder = search(elastic_rigs.elastic_rig(), 0.1)
+    models, centre = finder.models, np.zeros(2)
+    models.grown(centre, 0.05)
+    tried: list[float] = []
+
+    def refused(_: ModelBuild, __: object, half: np.ndarray, *___: object) -> ReducedModel:
+        tried.append(float(half[0]))
+        raise AccuracyError("too uneven")
+
+    monkeypatch.setattr(ModelBuild, "model", refused)
+    assert [models.grown(centre, share) for share in (0.15, 0.15, 0.45)] == [None] * 3
+    assert tried == [0.15]
