@@ -536,6 +536,7 @@ def local_client(workers: int) -> Iterator[Any]:
                     host="127.0.0.1",
                     dashboard_address="127.0.0.1:0",
                     silence_logs=50,
+                    preload=["cardan_dyn.studies.preloaded"],
                 )
             )
             client = stack.enter_context(Client(cluster))
