@@ -233,8 +233,9 @@ def _as_floats(value: object) -> Array:
     if array.dtype.kind not in "iuf":
         type_of_elements = f"its elements are of type {array.dtype}"
         raise TypeError(type_of_elements if array.ndim else f"it is {described(value)}")
-    masked = sys.modules.get("numpy.ma")  # Where nobody imported it, nothing is masked.
-    if masked is not None and masked.is_masked(value):
+    # Where nobody imported it, or another thread has just begun to, nothing is masked.
+    is_masked = getattr(sys.modules.get("numpy.ma"), "is_masked", None)
+    if is_masked is not None and is_masked(value):
         raise ValueError("some are masked")
     if array.dtype == float:
         return array.astype(float)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from collections import OrderedDict, UserDict
 from collections.abc import Callable
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 
 import numpy as np
 import pytest
@@ -244,6 +245,14 @@ def test_messages_say_why_something_is_no_array_of_numbers(value: object, messag
 def test_masked_arrays_without_masked_numbers_are_arrays() -> None:
     masked = np.ma.masked_array([1.0, 2.0], [False, False])
     assert checks.numbers("speed", masked).tolist() == [1.0, 2.0]
+
+
+def test_another_thread_may_have_begun_to_import_masked_arrays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Then their module is there, without what it is about to hold."""
+    monkeypatch.setitem(sys.modules, "numpy.ma", ModuleType("numpy.ma"))
+    assert checks.numbers("speed", [1.0, 2.0]).tolist() == [1.0, 2.0]
 
 
 @pytest.mark.parametrize("value", [3, 3.0, np.int64(3), np.float32(3.0), np.array(3.0)], ids=repr)
