@@ -129,7 +129,7 @@ class TreeBuilder:
         for count, (part, axis) in enumerate(chain, start=1):
             part_name = name if count == len(chain) else f"{name}:{count}"
             kind = joint.type if joint.type == "continuous" else part
-            parent = self.model.addJoint(parent, _joint_model(kind, axis), placement, part_name)
+            parent = self.model.addJoint(parent, joint_model(kind, axis), placement, part_name)
             parts.append(Part(part, axis, parent))
             placement = pinocchio.SE3.Identity()
         self.parts[name] = parts
@@ -258,7 +258,7 @@ _ALIGNED = {
 }
 
 
-def _joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
+def joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
     """Return the joint that Pinocchio's own reader would take.
 
     A `continuous` one turns without end: its configuration is a cosine and a sine.

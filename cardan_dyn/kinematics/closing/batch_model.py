@@ -18,6 +18,7 @@ import pinocchio
 from ...arrays import Array, consecutive, cross
 from ...mechanism.joints import Part
 from ...mechanism.mechanism import Mechanism
+from ...mechanism.tree import joint_model
 
 _MOST_PLACED = 64
 """Coordinates up to which Pinocchio places the bodies of a long chain as well: its data take 8 MB
@@ -161,7 +162,8 @@ class BatchModel:
             if parent < 0:
                 placement.translation = placement.translation - origin
             name = self._source.names[body + 1]
-            joint = model.addJoint(root + parent + 1, _joint_of(part), placement, name)
+            kind = joint_model(part.kind, part.axis)
+            joint = model.addJoint(root + parent + 1, kind, placement, name)
             if body in self._inertial_bodies:
                 inertia = self._source.inertias[body + 1]
                 model.appendBodyToJoint(joint, inertia, pinocchio.SE3.Identity())
@@ -284,15 +286,6 @@ class BatchModel:
 
 def _address(array: Array) -> int:
     return int(array.__array_interface__["data"][0])
-
-
-def _joint_of(part: Part) -> pinocchio.JointModel:
-    """Return a joint of Pinocchio that takes the coordinates of a part as they are in rows."""
-    if part.kind == "spherical":
-        return pinocchio.JointModelSpherical()
-    if part.kind == "prismatic":
-        return pinocchio.JointModelPrismaticUnaligned(part.axis)
-    return pinocchio.JointModelRevoluteUnaligned(part.axis)
 
 
 def _actions(placed: Array) -> Array:

@@ -132,7 +132,8 @@ def test_nothing_moves_where_nothing_acts() -> None:
     mechanism = parallelograms(13)
     scene = cd.Scene(mechanism, free="pivot_0", outputs=[])
     still = scene.simulate(1.0, position=0.4, method="DOP853")
-    np.testing.assert_array_equal(still.position, 0.4)
+    # Where the closed start is off by the rounding of its angles, steps close it once more.
+    np.testing.assert_allclose(still.position, 0.4, rtol=0.0, atol=1e-14)
 
 
 def test_states_beyond_all_numbers_are_left_as_well() -> None:
