@@ -32,7 +32,7 @@ _CORRECTING_ROUNDS = 6
 _WANTED = 1e-14
 """What closures lack before the last iteration, as a fraction of accelerations that occur: more
 than this is worth more iterations..."""
-_CONVERGED = 1e-12
+_CONVERGED = 1e-13
 """...and more than this is not solved."""
 _REFINED = 1e-14
 """Correction that is left undone, as a fraction of accelerations that occur."""
