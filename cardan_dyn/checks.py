@@ -234,8 +234,8 @@ def _as_floats(value: object) -> Array:
         type_of_elements = f"its elements are of type {array.dtype}"
         raise TypeError(type_of_elements if array.ndim else f"it is {described(value)}")
     # Where nobody imported it, or another thread has just begun to, nothing is masked.
-    is_masked = getattr(sys.modules.get("numpy.ma"), "is_masked", None)
-    if is_masked is not None and is_masked(value):
+    masked = sys.modules.get("numpy.ma")
+    if masked is not None and "is_masked" in masked.__dict__ and masked.is_masked(value):
         raise ValueError("some are masked")
     if array.dtype == float:
         return array.astype(float)
