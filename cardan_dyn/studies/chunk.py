@@ -115,7 +115,9 @@ def _sending() -> Iterator[None]:
 
 def missing(package: str) -> MissingExtraError:
     """Return the error that says how to install what studies need."""
-    return MissingExtraError(f'a study needs {package}: pip install "cardan-dyn[study]"')
+    return MissingExtraError(
+        f'a study needs {package}: pip install "cardan-dyn[study]", with Python 3.11 or later'
+    )
 
 
 def sent(data: bytes) -> Sent:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -153,3 +154,12 @@ def test_sweeps_are_one_call_per_chunk(joint: cd.Mechanism, monkeypatch: Any) ->
     assert data.torque.dims == ("held.joint_angle", "loads.bearing_out", "position")
     assert data.peak.attrs["units"] == "N·m"
     assert data.position.attrs["units"] == "rad"
+
+
+def test_what_is_not_installed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    original = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "zarr" else original(name)
+    )
+    with pytest.raises(cd.MissingExtraError, match=r"needs zarr: pip install .*study"):
+        cd.study(product_of, GRID)
