@@ -77,6 +77,9 @@ class FullStore(zarr.storage.WrapperStore):
 
     room = 10**9
 
+    def with_read_only(self, read_only: bool = False) -> FullStore:
+        return type(self)(self._store.with_read_only(read_only))
+
     async def set(self, key: str, value: Any, *more: Any) -> None:
         type(self).room -= 1
         if type(self).room < 0:
