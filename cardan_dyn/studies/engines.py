@@ -49,9 +49,11 @@ class Engine:
 
     Attributes:
         room: how many chunks it holds at most.
+        note: where else it can be watched; empty if nowhere.
     """
 
     room: int
+    note: str = ""
 
     @abstractmethod
     def start(self, task: Task) -> None:
@@ -151,6 +153,7 @@ class OfDask(Engine):
     def __init__(self, client: Any, job: Sent) -> None:
         self._client = client
         self._refuse_unfit_workers()
+        self.note = f"Dask's dashboard: {client.dashboard_link}" if client.dashboard_link else ""
         # A task and not a scattered value: the scheduler can make it again where workers are lost,
         # and each worker fetches it once.
         self._job = client.submit(_received, job, key=f"cardan-dyn-study-{job.key}", pure=True)

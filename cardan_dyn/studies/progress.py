@@ -11,13 +11,14 @@ Told = Callable[[int, int], None]
 
 
 @contextmanager
-def shown(wanted: bool | Told | None, total: int, done: int) -> Iterator[Told]:
+def shown(wanted: bool | Told | None, total: int, done: int, note: str = "") -> Iterator[Told]:
     """Show a bar in a terminal or notebook.
 
     Args:
         wanted: True or False; a function that is told instead; None for a bar where somebody looks.
         total: number of cases.
         done: of them, before anything is computed.
+        note: what is said above the bar.
     """
     if callable(wanted):
         yield wanted
@@ -53,6 +54,8 @@ def shown(wanted: bool | Told | None, total: int, done: int) -> Iterator[Told]:
         TextColumn("{task.fields[failed]}", style="red"),
     )
     with Progress(*columns, console=Console(stderr="ipykernel" not in sys.modules)) as bar:
+        if note:
+            bar.console.print(note, markup=False)
         task = bar.add_task("", total=total, completed=done, failed="")
 
         def told(done: int, failed: int) -> None:

@@ -136,7 +136,7 @@ class Study:
         total, done = self.parameters.count, done - (failed if retry else 0)
         with ExitStack() as stack:
             engine = stack.enter_context(self._engine(left))
-            told = stack.enter_context(shown(progress, total, done))
+            told = stack.enter_context(shown(progress, total, done, engine.note))
             failed = 0 if retry else failed
             every = stack.enter_context(closing(self._computed(engine, self._tasks(retry))))
             for computed in every:
