@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import product
 from threading import Lock
-from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,13 +66,11 @@ class Computed(NamedTuple):
         arrays: variables to results, of the shape of the box and of a case.
         state: of the cases, of the shape of the box.
         failures: pairs of a case's flat index in the box, and `Type: message`.
-        seconds: that it took.
     """
 
     arrays: dict[str, Array]
     state: Array
     failures: list[tuple[int, str]]
-    seconds: float
 
 
 def packed(job: Job) -> bytes:
@@ -146,7 +143,6 @@ def compute(
     data = _RECEIVED.get(job.key)
     if data is None:
         return None
-    began = perf_counter()
     # One thread for linear algebra: workers would fight for cores, and sums depend on the number.
     with _one_thread():
         run = _Run(unpacked(data), box)
@@ -156,7 +152,7 @@ def compute(
             for index in np.argwhere(np.ones(run.state.shape) if wanted is None else wanted):
                 run.job = unpacked(data)
                 run.case(tuple(index.tolist()))
-    return Computed(run.arrays, run.state, run.failures, perf_counter() - began)
+    return Computed(run.arrays, run.state, run.failures)
 
 
 _LOCK = Lock()

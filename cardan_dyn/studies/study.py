@@ -222,7 +222,7 @@ class Study:
             state[~task.wanted] = 0
         said = failure(error).split("\n")[0]
         lost = [(int(index), said) for index in np.flatnonzero(state)]
-        return Computed(self._schema.empty(shape), state, lost, math.nan)
+        return Computed(self._schema.empty(shape), state, lost)
 
     # What there is, and what is left.
 
