@@ -474,6 +474,7 @@ def study(
     at_once = flag("vectorized", vectorized) or isinstance(function, Sweeps)
     if isinstance(function, Sweeps):
         _refuse_unknown(function, found)
+        function.refuse_units(found.units)
     given_units = {
         name: text(f"units[{name!r}]", unit) for name, unit in mapping("units", units).items()
     }

@@ -21,6 +21,7 @@ from ..errors import ArgumentError, choices
 from ..frozen import Frozen, FrozenDict, frozen, read_only
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
+from ..units import plain
 from .outcomes import Outcome, Outcomes, Schema
 from .parameters import Parameters
 
@@ -28,6 +29,15 @@ _RATES = ("position", "speed", "acceleration")
 _WORDS = (*_RATES, "time")
 _GROUPS = ("held", "loads", "inertia", "gravity", *_RATES)
 _AXES = ("x", "y", "z")
+_TURNS_OR_SLIDES = {
+    "position": ("rad", "m"),
+    "speed": ("rad/s", "m/s"),
+    "acceleration": ("rad/s²", "m/s²"),
+    "held": ("rad", "m"),
+    "loads": ("N·m", "N"),
+}
+_UNITS = {**_TURNS_OR_SLIDES, "time": ("s",), "inertia": ("1",), "gravity": ("m/s²",)}
+"""What each parameter of a sweep is in; nothing is converted."""
 
 
 def _rms(values: Array) -> Array:
@@ -52,6 +62,7 @@ class Sweeps(Frozen):
     `position.leg_1`), `time`, `held.JOINT`, `loads.JOINT`, `inertia.LINK` and `gravity.x`, `.y`,
     `.z` go to the sweep, which takes those of all cases of a chunk at once. All others are
     arguments of the function that makes the scene, which is called once for each of their values.
+    Those of the sweep are in SI units and radians; a parameter that names another unit is refused.
 
     Args:
         scene: a scene, or a function of parameters that returns one.
@@ -114,6 +125,33 @@ class Sweeps(Frozen):
     def swept(self, names: Sequence[str]) -> list[str]:
         """Return which parameters go to the sweep."""
         return [name for name in names if _is_swept(name)]
+
+    def refuse_units(self, units: Mapping[str, str]) -> None:
+        """Raise an error for a parameter in another unit than the sweep takes it in.
+
+        Args:
+            units: names of parameters to their units, empty where none is said.
+
+        Raises:
+            ArgumentError: there is one.
+        """
+        for name in self.swept(list(units)):
+            taken = self._units_of(name)
+            if units[name] and plain(units[name]) not in map(plain, taken):
+                raise ArgumentError(
+                    f"{name} is in {units[name]}; a sweep takes it in {' or '.join(taken)}, and "
+                    "does not convert: give its values in that unit"
+                )
+
+    def _units_of(self, name: str) -> tuple[str, ...]:
+        """Return in which unit a parameter of a sweep is, both where the joint is not known."""
+        stem, _, rest = name.partition(".")
+        if stem in _TURNS_OR_SLIDES and isinstance(self.scene, Scene):
+            drives = self.scene.drives
+            joint = self.scene.mechanism.drivable.get(rest or drives[0] if drives else rest)
+            if joint is not None:
+                return (_UNITS[stem][int(joint.slides)],)
+        return _UNITS[stem]
 
     def plan(self, parameters: Parameters, chunk: Sequence[int]) -> str:
         """Return how a chunk is computed, in words."""

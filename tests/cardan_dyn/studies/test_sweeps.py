@@ -158,3 +158,31 @@ def test_parameters_that_no_sweep_takes_are_refused() -> None:
         cd.study(studies.Sweeps(scene_of(), "drive_effort"), {"length": [1.0], "position": [0.0]})
     with pytest.raises(cd.CardanError, match="no position is given"):
         cd.study(studies.Sweeps(scene_of(), "drive_effort"), {"speed": [1.0]}, workers=1).plan()
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "taken"),
+    [
+        ("held.joint_angle", "deg", "rad"),
+        ("held.joint_angle", "m", "rad"),
+        ("speed", "rpm", "rad/s"),
+        ("loads.bearing_out", "kN·m", "N·m"),
+        ("inertia.cross", "kg·m²", "1"),
+        ("gravity.z", "mm/s²", "m/s²"),
+        ("time", "h", "s"),
+    ],
+)
+def test_units_that_a_sweep_does_not_take_are_refused(name: str, unit: str, taken: str) -> None:
+    function = studies.Sweeps(scene_of(), ["drive_effort"], position=TURN)
+    with pytest.raises(cd.ArgumentError, match=f"{name} is in {unit}; .* takes it in {taken}, and"):
+        cd.study(function, {name: ([1.0, 2.0], unit)})
+    cd.study(function, {name: ([1.0, 2.0], taken)})
+
+
+def test_units_are_those_of_either_kind_of_joint_where_scenes_are_made() -> None:
+    function = studies.Sweeps(lambda: scene_of(), ["drive_effort"], position=TURN)
+    for unit in ("rad", "m", ""):
+        cd.study(function, {"held.joint_angle": ([0.1], unit)})
+    cd.study(function, {"loads.bearing_out": ([0.1], "Nm"), "gravity.z": ([0.1], "m/s^2")})
+    with pytest.raises(cd.ArgumentError, match="rad or m"):
+        cd.study(function, {"held.joint_angle": ([0.1], "°")})
