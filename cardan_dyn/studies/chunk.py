@@ -1,4 +1,4 @@
-"""Chunk: a box of cases, computed wherever a worker is; what it takes is sent there once.
+"""Chunk: a box of cases, computed wherever a worker is.
 
 A chunk is computed by a copy of the function that no other chunk has used, so that what a scene
 learns while it is used makes no difference: results depend on the chunk alone, to the last bit.
@@ -6,7 +6,6 @@ learns while it is used makes no difference: results depend on the chunk alone, 
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import product
@@ -45,18 +44,6 @@ class Job(NamedTuple):
     schema: Schema | None
     units: Mapping[str, str]
     broadcasts: bool
-
-
-class Sent(NamedTuple):
-    """A job as bytes.
-
-    Attributes:
-        key: that tells it from others.
-        data: pickled; None where the worker is believed to have it.
-    """
-
-    key: str
-    data: bytes | None
 
 
 class Computed(NamedTuple):
@@ -117,40 +104,23 @@ def missing(package: str) -> MissingExtraError:
     )
 
 
-def sent(data: bytes) -> Sent:
-    """Return a packed job with its key."""
-    return Sent(hashlib.sha256(data).hexdigest(), data)
-
-
-_RECEIVED: dict[str, bytes] = {}
-"""The job that this process works on, so that it need not be sent with every chunk."""
-
-
-def compute(
-    job: Sent, box: Box, wanted: Array | None = None, *, alone: bool = False
-) -> Computed | None:
-    """Return the results of a chunk; None if the job is to be sent once more.
+def compute(job: bytes, box: Box, wanted: Array | None = None, *, alone: bool = False) -> Computed:
+    """Return the results of a chunk.
 
     Args:
-        job: as bytes.
+        job: from `packed`.
         box: which cases.
         wanted: which of them, of the shape of the box; all if None.
         alone: compute each by a copy of the function of its own.
     """
-    if job.data is not None and job.key not in _RECEIVED:
-        _RECEIVED.clear()
-        _RECEIVED[job.key] = job.data
-    data = _RECEIVED.get(job.key)
-    if data is None:
-        return None
     # One thread for linear algebra: workers would fight for cores, and sums depend on the number.
     with _one_thread():
-        run = _Run(unpacked(data), box)
+        run = _Run(unpacked(job), box)
         if not alone:
             run.cases(wanted)
         else:
             for index in np.argwhere(np.ones(run.state.shape) if wanted is None else wanted):
-                run.job = unpacked(data)
+                run.job = unpacked(job)
                 run.case(tuple(index.tolist()))
     return Computed(run.arrays, run.state, run.failures)
 

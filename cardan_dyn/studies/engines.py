@@ -7,6 +7,7 @@ them holds more than a few chunks at a time, so that memory does not grow with t
 from __future__ import annotations
 
 import concurrent.futures as futures
+import hashlib
 import math
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple
 from .._version import __version__
 from ..arrays import Array
 from ..errors import CardanError
-from .chunk import Box, Computed, Sent, compute
+from .chunk import Box, Computed, compute
 
 _PER_WORKER = 3
 """Chunks that an engine holds for each worker: one that is computed, and two that wait for it."""
@@ -72,7 +73,7 @@ class Here(Engine):
 
     room = 1
 
-    def __init__(self, job: Sent) -> None:
+    def __init__(self, job: bytes) -> None:
         self._job = job
         self._tasks: list[Task] = []
 
@@ -84,20 +85,17 @@ class Here(Engine):
         """Compute what was taken; see `Engine`."""
         while self._tasks:
             task = self._tasks.pop()
-            found = compute(self._job, task.box, task.wanted, alone=task.alone)
-            if found is not None:
-                yield task, found
+            yield task, compute(self._job, task.box, task.wanted, alone=task.alone)
 
 
 class OfExecutor(Engine):
     """Lets an executor of `concurrent.futures` compute chunks."""
 
-    def __init__(self, executor: futures.Executor, job: Sent) -> None:
-        workers = getattr(executor, "_max_workers", None) or 1
-        self.room = _PER_WORKER * workers
-        self._executor, self._job = executor, job
+    def __init__(self, executor: futures.Executor, job: bytes) -> None:
+        self._workers = workers_of(executor)
+        self.room = _PER_WORKER * self._workers
+        self._executor, self._job, self._key = executor, job, _key(job)
         self._begun = 0
-        self._workers = workers
         self._running: dict[Any, Task] = {}
 
     def start(self, task: Task) -> None:
@@ -105,12 +103,11 @@ class OfExecutor(Engine):
         # Nothing reaches each worker of an executor once: those first asked get the job, and who
         # has not got it says so.
         self._begun += 1
-        known = self._job if self._begun <= self._workers else self._job._replace(data=None)
-        self._submit(known, task)
+        self._submit(self._job if self._begun <= self._workers else None, task)
 
-    def _submit(self, job: Sent, task: Task) -> None:
+    def _submit(self, job: bytes | None, task: Task) -> None:
         try:
-            future = self._executor.submit(compute, job, task.box, task.wanted, alone=task.alone)
+            future = self._executor.submit(_compute_received, self._key, job, task)
         except RuntimeError as error:
             raise _lost_workers(error) from error
         self._running[future] = task
@@ -140,6 +137,32 @@ class OfExecutor(Engine):
             future.cancel()
 
 
+def workers_of(executor: futures.Executor) -> int:
+    """Return the number of workers of an executor; one where it does not say it."""
+    return getattr(executor, "_max_workers", None) or 1
+
+
+_RECEIVED: dict[str, bytes] = {}
+"""The last job that this worker of an executor was sent, by its key."""
+
+
+def _compute_received(key: str, job: bytes | None, task: Task) -> Computed | None:
+    """Return the results of a chunk; None if the job was not sent, and has to be."""
+    if job is None:
+        job = _RECEIVED.get(key)
+        if job is None:
+            return None
+    elif key not in _RECEIVED:
+        _RECEIVED.clear()
+        _RECEIVED[key] = job
+    return compute(job, task.box, task.wanted, alone=task.alone)
+
+
+def _key(job: bytes) -> str:
+    """Return what tells a job from others."""
+    return hashlib.sha256(job).hexdigest()
+
+
 def _lost_workers(error: Exception) -> CardanError:
     return CardanError(
         f"the executor has lost its workers, or was shut down ({error}); what is finished is kept: "
@@ -150,13 +173,13 @@ def _lost_workers(error: Exception) -> CardanError:
 class OfDask(Engine):
     """Lets a cluster of Dask compute chunks, which gives those of lost workers to others."""
 
-    def __init__(self, client: Any, job: Sent) -> None:
+    def __init__(self, client: Any, job: bytes) -> None:
         self._client = client
         self._refuse_unfit_workers()
         self.note = f"Dask's dashboard: {client.dashboard_link}" if client.dashboard_link else ""
         # A task and not a scattered value: the scheduler can make it again where workers are lost,
         # and each worker fetches it once.
-        self._job = client.submit(_received, job, key=f"cardan-dyn-study-{job.key}", pure=True)
+        self._job = client.submit(_received, job, key=f"cardan-dyn-study-{_key(job)}", pure=True)
         self._running: dict[Any, Task] = {}
         self._threads, self._counted = 1, -math.inf
 
@@ -244,7 +267,7 @@ class OfDask(Engine):
         )
 
 
-def _received(job: Sent) -> Sent:
+def _received(job: bytes) -> bytes:
     """Return a job on a worker, where chunks then find it."""
     return job
 

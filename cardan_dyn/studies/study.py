@@ -15,9 +15,9 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
-from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, sent, unpacked
+from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, unpacked
 from .chunking import boxes, chunk_shape, count, slabs
-from .engines import Engine, Here, OfDask, OfExecutor, Task
+from .engines import Engine, Here, OfDask, OfExecutor, Task, workers_of
 from .fingerprint import descriptions, fingerprint
 from .measuring import first_schema, refuse_not_vectorized, seconds_per_case
 from .outcomes import Schema
@@ -372,7 +372,7 @@ class Study:
                 workers,
             )
         if self._executor is not None:
-            workers = getattr(self._executor, "_max_workers", None) or 1
+            workers = workers_of(self._executor)
             return f"{type(self._executor).__name__} of {workers} workers", workers
         cores = _cores() if self._workers is None else self._workers
         if self._workers is None and left * self._seconds < _STARTED:
@@ -382,7 +382,7 @@ class Study:
     @contextmanager
     def _engine(self, left: int) -> Iterator[Engine]:
         """Return what computes, until the study is done or fails."""
-        job = sent(packed(self._job))
+        job = packed(self._job)
         if self._client is not None:
             yield OfDask(self._client, job)
             return

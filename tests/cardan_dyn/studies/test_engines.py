@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from typing import Any
 
@@ -60,6 +60,17 @@ def test_results_are_the_same_bits_whoever_computes_them(client: Any) -> None:
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
         others = study_of(executor=executor).run().dataset
         assert others.drop_attrs().identical(here.drop_attrs())
+
+
+def test_studies_that_share_workers_do_not_take_each_others_job() -> None:
+    def of(factor: float) -> studies.Study:
+        return cd.study(lambda a: factor * a, {"a": np.arange(20.0)}, executor=executor, chunk=1)
+
+    with ThreadPoolExecutor(2) as executor, ThreadPoolExecutor(2) as beside:
+        every = [beside.submit(of(factor).run) for factor in (2.0, 3.0)]
+        for factor, study in zip((2.0, 3.0), every, strict=True):
+            found = study.result(60.0).dataset.value
+            np.testing.assert_array_equal(found, factor * np.arange(20.0))
 
 
 @pytest.mark.slow
