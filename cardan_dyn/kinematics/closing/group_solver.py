@@ -17,7 +17,7 @@ from ...mechanism.kept import Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
-from .batch_model import BatchModel
+from .batch_model import BatchModel, LongChain
 from .equations import ClosureEquations, Reduction
 from .stacked import (
     condition_numbers,
@@ -338,11 +338,7 @@ def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
     points = [at_zero[body].translation for body in on_loops or group.inertial_bodies]
     origin = np.mean(points, axis=0) if points else np.zeros(3)
     origin = at_zero[group.base].actInv(origin)
-    kind = BatchModel
-    if len(group.bodies) > _MOST_BODIES:
-        from .batch_model import LongChain
-
-        kind = LongChain
+    kind = LongChain if len(group.bodies) > _MOST_BODIES else BatchModel
     given = group.bodies, group.inertial_bodies, origin, group.base
     key = kind, tuple(group.bodies), frozenset(group.inertial_bodies), origin.tobytes(), group.base
     return mechanism.kept.of("batch", key, lambda: kind(mechanism, *given))
