@@ -71,7 +71,6 @@ class JointSize(NamedTuple):
 
 
 _SPICER = "Spicer driveline installation manual"
-_DANA = "Dana commercial drive shafts catalogue, influence of speed and deflection angle"
 _DANA_INDUSTRIAL = "Dana industrial drive shafts catalogue"
 _EDGE = "engineersedge.com, vehicle driveline design"
 _PSS_LAYOUT = "PSS, DriveshaftLayout, after AE-7 p. 50"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 
 from .chunk import Box
@@ -36,12 +36,23 @@ def chunk_shape(
     """
     wanted = min(SECONDS / max(seconds, 1e-12), MOST_BYTES / max(bytes_per_case, 1), MOST_CASES)
     room = 2 ** max(0, round(math.log2(max(wanted, 1.0))))
-    chunk = [1] * len(shape)
-    order = [*first, *(axis for axis in reversed(range(len(shape))) if axis not in first)]
+    others = (axis for axis in reversed(range(len(shape))) if axis not in first)
+    return filled(shape, room, [*first, *others])
+
+
+def filled(shape: Sequence[int], room: int, order: Iterable[int]) -> tuple[int, ...]:
+    """Return the shape of a box of no more cases than there is room for, at least one.
+
+    Args:
+        shape: of all cases.
+        room: number of cases.
+        order: in which dimensions are filled; of others it has one point.
+    """
+    box = [1] * len(shape)
     for axis in order:
-        chunk[axis] = max(1, min(shape[axis], room))
-        room //= chunk[axis]
-    return tuple(chunk)
+        box[axis] = max(1, min(shape[axis], room))
+        room //= box[axis]
+    return tuple(box)
 
 
 def count(shape: Sequence[int], chunk: Sequence[int]) -> int:

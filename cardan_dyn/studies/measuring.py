@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import ArgumentError, CardanError, choices
 from .chunk import FAILED, Box, Job, called, compute, failure, packed
+from .chunking import filled
 from .outcomes import RESERVED, Outcomes, Schema, schema_of
 
 _TRIED = 8
@@ -103,10 +104,7 @@ def _in_calls(job: Job, axes: Sequence[int]) -> float | None:
     most = math.prod(shape[axis] for axis in axes)
     size, found = 1, None
     while True:
-        box, room = [slice(0, 1)] * len(shape), size
-        for axis in reversed(axes):
-            box[axis] = slice(0, max(1, min(shape[axis], room)))
-            room //= box[axis].stop
+        box = [slice(0, length) for length in filled(shape, size, reversed(axes))]
         try:
             spent = _of_call(job, box)
             if size >= most or spent > _ONE_CALL:

@@ -23,8 +23,6 @@ from ..errors import ArgumentError, choices
 from ..frozen import Frozen, FrozenDict, frozen, read_only
 
 METHODS = ("sobol", "halton", "latin", "random")
-_LISTED = 100_000
-"""Values of an axis that are compared and described at once: some memory, and hardly a call."""
 
 
 class Block(Frozen):

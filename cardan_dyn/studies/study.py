@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
 from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, unpacked
-from .chunking import boxes, chunk_shape, count, slabs
+from .chunking import boxes, chunk_shape, count, filled, slabs
 from .engines import Engine, Here, OfDask, OfExecutor, Task, workers_of
 from .fingerprint import descriptions, fingerprint
 from .measuring import first_schema, refuse_not_vectorized, seconds_per_case
@@ -513,11 +513,9 @@ def _chunk_sizes(given: object, parameters: Parameters) -> dict[str, int]:
                 f"chunk[{min(unknown)!r}]: dimensions are {choices(parameters.dims, min(unknown))}"
             )
         return sizes
-    room, sizes = whole("chunk", given), {}
-    for dim, size in reversed(list(zip(parameters.dims, parameters.shape, strict=True))):
-        sizes[dim] = max(1, min(size, room))
-        room //= sizes[dim]
-    return sizes
+    shape = parameters.shape
+    chunk = filled(shape, whole("chunk", given), reversed(range(len(shape))))
+    return dict(zip(parameters.dims, chunk, strict=True))
 
 
 @contextmanager
