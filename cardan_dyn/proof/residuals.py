@@ -110,7 +110,8 @@ class Proven:
     def with_unseen(self, imbalance: float) -> Proven:
         """Return the same with an imbalance of bodies that rounding may hide."""
         balance = self.balance_residual + imbalance
-        return Proven(**{**self.residuals, "balance_residual": balance}, unproven=self.unproven)
+        rest = self.power_residual, self.rate_residual, self.unproven
+        return Proven(self.loop_residual, balance, *rest)
 
     @staticmethod
     def worst(each: Sequence[Proven]) -> Proven:
