@@ -56,7 +56,7 @@ def value_map(
     _draw_limit(axes, across, up, cells, limit)
     axes.grid(visible=False)
     axes.set(xlabel=labels[0], ylabel=labels[1])
-    figure.suptitle(title, fontsize=TITLE_SIZE)
+    _head(figure, title, _limit_in_words(cells, limit))
     return figure
 
 
@@ -93,8 +93,22 @@ def contour_map(
         axes.clabel(lines, fontsize=8)
     _draw_limit(axes, across, up, cells, limit, hatched=True)
     axes.set(xlabel=labels[0], ylabel=labels[1])
-    axes.set_title(title or labels[2])
+    _head(figure, labels[2], title, _limit_in_words(cells, limit))
     return figure
+
+
+def _head(figure: Figure, *parts: str) -> None:
+    figure.suptitle(", ".join(part for part in parts if part), fontsize=TITLE_SIZE)
+
+
+def _limit_in_words(cells: Array, limit: float | None) -> str:
+    """Return a limit, and whether it shows that nothing or everything exceeds it."""
+    finite = cells[np.isfinite(cells)]
+    if limit is None or not finite.size:
+        return ""
+    beyond = finite > limit
+    where = " exceeded everywhere" if beyond.all() else "" if beyond.any() else " nowhere exceeded"
+    return f"limit {limit:.6g}{where}"
 
 
 def _draw_limit(
@@ -105,10 +119,10 @@ def _draw_limit(
     if limit is None or min(cells.shape) < 2 or not finite.size:
         return
     low, high = float(finite.min()), float(finite.max())
-    if not low < limit <= high:
-        return
-    axes.contour(across, up, cells.T, levels=[limit], colors=line_style(6)["color"], linewidths=2.2)
-    if hatched:
+    if low < limit <= high:
+        color = line_style(6)["color"]
+        axes.contour(across, up, cells.T, levels=[limit], colors=color, linewidths=2.2)
+    if hatched and limit < high:
         axes.contourf(across, up, cells.T, levels=[limit, high], colors="none", hatches=["///"])
 
 
@@ -190,6 +204,7 @@ def scatter(
             at, ordinate(label, values, at), ".", markersize=3, color=line_style(0)["color"]
         )
         panels[index].set_xlabel(name)
+        panels[index].locator_params(axis="x", nbins=3)  # More of them run into each other.
         if limit is not None:
             panels[index].axhline(limit, color=line_style(6)["color"], linewidth=1.2)
         if index % columns == 0:

@@ -51,7 +51,8 @@ def plot_contours(
         name: of the result.
         x: dimension along the abscissa.
         y: dimension along the ordinate.
-        limit: value along which a thick line is drawn; what lies beyond is hatched.
+        limit: value along which a thick line is drawn; what lies beyond is hatched. The title says
+            so where all or nothing does.
         at: other dimensions to values.
 
     Raises:
@@ -65,7 +66,8 @@ def plot_tornado(data: xarray.Dataset, name: str) -> Figure:
     """Draw between which values each parameter moves a result.
 
     Of a grid, the others then are in the middle of their values. Of samples, the ends are means
-    over the tenth of all samples with the lowest and the highest values of the parameter.
+    over the tenth of all samples with the lowest and the highest values of the parameter. The
+    parameter's values there stand below its name.
 
     Args:
         data: of a study.
@@ -82,16 +84,19 @@ def plot_tornado(data: xarray.Dataset, name: str) -> Figure:
         middle = float(values.isel(centre))
         for label in parameters:
             along = values.isel({dim: at for dim, at in centre.items() if dim != label})
-            ranges[_label(data[label])] = float(along[0]), float(along[-1])
+            ends = data[label][[0, -1]]
+            ranges[_between(label, ends)] = float(along[0]), float(along[-1])
     else:
         plain = independent(data)
         found = _numbers(plain, name)
         for column in _parameters(plain).values():
-            ends = []
+            parts = []
             for low, high in ((0.0, _END), (1.0 - _END, 1.0)):
                 least, most = np.quantile(column, [low, high])
-                ends.append(float(found.where((column >= least) & (column <= most)).mean()))
-            ranges[_label(column)] = ends[0], ends[1]
+                parts.append((column >= least) & (column <= most))
+            ends = column.copy()[:2].copy(data=[float(column.where(part).mean()) for part in parts])
+            means = [float(found.where(part).mean()) for part in parts]
+            ranges[_between(str(column.name), ends)] = means[0], means[1]
         middle = float(found.mean())
     return designs.tornado(ranges, middle=middle, label=_label(data[name]))
 
@@ -246,22 +251,36 @@ def _over_two(
     for dim, place in at.items():
         values = values.sel({dim: place}, method="nearest")
     if rest := [dim for dim in dims if dim not in (x, y, *at)]:
-        raise ArgumentError(f"say at which value of {choices(rest)}: plot_map(…, {rest[0]}=…)")
+        way = f"{rest[0]}=…" if rest[0].isidentifier() else f'**{{"{rest[0]}": …}}'
+        raise ArgumentError(f"say at which value of {choices(rest)}, as the last argument: {way}")
     values = values.transpose(x, y)
-    across, labels_x = _shown(data, x)
-    up, labels_y = _shown(data, y)
-    title = ", ".join(f"{dim} = {float(values[dim]):.4g}" for dim in at)
+    across, labels_x = _axis(data, x)
+    up, labels_y = _axis(data, y)
+    title = ", ".join(f"{dim} = {_valued(values[dim])}" for dim in at)
     return across, up, np.asarray(values), (labels_x, labels_y, _label(data[name])), title
 
 
-def _shown(data: xarray.Dataset, dim: str) -> tuple[Array, str]:
-    """Return values of a dimension as they are drawn, angles in degrees, and their label."""
+def _axis(data: xarray.Dataset, dim: str) -> tuple[Array, str]:
+    """Return values of a dimension as they are drawn, and their label."""
     if dim not in data.coords:
         return np.arange(data.sizes[dim], dtype=float), dim
-    values = np.asarray(data[dim], dtype=float)
-    if data[dim].attrs.get("units") == "rad":
-        return np.rad2deg(values), f"{dim} [°]"
-    return values, _label(data[dim])
+    shown = _shown(data[dim])
+    return np.asarray(shown, dtype=float), _label(shown)
+
+
+def _shown(parameter: Any) -> Any:
+    """Return values of a parameter as they are drawn: angles in degrees."""
+    if parameter.attrs.get("units") != "rad":
+        return parameter
+    return parameter.copy(data=np.rad2deg(np.asarray(parameter))).assign_attrs(units="°")
+
+
+def _valued(parameter: Any, digits: int = 4) -> str:
+    """Return one value of a parameter, or several, with their unit, in words."""
+    shown = _shown(parameter)
+    unit = shown.attrs.get("units", "")
+    numbers = " … ".join(f"{value:.{digits}g}" for value in np.ravel(shown))
+    return numbers + {"": "", "1": "", "°": "°"}.get(unit, f" {unit}")
 
 
 def _flat(data: xarray.Dataset, names: list[str]) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -271,16 +290,22 @@ def _flat(data: xarray.Dataset, names: list[str]) -> tuple[dict[str, Array], dic
     plain = independent(data)
     parameters = _parameters(plain)
     results = [_numbers(plain, name) for name in names]
-    every = xarray.broadcast(*parameters.values(), *results)
+    shown = [_shown(parameter) for parameter in parameters.values()]
+    every = xarray.broadcast(*shown, *results)
     columns = [np.asarray(item, dtype=float).ravel() for item in every]
     there = np.all(np.isfinite(np.stack(columns)), axis=0)
-    labels = [_label(item) for item in (*parameters.values(), *results)]
+    labels = [_label(item) for item in (*shown, *results)]
     found = [column[there] for column in columns]
     count = len(parameters)
     return (
         dict(zip(labels[:count], found[:count], strict=True)),
         dict(zip(labels[count:], found[count:], strict=True)),
     )
+
+
+def _between(name: str, ends: Any) -> str:
+    """Return a parameter's name above the values between which it varies."""
+    return f"{name}\n{_valued(ends, digits=3)}"
 
 
 def _label(item: Any) -> str:

@@ -361,7 +361,8 @@ class Study:
             return function.plan(self.parameters, chunk)
         if self._job.broadcasts:
             return "one call of the function with arrays"
-        return f"a loop over {math.prod(chunk)} calls of {self._name}"
+        calls = math.prod(chunk)
+        return f"{'one call' if calls == 1 else f'a loop over {calls} calls'} of {self._name}"
 
     def _where(self, left: int) -> tuple[str, int]:
         """Return what computes, in words, and the number of its workers."""

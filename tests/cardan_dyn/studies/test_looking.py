@@ -122,3 +122,48 @@ def test_what_cannot_be_drawn_is_said(grid: studies.Study) -> None:
         studies.plot_scatter(data, "curve")
     with pytest.raises(cd.ArgumentError, match="name results"):
         studies.plot_parallel(data)
+
+
+def test_figures_say_what_they_show_and_where(grid: studies.Study) -> None:
+    data = grid.dataset
+    figure = studies.plot_contours(data, "force", x="length", y="count", angle=0.3, limit=4.0)
+    assert figure.get_suptitle() == "force [N], angle = 17.19°, limit 4"
+    figure = studies.plot_map(data, "force", x="angle", y="count", length=1.4)
+    assert figure.get_suptitle() == "length = 1.5 m"
+    labels = [
+        text.get_text() for text in studies.plot_tornado(data, "force").axes[0].get_yticklabels()
+    ]
+    assert set(labels) == {"angle\n0 … 28.6°", "length\n1 … 3 m", "count\n1 … 3"}
+    figure = studies.plot_scatter(data, "force")
+    assert [axes.get_xlabel() for axes in figure.axes] == ["angle [°]", "length [m]", "count"]
+    assert figure.axes[0].lines[0].get_xdata().max() == pytest.approx(np.rad2deg(0.5))
+
+
+def test_limits_beyond_all_values_are_said_and_hatched(grid: studies.Study) -> None:
+    def hatched(limit: float) -> tuple[float, str]:
+        figure = studies.plot_contours(
+            grid.dataset, "force", x="length", y="count", angle=0.0, limit=limit
+        )
+        filled = [item for item in figure.axes[0].collections if getattr(item, "filled", False)]
+        corners = [path.get_extents() for item in filled for path in item.get_paths()]
+        return sum(box.width * box.height for box in corners), figure.get_suptitle()
+
+    area = 2.0 * 2.0
+    assert hatched(0.5) == (
+        pytest.approx(area),
+        "force [N], angle = 0°, limit 0.5 exceeded everywhere",
+    )
+    assert hatched(100.0) == (0.0, "force [N], angle = 0°, limit 100 nowhere exceeded")
+    part, title = hatched(4.0)
+    assert 0.0 < part < area
+    assert title == "force [N], angle = 0°, limit 4"
+
+
+def test_dimensions_whose_names_are_no_arguments_are_named_as_they_are_given() -> None:
+    def result(**given: float) -> float:
+        return sum(given.values())
+
+    names = ("held.a", "held.b", "held.c")
+    data = cd.study(result, {name: [1.0, 2.0] for name in names}, workers=1).run().dataset
+    with pytest.raises(cd.ArgumentError, match=r'\*\*\{"held\.c": …\}'):
+        studies.plot_contours(data, "value", x="held.a", y="held.b")
