@@ -7,6 +7,7 @@ store = "forces.zarr"                   # where results are kept
 drive = "bearing_in"
 held = { joint_angle_1 = "20 deg", joint_angle_2 = "20 deg" }
 loads = { bearing_out = "-100 N·m" }
+gravity = ["0 m/s²", "0 m/s²", "-9.81 m/s²"]
 
 [sweep]                                 # of every case
 position = { from = "0 deg", to = "360 deg", count = 73 }
@@ -54,6 +55,14 @@ _SWEEP = ("acceleration", "position", "response", "speed")
 _AXIS = ("count", "from", "to", "values")
 _SAMPLES = ("count", "indices", "method", "parameters", "seed")
 _LAWS = ("normal", "uniform")
+_EXAMPLES = {
+    "loads": "-100 N·m",
+    "gravity": "-9.81 m/s²",
+    "speed": "1500 rpm",
+    "acceleration": "10 rad/s²",
+    "time": "0.1 s",
+}
+"""How numbers are written that are no angles."""
 
 
 def run(
@@ -144,24 +153,36 @@ def _function(told: Mapping[str, Any], file: Path) -> Sweeps:
         raise ArgumentError('which mechanism? write mechanism = "double_shaft_z", or a path')
     beside = file.parent / source
     given = _table(told, "scene", _SCENE)
+    units: dict[str, str] = {}
+
+    def number(name: str, value: object) -> float:
+        found, units[name] = _number(name, value)
+        return found
+
     arguments: dict[str, Any] = {
-        name: {key: _number(f"{name}.{key}", value)[0] for key, value in given[name].items()}
+        name: {key: number(f"{name}.{key}", value) for key, value in given[name].items()}
         for name in ("held", "loads")
         if mapping(f"scene.{name}", given.get(name))
     }
-    arguments |= {name: given[name] for name in ("drive", "outputs", "gravity") if name in given}
+    arguments |= {name: given[name] for name in ("drive", "outputs") if name in given}
+    if "gravity" in given:
+        axes = given["gravity"]
+        if not isinstance(axes, list) or len(axes) != 3:
+            raise ArgumentError('gravity: write ["0 m/s²", "0 m/s²", "-9.81 m/s²"]')
+        pairs = zip("xyz", axes, strict=True)
+        arguments["gravity"] = [number(f"gravity.{axis}", value) for axis, value in pairs]
     scene = Scene(load(beside if beside.exists() else source), **arguments)
     how = _table(told, "sweep", _SWEEP)
-    rates = {
-        name: _number(f"sweep.{name}", how[name])[0]
-        for name in ("speed", "acceleration")
-        if name in how
-    }
-    position = _axis("sweep.position", how["position"])[0] if "position" in how else None
+    rates = {name: number(name, how[name]) for name in ("speed", "acceleration") if name in how}
+    position = None
+    if "position" in how:
+        position, units["position"] = _axis("position", how["position"])
     if isinstance(position, Line):
         position = position.values(0, position.count)
     response = how.get("response", False)
-    return Sweeps(scene, told.get("wanted", {}), position=position, response=response, **rates)
+    found = Sweeps(scene, told.get("wanted", {}), position=position, response=response, **rates)
+    found.refuse_units(units)
+    return found
 
 
 def _parameters(told: Mapping[str, Any]) -> Parameters:
@@ -231,7 +252,8 @@ def _number(name: str, given: object) -> tuple[float, str]:
     if is_factor and isinstance(given, (int, float)) and not isinstance(given, bool):
         return float(given), "1"
     if not isinstance(given, str):
-        raise ArgumentError(f"{name} is {described(given)}, expected a text like '20 deg'")
+        example = _EXAMPLES.get(name.partition(".")[0], "20 deg")
+        raise ArgumentError(f"{name} is {described(given)}, expected a text like {example!r}")
     return read_any(given, name)
 
 

@@ -139,8 +139,8 @@ class Sweeps(Frozen):
             taken = self._units_of(name)
             if units[name] and plain(units[name]) not in map(plain, taken):
                 raise ArgumentError(
-                    f"{name} is in {units[name]}; a sweep takes it in {' or '.join(taken)}, and "
-                    "does not convert: give its values in that unit"
+                    f"{name} is in {units[name]}, and a sweep takes it in {' or '.join(taken)}: "
+                    "give its values in that unit"
                 )
 
     def _units_of(self, name: str) -> tuple[str, ...]:

@@ -11,7 +11,9 @@ import pytest
 import xarray
 from click.testing import CliRunner, Result
 
+import cardan_dyn as cd
 from cardan_dyn.command_line import main
+from cardan_dyn.command_line.study_command import read
 
 TEXT = """
 mechanism = "universal_joint"
@@ -123,3 +125,52 @@ def test_help_imports_nothing_that_a_study_needs() -> None:
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "--scheduler ADDRESS" in out.stdout
     assert out.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            'joint_angle = "20 deg"',
+            'joint_angle = "20 mm"',
+            "held.joint_angle is in m, and a sweep",
+        ),
+        ('"-100 N·m"', '"-100 mm"', "loads.bearing_out is in m, and a sweep takes it in N·m"),
+        ("[sweep]", '[sweep]\nspeed = "20 N"', "speed is in N, and a sweep takes it in rad/s"),
+        ('to = "360 deg"', 'to = "360 mm"', "position: numbers are in m, rad"),
+        ('"0 deg", to = "360 deg"', '"0 mm", to = "36 mm"', "position is in m, and a sweep takes"),
+        (
+            'from = "0 rpm", to = "1500 rpm"',
+            'from = "0 N", to = "1 N"',
+            "speed is in N, and a sweep",
+        ),
+        ("[sweep]", "gravity = [0.0, 0.0, -9.81]\n[sweep]", "expected a text like '-9.81 m/s²'"),
+        ("[sweep]", 'gravity = "-9.81 m/s²"\n[sweep]', "gravity: write"),
+    ],
+)
+def test_numbers_of_another_kind_are_refused(file: Path, old: str, new: str, said: str) -> None:
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new), encoding="utf-8")
+    result = invoke(file, "--dry-run", "--workers", 1)
+    assert result.exit_code == 1
+    assert said in " ".join(result.output.split())
+
+
+def test_gravity_has_units(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    words = 'gravity = ["0 m/s²", "1000 mm/s²", "-9.81 m/s²"]\n[sweep]'
+    file.write_text(text.replace("[sweep]", words), encoding="utf-8")
+    text = file.read_text(encoding="utf-8").replace("bearing_out.bending", "bearing_out.force")
+    file.write_text(text, encoding="utf-8")
+    found = read(file, workers=1).run().dataset.peak[1, 0]
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": np.deg2rad(20.0)},
+        loads={"bearing_out": -100.0},
+        gravity=(0.0, 1.0, -9.81),
+    )
+    force = scene.sweep(np.linspace(0.0, 2.0 * np.pi, 37))["bearing_out"].force
+    assert float(found) > 1.0
+    assert float(found) == pytest.approx(np.linalg.norm(force, axis=-1).max(), rel=1e-12)

@@ -174,7 +174,7 @@ def test_parameters_that_no_sweep_takes_are_refused() -> None:
 )
 def test_units_that_a_sweep_does_not_take_are_refused(name: str, unit: str, taken: str) -> None:
     function = studies.Sweeps(scene_of(), ["drive_effort"], position=TURN)
-    with pytest.raises(cd.ArgumentError, match=f"{name} is in {unit}; .* takes it in {taken}, and"):
+    with pytest.raises(cd.ArgumentError, match=f"{name} is in {unit}, .* takes it in {taken}: "):
         cd.study(function, {name: ([1.0, 2.0], unit)})
     cd.study(function, {name: ([1.0, 2.0], taken)})
 
