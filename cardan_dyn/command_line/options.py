@@ -84,6 +84,7 @@ gravity = click.option(
     "--gravity",
     type=Quantity("acceleration", "m/s²"),
     nargs=3,
+    metavar="X Y Z",
     help="Free fall in world axes [m/s²].",
 )
 strict = click.option(

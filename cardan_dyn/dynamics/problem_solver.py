@@ -417,6 +417,7 @@ class ProblemSolver(Frozen):
             hint += ", or fewer outputs" if len(problem.outputs) > 1 else ""
             if len(problem.independent) == 1 and not (problem.elements or self.varied):
                 hint += ", or sweep Scene.response(), which computes what is read of it alone"
+            hint += ", or let a study of studies.Sweeps keep what is wanted of them on disk"
         needed, memory = 8.0 * count * numbers, _memory()
         if needed > memory:
             raise ArgumentError(

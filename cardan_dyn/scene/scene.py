@@ -276,6 +276,8 @@ class Scene(Prescribed):
                 positions = _again(solver, position, held, along_path)
                 _refuse_larger(positions.shape, acting.shapes)
             else:
+                if isinstance(position, np.ndarray):  # Before it is copied.
+                    solver.refuse_too_many(position.size // max(1, len(self.drives)))
                 targets = targets_of(problem, position, held)
                 shape = common_shape({"position": targets.shape, **acting.shapes})
                 solver = solver.of_varied(targets.varied)

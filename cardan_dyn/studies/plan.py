@@ -16,6 +16,7 @@ class StudyPlan:
     Attributes:
         cases: number of them.
         done: number of those that are in the store.
+        failed: number of those among them that failed, which are not computed again by themselves.
         shape: of the cases, by dimension.
         chunk: of a chunk, likewise.
         chunks: number of them.
@@ -32,6 +33,7 @@ class StudyPlan:
 
     cases: int
     done: int
+    failed: int
     shape: Mapping[str, int]
     chunk: Mapping[str, int]
     chunks: int
@@ -48,6 +50,7 @@ class StudyPlan:
     def rows(self) -> list[tuple[str, str]]:
         """Return what is said, as pairs of words."""
         done = f", {self.done:,} of them done" if self.done else ""
+        done += f" ({self.failed:,} failed)" if self.failed else ""
         is_timed = math.isfinite(self.seconds_per_case)
         return [
             ("cases", f"{self.cases:,}{done}: {_sizes(self.shape)}"),

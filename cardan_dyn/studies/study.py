@@ -78,7 +78,7 @@ class Study:
         """
         self._prepare()
         schema, chunk = self._schema, self._chunk_shape
-        done = self._count()[0]
+        done, failed = self._count()
         left = self.parameters.count - done
         if left and math.isnan(self._seconds):
             self._time()
@@ -89,6 +89,7 @@ class Study:
         return StudyPlan(
             cases=self.parameters.count,
             done=done,
+            failed=failed,
             shape=dict(zip(dims, self.parameters.shape, strict=True)),
             chunk=dict(zip(dims, chunk, strict=True)),
             chunks=count(self.parameters.shape, chunk),

@@ -113,8 +113,22 @@ def test_what_does_not_fit_into_memory_is_refused_before_it_is_computed(
     with pytest.raises(cd.ArgumentError, match=r"1000000 samples keep 4\.08 GB, .* at a time$"):
         scene(joint).assemble(np.zeros(1_000_000))
     spring = cd.JointSpring("bearing_out", stiffness=1.0)
-    with pytest.raises(cd.ArgumentError, match=r"at a time, or fewer outputs$"):
+    with pytest.raises(cd.ArgumentError, match=r"at a time, or fewer outputs, or let a study"):
         scene(joint, elements=[spring]).sweep(positions, speeds)
+
+
+def test_positions_that_are_too_many_are_not_copied(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(problem_solver, "_memory", lambda: 4e9)
+    swept, positions = scene(joint), np.broadcast_to(0.1, (50_000_000,))
+    tracemalloc.start()
+    try:
+        with pytest.raises(cd.ArgumentError, match=r"study of studies\.Sweeps"):
+            swept.sweep(positions)
+        assert tracemalloc.get_traced_memory()[1] < 4e6  # A copy takes 400 MB.
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="counts what the C library asks Linux for")

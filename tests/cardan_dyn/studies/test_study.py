@@ -127,7 +127,10 @@ def test_retried_cases_are_computed_alone(tmp_path: Path) -> None:
     switch.touch()
     study.run()
     assert len(study.failures) == 2
+    assert study.plan().failed == 2
+    assert "5, 5 of them done (2 failed): a 5" in str(study.plan())
     study.run(retry=True)
+    assert "5, 5 of them done: a 5" in str(study.plan())
     assert study.failures.empty
     np.testing.assert_array_equal(study.dataset.value, np.arange(5.0))
 
