@@ -286,7 +286,10 @@ class Store:
                 storage_options=self.options,
                 create_default_indexes=small,
             )
-        return data.set_coords(list(coordinates)).drop_vars("failure")
+        data = data.set_coords(list(coordinates))
+        # Zarr lists arrays in any order; coordinates that no result has are kept.
+        ordered = data[[*told.get("schema", {}).get("variables", ()), "state"]]
+        return ordered.assign_coords({name: data[name] for name in coordinates})
 
     def _array(self, name: str) -> Any:
         if name not in self._arrays:
@@ -340,7 +343,11 @@ class Store:
 
 
 def refuse_different(
-    told: Mapping[str, Any], prints: Mapping[str, str], parameters: Parameters, at: object
+    told: Mapping[str, Any],
+    function: str,
+    prints: Mapping[str, str],
+    parameters: Parameters,
+    at: object,
 ) -> None:
     """Refuse to go on with the study of another function or other parameters.
 
@@ -348,6 +355,8 @@ def refuse_different(
         CardanError: it differs in more than that its parameters go on; the message says in what.
     """
     found = [f"{name} differs" for name in differences(told["parts"], prints)]
+    if found and told["function"] != function:  # Then all that belongs to it differs.
+        found = [f"it is one of {told['function']}, and not of {function}"]
     before = told["parameters"]
     if [item["block"]["dim"] for item in before] != list(parameters.dims):
         there = ", ".join(item["block"]["dim"] for item in before)

@@ -290,7 +290,7 @@ class Study:
         if self._told is None:
             told = self.store.found()
             if told is not None:
-                refuse_different(told, self._prints, self.parameters, self.store)
+                refuse_different(told, self._name, self._prints, self.parameters, self.store)
                 self.store.refuse_other_values(told, self.parameters)
             self._told = told
         return self._told
