@@ -279,6 +279,11 @@ class Study:
         self._chunk = self._chosen_chunk()
 
     def _use(self, schema: Schema) -> None:
+        known = [*schema.variables, *schema.coordinates]
+        if unknown := sorted(set(self._job.units) - set(known)):
+            raise ArgumentError(
+                f"units[{unknown[0]!r}]: no such result; results: {choices(known, unknown[0])}"
+            )
         self._job, self._trial = (job._replace(schema=schema) for job in (self._job, self._trial))
 
     def _read(self) -> dict[str, Any] | None:

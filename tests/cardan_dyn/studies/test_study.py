@@ -56,6 +56,13 @@ def test_variables_stand_in_the_order_in_which_they_were_named(tmp_path: Path) -
         assert data["c"].attrs["units"] == "rad"
 
 
+def test_units_of_no_result_are_refused() -> None:
+    study = cd.study(product_of, GRID, units={"xx": "m"}, workers=1)
+    for ask in (study.plan, study.run):
+        with pytest.raises(cd.ArgumentError, match=r"units\['xx'\]: .* results: .*mean 'x'"):
+            ask()
+
+
 def test_failures_are_a_table() -> None:
     failures = cd.study(product_of, GRID, workers=1, chunk=4).run().failures
     assert list(failures.columns) == ["a_index", "b_index", "a", "b", "type", "message"]
