@@ -480,7 +480,7 @@ def study(
         )
     at_once = flag("vectorized", vectorized) or isinstance(function, Sweeps)
     if isinstance(function, Sweeps):
-        _refuse_unknown(function, found)
+        function.refuse_unknown(found.units)
         function.refuse_units(found.units)
     given_units = {
         name: text(f"units[{name!r}]", unit) for name, unit in mapping("units", units).items()
@@ -494,17 +494,6 @@ def study(
         chunk=_chunk_sizes(chunk, found),
         name=getattr(function, "__qualname__", None) or type(function).__name__,
     )
-
-
-def _refuse_unknown(function: Sweeps, parameters: Parameters) -> None:
-    names = list(parameters.units)
-    built = [name for name in names if name not in function.swept(names)]
-    if built and not callable(function.scene):
-        raise ArgumentError(
-            f"{choices(built)}: no argument of a sweep; those are position, speed, acceleration, "
-            "time, held.JOINT, loads.JOINT, inertia.LINK, gravity.x. For others, give Sweeps a "
-            "function that makes the scene of them"
-        )
 
 
 def _chunk_sizes(given: object, parameters: Parameters) -> dict[str, int]:

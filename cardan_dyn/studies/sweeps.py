@@ -9,7 +9,7 @@ function that makes the scene.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -126,6 +126,20 @@ class Sweeps(Frozen):
         """Return which parameters go to the sweep."""
         return [name for name in names if _is_swept(name)]
 
+    def refuse_unknown(self, names: Iterable[str]) -> None:
+        """Refuse parameters that nothing takes.
+
+        Raises:
+            ArgumentError: one is no argument of a sweep, and the scene is made already.
+        """
+        built = [name for name in names if not _is_swept(name)]
+        if built and isinstance(self.scene, Scene):
+            raise ArgumentError(
+                f"{choices(built)}: no argument of a sweep; those are {', '.join(_WORDS)}, "
+                "held.JOINT, loads.JOINT, inertia.LINK, gravity.x. For others, give Sweeps a "
+                "function that makes the scene of them"
+            )
+
     def refuse_units(self, units: Mapping[str, str]) -> None:
         """Raise an error for a parameter in another unit than the sweep takes it in.
 
@@ -183,12 +197,7 @@ class Sweeps(Frozen):
         if not built:
             scene = self.scene if isinstance(self.scene, Scene) else self.scene()
             return self._of(scene, mesh, shape)
-        if isinstance(self.scene, Scene):
-            raise ArgumentError(
-                f"{choices(built)}: no argument of a sweep; those are {', '.join(_WORDS)}, "
-                "held.JOINT, loads.JOINT, inertia.LINK, gravity.x. For others, give a function "
-                "that makes the scene of them"
-            )
+        self.refuse_unknown(mesh)
         return self._of_several(mesh, built, shape)
 
     def _of_several(
