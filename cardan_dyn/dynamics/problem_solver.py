@@ -261,9 +261,11 @@ class ProblemSolver(Frozen):
             along_path: see `Scene.sweep`.
 
         Raises:
+            ArgumentError: there are too many for the memory of the machine.
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
+        self.refuse_too_many(targets.size, kept_closed=True)
         assembled = self.assembled_in_turn(targets, along_path)
         return replace(assembled, blocks=list(assembled.blocks))
 
@@ -288,15 +290,19 @@ class ProblemSolver(Frozen):
     def assemble_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
         """Return what `assemble` does, where positions of the joints are known already.
 
+        Nothing is followed from the start: the loops are closed from there, and proven as always.
+
         Args:
             targets: N samples.
             near: joints to their coordinates up to rounding, in a shape that broadcasts with that
                 of the samples, of balls with a last axis; others stand as at the start.
 
         Raises:
+            ArgumentError: there are too many for the memory of the machine.
             AssemblyError: the loops are not closed near there.
             SingularConfigurationError: a position is a dead point.
         """
+        self.refuse_too_many(targets.size, kept_closed=True)
         coordinates = self.problem.mechanism.coordinates
         x = np.tile(self.assembly.start, (targets.size, 1))
         for name, values in near.items():

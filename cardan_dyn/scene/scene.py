@@ -314,28 +314,7 @@ class Scene(Prescribed):
         self._problem.refuse_free("assembling for a sweep")
         targets = targets_of(self._problem, position, held)
         with np.errstate(**_OVERFLOW):
-            solver = self._solver.of_varied(targets.varied)
-            solver.refuse_too_many(targets.size, kept_closed=True)
-            return solver.assemble(targets, along_path)
-
-    def _assemble_near(
-        self, position: ArrayLike, held: Mapping[str, ArrayLike], near: Mapping[str, Array]
-    ) -> AssembledPositions:
-        """Return what `assemble` does, for positions of all joints that a closed form tells.
-
-        Nothing is followed from the start: the loops are closed from there, and proven as always.
-
-        Args:
-            position: see `assemble`.
-            held: see `assemble`.
-            near: joints to their coordinates up to rounding, in the shape of the samples or one
-                that broadcasts with it, of a ball as a last axis; others stand as at the start.
-        """
-        targets = targets_of(self._problem, position, held)
-        with np.errstate(**_OVERFLOW):
-            solver = self._solver.of_varied(targets.varied)
-            solver.refuse_too_many(targets.size, kept_closed=True)
-            return solver.assemble_at(targets, near)
+            return self._solver.of_varied(targets.varied).assemble(targets, along_path)
 
     @property
     def loads(self) -> Mapping[str, Array | Wrench]:

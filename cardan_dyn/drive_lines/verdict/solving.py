@@ -17,6 +17,7 @@ from ...arrays import Array
 from ...dynamics.problem_solver import AssembledPositions
 from ...frozen import FrozenDict
 from ...mechanism.mechanism import Mechanism
+from ...problem.samples import targets_of
 from ...results.sweep import Sweep
 from ...results.wrench import JointWrench
 from ...scene.scene import Scene
@@ -355,7 +356,7 @@ class _Closed(NamedTuple):
         closed = (
             scene.assemble(positions, held=held)
             if known is None
-            else scene._assemble_near(positions, held, known)
+            else closed_near(scene, positions, held, known)
         )
         axes = _bearing_axes(line.geometry, moved, setup.seats)
         turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
@@ -393,6 +394,23 @@ class _Closed(NamedTuple):
             return None
         friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
         return friction, self.swept(loads={slip.joint: 1.0, "bearing_out": 0.0})
+
+
+def closed_near(
+    scene: Scene, positions: Array, held: Mapping[str, Array], known: Mapping[str, Array]
+) -> AssembledPositions:
+    """Return what `Scene.assemble` does, from where a closed form says that joints stand.
+
+    Args:
+        scene: of a line.
+        positions: of the drive.
+        held: held joints to their positions.
+        known: see `coordinates`.
+    """
+    targets = targets_of(scene.solver.problem, positions, held)
+    # As scenes do: what overflows is refused where it is used.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return scene.solver.of_varied(targets.varied).assemble_at(targets, known)
 
 
 def _solved(

@@ -17,6 +17,7 @@ from cardan_dyn.drive_lines import (
     examples,
 )
 from cardan_dyn.drive_lines.verdict.coordinates import coordinates
+from cardan_dyn.drive_lines.verdict.solving import closed_near
 
 POSITIONS = np.array([0.0, 0.7, 2.0, 9.0, -30.0])
 ROUNDING = 1e-13
@@ -100,7 +101,7 @@ def test_loops_are_closed_there(name: str) -> None:
         scene = line.scene(held=dict.fromkeys(held, 0.0))
         known = coordinates(line, positions, moved)
         assert known is not None
-        closed = scene._assemble_near(positions, held, known)
+        closed = closed_near(scene, positions, held, known)
         assert max(block.residual.max() for block in closed.blocks) < ROUNDING
         # How far Newton's method moved what was given.
         assert max(block.correction.max() for block in closed.blocks) < ROUNDING

@@ -74,7 +74,7 @@ def test_a_verdict_makes_one_scene_and_closes_its_loops_once(
     ]
     made, closed, swept, followed = (
         "scene.scene.Scene.__init__",
-        "scene.scene.Scene._assemble_near",
+        "dynamics.problem_solver.ProblemSolver.assemble_at",
         "scene.scene.Scene.sweep",
         "kinematics.assembly.Assembly.guesses",
     )

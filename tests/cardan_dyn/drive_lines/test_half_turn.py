@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,8 @@ from testkit.line_data import Array, random_line
 
 from cardan_dyn.drive_lines import Analysis, DriveLine, ShaftJoint, Spline
 from cardan_dyn.drive_lines.verdict.half_turn import HalfTurn
-from cardan_dyn.scene.scene import Scene
+from cardan_dyn.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.problem.samples import Targets
 
 FIRST = np.array([0.2, -1.0, 2.9, 40.0])
 POSITIONS = np.concatenate([FIRST, FIRST[::-1] + np.pi, FIRST - 4.0 * np.pi, FIRST[:2] + np.pi])
@@ -83,13 +85,13 @@ def test_what_is_solved_once() -> None:
 
 
 def test_a_turn_is_solved_by_half(monkeypatch: pytest.MonkeyPatch) -> None:
-    shapes, original = [], Scene._assemble_near
+    shapes, original = [], ProblemSolver.assemble_at
 
-    def counting(self: Scene, position: Array, *given: object) -> object:
-        shapes.append(np.shape(position))
-        return original(self, position, *given)
+    def counting(self: ProblemSolver, targets: Targets, near: Mapping[str, Array]) -> object:
+        shapes.append(targets.shape)
+        return original(self, targets, near)
 
-    monkeypatch.setattr(Scene, "_assemble_near", counting)
+    monkeypatch.setattr(ProblemSolver, "assemble_at", counting)
     line = LINES["crosses"].replace(speed=1.0, torque=1.0)
     assert line.analyse().shape == (360,)
     designs = line.variants(fork_offsets=np.ones((4, 2)))
