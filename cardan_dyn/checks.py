@@ -87,7 +87,7 @@ def flag(name: str, value: object) -> bool:
     return bool(value)
 
 
-def path(name: str, value: object) -> Path:
+def file_path(name: str, value: object) -> Path:
     """Return an argument that must be a path, a string or what `os.fspath` makes one of.
 
     Raises:

@@ -26,8 +26,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from ..arrays import Array
-from ..checks import path as checked_path
-from ..checks import writing
+from ..checks import file_path, writing
 from ..errors import ArgumentError, ModelError, choices
 from .elements import DYNAMICS_WORDS, LOOP_TYPES, ROTATION_TOLERANCE, TREE_TYPES, rotation, words
 from .mimics import check_mimics, default_name
@@ -70,7 +69,7 @@ def write(description: Description, path: str | os.PathLike[str]) -> Path:
 
 
 def _path(path: object) -> Path:
-    target = checked_path("path", path)
+    target = file_path("path", path)
     if target.suffix.lower() not in _SUFFIXES:
         raise ArgumentError(
             f"{target}: the suffix {target.suffix!r} names no notation; write .urdf for URDF+, "

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
+from ..checks import file_path, writing
 from ..checks import names as checked_names
-from ..checks import path as checked_path
-from ..checks import writing
 from ..errors import ArgumentError, MissingExtraError, choices
 
 Figure = Any
@@ -168,7 +167,7 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
     """
     import matplotlib
 
-    base = checked_path("path", path)
+    base = file_path("path", path)
     vector, pixels = base.with_suffix(".svg"), base.with_suffix(".png")
     with writing(base), matplotlib.rc_context(LOOK):
         base.parent.mkdir(parents=True, exist_ok=True)

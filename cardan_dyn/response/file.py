@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import path as checked_path
-from ..checks import writing
+from ..checks import file_path, writing
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
 from ..frozen import frozen
@@ -34,7 +33,7 @@ _LEAST_SAMPLES = 8
 
 def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) -> None:
     """Write a response; see `Response.save`."""
-    target = checked_path("path", path)
+    target = file_path("path", path)
     domain, layout = data.series.domain, data.layout
     arrays: dict[str, Any] = {
         "values": data.series.values,
@@ -69,7 +68,7 @@ def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) ->
 
 def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:
     """Read the response of a scene; see `Scene.load_response`."""
-    source = checked_path("path", path)
+    source = file_path("path", path)
     try:
         content = source.read_bytes()
     except (OSError, ValueError) as error:

@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, writing
-from ..checks import path as checked_path
+from ..checks import described, file_path, writing
 from ..errors import ArgumentError, MissingExtraError, ModelError, choices
 
 if TYPE_CHECKING:
@@ -177,7 +176,7 @@ class Table:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write a file; see `Result.save`."""
-        target = checked_path("path", path)
+        target = file_path("path", path)
         if target.suffix not in SUFFIXES:
             raise ArgumentError(
                 f"path is {described(str(path))}; its suffix says what is written: "

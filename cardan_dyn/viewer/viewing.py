@@ -20,8 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import described, names, positive, whole, writing
-from ..checks import path as checked_path
+from ..checks import described, file_path, names, positive, whole, writing
 from ..elements.element import Element
 from ..errors import ArgumentError, MissingExtraError
 from ..mechanism.configuration import Configuration
@@ -180,7 +179,7 @@ class View:
         Raises:
             ArgumentError: no path, or the file cannot be written.
         """
-        file = checked_path("path", path)
+        file = file_path("path", path)
         with writing(file):
             file.write_text(self.html, encoding="utf-8")
         return file

@@ -9,8 +9,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from ...checks import described, writing
-from ...checks import path as checked_path
+from ...checks import described, file_path, writing
 from ...errors import ModelError, choices
 from ...units import DIMENSIONS, Unit, keys, plain, si, spellings, written
 from ...units import read as read_unit
@@ -167,7 +166,7 @@ def write(line: Any, path: str | PathLike[str] | None = None) -> str:
 
     text = tomlkit.dumps(_table(line))
     if path is not None:
-        target = checked_path("path", path)
+        target = file_path("path", path)
         with writing(target):
             target.write_text(text, encoding="utf-8")
     return text

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...checks import path as checked_path
-from ...checks import writing
+from ...checks import file_path, writing
 from ...frozen import Record
 from ...results.result import Result
 from ...results.table import SUFFIXES
@@ -87,7 +86,7 @@ class VibrationResult(Record, Result):
         Raises:
             ArgumentError: no path, or the file cannot be written.
         """
-        target = checked_path("path", path)
+        target = file_path("path", path)
         if target.suffix in SUFFIXES:
             return super().save(target)
         with writing(target), target.open("wb") as file:
