@@ -58,8 +58,8 @@ each squares the error; the rest is for guesses from which steps are shortened t
 MOST_STEPS_FROM_AFAR = 60
 """The same for guesses anywhere within half a turn of closed loops: many steps are shortened."""
 _MOST_BODIES = 32
-"""Bodies up to which Pinocchio's data are made: those of wrenches take 230 MB then, and grow with
-the third power of the bodies."""
+"""Bodies up to which Pinocchio's data are made: those of wrenches take 3 MB then, 40 MB if all turn
+on balls, and grow with the third power of the coordinates."""
 
 
 class GroupSolver:
