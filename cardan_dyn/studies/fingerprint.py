@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..description.write import to_urdf
+from ..errors import ModelError
 from ..mechanism.mechanism import Mechanism
 from ..scene.scene import Scene
 
@@ -51,8 +52,20 @@ def text_of(mechanism: Mechanism) -> str:
     """Return the description of a mechanism as text, as URDF+ where that can say it."""
     try:
         return to_urdf(mechanism.description)
-    except Exception:  # URDF+ cannot say it: then what it was read as.
-        return repr(mechanism.description)
+    except ModelError:  # URDF+ cannot say it: then all that was read.
+        return repr(_contents(mechanism.description))
+
+
+def _contents(item: object) -> object:
+    """Return what a description holds and is compared by, numbers with all their digits."""
+    if dataclasses.is_dataclass(item):
+        fields = (field for field in dataclasses.fields(item) if field.compare)
+        return {field.name: _contents(getattr(item, field.name)) for field in fields}
+    if isinstance(item, Mapping):
+        return {key: _contents(value) for key, value in item.items()}
+    if isinstance(item, tuple):
+        return tuple(map(_contents, item))
+    return item.tolist() if isinstance(item, np.ndarray) else item
 
 
 _WITHOUT_CODE: tuple[type, ...] = (BuiltinFunctionType, np.ufunc)

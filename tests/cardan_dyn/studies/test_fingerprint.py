@@ -9,7 +9,9 @@ from pathlib import Path
 from types import FunctionType
 
 import numpy as np
+import pytest
 
+import cardan_dyn as cd
 from cardan_dyn.studies.fingerprint import differences, fingerprint
 
 FUNCTION = '''
@@ -97,3 +99,20 @@ def test_fingerprints_are_the_same_in_every_process() -> None:
     ]
     assert told[0] == told[1]
     assert "the description of 'elastic_thoma_rig'" in told[0]
+
+
+def test_what_urdf_cannot_say_differs_by_any_digit() -> None:
+    def mechanism(ratio: float) -> cd.Mechanism:
+        geom = '<geom type="sphere" size="0.1" mass="1"/>'
+        body = f'<body name="{{0}}"><joint name="{{0}}" type="hinge" axis="0 0 1"/>{geom}</body>'
+        return cd.load(
+            "<mujoco><worldbody>" + "".join(body.format(name) for name in "abc") + "</worldbody>"
+            '<equality><joint joint1="a" joint2="b" polycoef="0 2 0 0 0"/>'
+            f'<joint joint1="a" joint2="c" polycoef="0 {ratio!r} 0 0 0"/></equality></mujoco>'
+        )
+
+    first, second = mechanism(0.5), mechanism(0.5 + 1e-15)
+    with pytest.raises(cd.ModelError, match="mimic"):
+        cd.write(first, "never.urdf")
+    assert fingerprint(partial(max, first)) == fingerprint(partial(max, mechanism(0.5)))
+    assert fingerprint(partial(max, first)) != fingerprint(partial(max, second))
