@@ -37,7 +37,7 @@ _MARK = "study_"
 """Beginning of the names of attributes that say what a study is: words, or JSON."""
 _FORMAT = 1
 _AT_ONCE = 1_000_000
-"""Values of a parameter, or states of cases, that are read or written in one go: some megabytes."""
+"""Values of a parameter that are written in one go: some megabytes."""
 _MOST_INDEXED = 10_000_000
 """Points of a dimension up to which a Dataset is opened with an index that finds values in it."""
 
