@@ -188,7 +188,7 @@ class OfDask(Engine):
         """How many chunks it holds at most: workers come and go."""
         if monotonic() - self._counted > _PATIENCE:
             with self._reaching():
-                self._threads = max(1, sum(self._client.nthreads().values()))
+                self._threads = threads_of(self._client)
             self._counted = monotonic()
         return _PER_WORKER * self._threads
 
@@ -265,6 +265,11 @@ class OfDask(Engine):
             f"Dask's scheduler is out of reach ({self._client.status}); what is finished is kept: "
             "start another one, and run the study again with a client of it"
         )
+
+
+def threads_of(client: Any) -> int:
+    """Return the number of threads of a Dask cluster's workers, one before any has joined."""
+    return max(1, sum(client.nthreads().values()))
 
 
 def _received(job: bytes) -> bytes:

@@ -17,7 +17,7 @@ from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
 from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, unpacked
 from .chunking import boxes, chunk_shape, count, filled, slabs
-from .engines import Engine, Here, OfDask, OfExecutor, Task, workers_of
+from .engines import Engine, Here, OfDask, OfExecutor, Task, threads_of, workers_of
 from .fingerprint import descriptions, fingerprint
 from .measuring import first_schema, refuse_not_vectorized, seconds_per_case
 from .outcomes import Schema
@@ -373,7 +373,7 @@ class Study:
     def _where(self, left: int) -> tuple[str, int]:
         """Return what computes, in words, and the number of its workers."""
         if self._client is not None:
-            workers = max(1, sum(self._client.nthreads().values()))
+            workers = threads_of(self._client)
             return (
                 f"{workers} threads of the Dask cluster {self._client.scheduler.address}",
                 workers,
