@@ -55,6 +55,80 @@ def test_what_makes_no_difference_is_none(tmp_path: Path) -> None:
     assert changed("Say what it does.", "Tell what it does.", tmp_path) == []
 
 
+USED = {
+    "an attribute of a class": "class C:\n    k = NUMBER\ndef outer(x):\n    return C.k * x\n",
+    "a property": (
+        "class C:\n    @property\n    def k(self):\n        return NUMBER\n"
+        "def outer(x):\n    return C().k * x\n"
+    ),
+    "a base class": (
+        "class B:\n    def k(self):\n        return NUMBER\nclass C(B):\n    pass\n"
+        "def outer(x):\n    return C().k() * x\n"
+    ),
+    "an inner class": (
+        "class C:\n    class D:\n        k = NUMBER\ndef outer(x):\n    return C.D.k * x\n"
+    ),
+    "a member": (
+        "import enum\nclass C(enum.Enum):\n    k = NUMBER\n"
+        "def outer(x):\n    return C.k.value * x\n"
+    ),
+    "a named tuple": (
+        "import collections\nC = collections.namedtuple('C', 'k')\nc = C(NUMBER)\n"
+        "def outer(x):\n    return c.k * x\n"
+    ),
+    "the first of two closures": (
+        "def made(k):\n    return lambda x: k * x\nf, g = made(NUMBER), made(7)\n"
+        "def outer(x):\n    return f(x) + g(x)\n"
+    ),
+    "the first of two lambdas": (
+        "f = lambda x: NUMBER * x; g = lambda x: 7 * x\ndef outer(x):\n    return f(x) - g(x)\n"
+    ),
+    "a global called like a builtin": "input = NUMBER\ndef outer(x):\n    return input * x\n",
+    "a decorator": (
+        "import functools\ndef more(f):\n    @functools.wraps(f)\n    def inner(x):\n"
+        "        return NUMBER * f(x)\n    return inner\n@more\ndef outer(x):\n    return x\n"
+    ),
+    "the first of two mechanisms of one name": (
+        "import cardan_dyn as cd\ndef made(size):\n    return cd.load('<robot name=\"r\">'\n"
+        '        \'<link name="a"/><link name="b"/><joint name="j" type="continuous">\'\n'
+        '        \'<origin xyz="0 0 %s"/><parent link="a"/><child link="b"/></joint></robot>\'\n'
+        "        % size)\nm, n = made(NUMBER), made(7)\ndef outer(x):\n    return m, n\n"
+    ),
+}
+"""Modules in which NUMBER decides what is returned."""
+
+
+@pytest.mark.parametrize("what", USED)
+def test_whatever_a_function_uses_is_a_part(what: str, tmp_path: Path) -> None:
+    first, same, other = (
+        fingerprint(outer_of(USED[what].replace("NUMBER", number), tmp_path / "module.py"))
+        for number in ("1", "1", "2")
+    )
+    assert differences(first, same) == []
+    assert differences(first, other) != []
+
+
+@pytest.mark.parametrize("use", ["first(x) - second(x)", "both[0](x) - both[1](x)"])
+def test_which_function_a_name_stands_for_is_a_part(use: str, tmp_path: Path) -> None:
+    text = (
+        "def p(x):\n    return x\ndef q(x):\n    return 2 * x\nfirst, second = both = [@]\n"
+        f"def outer(x):\n    return {use}\n"
+    )
+    one, other = (
+        fingerprint(outer_of(text.replace("@", order), tmp_path / "module.py"))
+        for order in ("p, q", "q, p")
+    )
+    assert differences(one, other) != []
+
+
+def test_code_is_what_runs_and_not_what_its_file_has_become(tmp_path: Path) -> None:
+    path = tmp_path / "module.py"
+    function = outer_of("def outer(x):\n    return x\n", path)
+    before = fingerprint(function)
+    path.write_text("def outer(x):\n    return 2 * x\n")
+    assert differences(before, fingerprint(function)) == []
+
+
 def test_arguments_and_enclosed_values_are_parts() -> None:
     def scaled(x: float, by: float) -> float:
         return x * by
