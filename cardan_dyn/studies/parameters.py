@@ -23,6 +23,10 @@ from ..errors import ArgumentError, choices
 from ..frozen import Frozen, FrozenDict, frozen, read_only
 
 METHODS = ("sobol", "halton", "latin", "random")
+_LARGEST_WHOLE = 2**53
+"""From this whole number on, doubles are not all of them."""
+_QUANTILES = np.linspace(0.0, 1.0, 67)[1:-1]
+"""Probabilities at which a distribution is looked at that nothing else describes."""
 
 
 class Block(Frozen):
@@ -439,7 +443,18 @@ def _column(name: str, given: object) -> Array:
         values = np.array(given)
     except Exception as error:
         raise ArgumentError(f"{name}: no array can be made of {described(given)}") from error
+    if np.ma.is_masked(given):
+        raise ArgumentError(f"{name} is masked in places; leave such values out")
     values = np.atleast_1d(values)
+    if values.dtype.kind == "U" and not isinstance(given, (str, np.ndarray)):
+        other = next(
+            (item for item in np.array(given, dtype=object).ravel() if not isinstance(item, str)),
+            None,
+        )
+        if other is not None:
+            raise ArgumentError(
+                f"{name} is words and {described(other)}, which would be a word: give one kind"
+            )
     if values.ndim != 1 or values.dtype.kind not in "biufU":
         raise ArgumentError(
             f"{name} is {described(given)} of shape {values.shape}, expected values (N,), or a "
@@ -481,11 +496,20 @@ def _refuse_without_quantiles(name: str, distribution: Any) -> None:
 
 
 def _law(distribution: Any) -> str:
-    """Return the name and arguments of a distribution as a text."""
-    if hasattr(distribution, "dist"):
-        name = getattr(distribution.dist, "name", type(distribution.dist).__name__)
+    """Return what tells a distribution from others as a text, the same in all processes."""
+    from scipy import stats
+
+    family = getattr(distribution, "dist", distribution)
+    name = getattr(family, "name", None)
+    if isinstance(name, str) and type(getattr(stats, name, None)) is type(family):
+        if family is distribution:
+            return f"{name}()[]"
         return f"{name}{distribution.args!r}{sorted(distribution.kwds.items())!r}"
-    return repr(distribution)
+    if hasattr(distribution, "icdf"):
+        return repr(distribution)
+    # Histograms and classes of users have no name that says all: then by what it returns.
+    quantiles = np.asarray(distribution.ppf(_QUANTILES), dtype=float)
+    return f"{type(family).__qualname__} {_hash(quantiles)}"
 
 
 def _drawn(engine: Any, count: int) -> Array:
@@ -503,4 +527,6 @@ def _hash(values: Array) -> str:
     if values.dtype.kind == "U":
         return hashlib.sha256(json.dumps(values.tolist()).encode()).hexdigest()
     plain = np.ascontiguousarray(values, dtype="<f8")
+    if values.dtype.kind in "iu" and np.any(np.abs(plain) >= _LARGEST_WHOLE):  # Such as seeds.
+        return hashlib.sha256(json.dumps(values.tolist()).encode()).hexdigest()
     return hashlib.sha256(plain.tobytes()).hexdigest()

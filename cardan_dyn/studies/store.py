@@ -229,6 +229,29 @@ class Store:
                             "that, or name another store"
                         )
 
+            self._refuse_cut(item["count"], block)
+
+    def _refuse_cut(self, start: int, block: Block) -> None:
+        """Refuse new values that the type of those which are there cannot say.
+
+        Raises:
+            CardanError: one of them would be written as another number.
+        """
+        for first, last in pairwise([*range(start, block.count, _AT_ONCE), block.count]):
+            for name, values in block.values(first, last).items():
+                with _advice(self, "read"):
+                    dtype = self._array(name).dtype
+                if values.dtype.kind == "U" or np.can_cast(values.dtype, dtype, "safe"):
+                    continue
+                with np.errstate(all="ignore"):
+                    cut = values.astype(dtype) != values
+                if np.any(cut):
+                    raise CardanError(
+                        f"{self}: {name} is of type {dtype} there, which is not that of "
+                        f"{values[int(np.argmax(cut))]}: name another store, and give all values "
+                        "as they are meant, floats as in [1.0, 2.0, 2.5]"
+                    )
+
     def states(self, box: Box) -> Array:
         """Return the states of a box of cases."""
         with _advice(self, "read"):

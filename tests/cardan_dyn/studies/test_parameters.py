@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.stats import norm, qmc, uniform
 
 import cardan_dyn as cd
@@ -93,3 +94,32 @@ def test_a_billion_by_mistake_is_refused_and_said_how_to_mean_it() -> None:
     axis = np.linspace(0.0, 1.0, 1000)
     with pytest.raises(cd.ArgumentError, match=r"1,000,000,000 cases.*most_cases=1000000000"):
         cd.study(max, {"a": axis, "b": axis, "c": axis})
+
+
+def test_distributions_are_told_apart_by_what_they_return() -> None:
+    """Histograms have one name, and classes of users no text but their place in memory."""
+
+    class Even:
+        def __init__(self, width: float) -> None:
+            self.width = width
+
+        def ppf(self, part: np.ndarray) -> np.ndarray:
+            return self.width * part
+
+    def histogram(power: int) -> object:
+        return stats.rv_histogram(np.histogram(np.linspace(0.0, 1.0, 100) ** power))
+
+    def law(distribution: object) -> object:
+        return studies.samples({"a": distribution}, 4, seed=1).described(4)["distributions"]
+
+    for made in (histogram, lambda power: histogram(power)(), lambda power: Even(float(power))):
+        assert law(made(1)) == law(made(1))
+        assert law(made(1)) != law(made(2))
+    assert law(stats.norm) == law(stats.norm())
+    assert "0x" not in str(law(stats.norm))
+
+
+@pytest.mark.parametrize("values", [[1, "a"], np.ma.masked_greater([1.0, 9.0], 5.0)])
+def test_values_that_would_be_others_are_refused(values: object) -> None:
+    with pytest.raises(cd.CardanError, match=r"give one kind|masked"):
+        cd.study(str, {"x": values})

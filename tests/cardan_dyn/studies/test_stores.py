@@ -370,3 +370,38 @@ def test_results_along_other_axes_are_failures() -> None:
     assert failures.a.tolist() == [8.0, 9.0]
     assert "return them in one order" in failures.message[0]
     assert "the coordinate x is another one" in failures.message[1]
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ([1, 2], [1, 2, 2.5]),
+        (np.array([1, 2], np.int8), [1, 2, 300]),
+        (np.array([1.0, 2.0], np.float32), [1.0, 2.0, 0.1]),
+        ([False, True], [False, True, 0.5]),
+        ([2**53, 2**53 + 1], [2**53, 2**53, 5]),
+    ],
+)
+def test_coordinates_are_never_cut_where_a_study_is_extended(
+    before: Any, after: Any, tmp_path: Path
+) -> None:
+    """The type of an axis is that of its first values: others would be there as other numbers."""
+
+    def number(x: float) -> float:
+        return float(x)
+
+    place = tmp_path / "axis.zarr"
+    cd.study(number, {"x": before}, store=place, workers=1).run()
+    with pytest.raises(cd.CardanError, match=r"of type|values of parameter x differ"):
+        cd.study(number, {"x": after}, store=place, workers=1).run()
+
+
+def test_whole_values_extend_an_axis_of_any_type(tmp_path: Path) -> None:
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    place = tmp_path / "axis.zarr"
+    cd.study(twice, {"x": np.array([1, 2], np.int8)}, store=place, workers=1).run()
+    data = cd.study(twice, {"x": [1.0, 2.0, 100.0]}, store=place, workers=1).run().dataset
+    np.testing.assert_array_equal(data.x, [1, 2, 100])
+    np.testing.assert_array_equal(data["value"], [2.0, 4.0, 200.0])
