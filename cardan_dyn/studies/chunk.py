@@ -253,12 +253,24 @@ def called(job: Job, given: Mapping[str, Any]) -> Outcomes:
     for name, value in given.items():
         if not isinstance(value, str) and not _is_finite(value):
             raise ArgumentError(f"{name} is not finite: its distribution has no such quantile")
-    return outcomes_of(job.function(**given), job.units)
+    try:
+        returned = job.function(**given)
+    except SystemExit as error:
+        raise CardanError(
+            f"the function ends its process (SystemExit: {error}); let it raise an error"
+        ) from error
+    return outcomes_of(returned, job.units)
 
 
 def failure(error: BaseException) -> str:
     """Return type and message of an error as they are kept."""
-    return f"{type(error).__name__}: {error}"[:_LONGEST]
+    try:
+        said = str(error)
+    except Exception:  # Its own method fails.
+        said = "no message"
+    # Names of files may hold what no text file can.
+    said = said.encode("utf-8", "backslashreplace").decode()
+    return f"{type(error).__name__}: {said}"[:_LONGEST]
 
 
 def _is_finite(value: Any) -> bool:

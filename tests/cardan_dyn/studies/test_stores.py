@@ -405,3 +405,21 @@ def test_whole_values_extend_an_axis_of_any_type(tmp_path: Path) -> None:
     data = cd.study(twice, {"x": [1.0, 2.0, 100.0]}, store=place, workers=1).run().dataset
     np.testing.assert_array_equal(data.x, [1, 2, 100])
     np.testing.assert_array_equal(data["value"], [2.0, 4.0, 200.0])
+
+
+def test_any_error_is_kept_as_a_failure() -> None:
+    """One whose text no file takes, one that cannot say itself, one that would end the process."""
+
+    class MuteError(Exception):
+        def __str__(self) -> str:
+            raise RuntimeError
+
+    def failing(x: int) -> int:
+        if x:
+            raise (ValueError("name \udcff"), MuteError(), SystemExit("bye"))[x - 1]
+        return x
+
+    said = cd.study(failing, {"x": [0, 1, 2, 3]}, workers=1).run().failures
+    assert said["type"].tolist()[:2] == ["ValueError", "MuteError"]
+    assert said.message[0] == "name \\udcff"
+    assert "SystemExit: bye" in said.message[2]
