@@ -304,9 +304,9 @@ def _stored(name: object, value: object) -> Array:
     except Exception as error:
         raise ArgumentError(f"{name}: no array can be made of {described(value)}") from error
     if array.dtype.kind == "f" and array.dtype.itemsize <= 8:
-        return array if array.dtype.isnative else array.astype(array.dtype.newbyteorder("="))
-    if array.dtype.kind == "c":
-        return array
+        return array.astype(float, copy=False)
+    if array.dtype.kind == "c" and array.dtype.itemsize <= 16:
+        return array.astype(complex, copy=False)
     if array.dtype.kind not in "biu":
         raise ArgumentError(
             f"the function returned {described(value)} for {name}; a study keeps numbers, arrays "

@@ -423,3 +423,14 @@ def test_any_error_is_kept_as_a_failure() -> None:
     assert said["type"].tolist()[:2] == ["ValueError", "MuteError"]
     assert said.message[0] == "name \\udcff"
     assert "SystemExit: bye" in said.message[2]
+
+
+def test_numbers_are_kept_as_doubles() -> None:
+    """Those of a short type, too: another case may return a double, such as NaN."""
+
+    def short(x: float) -> Any:
+        return {"a": np.float32(x) if x < 1 else np.nan, "b": np.complex64(x)}
+
+    study = cd.study(short, {"x": [0.0, 1.0]}, workers=1).run()
+    assert study.failures.empty
+    assert (study.dataset.a.dtype, study.dataset.b.dtype) == (float, complex)
