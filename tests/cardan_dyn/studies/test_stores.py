@@ -434,3 +434,10 @@ def test_numbers_are_kept_as_doubles() -> None:
     study = cd.study(short, {"x": [0.0, 1.0]}, workers=1).run()
     assert study.failures.empty
     assert (study.dataset.a.dtype, study.dataset.b.dtype) == (float, complex)
+
+
+def test_units_of_no_result_and_results_called_like_dimensions_are_refused() -> None:
+    with pytest.raises(cd.CardanError, match="results are force"):
+        cd.study(lambda x: {"force": x}, {"x": [0.0]}, units={"forze": "N"}, workers=1).run()
+    with pytest.raises(cd.CardanError, match="a result and a dimension"):
+        cd.study(lambda p: {"x": np.ones(3), "x_index": p}, {"p": [0.0]}, workers=1).run()
