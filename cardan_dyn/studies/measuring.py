@@ -10,7 +10,7 @@ from time import perf_counter
 import numpy as np
 
 from ..errors import ArgumentError, CardanError, choices
-from .chunk import FAILED, Box, Job, called, compute, failure, packed
+from .chunk import FAILED, Box, Computed, Job, called, compute, failure, packed
 from .chunking import filled
 from .outcomes import RESERVED, Outcomes, Schema, schema_of
 
@@ -78,15 +78,23 @@ def refuse_not_vectorized(job: Job) -> None:
     Raises:
         ArgumentError: they are.
     """
-    sizes = [min(size, 3) if axis < 4 else 1 for axis, size in enumerate(job.parameters.shape)]
-    box: Box = tuple(slice(0, size) for size in sizes)
-    data = packed(job)
-    together, alone = compute(data, box), compute(data, box, alone=True)
-    both = (together.state != FAILED) & (alone.state != FAILED)
+    data, shape = packed(job), job.parameters.shape
+    sizes = [min(size, 3) if axis < 4 else 1 for axis, size in enumerate(shape)]
+    ends = [size - some for size, some in zip(shape, sizes, strict=True)]
+    # At both ends: what sorts its values, say, is right where these rise.
+    for start in ([0] * len(shape), ends):
+        box: Box = tuple(slice(at, at + size) for at, size in zip(start, sizes, strict=True))
+        _refuse_others(compute(data, box), compute(data, box, alone=True))
+
+
+def _refuse_others(together: Computed, alone: Computed) -> None:
+    """Refuse cases that are others together than alone; those that fail alone fail together."""
+    there = together.state != FAILED
     for name, values in alone.arrays.items():
-        if not np.allclose(
-            together.arrays[name][both], values[both], rtol=_AGREE, atol=0.0, equal_nan=True
-        ):
+        is_same = np.array_equal(there, alone.state != FAILED) and np.allclose(
+            together.arrays[name][there], values[there], rtol=_AGREE, atol=0.0, equal_nan=True
+        )
+        if not is_same:
             raise ArgumentError(
                 f"{name} is another number where cases are computed together than alone: the "
                 "function is not vectorized; leave vectorized=True out"

@@ -204,15 +204,15 @@ def schema_of(first: Outcomes, leading: int = 0) -> Schema:
         leading: number of axes that are those of the cases.
 
     Raises:
-        ArgumentError: a variable has not as many.
+        ArgumentError: a variable has not as many, or they are not those of one case.
     """
     variables = {}
     for name, item in first.variables.items():
         shape = item.values.shape
-        if len(shape) < leading:
+        if len(shape) < leading or any(size != 1 for size in shape[:leading]):  # Of one case.
             raise ArgumentError(
-                f"{name} has shape {shape}: a vectorized function returns arrays whose first "
-                f"{leading} axes are those of its parameters"
+                f"{name} has shape {shape} for one case: a vectorized function returns arrays "
+                f"whose first {leading} axes are those of its parameters"
             )
         dims = item.dims
         if len(dims) != len(shape) - leading:

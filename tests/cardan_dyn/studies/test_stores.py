@@ -441,3 +441,11 @@ def test_units_of_no_result_and_results_called_like_dimensions_are_refused() -> 
         cd.study(lambda x: {"force": x}, {"x": [0.0]}, units={"forze": "N"}, workers=1).run()
     with pytest.raises(cd.CardanError, match="a result and a dimension"):
         cd.study(lambda p: {"x": np.ones(3), "x_index": p}, {"p": [0.0]}, workers=1).run()
+
+
+@pytest.mark.parametrize("function", [np.sort, lambda x: np.arange(5.0)])
+def test_functions_of_arrays_that_mix_cases_are_refused(function: Any) -> None:
+    """Right at the first values, which rise, or not at all for a case by itself."""
+    values = [1.0, 2.0, 3.0, 9.0, 4.0]
+    with pytest.raises(cd.CardanError, match=r"not vectorized|for one case"):
+        cd.study(lambda x: function(x), {"x": values}, vectorized=True, workers=1).run()
