@@ -264,7 +264,7 @@ class Assembly:
         from .following.reach import reach_of  # Most scenes are swept without.
 
         drive = self._problem.independent[0]
-        branch = Branch(self._open_kinematics, self.start)
+        branch = Branch(self._open_kinematics, self.start, self._problem.mechanism.kept)
         start = self.start[self._problem.mechanism.coordinates.named[drive].column]
         length = self._problem.mechanism.characteristic_length
         return reach_of(branch, float(start), self._drive_slides, length)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from functools import cached_property
 from typing import NamedTuple
 
@@ -104,6 +104,16 @@ class Kinematics:
             depends = self.depends[:, index]
             groups = [k for k in groups if np.any(depends[self.solvers[k].group.passives])]
         return self.part([index], groups)
+
+    @property
+    def key(self) -> Hashable:
+        """All that its results follow from besides the mechanism, as the key of a dictionary."""
+        return (
+            self.drives.tobytes(),
+            *(solver.group.key for solver in self.solvers),
+            *(reduction.key for reduction in self.reductions),
+            *(rounding.tobytes() for rounding in self._rounding),
+        )
 
     @property
     def moved(self) -> Array:

@@ -12,7 +12,7 @@ through, more rows are redundant in the axes of a body behind the slide.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -653,6 +653,14 @@ class Reduction(NamedTuple):
     rows: tuple[Array, ...]
     null: tuple[Array, ...]
     axes: tuple[LoopAxes, ...]
+
+    @property
+    def key(self) -> Hashable:
+        """All of it, as the key of a dictionary."""
+        return tuple(
+            (rows.shape, rows.tobytes(), null.tobytes(), axes.body, axes.point.tobytes())
+            for rows, null, axes in zip(*self, strict=True)
+        )
 
 
 def axis_aligned(vectors: Array) -> Array:

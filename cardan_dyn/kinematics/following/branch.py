@@ -5,11 +5,13 @@ between them. Its guesses are so near that Newton's method cannot change the ass
 made longer at both of its ends at once, along two `Lines`: first the quick way, one Newton step per
 node, with all nodes closed together and proven afterwards, which takes 85 % of the processor time
 of the careful way over a first sweep of the universal joint, its scene included; where nodes are
-not proven, or an end is not reached, the careful way says why.
+not proven, or an end is not reached, the careful way says why. Branches that begin alike and are
+asked for the same share their nodes through what keeps them (`Kept`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,6 +21,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.coordinates import Coordinates
+from ...mechanism.kept import Kept
 from ..closing.all_groups import ClosedState, Kinematics
 from ..closing.group_solver import LONGEST_STEP
 from ..tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
@@ -51,6 +54,11 @@ the middle of each half, and a tenth leaves room for what the estimate misses.""
 _ERROR_RATIO = 64.0
 """How many times smaller the error of quintic Hermite interpolation is on half of an interval:
 2 to the sixth power."""
+_MOST_KEPT = 16
+"""Tables that are kept with a mechanism: of each branch the one at its start, and one for each time
+that it was made longer."""
+_MOST_COVERED = _TURNS_TRIED
+"""Times that a branch is made longer up to which its tables are kept."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -149,12 +157,13 @@ class Branch:
         windings: `(size,)` whole turns of every coordinate in one period.
     """
 
-    def __init__(self, kinematics: Kinematics, start: Array) -> None:
+    def __init__(self, kinematics: Kinematics, start: Array, kept: Kept | None = None) -> None:
         """Make a branch that is known at one position.
 
         Args:
             kinematics: solves the branch; it has one drive.
             start: `(size,)` closed coordinates.
+            kept: of the mechanism, where other branches may find what this one finds.
         """
         coordinates = kinematics.coordinates
         (drive_column,) = coordinates.column_of(kinematics.drives).tolist()
@@ -163,8 +172,13 @@ class Branch:
         self.period: float | None = None
         self.windings = np.zeros(start.size)
         self._start = float(start[drive_column])
-        rows = _rows(kinematics, kinematics.evaluate(start[None, :]))
-        self._table = BranchTable(rows, drive_column, coordinates)
+        self._kept = kept
+        # All that the nodes follow from, as long as they are those of a branch that was only made
+        # longer: its start, and what it was to cover.
+        self._key: tuple[Hashable, ...] | None = None
+        if kept is not None:
+            self._key = (kinematics.key, start.tobytes())
+        self._table, _ = self._shared(lambda: (self._at(start, drive_column), 0))
         # Why the branch cannot be followed beyond an end.
         self._errors: dict[int, CardanError] = {}
         # Number of nodes that it was last refined to; zero while guesses need not be safe.
@@ -201,14 +215,37 @@ class Branch:
         for end in targets:
             if end in self._errors:
                 raise copy(self._errors[end])
+        if self._key is not None:
+            self._key = (*self._key, (low, high)) if len(self._key) < _MOST_COVERED else None
+        try:
+            self._table, self._refined_to = self._shared(lambda: self._longer(targets))
+        except CardanError:
+            self._key = None
+            raise
+
+    def _at(self, start: Array, drive_column: int) -> BranchTable:
+        """Return the table of one position `(size,)`."""
+        rows = _rows(self.kinematics, self.kinematics.evaluate(start[None, :]))
+        return BranchTable(rows, drive_column, self.kinematics.coordinates)
+
+    def _shared(self, found: Callable[[], tuple[BranchTable, int]]) -> tuple[BranchTable, int]:
+        """Return a table, and what it is refined to, that all branches with this key have."""
+        if self._kept is None or self._key is None:
+            return found()
+        return self._kept.of("branch", self._key, found, most=_MOST_KEPT)
+
+    def _longer(self, targets: dict[int, float]) -> tuple[BranchTable, int]:
+        """Return the table that reaches targets, by end, and what it is refined to.
+
+        Raises:
+            AssemblyError, SingularConfigurationError: see `cover`.
+        """
         was_safe = self._refined_to > 0 or self._table.size == 1
         self._refined_to = 0
         lines = self._followed(targets, quick=True)
         longer = self._with_nodes_of(lines, proven=True) if np.all(lines.share == 1.0) else None
         if longer is not None:
-            self._table = longer
-            self._refined_to = longer.size if was_safe else 0
-            return
+            return longer, longer.size if was_safe else 0
         lines = self._followed(targets, quick=False)
         self._table = self._with_nodes_of(lines) or self._table
         for line, (end, target) in enumerate(targets.items()):
@@ -217,6 +254,7 @@ class Branch:
         for end in targets:
             if end in self._errors:
                 raise copy(self._errors[end])
+        return self._table, 0
 
     def _followed(self, targets: dict[int, float], quick: bool) -> Lines:
         rows, ends = self._table.rows.of(list(targets)), np.array([*targets.values()])[:, None]
@@ -368,6 +406,7 @@ class Branch:
         self._refined_to = node_limit
         is_open = np.ones(self._table.size - 1, dtype=bool)
         while np.any(is_open):
+            self._key = None
             to_rounding = self._table.size < node_limit
             allowed = _EXACT_CORRECTION if to_rounding else _SAFE_GUESS_CORRECTION
             is_open = self._halve(kinematics, is_open, allowed)

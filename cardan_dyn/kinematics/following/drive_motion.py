@@ -93,7 +93,7 @@ class DriveMotion:
         self._drive = drive = problem.independent[self._index]
         self.groups = groups
         self._kinematics = kinematics.part(drives, groups)
-        self.branch = Branch(self._kinematics, start)
+        self.branch = Branch(self._kinematics, start, problem.mechanism.kept)
         coordinates = problem.mechanism.coordinates
         self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
         item = coordinates.named[drive]

@@ -11,6 +11,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics import loop_system
+from cardan_dyn.kinematics.following.lines import Lines
 from cardan_dyn.kinematics.loops.groups import partition
 from cardan_dyn.mechanism.kept import _MOST, Kept
 
@@ -108,6 +109,89 @@ def test_a_design_is_divided_into_groups_like_the_one_before(
     assert before > 1
     assert groups(0.12) == first
     assert len(counted) == before
+
+
+def counted_lines(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list that gets an item for all lines that a branch is made longer along."""
+    counted, to_ends = [], Lines.to_ends
+
+    def counting(lines: Lines, *given: object, **named: object) -> None:
+        counted.append(len(lines.x))
+        to_ends(lines, *given, **named)
+
+    monkeypatch.setattr(Lines, "to_ends", counting)
+    return counted
+
+
+def spun(mechanism: cd.Mechanism, angle: float = 0.8, **named: object) -> cd.Scene:
+    return cd.Scene(mechanism, drive="bearing_in", held={"joint_angle": angle}, **named)
+
+
+@pytest.mark.parametrize(
+    "positions",
+    [np.linspace(0.0, 2.0 * np.pi, 25), [0.3], [-0.2, 1.4], np.linspace(-9.0, 9.0, 2000)],
+    ids=["a turn", "one", "both sides", "turns"],
+)
+def test_a_branch_is_followed_once_for_all_scenes_that_ask_alike(
+    positions: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To the last bit as by a mechanism that has seen nothing, and without a step along lines."""
+    seen, counted = cd.load("universal_joint"), counted_lines(monkeypatch)
+    spun(seen).sweep(positions, speed=2.0)
+    assert len(counted) == 2  # The first one brings the held joint to its position.
+    again = spun(seen).sweep(positions, speed=2.0)
+    assert len(counted) == 2
+    fresh = spun(cd.load("universal_joint")).sweep(positions, speed=2.0)
+    assert len(counted) == 4
+    np.testing.assert_array_equal(again.motion.q, fresh.motion.q)
+    np.testing.assert_array_equal(again["bearing_out"].moment, fresh["bearing_out"].moment)
+
+
+@pytest.mark.parametrize(
+    ("name", "drive", "others"),
+    [
+        ("universal_joint", "bearing_in", {"held": {"joint_angle": 0.7}}),
+        ("universal_joint", "bearing_in", {"near": {"bearing_in": 0.5}}),
+        ("universal_joint", "bearing_out", {}),
+        ("four_bar", "crank_bearing", {"branch": "B"}),
+    ],
+    ids=["held", "near", "drive", "mode"],
+)
+def test_branches_that_begin_elsewhere_are_not_shared(
+    name: str, drive: str, others: Mapping[str, object]
+) -> None:
+    seen, positions = cd.load(name), np.linspace(0.1, 3.0, 9)
+    if name == "four_bar":
+        cd.Scene(seen, drive=drive).sweep(positions)
+    else:
+        spun(seen).sweep(positions)
+        others = {"held": {"joint_angle": 0.8}, **others}
+    found = cd.Scene(seen, drive=drive, **others).sweep(positions).motion.q
+    expected = cd.Scene(cd.load(name), drive=drive, **others).sweep(positions).motion.q
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_a_branch_that_was_refined_is_shared_by_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its nodes follow from the samples that one scene was asked for."""
+    seen, counted = cd.load("universal_joint"), counted_lines(monkeypatch)
+    scene = spun(seen)
+    scene.sweep(np.linspace(0.0, 1.0, 5000))
+    scene.sweep([1.5])
+    before = len(counted)
+    spun(seen).sweep([1.5])
+    found = spun(seen).sweep([1.5])
+    assert len(counted) == before + 1
+    fresh = spun(cd.load("universal_joint")).sweep([1.5])
+    np.testing.assert_array_equal(found.motion.q, fresh.motion.q)
+
+
+def test_positions_out_of_reach_are_refused_again() -> None:
+    seen, errors = cd.load("four_bar"), []
+    for _ in range(2):
+        with pytest.raises(cd.CardanError) as caught:
+            cd.Scene(seen, drive="rocker_bearing").sweep([2.0])
+        errors.append(str(caught.value))
+    assert errors[0] == errors[1]
 
 
 def test_a_mechanism_goes_with_its_last_scene() -> None:
