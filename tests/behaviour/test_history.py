@@ -107,6 +107,51 @@ def test_positions_asked_one_by_one_are_the_same_as_asked_at_once() -> None:
             assert_same(platform().sweep(position), one)
 
 
+def turning_about_a_wrist() -> cd.Scene:
+    """A tool on two drives and on a wrist, two of whose axes coincide at 0.5 and 0.5 rad."""
+    cosine, sine = np.cos(0.5), np.sin(0.5)
+    first = np.array([0.3, 0.5, 0.8]) / np.sqrt(0.98)
+    turned = [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+    tilted = [[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]]
+    last = (np.array(turned) @ tilted).T @ first
+    middle = np.cross(first, last) / np.linalg.norm(np.cross(first, last))
+
+    def hinge(tag: str, name: str, ends: str, axis: object) -> str:
+        words = " ".join(map(repr, np.asarray(axis, dtype=float).tolist()))
+        return f'<{tag} name="{name}" type="continuous">{ends}<axis xyz="{words}"/></{tag}>'
+
+    def joint(name: str, parent: str, child: str, axis: object) -> str:
+        return hinge("joint", name, f'<parent link="{parent}"/><child link="{child}"/>', axis)
+
+    return cd.Scene(
+        cd.load(
+            '<robot name="wrist"><link name="base"/><link name="arm"/><link name="tool"/>'
+            '<link name="outer"/><link name="inner"/>'
+            + joint("pan", "base", "arm", [0, 0, 1])
+            + joint("tilt", "arm", "tool", [1, 0, 0])
+            + joint("first", "base", "outer", first)
+            + joint("middle", "outer", "inner", middle)
+            + hinge("loop", "last", '<predecessor link="inner"/><successor link="tool"/>', last)
+            + "</robot>"
+        ),
+        drive=["pan", "tilt"],
+    )
+
+
+def test_ways_past_both_sides_of_a_singular_position_are_not_taken_for_each_other() -> None:
+    """There the first axis turns to different sides, so that a whole turn is between both ends."""
+    used = turning_about_a_wrist()
+    for offset in (4e-3, 1e-3, 2e-4):
+        one, other = (np.array([1.0 + side, 1.0 - side]) for side in (offset, -offset))
+        used.sweep(one)
+        angles = [
+            scene.sweep(other).motion.position("first") for scene in (used, turning_about_a_wrist())
+        ]
+        np.testing.assert_allclose(angles[0], angles[1], rtol=0.0, atol=1e-12)
+        apart = turning_about_a_wrist().sweep(one).motion.position("first") - angles[1]
+        assert np.abs(apart) > 6.0
+
+
 def test_two_scenes_that_were_asked_the_same_have_the_same_bits() -> None:
     positions = np.linspace(0.0, 2.0 * np.pi, 181)
     first, second = crank().sweep(positions), crank().sweep(positions)

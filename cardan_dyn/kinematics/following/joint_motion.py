@@ -46,6 +46,9 @@ _FEWEST = 16
 _NEAR_LAST = 0.01
 """Distance of a position from the last one [rad, or lengths of the mechanism] up to which it is
 reached from there: as far as samples are from the points of the finest lattice."""
+_CLEAR = 0.5
+"""Greatest product of that distance and the condition number on the way to the last position. Where
+a singular position lay between both ways, the product would be at least 3, see `_NEAREST`."""
 _LOOKS = 24
 """Positions per turn at which it is looked how near a singular configuration is."""
 _NEAREST = 0.1
@@ -147,7 +150,7 @@ class JointMotion:
         try:
             if along_path:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
-                reached = Reached(x, np.ones(len(x), dtype=bool), np.zeros(len(x)))
+                reached = Reached(x, np.ones(len(x), dtype=bool), *np.zeros((2, len(x))))
             else:
                 own = self._without_turns(asked, turns, targets.design_of)
                 reached = self._reached(kinematics, own, targets.design_of)
@@ -159,7 +162,7 @@ class JointMotion:
             from .reach import all_out_of_reach  # Imported here: only errors need it.
 
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
-        x, is_there, _ = reached
+        x, is_there = reached.x, reached.is_there
         if np.any(is_there):
             self._seen = x[np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]]
         return Followed((x, turns), True, is_there)
@@ -206,7 +209,8 @@ class JointMotion:
         if not self._lines_pay(own, design_of):
             legs = [leg for leg in (self._held, self._driven) if leg]
             x = near_lattices(known, self._start, self._drive_columns, own, self._units, legs)
-        is_there, residual = ~np.isnan(x[:, self._drive_columns[0]]), np.zeros(len(own))
+        is_there = ~np.isnan(x[:, self._drive_columns[0]])
+        residual, condition = np.zeros((2, len(own)))
         ways = [known]
         if any(
             one is not other
@@ -217,10 +221,10 @@ class JointMotion:
             rest = np.nonzero(~is_there)[0]
             if rest.size:
                 found = self._on_lines(way, own[rest], design_of[rest])
-                x[rest], is_there[rest], residual[rest] = found
-        if len(own) == 1 and is_there[0]:
-            self._last = _Last(known, own, x.copy())
-        return Reached(x, is_there, residual)
+                x[rest], is_there[rest], residual[rest], condition[rest] = found
+        if len(own) == 1 and is_there[0] and condition[0] > 0.0:
+            self._last = _Last(known, own, x.copy(), float(condition[0]))
+        return Reached(x, is_there, residual, condition)
 
     def _known_part(self, kinematics: Kinematics) -> Kinematics:
         """Return the kinematics of this motion, the same object as long as the scene's is it."""
@@ -240,7 +244,9 @@ class JointMotion:
         if last is None or len(own) != 1:
             return None
         way = own - last.position
-        if np.abs(way / self._units).max() > _NEAR_LAST:
+        distance = float(np.abs(way / self._units).max())
+        # Beside a singular position, lines that pass it on different sides lead elsewhere.
+        if not (distance <= _NEAR_LAST and distance * last.condition <= _CLEAR):
             return None
         rows = Rows.along(known, last.state, way)
         guess = rows.after(np.ones(1))
@@ -250,7 +256,7 @@ class JointMotion:
             state, last.state.inverses
         )
         is_safe &= state.correction < allowed_error(state.condition)
-        return Reached(state.x, is_safe, state.residual) if is_safe[0] else None
+        return Reached(state.x, is_safe, state.residual, state.condition) if is_safe[0] else None
 
     def _follow_whole_ways(
         self,
@@ -306,13 +312,19 @@ class JointMotion:
         kinematics = kinematics.part(self._driven, groups)
         columns, own = [columns[index] for index in self._driven], own[:, self._driven]
         if not self._driven:
-            reached = Reached(starts[of_design], np.ones(len(own), dtype=bool), np.zeros(len(own)))
+            count = len(own)
+            reached = Reached(
+                starts[of_design], np.ones(count, dtype=bool), np.zeros(count), np.ones(count)
+            )
         elif len(self._driven) == 1:
             reached = _along_one(kinematics, starts, columns, own[:, 0], of_design, begin)
         else:
             whole = starts if len(starts) == 1 else starts[of_design]
             reached = along_lines(kinematics, whole, columns, own, begin)
-        if not self._held or np.all(at_designs.is_there):
+        if not self._held:
+            return reached
+        np.maximum(reached.condition, at_designs.condition[of_design], out=reached.condition)
+        if np.all(at_designs.is_there):
             return reached
         lost = ~at_designs.is_there[of_design]
         reached.x[lost] = starts[of_design[lost]]
@@ -378,11 +390,12 @@ class _Last:
 
     Attributes:
         position: `(1, d)` of the drives.
+        condition: greatest condition number on the way there.
     """
 
-    def __init__(self, kinematics: Kinematics, position: Array, x: Array) -> None:
+    def __init__(self, kinematics: Kinematics, position: Array, x: Array, condition: float) -> None:
         """Keep coordinates `(1, size)` near closed ones at a position."""
-        self.position = position
+        self.position, self.condition = position, condition
         self._kinematics, self._x = kinematics, x
 
     @cached_property

@@ -158,11 +158,13 @@ class Reached(NamedTuple):
         x: `(N, size)` closed coordinates at the end of each line, or where it could not go on.
         is_there: `(N,)` whether that is the end.
         residual: `(N,)` closure error of the last step that was tried, where it is not.
+        condition: `(N,)` greatest condition number on the line, as far as it was followed.
     """
 
     x: Array
     is_there: Array
     residual: Array
+    condition: Array
 
 
 class OnLines(NamedTuple):
@@ -228,7 +230,7 @@ def samples_on_lines(
     count, size = len(samples.line), starts.shape[1]
     if len(starts) == 1 < len(ends) and begin is None:
         begin = kinematics.evaluate(starts)
-    reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), np.empty(count))
+    reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), *np.empty((2, count)))
     for first in range(0, len(ends), BLOCK_SIZE):
         chosen = slice(first, first + BLOCK_SIZE)
         span, own = samples.of_lines(first, first + BLOCK_SIZE)
@@ -249,6 +251,7 @@ class Lines:
             counts as long as the line has not passed it.
         residual: `(L,)` closure error there; zero where no step failed.
         condition: `(L,)` condition number there.
+        greatest: `(L,)` greatest condition number at the steps that were taken.
         nodes: after `to_ends`, the lines (index) and coordinates that each round has reached.
     """
 
@@ -270,6 +273,7 @@ class Lines:
         self._extent = np.max(np.abs(self._way) * units, axis=1, initial=0.0)
         self.share, self.tried, self.residual = np.zeros((3, len(ends)))
         self.condition = np.ones(len(ends))
+        self.greatest = self._begin.condition.repeat(len(ends) // max(len(starts), 1))
         self.nodes: list[tuple[Array, Array]] = []
 
     def at(self, samples: OnLines) -> Reached:
@@ -303,7 +307,7 @@ class Lines:
         self._follow(passed, 1.0 if len(keys) <= len(self.x) else _BETWEEN)
         is_there = samples.share <= self.share[samples.line]
         values[~is_there] = self.x[samples.line[~is_there]]
-        return Reached(values, is_there, self.residual[samples.line])
+        return Reached(values, is_there, self.residual[samples.line], self.greatest[samples.line])
 
     def to_ends(self, rows: Rows, quick: bool) -> None:
         """Follow all lines of a single drive as far as they lead, and keep all nodes.
@@ -400,6 +404,7 @@ class Lines:
             done, to, length, new = active[chosen], to[chosen], length[chosen], new.of(chosen)
             passed(done, to, at.of(chosen), new)
             share[done] = to
+            self.greatest[done] = np.maximum(self.greatest[done], state.condition[chosen])
             if done.size == active.size and (to == 1.0).all():
                 self.x[done] = new.x
                 return
