@@ -62,9 +62,6 @@ def _refuse_clashes(schema: Schema, job: Job) -> None:
     own = {dim for item in schema.variables.values() for dim in item.dims}
     if clash := own & set(schema.variables):
         raise ArgumentError(f"{choices(clash)} is a result and a dimension of one: rename it")
-    if unknown := set(job.units) - set(schema.variables):
-        known = choices(schema.variables, min(unknown))
-        raise ArgumentError(f"units[{min(unknown)!r}]: results are {known}")
     if clash := (taken & results) | (taken & set(RESERVED)):
         raise ArgumentError(
             f"{choices(clash)} is a parameter, or its dimension, and a result besides: "

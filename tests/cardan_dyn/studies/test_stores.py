@@ -437,7 +437,7 @@ def test_numbers_are_kept_as_doubles() -> None:
 
 
 def test_units_of_no_result_and_results_called_like_dimensions_are_refused() -> None:
-    with pytest.raises(cd.CardanError, match="results are force"):
+    with pytest.raises(cd.CardanError, match="no such result; results: force"):
         cd.study(lambda x: {"force": x}, {"x": [0.0]}, units={"forze": "N"}, workers=1).run()
     with pytest.raises(cd.CardanError, match="a result and a dimension"):
         cd.study(lambda p: {"x": np.ones(3), "x_index": p}, {"p": [0.0]}, workers=1).run()
