@@ -11,6 +11,7 @@ import pinocchio
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
+from ..frozen import read_only
 from ..problem.samples import Targets
 from .forces import Forces
 from .fourier import Fourier
@@ -20,8 +21,8 @@ _FEWEST, _MOST = 64, 8192
 """Positions per period: the first number, which is doubled, and the greatest."""
 _ROUNDING = 20.0
 """Rounding errors of an effort, in eps times its condition number, below which coefficients are."""
-
-
+_MOST_KEPT = 8
+"""Functions that are kept with a mechanism: each has at most 8192 numbers."""
 _PERIODIC = 1e-9
 """Difference of forces a period apart, as a fraction of them, that counts as none."""
 
@@ -56,7 +57,8 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
     """Return inertia and force over a period of the drive.
 
     The mechanism at position φ moves with the kinetic energy I(φ) φ̇² / 2, and
-    I φ̈ + I' φ̇² / 2 = Q.
+    I φ̈ + I' φ̇² / 2 = Q. Those of the weight alone follow from where loops are closed and where the
+    start is, and are kept for other scenes of the mechanism.
 
     Args:
         solver: of a scene with one drive.
@@ -65,6 +67,16 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
     Raises:
         NotSuitableError: the drive does not turn through, or the functions are too uneven.
     """
+    if forces is not None and not forces.is_nothing:
+        return _found(solver, forces)
+    problem, assembly = solver.problem, solver.assembly
+    key = assembly.kinematics.key, assembly.start.tobytes(), problem.gravity.tobytes()
+    kept = problem.mechanism.kept
+    return kept.of("energy functions", key, lambda: _found(solver, None), most=_MOST_KEPT)
+
+
+def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:
+    """See `energy_functions`."""
     try:
         period = solver.assembly.period()
     except CardanError as error:
@@ -96,7 +108,7 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
                 raise NotSuitableError("nothing that the drive moves has mass")
             coefficients = np.where(is_none[:, None], 0.0, functions.coefficients)
             inertia, force = (
-                Fourier(coefficients[[index]], functions.frequency) for index in range(2)
+                Fourier(read_only(coefficients[[index]]), functions.frequency) for index in range(2)
             )
             return EnergyFunctions(inertia, force, tolerance)
         # Coefficients fall exponentially, so that the tail tells how many will do.
@@ -138,16 +150,15 @@ class _Energies:
         """
         solver = self._solver
         assembled = solver.assembled_in_turn(Targets.of_positions(positions[:, None]))
-        one, rest = np.ones((len(positions), 1)), np.zeros((len(positions), 1))
         values = np.empty((2, len(positions)))
         try:
             for span, state in zip(assembled.spans, assembled.blocks, strict=True):
-                rates = solver.inverse_dynamics.joint_rates(state, one[span], rest[span])
-                ratios = rates.velocity_ratios
+                ratios = solver.assembly.kinematics.velocity_ratios(state)
                 condition = solver.inverse_dynamics.condition(state, ratios)
                 self.condition = max(self.condition, float(np.max(condition)))
                 x = state.x + 2.0 * np.pi * assembled.turns[span]
-                values[:, span] = [self._inertia(x, rates.v), self._force(x, rates.v)]
+                v = ratios[:, :, 0]
+                values[:, span] = [self._inertia(x, v), self._force(x, v)]
         except CardanError as error:
             raise NotSuitableError(str(error)) from error
         return values

@@ -98,6 +98,7 @@ class EnergyIntegral:
             force[0, 0] = 0.0
         self._force = Fourier(force, functions.force.frequency).shortened(1e-17)
         self._work = self._force.integral()
+        self._is_pushed = bool(np.any(self._force.coefficients))
         self._turn = 2.0 * np.pi / functions.inertia.frequency
         slope = self._inertia.derivative()
         rows = [self._inertia.coefficients, slope.coefficients]
@@ -112,14 +113,13 @@ class EnergyIntegral:
             # Nothing says when it leaves an unstable equilibrium, but that it would for ever stay.
             self.doubt = np.inf if bend > self._error * self._scale else 0.0
             return
-        is_pushed = bool(np.any(self._force.coefficients))
-        minima = self._minima() if is_pushed else []
+        minima = self._minima() if self._is_pushed else []
         # Beside a minimum its own value has all digits; sums over harmonics lose them.
         near = min(minima, key=lambda item: abs(item.way), default=None)
         if near is not None:
             push = self._force_beside(near, -near.way)
         self._at_start = _Anchor(0.0, self._energy, push, False)
-        ends = self._ends(minima) if is_pushed else None
+        ends = self._ends(minima) if self._is_pushed else None
         self.swings = ends is not None
         if ends is None:
             self._refuse_speeding_up()
@@ -145,7 +145,8 @@ class EnergyIntegral:
     def _both_beside(self, starts: Array, ways: Array) -> tuple[Array, Array]:
         """Return how much work is done beyond that of a constant force, and inertias."""
         starts = self._start + starts
-        return self._work.bent(starts, ways)[0], self._inertia(starts + ways)[0]
+        bent = self._work.bent(starts, ways)[0] if self._is_pushed else np.zeros(len(ways))
+        return bent, self._inertia(starts + ways)[0]
 
     def _kinetic_beside(self, anchor: _Anchor, ways: Array) -> Array:
         """Return the kinetic energies `(N,)` at ways from an anchor."""
@@ -305,7 +306,9 @@ class EnergyIntegral:
         speed = np.where(returns, -sign, sign) * speed
         position = self._start + ways
         inertia, slope = self._inertias(position)
-        push = self._force(position)[0] - 0.5 * slope * speed**2
+        push = -0.5 * slope * speed**2
+        if self._is_pushed:
+            push += self._force(position)[0]
         if not self.swings:
             position = position + self._turn * turns
         return Law(position, speed, push / inertia)

@@ -9,6 +9,7 @@ from testkit.scenes import universal
 from testkit.simulated import GRAVITY, WEIGHT, SpinningJoint, pendulum
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 from cardan_dyn.simulation.energy_functions import NotSuitableError, energy_functions
 from cardan_dyn.simulation.forces import Forces
 
@@ -66,3 +67,63 @@ def test_springs_that_wind_up_are_refused() -> None:
     scene = cd.Scene(pendulum(), drive="pin", elements=[cd.JointSpring("pin", 3.0)])
     with pytest.raises(NotSuitableError, match="wind up"):
         energy_functions(scene.solver, forces_of(scene))
+
+
+def counted_samples(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list that gets the number of samples whenever loops are evaluated."""
+    counted, evaluate = [], GroupSolver.evaluate
+
+    def counting(solver: GroupSolver, x: np.ndarray, *given: object) -> object:
+        counted.append(len(x))
+        return evaluate(solver, x, *given)
+
+    monkeypatch.setattr(GroupSolver, "evaluate", counting)
+    return counted
+
+
+def test_scenes_that_move_alike_share_their_energy_functions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A simulation in a new scene of a known mechanism closes loops at its start alone."""
+    counted = counted_samples(monkeypatch)
+    seen = cd.load("universal_joint")
+
+    def simulated(mechanism: cd.Mechanism, speed: float) -> np.ndarray:
+        counted.clear()
+        held = {"joint_angle": 0.9}
+        scene = cd.Scene(mechanism, free="bearing_in", held=held, outputs=[], gravity=GRAVITY)
+        return scene.simulate(2.0, speed=speed, method="quadrature").at([0.7, 2.0]).position
+
+    simulated(seen, 3.0)
+    assert sum(counted) > 100
+    again = simulated(seen, 2.0)
+    assert sum(counted) < 10
+    np.testing.assert_array_equal(again, simulated(cd.load("universal_joint"), 2.0))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"gravity": (0.3, -9.0, 2.5)},
+        {"held": {"joint_angle": 0.75}},
+        {"drive": "bearing_out"},
+        {"near": {"bearing_in": 0.4}},
+    ],
+    ids=lambda other: next(iter(other)),
+)
+def test_energy_functions_of_other_scenes_are_their_own(other: dict[str, object]) -> None:
+    given = {"drive": "bearing_in", "held": {"joint_angle": 0.7}, "gravity": (0.3, -9.0, 2.0)}
+    seen = cd.load("universal_joint")
+    first = energy_functions(cd.Scene(seen, **given).solver)
+    assert energy_functions(cd.Scene(seen, **given).solver) is first
+    ours, own = (
+        energy_functions(cd.Scene(mechanism, **{**given, **other}).solver)
+        for mechanism in (seen, cd.load("universal_joint"))
+    )
+    for found, expected in zip(ours[:2], own[:2], strict=True):
+        np.testing.assert_array_equal(found.coefficients, expected.coefficients)
+    # What is kept is that of the weight alone.
+    loaded = cd.Scene(seen, loads={"bearing_out": -1.0}, **given)
+    assert np.any(energy_functions(loaded.solver, forces_of(loaded)).force(POINTS) < -0.5)
+    with pytest.raises(ValueError, match="read-only"):
+        first.inertia.coefficients[0, 0] = 1.0
