@@ -81,12 +81,28 @@ class Fourier:
     def __call__(self, positions: Array) -> Array:
         """Return the values `(c, N)` at positions `(N,)`."""
         return np.concatenate(
-            [
-                self._summed(self._waves(some)) + np.outer(self.slope, some)
-                for some in self._blocks(positions)
-            ],
+            [self._values(some) + np.outer(self.slope, some) for some in self._blocks(positions)],
             axis=1,
         )
+
+    def _values(self, positions: Array) -> Array:
+        """Return the real parts `(c, N)` of the sums of harmonics at positions `(N,)`.
+
+        Sums over fine waves are the coefficients of a polynomial in the coarse one.
+        """
+        count = self.coefficients.shape[1]
+        fine = int(np.ceil(np.sqrt(count)))
+        coarse = -(-count // fine)
+        padded = np.zeros((len(self.coefficients), coarse * fine), dtype=complex)
+        padded[:, :count] = self.coefficients
+        base = np.exp(1j * self.frequency * np.outer(np.arange(fine), positions))
+        step = np.exp(1j * self.frequency * fine * positions)
+        # Not by a matrix product: for one of this size, libraries start threads.
+        sums = np.einsum("cab,bn->acn", padded.reshape(-1, coarse, fine), base)
+        result = sums[-1]
+        for terms in sums[-2::-1]:
+            result = result * step + terms
+        return np.asarray(result.real)
 
     def _summed(self, waves: Array) -> Array:
         """Return the real parts `(c, N)` of the sums of harmonics `(K, N)`."""
