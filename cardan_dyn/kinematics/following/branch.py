@@ -58,7 +58,8 @@ _MOST_KEPT = 16
 """Tables that are kept with a mechanism: of each branch the one at its start, and one for each time
 that it was made longer."""
 _MOST_COVERED = _TURNS_TRIED
-"""Times that a branch is made longer up to which its tables are kept."""
+"""Times that a branch is made longer, and turns of the drive that it spans, up to which its tables
+are kept: of some thousand nodes at most, as a period is found by."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -216,7 +217,9 @@ class Branch:
             if end in self._errors:
                 raise copy(self._errors[end])
         if self._key is not None:
-            self._key = (*self._key, (low, high)) if len(self._key) < _MOST_COVERED else None
+            turns = (max(high, known_high) - min(low, known_low)) / (2.0 * np.pi * self.unit)
+            is_small = max(turns, len(self._key)) <= _MOST_COVERED
+            self._key = (*self._key, (low, high)) if is_small else None
         try:
             self._table, self._refined_to = self._shared(lambda: self._longer(targets))
         except CardanError:

@@ -11,6 +11,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics import loop_system
+from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.following.lines import Lines
 from cardan_dyn.kinematics.loops.groups import partition
 from cardan_dyn.mechanism.kept import _MOST, Kept
@@ -183,6 +184,20 @@ def test_a_branch_that_was_refined_is_shared_by_none(monkeypatch: pytest.MonkeyP
     assert len(counted) == before + 1
     fresh = spun(cd.load("universal_joint")).sweep([1.5])
     np.testing.assert_array_equal(found.motion.q, fresh.motion.q)
+
+
+def test_a_branch_over_many_turns_is_not_kept() -> None:
+    """It may have as many nodes as a sweep has samples, and a mechanism may live long."""
+    seen, found = cd.load("four_bar"), []
+    kinematics = cd.Scene(seen, drive="crank_bearing").solver.assembly.kinematics
+    for turns in (2.0, 40.0):
+        for _ in range(2):
+            branch = Branch(kinematics, seen.zero, seen.kept)
+            branch.cover(0.0, turns * 2.0 * np.pi)
+            found.append(branch.states())
+    assert found[0] is found[1]
+    assert found[2] is not found[3]
+    np.testing.assert_array_equal(found[2], found[3])
 
 
 def test_positions_out_of_reach_are_refused_again() -> None:
