@@ -16,9 +16,10 @@ _GOOD_ERROR = 1e-10
 """Error from which on rounding may be what is left, so that higher degrees bring nothing."""
 _LINE_DEGREES = (6, 20, 44, 92)
 """Degrees that are tried along a line, whose Chebyshev coefficients tell which one is enough."""
-_FACTORS = (1.0, 1.25, 1.5625, 1.953125)
-"""By how much the degrees of several coordinates together exceed those of each alone."""
-_MOST_POLYNOMIALS = 500
+_PART, _STUCK = 8, 2
+"""Degrees of several coordinates together rise by one such part of them, at least by 1, until so
+many steps have brought nothing."""
+_MOST_POLYNOMIALS = 1000
 """More polynomials would take minutes to be sampled."""
 _CHECKS = 24
 """Places of the range at which polynomials are compared with the terms, and positions of the drive
@@ -109,27 +110,58 @@ def needed_degrees(
     single, error = tuple(degree for degree, _ in lines), max(error for _, error in lines)
     if len(half) == 1:
         return single, error
-    # Where no term depends on two coordinates, the degrees of each alone are enough.
-    more = [
-        tuple(int(np.ceil(factor * max(degree, 2))) for degree in single) for factor in _FACTORS
-    ]
-    best, least = single, np.inf
     inside = generic(_CHECKS, len(half))
     exact = samples.about(drive, centre, half * inside)
     kinds = samples.kinds(exact)
-    for degrees in dict.fromkeys([single, *more]):
-        if size_of(degrees) > _MOST_POLYNOMIALS:
-            break
+    alone = _alone(samples, drive, centre, half, wanted)
+    # Points of lower degrees are among those of higher ones.
+    known: dict[tuple[int, ...], Array] = {}
+    degrees, best, least, stuck = single, single, np.inf, 0
+    while size_of(degrees) <= _MOST_POLYNOMIALS:
         basis = polynomials(degrees)
-        terms = samples.about(drive, centre, half * basis.nodes)
+        new = [row for row, power in enumerate(basis.names) if power not in known]
+        sampled = samples.about(drive, centre, half * basis.nodes[new])
+        known |= zip((basis.names[row] for row in new), np.moveaxis(sampled, 1, 0), strict=True)
+        terms = np.stack([known[power] for power in basis.names], axis=1)
         found = basis.values(inside).T @ basis.coefficients(terms)
         error = float(np.max(np.abs(found - exact) / kinds))
-        is_rounding = error > 0.5 * least and least < _GOOD_ERROR
+        # Rounding does not fall any more.
+        stuck = stuck + 1 if error > 0.5 * least and least < _GOOD_ERROR else 0
         if error < least:
             best, least = degrees, error
-        if error <= wanted or is_rounding:
+        if error <= wanted or stuck == _STUCK:
             break
+        degrees = _higher(degrees, single, alone)
     return best, least
+
+
+def _higher(degrees: tuple[int, ...], single: tuple[int, ...], alone: Array) -> tuple[int, ...]:
+    """Return degrees a step above others, but of coordinates that are alone, as `single` is."""
+    together = [degree for degree, is_alone in zip(degrees, alone, strict=True) if not is_alone]
+    if not together:
+        return tuple(degree + 1 for degree in degrees)
+    most = max(together)
+    factor = 1.0 + max(1, most // _PART) / most
+    return tuple(
+        degree if is_alone else max(int(np.ceil(factor * degree)), min(degree + 1, 2))
+        for degree, is_alone in zip(degrees, alone, strict=True)
+    )
+
+
+def _alone(samples: TermSamples, drive: Array, centre: Array, half: Array, wanted: float) -> Array:
+    """Return of which coordinates `(n,)` the terms depend wherever the others are alike."""
+    count = len(half)
+    inside = generic(_CHECKS, count)
+    found = np.zeros(count, dtype=bool)
+    for index in range(count):
+        # Steps of one coordinate, with the others here and in the middle.
+        own = np.eye(count)[index] * inside
+        ways = np.concatenate([inside, inside - own, own, np.zeros((1, count))])
+        terms = samples.about(drive, centre, half * ways)
+        here, without, there = np.split(terms[:, :-1], 3, axis=1)
+        gap = (here - without) - (there - terms[:, -1:])
+        found[index] = np.max(np.abs(gap) / samples.kinds(terms)) <= max(wanted, _SILENT)
+    return found
 
 
 def _along(
@@ -186,7 +218,7 @@ class ModelBuild:
         count, found = self._waves(centre, half, wanted)
         divisor = found if divisor is None else min(divisor, found)
         middle = np.tile(centre, (next_size(count / divisor), 1))
-        degrees = self._degrees(middle, half, divisor, wanted)
+        degrees, _ = self._degrees(middle, half, divisor, wanted)
         model = self._built(middle, half, degrees, divisor)
         self._refuse_uneven(middle, half, degrees, model.error, wanted)
         return model
@@ -203,48 +235,46 @@ class ModelBuild:
             AccuracyError: the terms are too uneven.
             CardanError: as `Scene.sweep`.
         """
-        degrees = self._degrees(q, half, divisor, FINE)
+        degrees, left = self._degrees(q, half, divisor, FINE)
         while True:
             model = self._built(q, half, degrees, divisor)
-            if model.error <= _ALONG or len(q) == MOST_NODES:
+            # No number of nodes takes away what the degrees leave.
+            if model.error <= max(_ALONG, 2.0 * left) or len(q) == MOST_NODES:
                 break
             q = resampled(q, next_size(len(q) + 1))
         self._refuse_uneven(q, half, degrees, model.error, FINE)
         return model
 
-    def _degrees(self, centre: Array, half: Array, divisor: int, wanted: float) -> tuple[int, ...]:
-        """Return the degrees that terms need about places `(N, n)` at the nodes of a period."""
+    def _degrees(
+        self, centre: Array, half: Array, divisor: int, wanted: float
+    ) -> tuple[tuple[int, ...], float]:
+        """Return degrees for terms about places `(N, n)` at a period's nodes, and their error."""
         period = self._rotating.period / divisor
         # A few drive positions tell the degree.
         drive = period * (0.5 + 0.5 * generic(_PROBES, 1)[:, 0])
         middle = interpolation(drive, len(centre), period) @ centre
         degrees, error = needed_degrees(self._samples, drive, middle, half, wanted)
         self._refuse_uneven(centre, half, degrees, error, wanted)
-        return degrees
+        return degrees, error
 
     def _refuse_uneven(
         self, centre: Array, half: Array, degrees: tuple[int, ...], error: float, wanted: float
     ) -> None:
         """Refuse polynomials whose error is too large."""
         worst = max(WORST_ERROR, _MOST_EXCESS * wanted)
+        if error <= worst:
+            return
+        found = f"polynomials of degrees {degrees} leave an error of {error:.1e}"
         if error == np.inf:
-            raise AccuracyError(
-                f"within ±{half.tolist()} of {np.mean(centre, axis=0).tolist()}, the efforts of "
-                f"{', '.join(self._rotating.free)} are no smooth functions of the free "
-                f"coordinates, or of too many: they would take {size_of(degrees)} polynomials, "
-                "more than are tried. Look for smaller motions, by `max_amplitude`, or let fewer "
-                "be free",
-                residual=error,
-                tolerance=worst,
-            )
-        if not error <= worst:
-            raise AccuracyError(
-                f"within ±{half.tolist()} of {np.mean(centre, axis=0).tolist()}, the efforts of "
-                f"{', '.join(self._rotating.free)} are no smooth functions of the free "
-                f"coordinates: polynomials of degrees {degrees} leave an error of {error:.1e}",
-                residual=error,
-                tolerance=worst,
-            )
+            found = f"they would take {size_of(degrees)} polynomials, more than are tried"
+        raise AccuracyError(
+            f"within ±{half.tolist()} of {np.mean(centre, axis=0).tolist()}, the efforts of "
+            f"{', '.join(self._rotating.free)} are no smooth functions of the free coordinates, "
+            f"or of too many: {found}. Look for smaller motions, by `max_amplitude`, or let fewer "
+            "be free: hold the stiffest at zero",
+            residual=error,
+            tolerance=worst,
+        )
 
     def _waves(self, centre: Array, half: Array, wanted: float) -> tuple[int, int]:
         """Return how many nodes the mechanism's period needs, and how many periods it holds."""

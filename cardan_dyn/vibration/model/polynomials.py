@@ -19,6 +19,8 @@ from ...arrays import Array
 
 _CANDIDATES = 4
 """Places, per point of a Leja sequence, among which it is chosen."""
+_USUAL = 128
+"""Points up to which sequences of one length begin like those of others."""
 
 
 class Polynomials:
@@ -28,7 +30,7 @@ class Polynomials:
 
     Attributes:
         degrees: d `(n,)`, the greatest degree in each coordinate.
-        powers: `(P, n)` degree of each factor.
+        powers: `(P, n)` degree of each factor; `names` has them as tuples.
         nodes: `(P, n)` points at which functions are interpolated.
     """
 
@@ -39,7 +41,8 @@ class Polynomials:
             degrees: see the attribute; at least 1.
         """
         self.degrees = degrees
-        self.powers = np.array(_powers(degrees))
+        self.names = _powers(degrees)
+        self.powers = np.array(self.names)
         self.nodes = self._chosen()
         self._inverse = np.linalg.inv(self.values(self.nodes).T)
 
@@ -111,7 +114,8 @@ def _leja(degree: int) -> Array:
 
     That is by the product of its distances, among places as dense towards ±1 as Chebyshev's.
     """
-    size = _CANDIDATES * (degree + 1)
+    # The same places for all usual degrees, so that sequences go on like shorter ones.
+    size = _CANDIDATES * max(_USUAL, degree + 1)
     places = np.cos(np.pi / size * np.arange(size + 1))
     found = [1.0, -1.0, 0.0]
     distance = np.abs(places * (places**2 - 1.0))

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import Array
-from ...errors import CardanError
+from ...errors import AccuracyError, CardanError
 from ..model.build import FINE, ModelBuild
 from ..model.efforts import FreeEfforts
 from ..model.periodic_grid import resampled
@@ -23,7 +23,9 @@ GROWTH = 3.0
 _OFF_CENTRE = 0.1
 """Distance between the middles of two ranges, in half widths, at which one serves for both."""
 _SHRINK = 0.8
-"""Ratio of a range to the last one that could not be computed."""
+"""Ratio of a range to the last one that could not be computed, or more."""
+_POWER = 0.07
+"""Inverse of the power of the range with which errors of models of many polynomials fall."""
 _ROOM = 1.05
 """Range of the model in which motions are refined, as a multiple of their own."""
 _NARROW = 0.02
@@ -139,15 +141,19 @@ class MotionModels:
         share = min(FIRST_RANGE, self.max_amplitude)
         while share < min(size, self.max_amplitude):
             share = min(GROWTH * share, self.max_amplitude)
+        least = min(FIRST_RANGE, self.max_amplitude)
         while True:
+            ratio = _SHRINK
             if share < self._refused.get(error, np.inf):
                 try:
                     return self._model(centre, share * self.rotating.units, error)
-                except CardanError:
-                    if share < 2.0 * FIRST_RANGE:
+                except CardanError as reason:
+                    if share <= least:
                         raise
-                    self._refused[error] = share
-            share *= _SHRINK
+                    ratio = _less(reason)
+                    # What lies between is not tried.
+                    self._refused[error] = share * ratio / _SHRINK
+            share = max(ratio * share, least)
 
     def refined(self, speed: Array, q: Array) -> list[Motions]:
         """Return the motions that rough ones are near to, with their index; some may have none.
@@ -213,6 +219,14 @@ class MotionModels:
             return [], found.course.q[0]
         rest = middle.on(fine.count)
         return [Motions(fine, index, found.course, found.sign, rest)], found.course.q[0]
+
+
+def _less(reason: CardanError) -> float:
+    """Return the ratio of a range to a greater one that was refused."""
+    if not isinstance(reason, AccuracyError) or not np.isfinite(reason.residual):
+        return _SHRINK
+    # Errors of polynomials fall with a power of the range, their degree and more.
+    return min(_SHRINK, max((reason.tolerance / reason.residual) ** _POWER, _SHRINK**4))
 
 
 def _distance(model: ReducedModel, q: Array) -> float:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
+from benchmarks.waiting import _rig
 from cardan_dyn.vibration.model.build import TermSamples, needed_degrees
-from cardan_dyn.vibration.model.polynomials import polynomials
+from cardan_dyn.vibration.model.polynomials import polynomials, size_of
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 
 DRIVE = np.array([0.4, 1.3, 2.9])
@@ -47,6 +48,51 @@ def test_a_coordinate_that_terms_hardly_depend_on_takes_a_low_degree() -> None:
     assert error < 1e-13
     assert first > 8
     assert second == 1
+
+
+def test_four_coordinates_take_as_many_polynomials_as_those_that_act_on_each_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The twist behind the joint is alone, and places are sampled once."""
+    free = ["twist_in", "tilt_z", "tilt_y", "twist_out"]
+    samples, half = TermSamples(rotating_scene(_rig(*free))), np.full(4, 0.05)
+    counts: list[int] = []
+    at = TermSamples.at
+
+    def counted(self: TermSamples, drive: np.ndarray, q: np.ndarray) -> np.ndarray:
+        counts.append(len(q))
+        return at(self, drive, q)
+
+    monkeypatch.setattr(TermSamples, "at", counted)
+    degrees, error = needed_degrees(samples, DRIVE, np.zeros((3, 4)), half, 1e-12)
+    assert degrees[3] == 1
+    assert max(degrees[:3]) < 13
+    assert error < 1e-12
+    assert sum(counts) < 3 * (size_of(degrees) + 1000)
+    assert error_of(samples, degrees, half) < 1e-11
+
+
+def test_coordinates_that_act_on_each_other_alone_are_no_lone_ones() -> None:
+    """Terms that are products are linear in each coordinate, yet need more than that."""
+
+    class Product:
+        def about(self, drive: np.ndarray, centre: np.ndarray, ways: np.ndarray) -> np.ndarray:
+            values = np.sin(ways[:, 0]) + ways[:, 1] * ways[:, 2]
+            return np.broadcast_to(values[None, :, None], (len(drive), len(ways), 1)).copy()
+
+        def kinds(self, values: np.ndarray) -> np.ndarray:
+            return np.ones(values.shape[-1])
+
+    degrees, error = needed_degrees(
+        Product(),  # type: ignore[arg-type]
+        DRIVE,
+        np.zeros((3, 3)),
+        np.ones(3),
+        1e-12,
+    )
+    assert error < 1e-12
+    assert degrees[0] > 8
+    assert min(degrees[1:]) > 1
 
 
 def test_what_is_not_smooth_is_said() -> None:

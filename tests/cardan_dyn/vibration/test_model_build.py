@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from testkit import elastic_rigs
@@ -10,6 +12,7 @@ from tilting_shaft import TiltingShaft
 from cardan_dyn import AccuracyError
 from cardan_dyn.vibration.model.build import FINE, ROUGH, ModelBuild
 from cardan_dyn.vibration.model.periodic_grid import interpolation, nodes
+from cardan_dyn.vibration.model.reduced_model import ReducedModel
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.harmonic_balance import course_of
 
@@ -114,4 +117,24 @@ def test_too_many_polynomials_are_said_to_be() -> None:
     # At a steep joint two tilts take more polynomials than are tried.
     builder = build(RIG, np.radians(70.0))
     with pytest.raises(AccuracyError, match="polynomials, more than"):
-        builder.model(np.zeros(2), np.full(2, 0.25))
+        builder.model(np.zeros(2), np.full(2, 0.3))
+
+
+def test_nodes_are_not_added_where_degrees_leave_the_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    builder = build(RIG, 0.5)
+    sizes: list[int] = []
+    built = ModelBuild._built
+
+    def low(self: ModelBuild, *given: object) -> tuple[tuple[int, ...], float]:
+        return (6, 6), 1e-10
+
+    def counted(self: ModelBuild, q: np.ndarray, *given: Any) -> ReducedModel:
+        sizes.append(len(q))
+        return built(self, q, *given)
+
+    monkeypatch.setattr(ModelBuild, "_degrees", low)
+    monkeypatch.setattr(ModelBuild, "_built", counted)
+    assert 1e-12 < builder.along(np.zeros((15, 2)), np.full(2, 0.02), 2).error < 1e-9
+    assert max(sizes) <= 63

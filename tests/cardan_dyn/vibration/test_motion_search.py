@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from shooting import periodic
@@ -9,13 +11,17 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
+from benchmarks.waiting import _rig
 from cardan_dyn.errors import AccuracyError
 from cardan_dyn.vibration.model.build import ModelBuild
+from cardan_dyn.vibration.model.efforts import FreeEfforts, Terms
 from cardan_dyn.vibration.model.reduced_model import ReducedModel
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.harmonic_balance import course_of
 from cardan_dyn.vibration.motions.linear import linear_motions
+from cardan_dyn.vibration.motions.models import FIRST_RANGE
 from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.vibration.results.periodic_motion import periodic_motion
 
 BETA = np.radians(15.0)
 
@@ -106,3 +112,43 @@ def test_ranges_that_were_refused_are_not_tried_again(monkeypatch: pytest.Monkey
     monkeypatch.setattr(ModelBuild, "model", refused)
     assert [models.grown(centre, share) for share in (0.15, 0.15, 0.45)] == [None] * 3
     assert tried == [0.15]
+
+
+@pytest.mark.slow
+def test_a_range_that_is_refused_leaves_the_known_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever is not smooth beyond the first range is looked at within that."""
+    finder, first = search(elastic_rigs.torsional_line(), BETA), FIRST_RANGE
+    (known,) = {item.model.half[0] for item in finder.primary(np.array([0.3]))}
+    assert known == first
+    tried: list[float] = []
+    model = ModelBuild.model
+
+    def refused(
+        self: ModelBuild, centre: np.ndarray, half: np.ndarray, *given: Any
+    ) -> ReducedModel:
+        tried.append(float(half[0]))
+        if half[0] > first:
+            raise AccuracyError("uneven", residual=1e-8, tolerance=1e-9)
+        return model(self, centre, half, *given)
+
+    monkeypatch.setattr(ModelBuild, "model", refused)
+    assert finder.models.widest(np.zeros(1), 0.14).half[0] == first
+    assert 1 < len(tried) < 6
+    assert min(tried) > first
+
+
+def test_four_coordinates_that_tilt_and_twist(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sweeps agree with a motion, and no more is sampled than it takes."""
+    counts: list[int] = []
+    terms = FreeEfforts.terms
+
+    def counted(self: FreeEfforts, positions: np.ndarray) -> Terms:
+        counts.append(len(positions))
+        return terms(self, positions)
+
+    monkeypatch.setattr(FreeEfforts, "terms", counted)
+    scene = _rig("twist_in", "tilt_z", "tilt_y", "twist_out")
+    found = periodic_motion(scene, 0.6)
+    assert not found.missed
+    assert np.max(found.residual) < 1e-12
+    assert sum(counts) < 14_000
