@@ -45,3 +45,9 @@ class Kept:
             if len(values) > most:
                 del values[next(iter(values))]
         return value
+
+    def forget(self, *kinds: str) -> None:
+        """Forget all values of some kinds, so that they are made again."""
+        with self._lock:
+            for kind in kinds:
+                self._values.pop(kind, None)

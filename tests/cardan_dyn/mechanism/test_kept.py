@@ -50,6 +50,16 @@ def test_kinds_do_not_mix_and_errors_are_not_kept() -> None:
     assert kept.of("c", 1, lambda: 2.0) == 2.0
 
 
+def test_kinds_are_forgotten_one_by_one() -> None:
+    kept, made = Kept(), []
+    for kind in ("a", "b"):
+        kept.of(kind, 1, lambda: 0)
+    kept.forget("a", "none of this kind")
+    for kind in ("a", "b"):
+        kept.of(kind, 1, lambda kind=kind: made.append(kind))
+    assert made == ["a"]
+
+
 @pytest.mark.parametrize(
     ("name", "drive", "held", "near"),
     [
