@@ -127,8 +127,8 @@ class Branch:
 
     Attributes:
         points: in their order along the branch.
-        is_whole: whether it leaves the range at its other end. Where it does not, it comes back, or
-            motions are larger than `max_amplitude`, or beyond what the mechanism can do.
+        is_whole: whether it leaves the range at its other end.
+        reason: why it does not.
     """
 
     def __init__(
@@ -158,15 +158,17 @@ class Branch:
         self._last = last
         self._width = abs(last - (start.speed if first is None else first))
         self._size = 0.0
-        self.is_whole = False
+        self.is_whole, self.reason = False, ""
         self.points = [start]
         self._grow(start)
         try:
             if is_rough and start.model.error < ROUGH:
                 start = self._roughly(start)
             self._follow(start, way)
-        except (CardanError, np.linalg.LinAlgError):
-            return  # The range within which the mechanism can be modelled ends here.
+        except CardanError as error:
+            self.reason = str(error)
+        except np.linalg.LinAlgError:
+            self.reason = "it has no way on that is its own"
 
     def _roughly(self, point: Point) -> Point:
         """Return a point in a rough model, which has fewer nodes."""
@@ -188,21 +190,29 @@ class Branch:
         while len(self.points) < most and step >= shortest:
             try:
                 found = self._step(point, ahead, step)
-            except CardanError:
-                found, shortest = None, _AT_LAST  # No model reaches as far as the step.
+            except CardanError as error:
+                # No model reaches as far as the step.
+                found, shortest, self.reason = None, _AT_LAST, str(error)
             if found is None:
                 step *= 0.4
                 continue
-            point, ahead, factor = found
+            (point, ahead, factor), self.reason = found, ""
             self._grow(point)
             self.points.append(point)
             step = min(step * factor, _LONGEST)
             self.is_whole = (point.speed - self._last) * sense >= 0.0
-            if self.is_whole or (point.speed - self._first) * sense < 0.0:
+            if self.is_whole:
+                return
+            if (point.speed - self._first) * sense < 0.0:
+                self.reason = "it turns back to where it began"
                 return
             if len(self.points) > _LOOP and self._apart(point, self.points[0]) < 0.5 * step:
                 self.points.append(self.points[0])
-                return  # A curve that is closed.
+                self.reason = "it is a closed curve"
+                return
+        if len(self.points) >= most:
+            self.reason = f"it was followed for {most} points only, and goes on"
+        self.reason = self.reason or "steps became too short for it to be followed"
 
     def _grow(self, point: Point) -> None:
         """Let the measure of lengths know a motion."""
@@ -248,7 +258,7 @@ class Branch:
             q, way = resampled(point.q, model.count), (resampled(way[0], model.count), way[1])
             found = self._corrected(model, q, point.speed, way)
             if found is None:
-                raise CardanError("the branch ends")
+                raise CardanError("no motion was found beside its last one")
             point = found
 
     def _lacks_orders(self, point: Point) -> bool:
@@ -263,13 +273,21 @@ class Branch:
         """Return a model that holds a motion."""
         middle = np.mean(q, axis=0)
         size = float(np.max(np.abs(q - middle) / self._units))
-        if size < self._models.max_amplitude:
+        most = self._models.max_amplitude
+        if size < most:
             for error in (ROUGH,) if self._is_rough else (FINE, ROUGH):
                 model = self._models.widest(middle, _GROWTH * size, error)
                 model = model.on(max(model.count, len(q)))
                 if self._holds(model, resampled(q, model.count)):
                     return model
-        raise CardanError("motions are larger than what can be modelled")
+        if size < _FULL * most:
+            raise CardanError(
+                f"from motions of {size:.3g} rad (or characteristic lengths) on, no model reaches "
+                "as far"
+            )
+        raise CardanError(
+            f"its motions are larger than `max_amplitude`, {most:g}: a greater one looks farther"
+        )
 
     def _corrected(self, model: ReducedModel, q: Array, speed: float, way: Way) -> Point | None:
         """Return the motion across a way, or None."""

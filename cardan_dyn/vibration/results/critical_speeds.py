@@ -65,8 +65,8 @@ class CriticalSpeed(NamedTuple):
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
             m], infinite without damping, 0 where
-            the order does not move the mode, NaN where motions near it were not found, as they are
-            larger than `max_amplitude` allows; growth rate of an instability [1/s].
+            the order does not move the mode, NaN where the branch of motions through it was
+            not found whole, as a remark says; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
         lower, upper: edges of an instability; speeds of half power of a resonance, to first order
             in its damping ratio, along its branch where it leans over [rad/s].
@@ -386,9 +386,7 @@ def _remarks(
                 "as finer ones do not reach so far: speeds and amplitudes are less exact than usual"
             )
         if np.isnan(row.severity):
-            remarks.append(
-                f"{name}: motions are larger than what was searched, see `max_amplitude`"
-            )
+            remarks.append(f"{name}: the branch of its motions was not found: {item.reason}")
     for region in regions_found:
         sides = [
             side

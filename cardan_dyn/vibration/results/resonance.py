@@ -47,6 +47,7 @@ _LEAST_DAMPING = 1e-7
 _LEADS = 0.99
 """Share of a mode, as a fraction of the greatest of all modes at its order, from which on a peak is
 that mode's own."""
+_NONE_BESIDE = "no small motion was found on one of its sides, from which to follow it"
 
 
 class Crossing(NamedTuple):
@@ -273,6 +274,7 @@ class Resonance(NamedTuple):
         is_lasting: whether a rig stays at that motion.
         error: of the rough model that was not held against sweeps, as a fraction of the efforts; 0
             where peak and jumps are those of the scene itself.
+        reason: why the severity was not found, if it was not.
     """
 
     crossing: Crossing
@@ -285,6 +287,7 @@ class Resonance(NamedTuple):
     peak: Point | None
     is_lasting: bool
     error: float = 0.0
+    reason: str = ""
 
 
 def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
@@ -304,7 +307,7 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
         return _plain(crossing_about_motion(search, order, rest), 0.0)
     branch = _branch(search, rest)
     if branch is None or not branch.is_whole:
-        return _plain(rest, np.nan)
+        return _plain(rest, np.nan, branch.reason if branch is not None else _NONE_BESIDE)
     points, found = branch.points, branch.folds
     crossing = rest if found else crossing_about_motion(search, order, rest)
     if _damping_ratio(crossing) <= _LEAST_DAMPING:
@@ -321,7 +324,9 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
     top = _top(own, leads | (is_inside & ~np.any(leads & _peaks(own))))
     if top is None:
         there, _ = search.smallest(np.array([crossing.speed]))
-        return _plain(crossing, share(Point.of(there[0])) if there else np.nan)
+        if there:
+            return _plain(crossing, share(Point.of(there[0])))
+        return _plain(crossing, np.nan, f"it has no peak of its own, and {search.missed[0]}")
     peak = branch.greatest(top, share)
     jumps = _jumps(found, top, share)
     speed, severity = peak.speed, share(peak)
@@ -342,13 +347,14 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
     )
 
 
-def _plain(crossing: Crossing, severity: float) -> Resonance:
+def _plain(crossing: Crossing, severity: float, reason: str = "") -> Resonance:
     """Return a resonance without a peak of its own: the critical speed is the crossing itself."""
     ratio, (half, _) = _damping_ratio(crossing), _widths(crossing)
     if ratio <= _LEAST_DAMPING:
         ratio = half = 0.0
     at = crossing.speed
-    return Resonance(crossing, at, severity, ratio, at - half, at + half, Jumps(), None, True)
+    ends = at - half, at + half
+    return Resonance(crossing, at, severity, ratio, *ends, Jumps(), None, True, reason=reason)
 
 
 def _damping_ratio(crossing: Crossing) -> float:

@@ -15,6 +15,7 @@ from testkit import elastic_rigs
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, vibration
 from cardan_dyn.vibration import CriticalSpeeds
+from cardan_dyn.vibration.motions import continuation
 
 PER_MINUTE = 30.0 / np.pi
 
@@ -127,7 +128,21 @@ def test_severity_is_unknown_where_motions_are_too_large() -> None:
     assert np.isnan(row.severity)
     assert row.speed == pytest.approx(0.5, rel=1e-3)
     assert "amplitude not found" in str(found)
-    assert any("larger than what was searched" in remark for remark in found.remarks)
+    assert any("larger than `max_amplitude`" in remark for remark in found.remarks)
+
+
+def test_a_remark_says_why_a_branch_was_not_followed_further(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A cap on points is no matter of `max_amplitude`."""
+    monkeypatch.setattr(continuation, "_MOST_POINTS", 5)
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.04), np.radians(5.0))
+    found = vibration.critical_speeds(scene, [0.45, 0.55], orders=2, instabilities=False)
+    (row,) = found
+    assert np.isnan(row.severity)
+    (remark,) = (text for text in found.remarks if "branch of its motions" in text)
+    assert "followed for 5 points only" in remark
+    assert "max_amplitude" not in remark
 
 
 def test_undamped_resonances_have_no_bound() -> None:
