@@ -19,6 +19,8 @@ _LINE_DEGREES = (6, 20, 44, 92)
 _PART, _STUCK = 8, 2
 """Degrees of several coordinates together rise by one such part of them, at least by 1, until so
 many steps have brought nothing."""
+_LOW = 2
+"""Degree up to which it is worth looking whether a coordinate acts alone."""
 _MOST_POLYNOMIALS = 1000
 """More polynomials would take minutes to be sampled."""
 _CHECKS = 24
@@ -113,7 +115,7 @@ def needed_degrees(
     inside = generic(_CHECKS, len(half))
     exact = samples.about(drive, centre, half * inside)
     kinds = samples.kinds(exact)
-    alone = _alone(samples, drive, centre, half, wanted)
+    alone: Array | None = None
     # Points of lower degrees are among those of higher ones.
     known: dict[tuple[int, ...], Array] = {}
     degrees, best, least, stuck = single, single, np.inf, 0
@@ -131,12 +133,14 @@ def needed_degrees(
             best, least = degrees, error
         if error <= wanted or stuck == _STUCK:
             break
-        degrees = _higher(degrees, single, alone)
+        if alone is None:
+            alone = _alone(samples, drive, centre, half, np.array(single) <= _LOW, wanted)
+        degrees = _higher(degrees, alone)
     return best, least
 
 
-def _higher(degrees: tuple[int, ...], single: tuple[int, ...], alone: Array) -> tuple[int, ...]:
-    """Return degrees a step above others, but of coordinates that are alone, as `single` is."""
+def _higher(degrees: tuple[int, ...], alone: Array) -> tuple[int, ...]:
+    """Return degrees a step above others, but of coordinates that are alone."""
     together = [degree for degree, is_alone in zip(degrees, alone, strict=True) if not is_alone]
     if not together:
         return tuple(degree + 1 for degree in degrees)
@@ -148,12 +152,14 @@ def _higher(degrees: tuple[int, ...], single: tuple[int, ...], alone: Array) -> 
     )
 
 
-def _alone(samples: TermSamples, drive: Array, centre: Array, half: Array, wanted: float) -> Array:
-    """Return of which coordinates `(n,)` the terms depend wherever the others are alike."""
+def _alone(
+    samples: TermSamples, drive: Array, centre: Array, half: Array, asked: Array, wanted: float
+) -> Array:
+    """Return of which of some coordinates `(n,)` terms depend alike wherever the others are."""
     count = len(half)
     inside = generic(_CHECKS, count)
     found = np.zeros(count, dtype=bool)
-    for index in range(count):
+    for index in np.nonzero(asked)[0].tolist():
         # Steps of one coordinate, with the others here and in the middle.
         own = np.eye(count)[index] * inside
         ways = np.concatenate([inside, inside - own, own, np.zeros((1, count))])
