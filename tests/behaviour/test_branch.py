@@ -83,7 +83,11 @@ def test_following_quickly_equals_following_carefully(
             to_ends(lines, rows, quick)
 
     monkeypatch.setattr(Lines, "to_ends", carefully)
+    for mechanism in (joint, shaft):
+        mechanism.kept.forget("branch")
     careful = turns()
+    for mechanism in (joint, shaft):
+        mechanism.kept.forget("branch")
     assert attempts.count(True) == attempts.count(False) >= 3
     for fast, exact in zip(quick, careful, strict=True):
         allowed = 10.0 * np.finfo(float).eps * float(np.max(exact.condition))
