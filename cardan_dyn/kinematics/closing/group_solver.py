@@ -32,6 +32,9 @@ from .stacked import (
 
 _EXACT = 2e-15
 """A Newton step of this size, relative to an angle's amplitude, is the rounding of the angle."""
+_NONE = 0.25
+"""Part of a step that is mere rounding below which a sample stays as it is while others are closed:
+with all of it loops of the universal joint stay open five times as far as where all are closed."""
 _FEW = 0.25
 """Share of the samples up to which a Newton step is taken for these alone: it saves more than it
 costs to take them out and put them back."""
@@ -281,7 +284,7 @@ class GroupSolver:
             if is_closed and spin <= _EXACT:
                 break
             if not settles and len(x) > 1:
-                is_exact = np.logical_and.reduce(is_small, axis=1)
+                is_exact = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1)
                 few = np.flatnonzero(~is_exact)
                 if few.size <= _FEW * len(x):
                     # Of guesses that are exact but for rounding, that of some is too much.
