@@ -255,6 +255,8 @@ class Stepper:
             error = 0.0
             if fifth or third:
                 error = length * fifth / math.sqrt((fifth + 0.01 * third) * row.size)
+            if third == math.inf:  # Beyond all numbers as well, and not zero.
+                error = math.inf
             if error < 1.0:
                 break
             # One that leads beyond all numbers says nothing of its length.

@@ -179,3 +179,14 @@ def test_first_falls() -> None:
     assert first_fall(lambda t: (t - 1.1) ** 2 - 0.0025, times) == pytest.approx(1.05)
     # It fell before.
     assert first_fall(lambda t: -t, times) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_errors_beyond_all_numbers_are_not_taken_for_none() -> None:
+    """Where the square of one estimate overflows alone, their quotient would be zero."""
+    for power in np.arange(150.0, 156.0, 0.25):
+        stepper = Stepper(
+            lambda t, y: np.cos(40.0 * t) + 0.0 * y, 10.0, rtol=0.0, atol=10.0**-power, length=1.0
+        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            step = stepper.take(0.0, np.zeros(1), np.ones(1))
+        assert isinstance(step, str) or step.end < 0.1
