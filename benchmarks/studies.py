@@ -118,28 +118,49 @@ def _compared(name: str, bare: object, study: object, count: int, fast: bool) ->
 
 
 _MEMORY = """
-import resource, sys, tempfile
-import numpy as np, cardan_dyn as cd
+import sys, tempfile
+from pathlib import Path
+import cardan_dyn as cd
 from cardan_dyn import studies
 from cardan_dyn.studies.study import local_client
-count = int(sys.argv[1])
+
+def peak():
+    # Not `ru_maxrss`: that of a child begins with what its parent held.
+    status = Path("/proc/self/status").read_text()
+    return int(status.split("VmHWM:")[1].split()[0]) / 1024.0
+
+def abs_of(x):
+    return abs(x)
+
+count, by_dask = int(sys.argv[1]), sys.argv[2] == "dask"
 with tempfile.TemporaryDirectory() as folder:
-    line = studies.Line(0.0, 1.0, count)
-    cd.study(abs_of, {"x": line}, store=folder + "/study.zarr", workers=1, chunk=1000).run()
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0)
+    study = {"x": studies.Line(0.0, 1.0, count)}
+    place = folder + "/study.zarr"
+    if by_dask:
+        with local_client(1) as client:
+            cd.study(abs_of, study, store=place, client=client, chunk=1000).run()
+            print(max(client.run(peak).values()))
+    else:
+        cd.study(abs_of, study, store=place, workers=1, chunk=1000).run()
+print(peak())
 """
 
 
 def _memory(fast: bool) -> list[Record]:
-    """Greatest memory of processes that study more and more."""
+    """Greatest memory of processes that study more and more, and of a worker of Dask."""
     records = []
-    code = _MEMORY.replace("count =", "def abs_of(x):\n    return abs(x)\ncount =", 1)
     for count in (10**3, 10**4) if fast else (10**3, 10**4, 10**5, 10**6):
-        ran = subprocess.run(
-            [sys.executable, "-c", code, str(count)], capture_output=True, text=True, check=True
-        )
-        parameters = {"cases": count, "megabytes": round(float(ran.stdout), 1)}
-        records.append(Record(NAME, "memory", cd.__version__, parameters=parameters))
+        for how in ("here", "dask"):
+            ran = subprocess.run(
+                [sys.executable, "-c", _MEMORY, str(count), how],
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+            names = ("memory",) if how == "here" else ("memory of a worker", "memory of its client")
+            for name, megabytes in zip(names, ran.stdout.split(), strict=True):
+                parameters = {"cases": count, "megabytes": round(float(megabytes), 1)}
+                records.append(Record(NAME, name, cd.__version__, parameters=parameters))
     return records
 
 
@@ -189,14 +210,19 @@ def measure(fast: bool = False) -> list[Record]:
 def answer(records: list[Record]) -> str:
     """Return overheads, memory and what a second worker gains."""
     by_name = {record.method: record for record in records}
-    memory = [record for record in records if record.method == "memory"]
-    spread = ", ".join(
-        f"{record.parameters['megabytes']} MB of {record.parameters['cases']:,}"
-        for record in memory
+    memory = [record for record in records if record.method.startswith("memory")]
+    spread = "; ".join(
+        f"{name.removeprefix('memory of ') if ' of ' in name else 'a process alone'} "
+        + ", ".join(
+            f"{record.parameters['megabytes']} MB of {record.parameters['cases']:,}"
+            for record in memory
+            if record.method == name
+        )
+        for name in dict.fromkeys(record.method for record in memory)
     )
     return (
         f"Overhead: {_percent(by_name['cases of 10 ms: study'])} of cases of 10 ms, "
-        f"{_percent(by_name['chunks of one sweep: study'])} of sweeps. Memory: {spread} cases. Two "
+        f"{_percent(by_name['chunks of one sweep: study'])} of sweeps. Memory of cases: {spread}. Two "
         f"workers: {by_name['2 local workers'].ratio:.2f} times one; a chunk of nothing takes "
         f"{(by_name['a chunk of nothing'].microseconds or 0.0) / 1000.0:.1f} ms."
     )
