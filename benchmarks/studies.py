@@ -222,8 +222,8 @@ def answer(records: list[Record]) -> str:
     )
     return (
         f"Overhead: {_percent(by_name['cases of 10 ms: study'])} of cases of 10 ms, "
-        f"{_percent(by_name['chunks of one sweep: study'])} of sweeps. Memory of cases: {spread}. Two "
-        f"workers: {by_name['2 local workers'].ratio:.2f} times one; a chunk of nothing takes "
+        f"{_percent(by_name['chunks of one sweep: study'])} of sweeps. Memory of cases: {spread}. "
+        f"Two workers: {by_name['2 local workers'].ratio:.2f} times one; a chunk of nothing takes "
         f"{(by_name['a chunk of nothing'].microseconds or 0.0) / 1000.0:.1f} ms."
     )
 

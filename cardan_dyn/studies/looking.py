@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _END = 0.1
 """Part of all samples, at each end of a parameter, over which a tornado diagram takes the mean."""
+_RESAMPLES = 400
+"""Resamples from which intervals of Sobol indices are taken: their ends hold to a tenth or so."""
 
 
 def plot_map(
@@ -140,10 +142,16 @@ class SobolIndices(NamedTuple):
     Attributes:
         first_order: parameter to the part that it causes by itself.
         total: parameter to the part that it causes by itself and together with others.
+        first_order_interval: parameter to the ends of the 95 % confidence interval of its first
+            index, by resampling the samples as if they were random: those of Sobol's sequence tell
+            rather more.
+        total_interval: the same of its total index.
     """
 
     first_order: dict[str, float]
     total: dict[str, float]
+    first_order_interval: dict[str, tuple[float, float]]
+    total_interval: dict[str, tuple[float, float]]
 
 
 def sobol_indices(data: xarray.Dataset, name: str) -> SobolIndices:
@@ -156,8 +164,8 @@ def sobol_indices(data: xarray.Dataset, name: str) -> SobolIndices:
         name: of the result, a number per case.
 
     Raises:
-        ArgumentError: the study is none of `sobol_samples`, or a case failed: then the estimate
-            has no meaning.
+        ArgumentError: the study is none of `sobol_samples`, a case failed, or the result does not
+            vary: then the estimate has no meaning.
     """
     from scipy import stats
 
@@ -169,14 +177,30 @@ def sobol_indices(data: xarray.Dataset, name: str) -> SobolIndices:
             f"{name} is missing in {count} cases: let the function return a number there, or "
             "run(retry=True)"
         )
+    if np.ptp(values) == 0.0:
+        raise ArgumentError(f"{name} is the same in all cases: no parameter changes it")
     table = values.reshape(-1, matrices).T
     names = list(_parameters(data))
-    func = {"f_A": table[None, 0], "f_B": table[None, 1], "f_AB": table[2:, None]}
-    found = stats.sobol_indices(func=func, n=table.shape[1])
-    first, total = np.ravel(found.first_order), np.ravel(found.total_order)
-    return SobolIndices(
-        dict(zip(names, first.tolist(), strict=True)), dict(zip(names, total.tolist(), strict=True))
-    )
+
+    def indices(rows: Array) -> Array:
+        """Return first and total indices `(2, k)`, by some of the samples."""
+        of = table[:, rows]
+        func = {"f_A": of[None, 0], "f_B": of[None, 1], "f_AB": of[2:, None]}
+        found = stats.sobol_indices(func=func, n=len(rows))
+        return np.stack([np.ravel(found.first_order), np.ravel(found.total_order)])
+
+    every = np.arange(table.shape[1])
+    # Always the same resamples, so that the same data say the same.
+    chance = np.random.default_rng(0)
+    with np.errstate(divide="ignore", invalid="ignore"):  # A resample of few may not vary.
+        again = [indices(chance.choice(every, len(every))) for _ in range(_RESAMPLES)]
+    ends = np.nanquantile(again, [0.025, 0.975], axis=0)
+    parts = [dict(zip(names, part, strict=True)) for part in indices(every).tolist()]
+    intervals = [
+        {name: (low, high) for name, low, high in zip(names, *part, strict=True)}
+        for part in ends.transpose(1, 0, 2).tolist()
+    ]
+    return SobolIndices(*parts, *intervals)
 
 
 def independent(data: xarray.Dataset) -> xarray.Dataset:

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described
 from ..errors import ArgumentError, choices
+from .parameters import name_of_array
 
 _LARGEST_WHOLE = 2**53
 """Whole numbers up to this one are doubles."""
@@ -211,8 +212,8 @@ def schema_of(first: Outcomes, leading: int = 0) -> Schema:
         shape = item.values.shape
         if len(shape) < leading or any(size != 1 for size in shape[:leading]):  # Of one case.
             raise ArgumentError(
-                f"{name} has shape {shape} for one case: a vectorized function returns arrays "
-                f"whose first {leading} axes are those of its parameters"
+                f"{name} has shape {shape}, where the parameters of one case have "
+                f"{(1,) * leading}: a vectorized function returns arrays whose shapes begin so"
             )
         dims = item.dims
         if len(dims) != len(shape) - leading:
@@ -279,12 +280,13 @@ def _from_xarray(data: Any, units: Mapping[str, str]) -> Outcomes:
 
 
 def _name(name: object) -> str:
-    if not isinstance(name, str) or not name or "/" in name or name in RESERVED:
+    found = name_of_array("a result", name)
+    if found in RESERVED:
         raise ArgumentError(
-            f"the function returned a variable called {name!r}; names are words without a slash, "
-            f"and none of: {choices(RESERVED)}"
+            f"a result is called {found!r}; its name is none of: {choices(RESERVED)}, which every "
+            "study has besides"
         )
-    return name
+    return found
 
 
 RESERVED = ("failure", "state")

@@ -23,6 +23,8 @@ from ..errors import ArgumentError, choices
 from ..frozen import Frozen, FrozenDict, frozen, read_only
 
 METHODS = ("sobol", "halton", "latin", "random")
+_LONGEST_NAME = 200
+"""Bytes of the longest name: file systems take 255, and an array adds to its own."""
 _LARGEST_WHOLE = 2**53
 """From this whole number on, doubles are not all of them."""
 _QUANTILES = np.linspace(0.0, 1.0, 67)[1:-1]
@@ -415,17 +417,32 @@ def _named(given: object) -> dict[str, Any]:
         raise ArgumentError(
             'parameters are empty; give names and values: {"angle": (values, "rad")}'
         )
-    for name in found:
-        if not name or "/" in name:
-            raise ArgumentError(f"parameter {name!r}: a name is not empty and has no slash")
-    return found
+    return {name_of_array("a parameter", name): value for name, value in found.items()}
 
 
 def _dim(name: str) -> str:
-    found = text("dim", name)
-    if not found or "/" in found:
-        raise ArgumentError(f"dim is {found!r}: a name is not empty and has no slash")
-    return found
+    return name_of_array("a dimension", text("dim", name))
+
+
+def name_of_array(what: str, name: object) -> str:
+    """Return a name, which becomes that of an array of the store, and so of a folder.
+
+    Raises:
+        ArgumentError: it cannot be one.
+    """
+    is_word = isinstance(name, str) and name.strip() and name.isprintable()
+    if (
+        not isinstance(name, str)
+        or not is_word
+        or "/" in name
+        or name in (".", "..", "zarr.json")
+        or len(name.encode()) > _LONGEST_NAME
+    ):
+        raise ArgumentError(
+            f"{what} is called {described(name)}: names are words of at most {_LONGEST_NAME} "
+            "letters, without a slash, and not zarr.json"
+        )
+    return name
 
 
 def _with_unit(name: str, given: object) -> tuple[Any, str]:

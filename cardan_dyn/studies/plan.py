@@ -86,7 +86,9 @@ def in_words(schema: Schema) -> dict[str, str]:
 
 
 def _sizes(shape: Mapping[str, int]) -> str:
-    return " × ".join(f"{name} {size:,}" for name, size in shape.items())
+    # What has one value only says nothing of the size.
+    sizes = {name: size for name, size in shape.items() if size > 1} or shape
+    return " × ".join(f"{name} {size:,}" for name, size in sizes.items())
 
 
 def in_time(seconds: float) -> str:

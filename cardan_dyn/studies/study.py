@@ -148,18 +148,27 @@ class Study:
 
     def _computed(self, engine: Engine, tasks: Iterator[Task]) -> Generator[Computed, None, None]:
         """Iterate over chunks as they are computed and written."""
-        running, more = 0, True
+        running, more, alone = 0, True, False
+        # Chunks whose workers were lost again and again. Some of them only waited at the same
+        # workers: in the end each is tried alone, when nothing else can be the cause.
+        suspects: list[Task] = []
         try:
-            while more or running:
+            while more or running or suspects:
                 while more and running < engine.room:
                     task = next(tasks, None)
                     more = task is not None
                     if task is not None:
                         engine.start(task)
                         running += 1
+                if suspects and not more and not running:
+                    engine.start(suspects.pop())
+                    running, alone = 1, True
                 for finished, found in engine.finished() if running else ():
                     running -= 1
-                    yield self._kept(finished, found)
+                    if _is_lost(found) and not alone:
+                        suspects.append(finished)
+                    else:
+                        yield self._kept(finished, found)
         except KeyboardInterrupt:
             for finished, found in engine.finished():  # What was done meanwhile is kept.
                 self._kept(finished, found)
@@ -206,7 +215,7 @@ class Study:
     def _kept(self, task: Task, found: Computed | Exception) -> Computed:
         """Write a chunk, and return it; where workers were lost again and again, that failed."""
         if isinstance(found, Exception):
-            if type(found).__name__ != "KilledWorker":
+            if not _is_lost(found):
                 raise CardanError(
                     f"a worker cannot compute chunks: {failure(found)}. Workers need the packages "
                     "that are installed here, in the same versions; what is finished is kept"
@@ -404,6 +413,11 @@ class Study:
             return
         with local_client(workers) as client:
             yield OfDask(client, job)
+
+
+def _is_lost(found: object) -> bool:
+    """Return whether Dask gave a chunk up, since its workers were lost again and again."""
+    return type(found).__name__ == "KilledWorker"
 
 
 def _shape(told: Mapping[str, Any]) -> list[int]:

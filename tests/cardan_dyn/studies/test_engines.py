@@ -18,6 +18,7 @@ from scipy.stats import norm
 
 import cardan_dyn as cd
 from cardan_dyn import studies
+from cardan_dyn.studies.engines import Finished, Here
 from cardan_dyn.studies.study import local_client
 
 TURN = np.linspace(0.0, 6.0, 12)
@@ -85,6 +86,33 @@ def test_a_case_that_ends_its_worker_is_a_failure_and_stops_no_other(client: Any
     assert study.failures.a.tolist() == [5.0]
     assert study.failures.type.tolist() == ["KilledWorker"]
     np.testing.assert_array_equal(study.dataset.value.dropna("a"), [0, 1, 2, 3, 4, 6, 7])
+
+
+def test_cases_that_only_waited_at_lost_workers_are_no_failures(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Dask gives up everything that a lost worker held, the innocent as well."""
+    from distributed.scheduler import KilledWorker
+
+    class Lost(Here):
+        room = 3
+
+        def finished(self) -> Iterator[Finished]:
+            held = [task.box[0].start for task in self._tasks]
+            if 1 not in held:
+                yield from super().finished()
+                return
+            given_up.append(held)
+            for task in self._tasks[:]:
+                self._tasks.remove(task)
+                yield task, KilledWorker("compute", None, 3)  # type: ignore[arg-type]
+
+    given_up: list[list[int]] = []
+    monkeypatch.setattr("cardan_dyn.studies.study.Here", Lost)
+    found = cd.study(lambda x: x, {"x": np.arange(8.0)}, workers=1, chunk=1).run()
+    assert given_up == [[0, 1, 2], [1]]
+    assert found.failures.x.tolist() == [1.0]
+    np.testing.assert_array_equal(found.dataset.value.dropna("x"), [0, 2, 3, 4, 5, 6, 7])
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import uniform
+from scipy.stats import norm, uniform
 
 import cardan_dyn as cd
 from cardan_dyn import studies
@@ -34,6 +34,35 @@ def test_sobol_indices_are_those_of_the_closed_form(sampled: studies.Study) -> N
     assert found.first_order == pytest.approx(expected, abs=0.03)
     expected = {"x1": (v1 + v13) / total, "x2": v2 / total, "x3": v13 / total}
     assert found.total == pytest.approx(expected, abs=0.03)
+
+
+def test_intervals_of_sobol_indices_hold_what_they_are_for() -> None:
+    """A sum of three normal numbers: the part of each is its variance's, also in total."""
+    weights = np.array([1.0, 2.0, 3.0])
+    laws = {f"x{index}": norm(0.0, weight) for index, weight in enumerate(weights)}
+    expected = weights**2 / np.sum(weights**2)
+
+    def intervals(count: int, seed: int) -> np.ndarray:
+        given = studies.sobol_samples(laws, count, seed=seed)
+        study = cd.study(lambda x0, x1, x2: x0 + x1 + x2, given, vectorized=True, workers=1).run()
+        found = studies.sobol_indices(study.dataset, "value")
+        assert found == studies.sobol_indices(study.dataset, "value")
+        parts = found.first_order_interval, found.total_interval
+        return np.array([list(part.values()) for part in parts])
+
+    few = np.array([intervals(32, seed) for seed in range(12)])
+    holds = (few[..., 0] <= expected) & (expected <= few[..., 1])
+    assert np.mean(holds) > 0.9
+    # As wide as the root of the number of samples says.
+    widths = np.ptp(few, axis=-1).mean(axis=0) / np.ptp(intervals(2048, 1), axis=-1)
+    assert np.all((widths > 4.0) & (widths < 16.0))
+
+
+def test_sobol_indices_of_what_does_not_vary_are_refused() -> None:
+    given = studies.sobol_samples({"x": norm(0.0, 1.0)}, 8, seed=1)
+    study = cd.study(lambda x: 2.0, given, workers=1).run()
+    with pytest.raises(cd.ArgumentError, match="same in all cases"):
+        studies.sobol_indices(study.dataset, "value")
 
 
 def test_independent_samples_are_two_of_each(sampled: studies.Study) -> None:

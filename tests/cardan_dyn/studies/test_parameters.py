@@ -123,3 +123,13 @@ def test_distributions_are_told_apart_by_what_they_return() -> None:
 def test_values_that_would_be_others_are_refused(values: object) -> None:
     with pytest.raises(cd.CardanError, match=r"give one kind|masked"):
         cd.study(str, {"x": values})
+
+
+@pytest.mark.parametrize("name", ["", " ", "a/b", ".", "..", "zarr.json", "a\0b", "x" * 300])
+def test_names_that_no_array_of_a_store_can_have_are_refused(name: str) -> None:
+    with pytest.raises(cd.ArgumentError, match="a parameter is called"):
+        cd.study(np.sin, {name: [1.0]})
+    with pytest.raises(cd.ArgumentError, match="a dimension is called"):
+        studies.points({"x": [1.0]}, dim=name)
+    with pytest.raises(cd.CardanError, match="a result is called"):
+        cd.study(lambda x: {name: x}, {"x": [1.0]}, workers=1).run()

@@ -186,7 +186,7 @@ def test_every_case_failing_is_said_at_once() -> None:
     [
         (lambda a: "word", "a study keeps numbers"),
         (lambda a: {}, "returned nothing"),
-        (lambda a: {"state": a}, "none of: failure, state"),
+        (lambda a: {"state": a}, "none of: .*failure.*state"),
         (lambda a: 2**60 + 1, "no double is"),
     ],
 )
@@ -447,5 +447,5 @@ def test_units_of_no_result_and_results_called_like_dimensions_are_refused() -> 
 def test_functions_of_arrays_that_mix_cases_are_refused(function: Any) -> None:
     """Right at the first values, which rise, or not at all for a case by itself."""
     values = [1.0, 2.0, 3.0, 9.0, 4.0]
-    with pytest.raises(cd.CardanError, match=r"not vectorized|for one case"):
+    with pytest.raises(cd.CardanError, match=r"not vectorized|of one case"):
         cd.study(lambda x: function(x), {"x": values}, vectorized=True, workers=1).run()
