@@ -40,8 +40,9 @@ from .runs import Rows, Run
 from .setup import Setup
 
 if TYPE_CHECKING:
+    from typing import Self
+
     from numpy.typing import ArrayLike
-    from typing_extensions import Self
 
 
 _GREATEST_ERROR = 1e-6
