@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from testkit.accessibility import grave, violations
 from testkit.browser import Page, open_page, running_browser
 
 import cardan_dyn as cd
@@ -193,3 +194,16 @@ def test_report_page_shows_both_scenes_offline(opened: Opener, tmp_path: Path) -
         page.page.wait_for_timeout(300)
     assert page.complaints == []
     assert [url for url in page.requests if not url.startswith(("file:", "data:", "about:"))] == []
+
+
+@pytest.mark.slow
+def test_what_axe_finds_is_told_with_its_elements(opened: Opener, tmp_path: Path) -> None:
+    """A page without flaws, and one with a button and a picture that have no names."""
+    page = '<!DOCTYPE html><html lang="en"><title>t</title><main><h1>t</h1>{}</main></html>'
+    bare, flawed = tmp_path / "bare.html", tmp_path / "flawed.html"
+    bare.write_text(page.format(""))
+    flawed.write_text(page.format('<button></button><img src="data:,">'))
+    assert violations(opened(bare, scene=False).page) == []
+    found = grave(opened(flawed, scene=False).page)
+    assert {item.rule for item in found} == {"button-name", "image-alt"}
+    assert all("<button" in item.elements[0] or "<img" in item.elements[0] for item in found)
