@@ -22,7 +22,7 @@ from ..errors import ModelError
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
 from . import shapes as forms
-from .commands import Color, Drawing, Pose, mesh, meshcat, node_name
+from .commands import STEADY, Color, Drawing, Pose, mesh, meshcat, node_name
 from .still import Still
 
 ROD_COLOR = Color.of("#7a8794")
@@ -47,11 +47,14 @@ class Bodies:
     Attributes:
         loops: names of the joints that close loops.
         shapes: the visuals of the links whose motion is known.
+        notes: what is drawn otherwise than the description says, and why.
     """
 
     def __init__(self, sweep: Sweep | Still, samples: Array, visuals: bool) -> None:
         mechanism = sweep.mechanism
         self._sweep, self._samples = sweep, samples
+        self._length = mechanism.characteristic_length
+        self.notes: tuple[str, ...] = ()
         self.loops = frozenset(loop.joint for loop in mechanism.loops)
         self._joint_of_body = {
             joint.id: name
@@ -75,6 +78,35 @@ class Bodies:
                 *(self._swept_corners(shape) for shape in self.shapes),
             ]
         )
+
+    def on_ground(self) -> frozenset[str]:
+        """Return the joints that carry what moves on what stands still over the shown samples."""
+        return frozenset(
+            name
+            for name, ends in self._ends().items()
+            if len({self._stands(body) for body in ends}) == 2
+        )
+
+    def _stands(self, body: int) -> bool:
+        """Return whether a body does not move; of one sample alone, whether it is the ground."""
+        if body == 0 or len(self._samples) == 1 or not self._known(body):
+            return body == 0
+        rotation, position = self._placement(body)
+        moves = np.ptp(rotation, axis=0).max() > STEADY
+        return not (moves or np.ptp(position, axis=0).max() > STEADY * self._length)
+
+    def _ends(self) -> dict[str, tuple[int, int]]:
+        """Return which bodies each joint connects: its parent's, then its child's."""
+        mechanism = self._sweep.mechanism
+        ends = {
+            name: (int(mechanism.model.parents[joint.parts[0].id]), joint.id)
+            for name, joint in mechanism.joints.items()
+            if joint.parts
+        }
+        for loop in mechanism.loops:
+            parent = loop.predecessor if loop.is_fixed else ends[loop.joint][0]
+            ends[loop.joint] = parent, loop.successor
+        return ends
 
     def draw(self, drawing: Drawing, radius: float) -> None:
         """Draw the shapes of the links, or rods if there are none.
@@ -154,16 +186,10 @@ class Bodies:
 
     def _joints_of_bodies(self) -> dict[int, list[str]]:
         """Return which joints each body carries."""
-        mechanism = self._sweep.mechanism
         joints_of: dict[int, list[str]] = {}
-        for name, joint in mechanism.joints.items():
-            ends = {joint.id} if name not in self.loops else set()
-            if joint.parts:
-                ends.add(int(mechanism.model.parents[joint.parts[0].id]))
+        for name, ends in self._ends().items():
             for body in ends:
                 joints_of.setdefault(body, []).append(name)
-        for loop in mechanism.loops:
-            joints_of.setdefault(loop.successor, []).append(loop.joint)
         return joints_of
 
 

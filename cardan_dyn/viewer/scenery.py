@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,12 +84,18 @@ class Scenery:
         legend: CSS colour and meaning of what is drawn.
         scales: what the reference arrows stand for.
         points: `(n, 3)` what the camera has to see [m].
+        notes: what of the links is drawn otherwise than their description says, and why.
+        bearings: joints of those that are drawn which are on the ground; all where none is. Their
+            wrenches are asked for first. The nodes of a joint are `/force/NAME`, `/torsion/NAME`,
+            `/bending/NAME`, `/moment/NAME`, `/traces/NAME`, `/axes/NAME` and `/labels/NAME`.
     """
 
     drawing: Drawing
     legend: tuple[tuple[str, str], ...]
     scales: tuple[str, ...]
     points: Array
+    notes: tuple[str, ...] = ()
+    bearings: tuple[str, ...] = ()
 
 
 def build(
@@ -128,7 +134,9 @@ def build(
         builder.draw_labels(vectors)
     if parts.elements and sweep.elements:
         builder.draw_elements(sweep, samples)
-    return builder.scenery()
+    on_ground = bodies.on_ground()
+    bearings = tuple(name for name in joints if name in on_ground) or joints
+    return replace(builder.scenery(), notes=bodies.notes, bearings=bearings)
 
 
 class _Builder:

@@ -13,6 +13,7 @@ from testkit.kinematics import at_zero
 
 import cardan_dyn as cd
 from cardan_dyn.viewer.scenery import BENDING, FORCE, LOOP, TORSION, Parts, Scenery, build, has_axis
+from cardan_dyn.viewer.still import Still
 
 SAMPLES = np.arange(25)
 TIMES = np.linspace(0.0, 1.0, 25)
@@ -117,3 +118,15 @@ def test_the_camera_sees_arrows_and_labels(loaded_turn: cd.Sweep) -> None:
 )
 def test_joints_with_an_axis(kind: str, expected: bool, joint: cd.Mechanism) -> None:
     assert has_axis(dataclasses.replace(joint.joints["pin_in"], type=kind)) is expected
+
+
+def test_bearings_carry_what_moves_on_what_stands_still(loaded_turn: cd.Sweep) -> None:
+    # The frame of the output bearing hangs on a joint that is held, and stands still.
+    assert scenery(loaded_turn, NONE).bearings == ("bearing_in", "bearing_out")
+    assert scenery(loaded_turn, NONE, ("pin_in", "pin_out")).bearings == ("pin_in", "pin_out")
+
+
+def test_bearings_of_a_still_are_on_the_ground() -> None:
+    still = Still(cd.assemble(cd.load("four_bar"), near={"crank_bearing": 0.7}))
+    scene = build(still, still.outputs, Parts(), np.zeros(1), np.arange(1))
+    assert scene.bearings == ("crank_bearing", "rocker_bearing")
