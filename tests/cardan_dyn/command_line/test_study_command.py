@@ -79,7 +79,7 @@ def test_a_run_keeps_results_and_goes_on_only_when_asked(file: Path) -> None:
         ('"20 deg" }', "20 }", "expected a text like"),
         ('"-100 N·m"', '"-100 stone"', "is no number with a unit; write a text"),
         ("[wanted]", "[wantet]", "did you mean 'wanted'"),
-        ("count = 2 }", "}", "from, to and count|count = 26"),
+        (", count = 2 }", " }", "from, to and count|count = 26"),
         ('"0 rpm"', '"0 deg"', "numbers are in rad, rad/s"),
         ('"held.joint_angle" =', '"angle" =', "no argument of a sweep"),
         ("mechanism", "# mechanism", "which mechanism"),
