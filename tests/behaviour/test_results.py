@@ -148,12 +148,13 @@ def test_copies_of_what_nobody_has_read_are_equal(name: str, made: str) -> None:
 
 def test_files_hold_all_columns(result: Any, tmp_path: Path) -> None:
     frame, units = result.to_dataframe(), result.to_dataframe().attrs["units"]
-    read = pandas.read_csv(result.save(tmp_path / "a.csv"), float_precision="round_trip")
+    # As texts: readers of numbers of older pandas round once more.
+    read = pandas.read_csv(result.save(tmp_path / "a.csv"), dtype=str)
     assert len(read) == len(frame)
     numbers = [name for name in frame if frame[name].dtype.kind == "f"]
     for name in numbers:
         header = f"{name} [{units[name]}]" if units[name] else name
-        np.testing.assert_array_equal(read[header], frame[name])
+        np.testing.assert_array_equal(read[header].astype(float), frame[name])
 
     def refuse(constant: str) -> None:
         raise ValueError(f"{constant} is not JSON")
