@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from .scene.assembling import assemble, write
     from .scene.branches import Branches
     from .scene.describe import describe
+    from .scene.drives import Drive, Drives
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
     from .scene.scene import Scene
@@ -67,6 +68,8 @@ _MODULES = {
     "Bushing": ".elements.bushing",
     "CardanError": ".errors",
     "Configuration": ".mechanism.configuration",
+    "Drive": ".scene.drives",
+    "Drives": ".scene.drives",
     "Equilibrium": ".simulation.equilibrium",
     "EquilibriumError": ".errors",
     "Event": ".simulation.events",
@@ -120,6 +123,8 @@ __all__ = [
     "Bushing",
     "CardanError",
     "Configuration",
+    "Drive",
+    "Drives",
     "Equilibrium",
     "EquilibriumError",
     "Event",

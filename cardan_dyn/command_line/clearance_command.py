@@ -13,7 +13,7 @@ import numpy as np
 from ..clearance import PinGeometry, Scan, drawing, scan
 from ..errors import ArgumentError
 from ..mechanism.mechanism import load
-from .presets import default_scene
+from ..scene.usual_motion import default_scene
 from .quantities import by_joint, efforts, positions
 
 if TYPE_CHECKING:

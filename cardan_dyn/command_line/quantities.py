@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from .. import units
 from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism
-from .presets import slides
+from ..scene.usual_motion import slides
 
 
 def assigned(pairs: Sequence[str], option: str, form: str = "JOINT=VALUE") -> dict[str, str]:

@@ -12,6 +12,7 @@ import numpy as np
 from ..elements.described import described_elements
 from ..errors import ArgumentError, choices
 from ..mechanism.mechanism import load
+from ..scene.presets import Preset, preset_of
 from ..scene.scene import Scene
 from ..vibration.results.campbell import campbell
 from ..vibration.results.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
@@ -19,7 +20,6 @@ from ..vibration.results.floquet import floquet
 from ..vibration.results.forced_response import forced_response
 from ..vibration.results.periodic_motion import search_of
 from ..vibration.results.resonance import numbered_campbell
-from .presets import PRESETS, Preset
 from .quantities import efforts, positions
 
 if TYPE_CHECKING:
@@ -82,9 +82,7 @@ def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
         CardanError: as `load` and `Scene` do.
     """
     mechanism = load(source, strict=strict)
-    preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_coordinates))
-    if not all(name in mechanism.drivable for name in (*preset.drive, *preset.held_deg)):
-        preset = Preset(mechanism.independent_coordinates)
+    preset = preset_of(mechanism) or Preset(mechanism.independent_coordinates)
     given = positions(mechanism, options.held)
     taken = {*given, options.drive}
     free = options.free or tuple(name for name in mechanism.joint_springs if name not in taken)

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 from ..mechanism.mechanism import Mechanism, load
 from ..results.sweep import Sweep
+from ..scene.usual_motion import default_sweep
 from ..viewer.commands import meshcat
 from ..viewer.viewing import View
 from ..viewer.viewing import view as draw
-from .presets import default_sweep
 from .quantities import efforts, positions
 
 

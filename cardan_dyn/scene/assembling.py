@@ -55,7 +55,7 @@ def assemble(
     mechanism = with_named(mechanism, starting(near))
     structure = Structure(mechanism)
     zero = mechanism.zero
-    zero_residual = _residual(structure, zero)
+    zero_residual = closure_error(structure, zero)
     wanted, balls = near_positions(mechanism, near)
     given = zero.copy()
     for name, value in wanted.items():
@@ -64,11 +64,11 @@ def assemble(
         columns = mechanism.coordinates.columns[name]
         given[columns.stop - 4 : columns.stop] = quaternion
     given = mechanism.fitted(given, mechanism.coordinates.rates_of((*wanted, *balls)))
-    if (wanted or balls) and _residual(structure, given) < CLOSURE_TOLERANCE:
-        return Configuration(mechanism, given, _residual(structure, given), zero_residual)
+    if (wanted or balls) and closure_error(structure, given) < CLOSURE_TOLERANCE:
+        return Configuration(mechanism, given, closure_error(structure, given), zero_residual)
     if balls:
         x = without_turns(mechanism, wanted, _closed(structure, given, wanted))
-        return Configuration(mechanism, x, _residual(structure, x), zero_residual)
+        return Configuration(mechanism, x, closure_error(structure, x), zero_residual)
     x = _closed(structure, zero, {})
     try:
         for share in _shares(mechanism, x, wanted):
@@ -77,7 +77,7 @@ def assemble(
         # A singular configuration may lie on the way, and the start beyond it.
         x = _closed(structure, given, wanted)
     x = without_turns(mechanism, wanted, x)
-    return Configuration(mechanism, x, _residual(structure, x), zero_residual)
+    return Configuration(mechanism, x, closure_error(structure, x), zero_residual)
 
 
 def write(
@@ -129,7 +129,7 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
     problem, assembly = solver.problem, solver.assembly
     mechanism, x = problem.mechanism, assembly.start
     structure = Structure(mechanism)
-    zero_residual = _residual(structure, mechanism.zero)
+    zero_residual = closure_error(structure, mechanism.zero)
     left_out = np.setdiff1d(problem.passive_columns, assembly.decided)
     if left_out.size:
         try:
@@ -137,13 +137,13 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
         except MobilityError:  # What nothing decides may be closed anywhere near.
             x, _ = assembled_near(structure, x, left_out, left_out)
     x = without_turns(mechanism, (*problem.independent, *problem.held, *problem.near), x)
-    residual = _residual(structure, x)
+    residual = closure_error(structure, x)
     if not residual < CLOSURE_TOLERANCE:
         raise unclosed(mechanism, residual)
     return Configuration(mechanism, x, residual, zero_residual, problem.branch)
 
 
-def _residual(structure: Structure, x: Array) -> float:
+def closure_error(structure: Structure, x: Array) -> float:
     """Return the closure error of all loops and couplings at coordinates `(size,)`."""
     mechanism, worst = structure.mechanism, 0.0
     for group in independent_groups(structure, np.arange(mechanism.model.nv)):

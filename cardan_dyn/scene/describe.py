@@ -18,11 +18,8 @@ from ..kinematics.tolerances import RANK_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
 from ..results.wrench import named_components
+from .drives import MOST_COORDINATES
 from .mechanism_report import ComponentReport, LoopReport, MechanismReport
-
-_MOST_COORDINATES = 400
-"""Joint coordinates of a component above which its ranks are counted: singular values of six
-matrices of this size take a few seconds, and grow with the third power."""
 
 
 def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
@@ -38,7 +35,7 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         ArgumentError: it is neither.
         AssemblyError: the loops cannot be closed.
     """
-    place, start = "the description's zero", None
+    place, start, described = "the description's zero", None, mechanism
     if isinstance(mechanism, Configuration):
         place, start, mechanism = "this configuration", mechanism.x, mechanism.mechanism
     if not isinstance(mechanism, Mechanism):
@@ -49,7 +46,7 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
     start = mechanism.zero if start is None else start
     structure = Structure(mechanism)
     components, loops = [], {}
-    for item in generic_states(structure, _MOST_COORDINATES, start):
+    for item in generic_states(structure, MOST_COORDINATES, start):
         if isinstance(item, GenericStates):
             components.append(_component(mechanism, item))
             loops.update(_measured_loops(mechanism, item))
@@ -73,6 +70,7 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         drivable=tuple(mechanism.drivable),
         warnings=mechanism.warnings,
         place=place,
+        described=described,
     )
 
 

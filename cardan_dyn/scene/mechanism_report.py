@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
-from ..errors import choices
+from ..errors import ArgumentError, choices
+from ..mechanism.configuration import Configuration
+from ..mechanism.mechanism import Mechanism
+from .drives import Drives, drives_of
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,7 @@ class MechanismReport:
         drivable: names of the coordinates that a scene can drive or hold, see `Mechanism.drivable`.
         warnings: what is wrong with the description and was accepted.
         place: what the ranks are those of the surroundings of.
+        described: what was described.
     """
 
     name: str
@@ -115,6 +120,22 @@ class MechanismReport:
     drivable: tuple[str, ...]
     warnings: tuple[str, ...]
     place: str = "the description's zero"
+    described: Mechanism | Configuration | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def drives(self) -> Drives:
+        """How it can be driven: each coordinate with its range, and which ones to drive first.
+
+        Ranges are those from where the mechanism starts, and are followed when this is first read.
+
+        Raises:
+            ArgumentError: the report does not say what it describes.
+        """
+        if isinstance(self.described, Configuration):
+            return drives_of(self.described.mechanism, self.described)
+        if self.described is None:
+            raise ArgumentError("drives are known of reports that describe() returns")
+        return drives_of(self.described)
 
     def __str__(self) -> str:
         lines = [

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import PRESETS
+from cardan_dyn.scene.presets import PRESETS
 
 URDF = Path(cd.__file__).parents[1] / "urdf"
 BUNDLED = ("double_shaft_z", "double_shaft_w", "double_shaft_spatial", "drive_line")

@@ -10,8 +10,8 @@ import pytest
 from testkit.design_line import design_line, designs, nominal
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import PRESETS
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.scene.presets import PRESETS
 
 TURN = 2.0 * np.pi
 COUNT = 6

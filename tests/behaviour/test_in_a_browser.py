@@ -12,8 +12,8 @@ from testkit.accessibility import grave, violations
 from testkit.browser import Page, open_page, running_browser
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import default_sweep
 from cardan_dyn.report import comparisons, report
+from cardan_dyn.scene.usual_motion import default_sweep
 
 # Hues of the bundled descriptions' materials: channel that leads, channel that trails.
 BLUE, ORANGE = (2, 0), (0, 2)

@@ -11,9 +11,10 @@ from scenes import draw
 from testkit import linkages, sdf
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import PRESETS, default_sweep
 from cardan_dyn.description.description import Description
 from cardan_dyn.mechanism.rezero import rezeroed
+from cardan_dyn.scene.presets import PRESETS
+from cardan_dyn.scene.usual_motion import default_sweep
 
 SEEDS = [2, 8, 12, 15, 23, 30, 36, 37, 51, 52, 53, 56, 58, 66, 67, 68, 69, 71, 72, 76]
 """Random chains whose joints SDF has words for, and that have no couplings."""

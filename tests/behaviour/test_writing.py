@@ -11,7 +11,7 @@ from testkit import linkages, sdf
 from testkit.kinematics import at_zero
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import default_sweep
+from cardan_dyn.scene.usual_motion import default_sweep
 
 
 def placed(mechanism: cd.Mechanism, q: np.ndarray) -> dict[str, np.ndarray]:

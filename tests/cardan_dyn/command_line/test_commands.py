@@ -22,8 +22,8 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
 import cardan_dyn as cd
 from cardan_dyn.command_line import commands as cli
-from cardan_dyn.command_line.presets import PRESETS
 from cardan_dyn.report import comparisons
+from cardan_dyn.scene.presets import PRESETS
 from cardan_dyn.viewer.commands import meshcat
 from cardan_dyn.viewer.viewing import View
 

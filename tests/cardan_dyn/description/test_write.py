@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from scenes import draw
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import default_sweep
 from cardan_dyn.description.description import (
     Description,
     JointDescription,
@@ -25,6 +24,7 @@ from cardan_dyn.description.description import (
 )
 from cardan_dyn.description.read import read
 from cardan_dyn.description.write import angles_of, to_urdf, with_links_at_joints
+from cardan_dyn.scene.usual_motion import default_sweep
 
 ROUNDING = 1e-15
 """Of rotations written as three angles, and of axes scaled to the length 1 a second time; random

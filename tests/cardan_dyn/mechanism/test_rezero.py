@@ -14,10 +14,11 @@ from testkit.mixed_chain import rows
 from testkit.sdf import compare
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import PRESETS, default_sweep
 from cardan_dyn.description.description import Limits
 from cardan_dyn.description.read import read
 from cardan_dyn.mechanism.rezero import rezeroed
+from cardan_dyn.scene.presets import PRESETS
+from cardan_dyn.scene.usual_motion import default_sweep
 
 KINDS = ("revolute", "prismatic", "cylindrical", "universal", "planar", "spherical", "floating")
 CHAIN = """<robot name="r"><link name="l0"/>{}</robot>"""

@@ -61,7 +61,7 @@ def test_counted_ranks_are_the_measured_ones(count: int, monkeypatch: pytest.Mon
     """A line of `count` universal joints has 3 joints more per loop, and one drive."""
     mechanism = cd.load(drive_line(count))
     measured = cd.describe(mechanism)
-    monkeypatch.setattr(module, "_MOST_COORDINATES", 0)
+    monkeypatch.setattr(module, "MOST_COORDINATES", 0)
     counted = cd.describe(mechanism)
     assert counted.is_counted
     assert not measured.is_counted
@@ -106,7 +106,7 @@ def test_counting_misses_special_dimensions(monkeypatch: pytest.MonkeyPatch) -> 
     meshes = (coupling(name, "a", "b", -2.0) for name in ("first", "second", "third"))
     mechanism = cd.load(gears(*meshes))
     assert cd.describe(mechanism).rank == 1
-    monkeypatch.setattr(module, "_MOST_COORDINATES", 0)
+    monkeypatch.setattr(module, "MOST_COORDINATES", 0)
     report = cd.describe(mechanism)
     assert (report.rank, report.mobility) == (2, 0)
 

@@ -16,11 +16,12 @@ from testkit.mjcf import placed
 from testkit.sdf import compare
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import PRESETS, default_sweep
 from cardan_dyn.description.description import CouplingDescription, LinkDescription
 from cardan_dyn.description.mjcf.writer import to_mjcf
 from cardan_dyn.description.read import read
 from cardan_dyn.mechanism.rezero import link_placements, rezeroed
+from cardan_dyn.scene.presets import PRESETS
+from cardan_dyn.scene.usual_motion import default_sweep
 
 MOST = 300.0
 """Greatest condition in these sweeps, but for a cross without mass, of which it is not known."""

@@ -10,10 +10,10 @@ from testkit import sdf
 from testkit.disturbing import disturbed
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import default_sweep
 from cardan_dyn.description.read import read
 from cardan_dyn.description.second_reading import reread
 from cardan_dyn.mechanism.rezero import rezeroed
+from cardan_dyn.scene.usual_motion import default_sweep
 
 ROUNDING = 1e-14
 """Placements are multiplied in another order than by the first reader."""

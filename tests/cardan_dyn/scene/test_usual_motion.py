@@ -1,4 +1,4 @@
-"""Presets: how bundled and unknown mechanisms are moved when nothing is said about it."""
+"""Usual motion: how bundled and unknown mechanisms move when nothing is said about it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,8 @@ from testkit.planar_linkages import five_bar, four_bar, rocker_range
 from testkit.scenes import text
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import (
-    PRESETS,
-    default_scene,
-    default_sweep,
-    preset_of,
-    slides,
-)
+from cardan_dyn.scene.presets import PRESETS, preset_of
+from cardan_dyn.scene.usual_motion import default_scene, default_sweep, slides
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 9)
 
@@ -124,7 +119,7 @@ def test_a_slide_swings_within_its_limits(
     mechanism = single_joint("prismatic", limit)
     reach = 0.05 * mechanism.characteristic_length
     turn = default_sweep(mechanism, drive=("j",), samples=9)
-    expected = swing(-reach if low is None else low, reach if high is None else high, 0.45)
+    expected = swing(-reach if low is None else low, reach if high is None else high, 0.5)
     np.testing.assert_allclose(turn.motion.position("j"), expected, rtol=1e-12, atol=1e-15)
 
 
@@ -152,7 +147,7 @@ def test_coordinates_of_joints_with_several_are_driven() -> None:
     np.testing.assert_array_equal(turn.motion.position("j.turn"), TURN)
     turn = default_sweep(guide, drive=("j.slide",), held={"j.turn": 0.1}, samples=9)
     reach = 0.05 * guide.characteristic_length
-    expected = swing(-reach, reach, 0.45)
+    expected = swing(-reach, reach, 0.5)
     np.testing.assert_allclose(turn.motion.position("j.slide"), expected, atol=1e-15)
 
 

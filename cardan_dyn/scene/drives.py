@@ -1,0 +1,472 @@
+"""Drives: which coordinates can drive a mechanism, over which range, and which to take first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, cardan_angles
+from ..errors import (
+    ArgumentError,
+    CardanError,
+    MobilityError,
+    SingularConfigurationError,
+    choices,
+)
+from ..frozen import Frozen, frozen
+from ..kinematics.closing.far import GenericStates, generic_states
+from ..kinematics.loops.idle_rods import rods_by_name
+from ..kinematics.loops.structure import Structure
+from ..kinematics.tolerances import MOVES
+from ..mechanism.configuration import Configuration
+from ..mechanism.mechanism import Mechanism
+from .assembling import assemble, closure_error
+from .presets import preset_of
+from .scene import Scene
+
+MOST_COORDINATES = 400
+"""Joint coordinates of a component above which its ranks are counted: singular values of six
+matrices of this size take a few seconds, and grow with the third power."""
+_MOST_FOLLOWED = 30
+"""Coordinates on loops up to which all of them are followed to the ends of their ranges; of larger
+mechanisms those that are chosen as drives are. A range takes 0.01 to 0.3 s."""
+_NO_LIMIT = 1e3
+"""Range of a coordinate [rad or m] from which on its limits count as none: descriptions write
+such numbers where the format requires a limit."""
+_TURN = 2.0 * np.pi - 0.02
+"""Range of an angle [rad] from which on its limits count as none: exporters write ±3.14 for it."""
+_UNLIMITED = (-np.inf, np.inf)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A coordinate of a mechanism, as a drive.
+
+    Attributes:
+        name: of the coordinate, see `Mechanism.drivable`.
+        slides: whether it is a slide [m]; else it is an angle [rad].
+        is_grounded: whether its joint connects a link to the world.
+        start: where it is at the start [rad or m].
+        limits: of the description; ±inf where there are none.
+        instead_of: drives in whose place it can determine the motion; itself if it is one of them.
+        reach: between which positions the loops let it move from the start, the other drives
+            staying where they are: dead points, or where assembly modes meet; ±inf where nothing
+            ends the way. None if it was not followed, or cannot drive.
+        problem: why it does not determine the motion from the start; empty if it does.
+    """
+
+    name: str
+    slides: bool
+    is_grounded: bool
+    start: float
+    limits: tuple[float, float] = _UNLIMITED
+    instead_of: tuple[str, ...] = ()
+    reach: tuple[float, float] | None = None
+    problem: str = ""
+
+    @property
+    def determines(self) -> bool:
+        """Whether it determines the motion, together with the other drives."""
+        return not self.problem
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Between which positions it can move [rad or m]: its reach, within its limits.
+
+        None as `reach` is. Limits that leave nothing of the reach are not regarded.
+        """
+        if self.reach is None:
+            return None
+        low, high = max(self.limits[0], self.reach[0]), min(self.limits[1], self.reach[1])
+        return (low, high) if low < high else self.reach
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is an angle that turns without end."""
+        return not self.slides and self.range == _UNLIMITED
+
+    @property
+    def ends(self) -> str:
+        """What ends its range, in words; or why it has none."""
+        if self.problem or self.range is None or self.reach is None:
+            return self.problem or "not followed"
+        if self.range == _UNLIMITED:
+            text = "no end" if self.slides else "turns through"
+        else:
+            by_loops = [a == b for a, b in zip(self.range, self.reach, strict=True)]
+            ends = zip(self.range, by_loops, strict=True)
+            words = ["loops" if loops else "limit" for end, loops in ends if np.isfinite(end)]
+            text = " and ".join(dict.fromkeys(words))
+        is_inside = self.limits[0] <= self.start <= self.limits[1]
+        return text if is_inside else f"{text}; starts beyond its limits"
+
+    def __str__(self) -> str:
+        if self.problem or self.range is None or self.range == _UNLIMITED:
+            return self.ends
+        low, high = (0.0 if abs(end) < 1e-12 else end for end in self.range)
+        return f"{low:.4g} to {high:.4g} {'m' if self.slides else 'rad'} ({self.ends})"
+
+
+class Drives(Frozen, Mapping[str, Drive]):
+    """How a mechanism can be driven; `print` shows it. Coordinates by name, as `Drive`.
+
+    `cd.Scene(mechanism, **drives.arguments)` is driven as `default` says.
+
+    Attributes:
+        name: of the mechanism.
+        mobility: number of coordinates that decide the motion; idle rods do not count.
+        needed: that many coordinates that together determine the motion, the best ones first; None
+            where the mechanism is too large to be examined and says no drives itself.
+        default: those of them that should be driven: what the preset of a bundled mechanism says,
+            else the motors of the description, else a joint at the ground, if possible one that
+            turns through. Empty if nothing can be driven from the start.
+        held: the rest of them, where they are held [rad or m].
+        start: the configuration in which all this holds.
+        is_moved: whether `start` is not where the description's own zero leads to, but beside it,
+            since that is a singular configuration.
+        reason: why these are the default, in words; or why nothing is.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        found: Mapping[str, Drive],
+        needed: tuple[str, ...],
+        chosen: _Chosen,
+        start: _Start,
+    ) -> None:
+        self.name, self.mobility = name, len(needed)
+        self.needed, self.default = needed, chosen.names
+        self.held, self.reason = frozen(dict(chosen.held)), chosen.reason
+        self.start, self.is_moved = start.configuration, start.is_moved
+        self._near = start.configuration if start.is_moved else None
+        self._found = frozen(dict(found))
+        self._freeze()
+
+    def __getitem__(self, name: str) -> Drive:
+        if name not in self._found:
+            raise ArgumentError(
+                f"{name!r} is no coordinate that was examined as a drive: "
+                f"{choices(self._found, name)}"
+            )
+        return self._found[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    @property
+    def arguments(self) -> dict[str, object]:
+        """Arguments of a `Scene` that is driven as `default` says: `drive`, `held`, `near`."""
+        drive = self.default[0] if len(self.default) == 1 else list(self.default)
+        return {"drive": drive, "held": dict(self.held), "near": self._near}
+
+    @property
+    def ranked(self) -> list[Drive]:
+        """All of them: those of the default, what else is needed, others, and what cannot drive."""
+        first = dict.fromkeys((*self.default, *self.needed))
+        order = {name: place for place, name in enumerate(first)}
+        return sorted(
+            self.values(), key=lambda item: (bool(item.problem), order.get(item.name, len(order)))
+        )
+
+    def __str__(self) -> str:
+        lines = [repr(self)[1:-1]]
+        width = max(map(len, self), default=0)
+        for item in self.ranked:
+            role = ""
+            if item.name in self.default:
+                role = "; default"
+            elif item.name in self.held:
+                role = f"; held at {self.held[item.name]:.4g}"
+            elif item.instead_of and item.determines:
+                more = f" or {len(item.instead_of) - 1} others" * (len(item.instead_of) > 1)
+                role = f"; instead of {item.instead_of[0]}{more}"
+            lines.append(f"  {item.name.ljust(width)}  {item}{role}")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"<Drives of {self.name!r}: mobility {self.mobility}, {self.reason}>"
+
+
+class _Chosen(NamedTuple):
+    """The drives that are taken unless others are asked for; see `Drives`."""
+
+    names: tuple[str, ...]
+    held: Mapping[str, float]
+    reason: str
+
+
+class _Start(NamedTuple):
+    """Where everything starts; see `Drives`."""
+
+    configuration: Configuration
+    is_moved: bool
+
+
+class _Freedom(NamedTuple):
+    """What moves together: loops and couplings with joints in common, or one free coordinate.
+
+    Attributes:
+        names: of its coordinates.
+        basis: `(K, c, m)` motions of the c coordinates that the closure equations allow, in K
+            closed configurations, the start the first; m is the mobility with its idle rods.
+        idle: number of idle rods in it.
+    """
+
+    names: list[str]
+    basis: Array
+    idle: int
+
+    def picked(self, wanted: list[str]) -> list[str]:
+        """Return coordinates that determine the motion, the first ones of a list that do."""
+        found: list[str] = []
+        for name in sorted(self.names, key=wanted.index):
+            if len(found) == self.basis.shape[2] - self.idle:
+                break
+            rows = self.basis[:, [self.names.index(item) for item in (*found, name)]]
+            if np.max(np.linalg.svd(rows, compute_uv=False)[:, -1]) > MOVES:
+                found.append(name)
+        return found
+
+    def replaceable(self, name: str, picked: list[str]) -> list[str]:
+        """Return which picked coordinates another one can replace, the most affected first."""
+        rows = self.basis[:, [self.names.index(item) for item in picked]]
+        own = self.basis[:, self.names.index(name)]
+        rates = np.max(np.abs(own[:, None] @ np.linalg.pinv(rows))[:, 0], axis=0)
+        order = np.argsort(-rates, kind="stable")
+        return [picked[index] for index in order if rates[index] > MOVES]
+
+
+def drives_of(mechanism: Mechanism, start: Configuration | None = None) -> Drives:
+    """Find out how a mechanism can be driven.
+
+    Args:
+        mechanism: from `load`.
+        start: configuration from which it moves; where the preset of a bundled mechanism starts,
+            or where its loops can be closed near the description's zero, unless given.
+
+    Raises:
+        AssemblyError: the loops cannot be closed.
+    """
+    return _Search(mechanism, start).result()
+
+
+def described_limits(mechanism: Mechanism, name: str) -> tuple[float, float]:
+    """Return the limits of a coordinate that the description means as such [rad or m]."""
+    joint = mechanism.joints[mechanism.drivable[name].joint]
+    if joint.type not in ("revolute", "prismatic"):
+        return _UNLIMITED
+    model = mechanism.model
+    column = model.idx_qs[joint.id]
+    low, high = float(model.lowerPositionLimit[column]), float(model.upperPositionLimit[column])
+    most = _TURN if joint.type == "revolute" else _NO_LIMIT
+    return (low, high) if 0.0 < high - low < most else _UNLIMITED
+
+
+class _Search:
+    """Finds the drives of a mechanism."""
+
+    def __init__(self, mechanism: Mechanism, start: Configuration | None) -> None:
+        preset = preset_of(mechanism)
+        self._preset = preset if start is None else None
+        if self._preset is not None:
+            held = {name: np.deg2rad(value) for name, value in self._preset.held_deg.items()}
+            scene = Scene(mechanism, drive=list(self._preset.drive), held=held)
+            start = scene.configuration()
+        given = assemble(mechanism) if start is None else start
+        self._mechanism = given.mechanism
+        self._structure = Structure(self._mechanism)
+        self._rods = rods_by_name(self._mechanism, set(range(self._mechanism.model.nv)))
+        self._freedoms, self._start = self._found(given)
+        self._positions = self._placed()
+        on_rods = {name for rod in self._rods for name in rod}
+        self._order = sorted(self._mechanism.drivable, key=lambda name: self._key(name, on_rods))
+
+    def result(self) -> Drives:
+        """Return what was found."""
+        picked = [item.picked(self._order) for item in self._freedoms]
+        needed = [name for names in picked for name in names]
+        found = {name: self._drive(name, [name], needed) for name in needed}
+        on_loops = sum(len(item.names) for item in self._freedoms if len(item.names) > 1)
+        if on_loops <= _MOST_FOLLOWED:
+            for freedom, names in zip(self._freedoms, picked, strict=True):
+                for name in freedom.names:
+                    if name not in found and name in self._mechanism.coordinates.named:
+                        places = freedom.replaceable(name, names) if names else []
+                        found[name] = self._drive(name, places, needed)
+        listed = {name: found[name] for name in self._mechanism.drivable if name in found}
+        chosen, needed = self._chosen(listed, needed)
+        for name in needed:
+            # The best of its component took the place of the one that came first.
+            listed[name] = replace(listed[name], instead_of=(name,))
+        name = self._mechanism.name
+        needed.sort(key=lambda item: (item not in chosen.names, list(listed).index(item)))
+        return Drives(name, listed, tuple(needed), chosen, self._start)
+
+    def _found(self, given: Configuration) -> tuple[list[_Freedom], _Start]:
+        """Return what moves together, and where it starts: not where that is singular."""
+        mechanism, x = self._mechanism, given.x.copy()
+        names = {}
+        for name, named in mechanism.drivable.items():
+            names[mechanism.coordinates.velocity_columns[named.joint].start + named.offset] = name
+        left, freedoms, is_moved = set(names), [], False
+        for item in generic_states(self._structure, MOST_COORDINATES, given.x):
+            group = item.group.group if isinstance(item, GenericStates) else item.group
+            columns = group.passives.tolist()
+            left -= set(columns)
+            own = [names[column] for column in columns if column in names]
+            if not isinstance(item, GenericStates):
+                # Too large to be examined: what its author drives is taken as what is needed.
+                motors = set(mechanism.independent_coordinates)
+                freedoms += [
+                    _Freedom([name], np.ones((1, 1, 1)), 0) for name in own if name in motors
+                ]
+                continue
+            joints = {mechanism.drivable[name].joint for name in own}
+            idle = sum(not joints.isdisjoint(rod) for rod in self._rods)
+            # Motions that no closure equation opposes.
+            _, _, right = np.linalg.svd(item.group.scaled_rows.transpose(0, 2, 1))
+            basis = right[:, item.rank :].transpose(0, 2, 1)
+            kept = [index for index, column in enumerate(columns) if column in names]
+            freedoms.append(_Freedom(own, basis[:, kept], idle))
+            if item.rank_at_start < item.rank:
+                is_moved = True
+                moving = [
+                    index
+                    for joint in joints
+                    for index in range(*mechanism.coordinates.columns[joint].indices(len(x)))
+                ]
+                x[moving] = item.x[0][moving]
+        freedoms += [_Freedom([names[column]], np.ones((1, 1, 1)), 0) for column in sorted(left)]
+        if not is_moved:
+            return freedoms, _Start(given, False)
+        error = closure_error(self._structure, x)
+        moved = Configuration(mechanism, x, error, given.zero_residual, given.branch)
+        return freedoms, _Start(moved, True)
+
+    def _placed(self) -> dict[str, float]:
+        """Return where all coordinates start; of balls their Cardan angles."""
+        x, coordinates = self._start.configuration.x, self._mechanism.coordinates
+        placed = {}
+        for joint in self._mechanism.joints.values():
+            if not joint.parts:
+                continue
+            values = x[coordinates.columns[joint.name]]
+            if len(values) > joint.nv:
+                values = np.concatenate([values[:-4], cardan_angles(values[-4:])])
+            for name, value in zip(joint.coordinates, values, strict=True):
+                placed[name] = float(value)
+        return placed
+
+    def _key(self, name: str, on_rods: set[str]) -> tuple[object, ...]:
+        """Return by what coordinates are sorted that may be needed as drives."""
+        mechanism = self._mechanism
+        item = mechanism.drivable[name]
+        following = {coupling.successor for coupling in mechanism.description.couplings}
+        preset = () if self._preset is None else (*self._preset.drive, *self._preset.held_deg)
+        return (
+            name not in preset,
+            name not in mechanism.independent_coordinates,
+            item.joint in on_rods or item.joint in following,
+            mechanism.joints[item.joint].nv > 1,
+            not self._is_grounded(item.joint),
+            any(item.joint == loop.joint for loop in mechanism.loops),
+        )
+
+    def _is_grounded(self, joint: str) -> bool:
+        model, parts = self._mechanism.model, self._mechanism.joints[joint].parts
+        to_world = any(loop.joint == joint and not loop.successor for loop in self._mechanism.loops)
+        return to_world or (bool(parts) and model.parents[parts[0].id] == 0)
+
+    def _drive(self, name: str, places: list[str], needed: list[str]) -> Drive:
+        """Return what is known of a coordinate that may take the place of others."""
+        item = self._mechanism.drivable[name]
+        drive = Drive(
+            name, item.slides, self._is_grounded(item.joint), self._positions[name],
+            described_limits(self._mechanism, name), tuple(places),
+        )  # fmt: skip
+        if not places:
+            return replace(drive, problem="it does not move")
+        if self._mechanism.joints[item.joint].nv == 1 and not self._is_on_loops(name):
+            return replace(drive, reach=_UNLIMITED)
+        held = {other: self._positions[other] for other in needed if other not in (name, places[0])}
+        try:
+            scene = Scene(self._mechanism, drive=name, held=held, near=self._start.configuration)
+            return replace(drive, reach=scene.motion_range())
+        except CardanError as error:
+            return replace(drive, problem=_shortened(error))
+
+    @cached_property
+    def _on_loops(self) -> set[str]:
+        return {name for item in self._freedoms if len(item.names) > 1 for name in item.names}
+
+    def _is_on_loops(self, name: str) -> bool:
+        return name in self._on_loops
+
+    def _chosen(self, found: Mapping[str, Drive], needed: list[str]) -> tuple[_Chosen, list[str]]:
+        """Return the default, and what is needed with it."""
+        positions = self._positions
+        if not needed:
+            return _Chosen((), {}, "nothing can move"), needed
+        motors = [
+            name for name in self._mechanism.independent_coordinates
+            if name in needed and found[name].determines
+        ]  # fmt: skip
+        if self._preset is not None:
+            names, reason = self._preset.drive, "driven as its preset says"
+        elif motors:
+            names, reason = tuple(motors), "driven where the description says"
+        elif not self._mechanism.loops and len(needed) > 1:
+            names, reason = self._unlike_bases(needed), "its joints move one by one"
+        else:
+            best = self._best(found)
+            if best is None:
+                return _Chosen((), {}, "nothing can be driven from the start"), needed
+            if not (best.turns or len(needed) == 1):
+                names, reason = self._unlike_bases(needed), "these determine the motion together"
+            else:
+                names, reason = (best.name,), _why(best)
+            if best.name not in needed and names == (best.name,):
+                place = best.instead_of[0]
+                needed = [best.name if name == place else name for name in needed]
+        held = {name: positions[name] for name in needed if name not in names}
+        listed = ", ".join(names) if len(names) < 4 else f"{len(names)} joints"
+        return _Chosen(tuple(names), held, f"{reason}: {listed}"), needed
+
+    def _unlike_bases(self, needed: list[str]) -> tuple[str, ...]:
+        """Return coordinates in order, without those by which whole mechanisms move in space."""
+        needed = [name for name in self._mechanism.drivable if name in needed]
+        joints = self._mechanism.joints
+        types = {name: joints[self._mechanism.drivable[name].joint].type for name in needed}
+        return tuple(name for name in needed if types[name] != "floating") or tuple(needed)
+
+    @staticmethod
+    def _best(found: Mapping[str, Drive]) -> Drive | None:
+        """Return the coordinate that is driven alone: at the ground, and turning through."""
+        able = [item for item in found.values() if item.determines and item.range is not None]
+        return max(
+            able,
+            key=lambda item: (item.turns and item.is_grounded, item.turns, item.is_grounded),
+            default=None,
+        )
+
+
+def _why(best: Drive) -> str:
+    where = "at the ground" if best.is_grounded else "not at the ground"
+    return f"driven at a joint {where} that {'turns through' if best.turns else 'swings'}"
+
+
+def _shortened(error: CardanError) -> str:
+    """Return what an error says of a drive in a few words."""
+    if isinstance(error, SingularConfigurationError):
+        return "starts in a dead point"
+    if isinstance(error, MobilityError):
+        return "does not determine the motion"
+    return str(error).partition(";")[0]

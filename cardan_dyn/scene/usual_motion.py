@@ -1,0 +1,285 @@
+"""Usual motion: how a mechanism is moved where its user does not say how."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..errors import AssemblyError, MobilityError, SingularConfigurationError
+from ..mechanism.mechanism import Mechanism
+from ..results.sweep import Sweep
+from .drives import Drives, described_limits, drives_of
+from .presets import Preset, preset_of
+from .scene import Scene
+
+_SLIDE_SWING = 0.05
+"""How far a slide without limits moves to both sides, as a fraction of the mechanism's length."""
+_ANGLE_SWING = 0.5
+"""How far an angle without limits moves to both sides [rad]: clearly visible, and less than most
+mechanisms allow."""
+_CLEAR = 0.05
+"""Part of its range by which a single drive stays away from the dead points at its ends, where the
+scene would be refused."""
+_JOINT_SWING = 0.3
+"""Amplitude of each of several drives, as a fraction of its limits: these say nothing of which
+combinations of positions the loops allow, so it stays well inside."""
+_SMALLER_SWINGS = (1.0, 0.3, 0.1, 0.03)
+"""Parts of that amplitude that are tried around the start where the loops do not allow it."""
+_ROUNDING = 1e-12
+
+
+class UsualMotion(NamedTuple):
+    """A scene, and positions over the whole range of its drives.
+
+    Attributes:
+        scene: the scene.
+        positions: `(N,)` of its drive, `(N, d)` of d drives [rad or m].
+        turns: whether its only drive turns once, so that its speed may be constant.
+        speed: of a single drive that turns [rad/s], as the preset has it.
+        said: what moves over which range and why, in one line.
+    """
+
+    scene: Scene
+    positions: Array
+    turns: bool
+    speed: float
+    said: str
+
+    def sweep(self, speed: float | None = None) -> Sweep:
+        """Return the sweep over the positions; a swing is quasi-static, as it reverses its sense.
+
+        Args:
+            speed: of a drive that turns [rad/s]; that of the preset if None.
+        """
+        if not self.turns:
+            return self.scene.sweep(self.positions)
+        return self.scene.sweep(self.positions, speed=self.speed if speed is None else speed)
+
+
+def default_sweep(
+    mechanism: Mechanism,
+    *,
+    drive: tuple[str, ...] = (),
+    held: Mapping[str, float] | None = None,
+    loads: Mapping[str, float] | None = None,
+    gravity: ArrayLike | None = None,
+    speed: float | None = None,
+    samples: int = 721,
+) -> Sweep:
+    """Move a mechanism through its range, as given or else as is usual; see `usual_motion`.
+
+    Args:
+        mechanism: from `load`.
+        drive: driven joints.
+        held: joints to positions [rad or m].
+        loads: joints to efforts [N·m or N].
+        gravity: `(3,)` [m/s²].
+        speed: of a single drive [rad/s or m/s].
+        samples: count of positions.
+
+    Raises:
+        CardanError: as `Scene` and `Scene.sweep` do.
+    """
+    motion = usual_motion(
+        mechanism, drive=drive, held=held, loads=loads, gravity=gravity, samples=samples
+    )
+    return motion.sweep(speed)
+
+
+def usual_motion(
+    mechanism: Mechanism,
+    *,
+    drive: tuple[str, ...] = (),
+    held: Mapping[str, float] | None = None,
+    loads: Mapping[str, float] | None = None,
+    gravity: ArrayLike | None = None,
+    samples: int = 721,
+) -> UsualMotion:
+    """Return how a mechanism moves through its range, as given or else as is usual.
+
+    A single drive turns once, or swings through the range that it has; several swing out of phase,
+    each within its limits.
+
+    Args:
+        mechanism: from `load`.
+        drive: driven joints.
+        held: joints to positions [rad or m].
+        loads: joints to efforts [N·m or N].
+        gravity: `(3,)` [m/s²].
+        samples: count of positions.
+
+    Raises:
+        CardanError: as `Scene` does.
+    """
+    scene, why = _scene_and_why(mechanism, drive, held, loads, gravity)
+    mechanism, drives = scene.mechanism, scene.drives
+    speed = (preset_of(mechanism) or Preset()).speed
+    if len(drives) > 1:
+        positions = _out_of_phase(scene, samples)
+        if len(drives) > 4:
+            listed = f"{', '.join(drives[:3])} and {len(drives) - 3} others"
+        else:
+            listed = ", ".join(drives)
+        return UsualMotion(scene, positions, False, speed, f"{listed} swing out of phase{why}")
+    (name,) = drives
+    found = _range(scene, name)
+    if found is None:
+        turn = np.linspace(0.0, 2.0 * np.pi, samples)
+        return UsualMotion(scene, turn, True, speed, f"{name} turns once{why}")
+    low, high = found
+    phase = np.linspace(0.0, 2.0 * np.pi, samples)
+    swing = (low + high) / 2.0 + (high - low) / 2.0 * np.sin(phase)
+    if slides(mechanism, name):
+        between = f"{_shown(low)} and {_shown(high)} m"
+    else:
+        between = f"{_shown(np.rad2deg(low))}° and {_shown(np.rad2deg(high))}°"
+    said = f"{name} moves between {between}, there and back{why}"
+    return UsualMotion(scene, np.asarray(swing), False, speed, said)
+
+
+def default_scene(
+    mechanism: Mechanism,
+    *,
+    drive: tuple[str, ...] = (),
+    held: Mapping[str, float] | None = None,
+    loads: Mapping[str, float] | None = None,
+    gravity: ArrayLike | None = None,
+) -> Scene:
+    """Return the scene of a mechanism, as given or else as is usual.
+
+    Args:
+        mechanism: from `load`.
+        drive: driven joints; with what `held` and the preset hold, or the default of `Drives`.
+        held: joints to positions [rad or m].
+        loads: joints to efforts [N·m or N]; those of the preset if None.
+        gravity: `(3,)` [m/s²]; that of the preset if None.
+
+    Raises:
+        CardanError: as `Scene` does.
+    """
+    return _scene_and_why(mechanism, drive, held, loads, gravity)[0]
+
+
+def _scene_and_why(
+    mechanism: Mechanism,
+    drive: tuple[str, ...],
+    held: Mapping[str, float] | None,
+    loads: Mapping[str, float] | None,
+    gravity: ArrayLike | None,
+) -> tuple[Scene, str]:
+    """Return the scene, and why its drives were chosen, in brackets; nothing if they were given."""
+    preset, why = preset_of(mechanism), ""
+    near: dict[str, float | Array] = {}
+    given, drives = dict(held or {}), tuple(drive)
+    if preset is not None:
+        resting = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
+        drives = drives or preset.drive
+        given = {**resting, **given}
+    elif not drives:
+        found = drives_of(mechanism)
+        if not found.default:
+            raise MobilityError(
+                f"{mechanism.name}: {found.reason}; `cardan-dyn check` says more",
+                mobility=found.mobility,
+            )
+        drives, given = _with_held(found, given)
+        if found.is_moved:
+            # What is held elsewhere is brought there from the start.
+            positions = found.start.positions.items()
+            near = {name: value for name, value in positions if name not in given}
+        why = f" ({found.reason.partition(':')[0]})"
+    preset = preset or Preset()
+    return Scene(
+        mechanism,
+        drive=list(drives),
+        held={name: float(value) for name, value in given.items() if name not in drives},
+        loads=preset.loads if loads is None else loads,
+        gravity=preset.gravity if gravity is None else gravity,
+        near=near or None,
+    ), why
+
+
+def _with_held(
+    found: Drives, given: Mapping[str, float]
+) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Return drives and held joints where some are held at other positions, or other ones are."""
+    drives, held = list(found.default), dict(found.held)
+    for name, value in given.items():
+        places = [name, *(found[name].instead_of if name in found else ())]
+        place = next((item for item in places if item in held or item in drives), None)
+        if place in held:
+            del held[place]  # Also where it is the joint itself, which is held last then.
+        elif place is not None and len(drives) > 1:
+            drives.remove(place)
+        held[name] = value
+    return tuple(drives), held
+
+
+def _range(scene: Scene, drive: str) -> tuple[float, float] | None:
+    """Return between which positions a single drive swings; None if it turns through."""
+    mechanism = scene.mechanism
+    is_slide = slides(mechanism, drive)
+    low, high = scene.motion_range()
+    bottom, top = described_limits(mechanism, drive)
+    # Dead points at the ends are kept clear of, limits are not.
+    clear = _CLEAR * (high - low) if np.isfinite(high - low) else 0.0
+    start = float(scene.solver.assembly.start[mechanism.coordinates.named[drive].column])
+    if bottom <= start <= top:
+        low = bottom if bottom > low + clear else low + clear
+        high = top if top < high - clear else high - clear
+    else:
+        low, high = low + clear, high - clear
+    if not is_slide and not np.isfinite(low) and not np.isfinite(high):
+        return None
+    reach = _SLIDE_SWING * mechanism.characteristic_length if is_slide else _ANGLE_SWING
+    if not np.isfinite(low):
+        low = min(start, high) - reach
+    if not np.isfinite(high):
+        high = max(start, low) + reach
+    return float(low), float(high)
+
+
+def slides(mechanism: Mechanism, name: str) -> bool:
+    """Return whether the coordinate of a joint, or `joint.coordinate`, is a slide.
+
+    Raises:
+        ModelError: there is none of this name.
+    """
+    if name not in mechanism.drivable:
+        mechanism.joint(name)
+        return False  # It has no single coordinate, which the scene reports.
+    return mechanism.drivable[name].slides
+
+
+def _out_of_phase(scene: Scene, samples: int) -> Array:
+    """Return positions `(samples, d)` of d drives that swing one after the other."""
+    mechanism, drives = scene.mechanism, scene.drives
+    limits = np.array([described_limits(mechanism, name) for name in drives])
+    columns = [mechanism.coordinates.named[name].column for name in drives]
+    start = scene.solver.assembly.start[columns]
+    length = mechanism.characteristic_length
+    reach = np.array(
+        [_SLIDE_SWING * length if slides(mechanism, name) else _ANGLE_SWING for name in drives]
+    )
+    is_limited = np.isfinite(limits).all(axis=1)
+    low = np.where(is_limited, limits[:, 0], start - reach)
+    high = np.where(is_limited, limits[:, 1], start + reach)
+    phase = 2.0 * np.pi * np.arange(len(drives)) / len(drives)
+    waves = np.sin(np.linspace(0.0, 2.0 * np.pi, samples)[:, None] + phase)
+    amplitude = _JOINT_SWING * (high - low)
+    positions = (low + high) / 2.0 + amplitude * waves
+    for part in _SMALLER_SWINGS:
+        try:
+            scene.assemble(positions)
+            break
+        except (AssemblyError, SingularConfigurationError):
+            positions = start + part * amplitude * waves
+    return np.asarray(positions)
+
+
+def _shown(value: float) -> str:
+    return f"{0.0 if abs(value) < _ROUNDING else value:.4g}"
