@@ -38,13 +38,13 @@ def main() -> None:
     "--out",
     "directory",
     type=click.Path(file_okay=False, path_type=Path),
-    default=Path("report"),
+    default=Path("comparison"),
     show_default=True,
     help="Directory for the figures and the HTML page.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the comparisons as JSON.")
 @click.option("--figures/--no-figures", default=True, help="Write figures and page, or only print.")
-def report(directory: Path, as_json: bool, figures: bool) -> None:
+def compare(directory: Path, as_json: bool, figures: bool) -> None:
     """Compare the bundled descriptions with Thoma (1920) and Grossmann (1939).
 
     Exits with 1 when a comparison falls short of its tolerance.

@@ -1,6 +1,6 @@
 """Comparisons: the bundled descriptions against the closed forms of Weisbach, Thoma, Grossmann.
 
-No computation of the library depends on them; `cardan-dyn report` shows them. The closed forms
+No computation of the library depends on them; `cardan-dyn compare` shows them. The closed forms
 come from `analytic`, which does not use Pinocchio.
 """
 

@@ -24,7 +24,7 @@ scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_an
                  loads={"bearing_out": -1.0})
 assert scene.sweep([0.0]).loop_residual < 1e-14
 from cardan_dyn.command_line import commands as cli
-cli.main(["report", "--out", sys.argv[2]], standalone_mode=False)
+cli.main(["compare", "--out", sys.argv[2]], standalone_mode=False)
 """
 
 

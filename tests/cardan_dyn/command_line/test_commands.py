@@ -32,8 +32,8 @@ def invoke(*arguments: str) -> Result:
     return CliRunner().invoke(cli.main, arguments, catch_exceptions=False)
 
 
-def report(*arguments: str) -> Result:
-    return invoke("report", *arguments)
+def compare(*arguments: str) -> Result:
+    return invoke("compare", *arguments)
 
 
 def view(*arguments: str) -> Result:
@@ -46,14 +46,14 @@ def made() -> comparisons.Comparisons:
 
 
 @pytest.mark.slow
-def test_report_writes_table_figures_and_page(tmp_path: Path) -> None:
-    result = report("--out", str(tmp_path / "new" / "report"))
+def test_compare_writes_table_figures_and_page(tmp_path: Path) -> None:
+    result = compare("--out", str(tmp_path / "new" / "comparison"))
     assert result.exit_code == 0
     assert "universal joint" in result.output
     assert "double shaft" in result.output
     assert "Thoma (6)" in result.output
     assert "FAIL" not in result.output
-    directory = tmp_path / "new" / "report"
+    directory = tmp_path / "new" / "comparison"
     names = ["grossmann_abb_3", "grossmann_abb_4", "speed_ratio", "thoma_6_7"]
     for suffix in ("png", "svg"):
         assert sorted(path.stem for path in directory.glob(f"*.{suffix}")) == names
@@ -66,7 +66,7 @@ def test_report_writes_table_figures_and_page(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_json_is_nothing_but_json(tmp_path: Path) -> None:
-    result = report("--json", "--out", str(tmp_path))
+    result = compare("--json", "--out", str(tmp_path))
     data = json.loads(result.stdout)
     assert data["passed"] is True
     assert len(data["comparisons"]) == 85
@@ -79,14 +79,14 @@ def test_a_comparison_that_falls_short_fails_the_command(
 ) -> None:
     spoiled = comparisons.Comparisons([dataclasses.replace(made[0], error=2e-13), *made[1:]])
     monkeypatch.setattr(comparisons, "run", lambda: spoiled)
-    result = report("--out", str(tmp_path))
+    result = compare("--out", str(tmp_path))
     assert result.exit_code == 1
     assert "FAIL" in result.output
     assert "A comparison falls short." in (tmp_path / "index.html").read_text(encoding="utf-8")
     nan = dataclasses.replace(made[0], error=float("nan"))
     broken = comparisons.Comparisons([nan, *made[1:]])
     monkeypatch.setattr(comparisons, "run", lambda: broken)
-    assert report("--no-figures").exit_code == 1
+    assert compare("--no-figures").exit_code == 1
 
 
 @pytest.mark.slow
@@ -101,15 +101,15 @@ def test_without_matplotlib_the_install_command_is_named(
         return real(name, *rest, **more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    result = report("--out", str(tmp_path))
+    result = compare("--out", str(tmp_path))
     assert result.exit_code == 1
     assert 'pip install "cardan-dyn[viz]"' in result.output
-    assert report("--no-figures").exit_code == 0
+    assert compare("--no-figures").exit_code == 0
 
 
 def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("", encoding="utf-8")
-    result = report("--out", str(tmp_path / "taken" / "report"))
+    result = compare("--out", str(tmp_path / "taken" / "comparison"))
     assert result.exit_code == 1
     assert "cannot be written" in result.output
 
@@ -174,7 +174,7 @@ def test_command_prints_its_address_and_ends_with_its_process(tmp_path: Path) ->
 def test_version_and_help() -> None:
     assert invoke("--version").output == f"cardan-dyn, version {cd.__version__}\n"
     shown = invoke("-h").output
-    assert "report" in shown and "view" in shown
+    assert "compare" in shown and "view" in shown
     assert "Joint wrenches of closed-chain mechanisms" in shown
 
 
@@ -184,7 +184,7 @@ def test_printed_table_has_a_line_per_quantity(
     monkeypatch.setattr(comparisons, "run", lambda: made)
     monkeypatch.setenv("COLUMNS", "160")
     monkeypatch.chdir(tmp_path)
-    result = report("--no-figures")
+    result = compare("--no-figures")
     assert result.exit_code == 0
     for row in made.rows():
         (line,) = (
@@ -203,7 +203,7 @@ def test_json_goes_to_the_output_and_paths_beside_it(
 
     monkeypatch.setattr(comparisons, "run", lambda: made)
     monkeypatch.setattr(reporting, "write", lambda compared, directory: directory / "page")
-    result = report("--json", "--out", str(tmp_path))
+    result = compare("--json", "--out", str(tmp_path))
     assert result.stdout == reporting.as_json(made) + "\n"
     assert result.stderr == f"Figures and page: {tmp_path / 'page'}\n"
 
