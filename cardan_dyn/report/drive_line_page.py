@@ -19,7 +19,7 @@ from ..drive_lines.line.supports import supports
 from ..errors import CardanError
 from ..figures.style import LOOK, Figure, require_matplotlib
 from ..viewer.viewing import View, view
-from .report import template
+from .page import template
 
 ROUNDING = 1e-12
 """Forces, relative to the greatest, that are the rounding of none."""

@@ -6,20 +6,19 @@ import base64
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from .. import figures
 from .._version import __version__
 from ..checks import writing
-from ..errors import MissingExtraError
 from ..figures.style import require_matplotlib
 from ..mechanism.mechanism import load
 from ..results.sweep import Sweep
 from ..viewer.viewing import view
 from . import closed_forms
 from .comparisons import BETAS_DEG, TORQUE, double_shaft_turn, universal_joint_turn
+from .page import template
 from .verdicts import Comparisons
 
 FIGURE_BETA_DEG = 50.0
@@ -74,22 +73,6 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
     with writing(path):
         path.write_text(page, encoding="utf-8")
     return path
-
-
-def template(name: str) -> Any:
-    """Return the template of a page.
-
-    Raises:
-        MissingExtraError: Jinja is not installed.
-    """
-    try:
-        from jinja2 import Environment, PackageLoader
-    except ImportError as error:
-        raise MissingExtraError(
-            'the report page needs Jinja: pip install "cardan-dyn[viz]"'
-        ) from error
-    environment = Environment(loader=PackageLoader("cardan_dyn.report"), autoescape=True)
-    return environment.get_template(name)
 
 
 def _write_figures(joint_turn: Sweep, shaft_turn: Sweep, directory: Path) -> list[tuple[str, str]]:
