@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from .mechanism.mechanism import Mechanism, load
     from .response.response import Response
     from .results.motion import Motion
+    from .results.point_motion import PointMotion
     from .results.sweep import Sweep
     from .results.wrench import JointWrench
     from .scene.assembling import assemble, write
@@ -91,6 +92,7 @@ _MODULES = {
     "Motion": ".results.motion",
     "PinContact": ".elements.pin_contact",
     "Plan": ".scene.plan",
+    "PointMotion": ".results.point_motion",
     "PointSpring": ".elements.point_spring",
     "Response": ".response.response",
     "Scene": ".scene.scene",
@@ -146,6 +148,7 @@ __all__ = [
     "Motion",
     "PinContact",
     "Plan",
+    "PointMotion",
     "PointSpring",
     "Response",
     "Scene",

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..frozen import Value
+from ..frozen import FrozenDict, Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,6 +202,8 @@ class Description(Value):
         notation: how the loops were written, and what else was found.
         warnings: what is wrong with it and was accepted.
         source: its text and file.
+        frames: further frames by name, such as the sites of MJCF: the link that carries each, and
+            its `(4, 4)` placement there [m].
     """
 
     name: str
@@ -214,6 +216,9 @@ class Description(Value):
     notation: str = field(default="URDF+", compare=False)
     warnings: tuple[str, ...] = field(default=(), compare=False)
     source: SourceText | None = field(default=None, compare=False)
+    frames: Mapping[str, tuple[str, np.ndarray]] = field(
+        default_factory=lambda: FrozenDict({}), compare=False
+    )
 
     def with_moving(self, joints: Collection[str]) -> Description:
         """Return the description in which some adjustable joints are what they become."""

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..checks import vector
 from ..frozen import Frozen, frozen, read_only
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from .mechanism import Mechanism
 
 
@@ -88,6 +91,37 @@ class Configuration(Frozen):
             ModelError: unknown joint.
         """
         return self._placement(joint)[0][0]
+
+    def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Return where a point of a link is in the world `(3,)` [m].
+
+        Args:
+            link: name of a link; or else of a `fixed` joint, of a site of MJCF or a frame of SDF,
+                which move with their link.
+            xyz: `(3,)` the point, from the origin of that and in its axes [m].
+
+        Raises:
+            ModelError: unknown link.
+            ArgumentError: `xyz` is no `(3,)` of finite numbers.
+        """
+        return self._carried(link, vector("xyz", xyz, 3))[1]
+
+    def orientation(self, link: str) -> Array:
+        """Return the rotation `(3, 3)` that takes components in a link's axes to world axes.
+
+        Args:
+            link: see `point`.
+
+        Raises:
+            ModelError: unknown link.
+        """
+        return self._carried(link, np.zeros(3))[0]
+
+    def _carried(self, link: str, xyz: Array) -> tuple[Array, Array]:
+        from .carried import CarriedFrame  # Imported here: few ask configurations for points.
+
+        rotation, point = CarriedFrame(self.mechanism, link, xyz).placed(self.x[None, :])
+        return read_only(rotation[0]), read_only(point[0])
 
     def _placement(self, joint: str) -> tuple[Array, Array]:
         name, frames = self.mechanism.joint(joint).name, self.mechanism.frames

@@ -231,18 +231,28 @@ class Frames:
             index: of the joint.
         """
         last = self.last[index]
-        path = [last] if last >= 0 else []
-        while path and self.motions[path[-1]].before >= 0:
-            path.append(self.motions[path[-1]].before)
-        frames: dict[int, Array] = {}
-        for motion in reversed(path):
-            angle = x[:, self.motions[motion].column]
-            frames[motion] = np.empty((4, 3, len(x)))
-            self._place(frames, motion, x, (np.cos(angle), np.sin(angle)))
+        frames = self.placed_along(x, self.motions_to(last))
         offset = self._offset(last, self.fixed_placement.get(index, _IDENTITY))
         frame = np.broadcast_to(offset.frame(frames), (4, 3, len(x)))
         origin = frame[3].T + self.corner
         return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), origin
+
+    def motions_to(self, last: int) -> list[int]:
+        """Return the motions from the world to one of them, whose index is last; none for -1."""
+        path = []
+        while last >= 0:
+            path.append(last)
+            last = self.motions[last].before
+        return path[::-1]
+
+    def placed_along(self, x: Array, path: list[int]) -> dict[int, Array]:
+        """Return the frames `(4, 3, N)` of the motions of a path at rows `x (N, size)`."""
+        frames: dict[int, Array] = {}
+        for motion in path:
+            angle = x[:, self.motions[motion].column]
+            frames[motion] = np.empty((4, 3, len(x)))
+            self._place(frames, motion, x, (np.cos(angle), np.sin(angle)))
+        return frames
 
     def turned(self, x: Array, index: int) -> Array:
         """Return rotations `(N, 3, 3)` from a joint's frame to where it is at coordinate zero.

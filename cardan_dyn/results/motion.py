@@ -196,6 +196,15 @@ class Motion(Frozen):
         ratios = self.velocity_ratios.of_coordinates(columns, self._drive_index(drive))
         return self._shaped(squeezed(ratios))
 
+    def all_ratios(self, drive: int | str = 0) -> Array:
+        """Return the velocity ratios `(N, nv)` of all velocity coordinates, see `ratio`.
+
+        Raises:
+            ArgumentError: unknown drive.
+        """
+        columns = slice(0, len(self._coordinates.rate_scale))
+        return self.velocity_ratios.of_coordinates(columns, self._drive_index(drive))
+
     def _of_columns(self, rates: Array, joint: str) -> Array:
         """Return the columns of rates that belong to a joint, without an axis for one column."""
         columns = rates[..., self._spans(joint)[1]]

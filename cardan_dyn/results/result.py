@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from .plot import MotionPlot
     from .table import Table
 
 
@@ -65,48 +64,3 @@ class Result:
             MissingExtraError: pandas or xarray is not installed.
         """
         return self.table().save(path)
-
-
-class MotionResult(Result):
-    """A result over samples of a motion, whose tables may leave the motion out."""
-
-    @abstractmethod
-    def table(self, *, motion: bool = True) -> Table:
-        """Return what is known, with names for dimensions, and units.
-
-        Args:
-            motion: whether to include the motion of the joints.
-        """
-
-    @property
-    def plot(self) -> MotionPlot:
-        """Figures: `sweep.plot("bearing_out")`, or `sweep.plot.polar("bearing_out")`."""
-        from .plot import MotionPlot  # Imported here: few scripts draw.
-
-        return MotionPlot(self)
-
-    def to_xarray(self, *, motion: bool = True) -> xarray.Dataset:
-        """Return all results as a dataset; every variable has `units` and a `long_name`.
-
-        Args:
-            motion: whether to include the motion of the joints. A `Response` solves it directly,
-                which may take longer than all the rest.
-
-        Raises:
-            MissingExtraError: xarray is not installed.
-        """
-        return self.table(motion=motion).to_xarray()
-
-    def to_dataframe(self, *, motion: bool = True) -> pandas.DataFrame:
-        """Return all results, a row per sample and a column per value.
-
-        Columns are called `drive_effort`, `bearing_out.bending`, `bearing_out.force_x` and so on.
-        `frame.attrs["units"]` maps them to their units.
-
-        Args:
-            motion: see `to_xarray`.
-
-        Raises:
-            MissingExtraError: pandas is not installed.
-        """
-        return self.table(motion=motion).to_dataframe()

@@ -7,6 +7,7 @@ As a table (`Sweep.to_xarray`, `Sweep.to_dataframe`) it has the dimensions
 - `drive`, where there are several, `held` and `coupling`,
 - `moving_joint`: joints with one coordinate, and the coordinates of others that turn or slide
   (`joint.turn_1`),
+- `point`: those that were asked for (`point_position` … by `component`, in world axes),
 - `element`: force elements by name, `elements[0]` where one has none; those along coordinates
   (`joint_element`, with `element_effort`), between points (`point_spring`, with `element_tension`,
   `element_length`, `element_force`) and `bushing` (`element_wrench` by `wrench_component`,
@@ -29,7 +30,8 @@ column per value. Flat names select by `frame.filter(like=".bending")`, plot by
 - `joint_angle.holding_effort`, `mesh.coupling_moment`, `load_bearing_out` where a load varies,
 - `spring.element_tension`, `motor.element_effort`, `rubber.element_wrench_force_x`,
   `spring.element_energy`, `spring.element_dissipation`, and `elastic_energy` of all,
-- `pin_in.position`, `pin_in.velocity`, `pin_in.acceleration`.
+- `pin_in.position`, `pin_in.velocity`, `pin_in.acceleration`,
+- of points that were asked for, `coupler.position_x` … `coupler.angular_acceleration_z`.
 
 Those of a trajectory have its times, and its energies, besides: see `Trajectory.table`.
 
@@ -57,14 +59,14 @@ from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
 from .motion import Motion
-from .prescribed import Prescribed
-from .result import MotionResult
+from .prescribed import MotionResult
 from .source import Source
 from .table import Table, Variable
 from .wrench import WITHOUT_AXIS, JointWrench, named_components
 
 if TYPE_CHECKING:
     from .element_results import ElementResults
+    from .point_motion import Points
 
 FRAMES = ("joint", "parent", "world")
 _STORED = ("unique", "coupling_moment", "coupling_unique", "condition", "proven")
@@ -88,7 +90,7 @@ _MOST_EVALUATED = 100_000
 are read, and a grid of millions would take seconds for a cell that only names it."""
 
 
-class Sweep(MotionResult, Prescribed):
+class Sweep(MotionResult):
     """Joint wrenches, drive efforts and motion of a scene over N samples.
 
     `sweep["bearing_out"]` is the `JointWrench` of a joint in its own frame; `wrench(name, frame)`
@@ -389,13 +391,28 @@ class Sweep(MotionResult, Prescribed):
         """Joints to the placements computed so far."""
         return {}
 
-    def table(self, *, motion: bool = True) -> Table:
+    def given(self) -> Table:
+        """Return drive positions, and what was given besides and varies, without results."""
+        return Table(
+            variables=[*_rates(self), *_loads(self)],
+            samples=dict(zip(_sample_dims(self), self.shape, strict=True)),
+            labels={"drive": self.coordinates, "component": _AXES},
+            attributes={"mechanism": self.mechanism.name, "cardan_dyn_version": __version__},
+        )
+
+    def table(self, *, motion: bool = True, points: Points = ()) -> Table:
         """Return all results as a table, see the top of this module.
 
         Args:
             motion: whether to include the motion of the joints.
+            points: see `to_dataframe`.
         """
-        return _table_of(self, motion)
+        table = _table_of(self, motion)
+        if not points:
+            return table
+        from .point_motion import with_points  # Imported here: most tables have none.
+
+        return with_points(table, self, points)
 
     def _repr_html_(self) -> str:
         """Return the greatest wrenches, then the residuals."""

@@ -250,4 +250,6 @@ def _column_name(variable: str, *names: tuple[str, str]) -> str:
                 quantity = f"drive_{quantity}"
             if dim == "moving_joint":
                 quantity = quantity.removeprefix("joint_")
+            if dim == "point":
+                quantity = quantity.removeprefix("point_")
     return f"{owner}.{quantity}" if owner else quantity

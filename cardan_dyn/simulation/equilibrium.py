@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep
 from .energy_functions import without_elements
 from .start_state import drive_positions
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _STEP = 1e-3
 """Step of differences [rad, or as a fraction of the characteristic length]: with a stencil of fifth
@@ -78,6 +81,23 @@ class Equilibrium(Prescribed):
             f"{name} {value:g}" for name, value in zip(self.free, self.position, strict=True)
         )
         return f"<Equilibrium of {self.mechanism.name!r}: {self.stability} at {places}>"
+
+    def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Return where a point of a link rests in the world `(3,)` [m]; see `Sweep.point`.
+
+        Raises:
+            ModelError: unknown link, or one whose motion the outputs leave out.
+            ArgumentError: `xyz` is no `(3,)` of finite numbers.
+        """
+        return self.sweep.point(link, xyz).position[0]
+
+    def orientation(self, link: str) -> Array:
+        """Return the rotation `(3, 3)` that takes components in a link's axes to world axes.
+
+        Raises:
+            ModelError: see `point`.
+        """
+        return self.sweep.orientation(link)[0]
 
     @cached_property
     def _small(self) -> SmallMotions:

@@ -27,8 +27,7 @@ from ..problem.samples import Acting, acting_on
 from ..results.collect import Scattered, sweep_of
 from ..results.element_results import ElementResults
 from ..results.motion import Motion
-from ..results.prescribed import Prescribed
-from ..results.result import MotionResult
+from ..results.prescribed import MotionResult
 from ..results.sweep import Sweep
 from ..results.table import Table, Variable
 from ..results.wrench import JointWrench
@@ -43,6 +42,8 @@ if TYPE_CHECKING:
     from typing import Self
 
     from numpy.typing import ArrayLike
+
+    from ..results.point_motion import Points
 
 
 _GREATEST_ERROR = 1e-6
@@ -207,7 +208,7 @@ class _OfSweep(Generic[_Member]):
         return self if trajectory is None else getattr(trajectory.sweep, self._name)
 
 
-class Trajectory(MotionResult, Prescribed):
+class Trajectory(MotionResult):
     """Motion, energies and joint wrenches of a simulation over N times.
 
     `trajectory["bearing_out"]` is a `JointWrench` as that of a sweep; `at` gives the same
@@ -727,7 +728,28 @@ class Trajectory(MotionResult, Prescribed):
         greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
         return max(weight, float(greatest))
 
-    def table(self, *, motion: bool = True) -> Table:
+    @property
+    def joint_coordinates(self) -> Array:
+        """Coordinates `(N, size)` of the method, for which no wrench is computed."""
+        return self._rows.x
+
+    @property
+    def joint_velocities(self) -> Array:
+        """Velocities `(N, nv)`, likewise; NaN where angles of a ball have no speed, see `speed`."""
+        rows = self._rows
+        return rows.v if rows.exist is None else np.where(rows.exist, rows.v, np.nan)
+
+    @property
+    def joint_accelerations(self) -> Array:
+        """Accelerations `(N, nv)`, proven as wrenches are; NaN where velocities or these are."""
+        accelerations, exist = self.motion.a, self._rows.exist
+        return accelerations if exist is None else np.where(exist, accelerations, np.nan)
+
+    def given(self) -> Table:
+        """Return times and the motion of drives and free coordinates."""
+        return self._over_time(self.sweep.given())
+
+    def table(self, *, motion: bool = True, points: Points = ()) -> Table:
         """Return all results as a table over `time`, energies and work included.
 
         It holds what the table of a sweep does, see `results.sweep`, and `kinetic_energy`,
@@ -737,17 +759,13 @@ class Trajectory(MotionResult, Prescribed):
 
         Args:
             motion: whether to include the motion of the joints.
+            points: see `to_dataframe`.
 
         Raises:
             CardanError: as `sweep`.
         """
-        swept = self.sweep.table(motion=motion)
-        variables = {
-            name: variable._replace(
-                dims=tuple("time" if dim == "sample" else dim for dim in variable.dims)
-            )
-            for name, variable in swept.variables
-        }
+        swept = self._over_time(self.sweep.table(motion=motion))
+        variables = dict(swept.variables)
         first = {name: variables.pop(name) for name in _FIRST if name in variables}
         energies = {
             name: Variable(("time",), getattr(self, name), "J", label)
@@ -761,11 +779,28 @@ class Trajectory(MotionResult, Prescribed):
             "effort_residual": self.effort_residual,
             "energy_residual": self.energy_residual,
         }
-        return replace(
+        table = replace(
             swept,
             variables=list({**first, **energies, **variables}.items()),
-            samples={"time": len(self.time)},
             attributes={**swept.attributes, **told},
+        )
+        if not points:
+            return table
+        from ..results.point_motion import with_points  # Imported here: most tables have none.
+
+        return with_points(table, self, points)
+
+    def _over_time(self, swept: Table) -> Table:
+        """Return a table of the sweep with times along its dimension, `time` the first column."""
+        variables = {
+            name: variable._replace(
+                dims=tuple("time" if dim == "sample" else dim for dim in variable.dims)
+            )
+            for name, variable in swept.variables
+        }
+        first = {name: variables.pop(name) for name in _FIRST if name in variables}
+        return replace(
+            swept, variables=list({**first, **variables}.items()), samples={"time": len(self.time)}
         )
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
+from ...frozen import frozen
 from ..description import (
     CouplingDescription,
     Description,
@@ -124,6 +125,7 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
         independent_joints=_actuated(root, reader.joints),
         notation="MJCF <equality>" if loops or couplings else "no loops",
         warnings=(*passed_over, *reader.warnings, *left_out),
+        frames=frozen(reader.sites),
     )
 
 
@@ -206,6 +208,7 @@ class _MjcfReader:
         joints: those of the tree by name.
         forces: forces that no wrench considers.
         warnings: what is wrong and was accepted.
+        sites: name to the link that carries it, and its placement there.
     """
 
     def __init__(self, root: ElementTree.Element, where: str, strict: bool) -> None:
@@ -226,8 +229,7 @@ class _MjcfReader:
         # Of links: their initial placement in the world, and the first link of their rigid body.
         self._placements = {world: np.eye(4)}
         self._rigid = {world: world}
-        # Of sites: their link and their placement there.
-        self._sites: dict[str, tuple[str, Array]] = {}
+        self.sites: dict[str, tuple[str, Array]] = {}
 
     def read(self, world: ElementTree.Element) -> None:
         """Read a `<worldbody>` and all bodies in it, depth first."""
@@ -383,10 +385,10 @@ class _MjcfReader:
             if element.tag != "site" or not name:
                 continue
             label = f"{at}: site {name!r}"
-            if name in self._sites:
+            if name in self.sites:
                 raise ModelError(f"{label}: another site has this name")
             attributes = self._classes.of(element, childclass, label)
-            self._sites[name] = body, frame @ frame_of(attributes, self.compiler, label)
+            self.sites[name] = body, frame @ frame_of(attributes, self.compiler, label)
 
     def _generated(self, name: str, kind: str) -> str:
         """Return a name, like `name`, for an element to which the file gives none."""
@@ -481,7 +483,7 @@ class _MjcfReader:
     ) -> tuple[tuple[str, str], tuple[Array, Array]]:
         """Return the links of the two sites of an equality, and `(4, 4)` placements there."""
         (first, origin_1), (second, origin_2) = (
-            _named(attributes, key, self._sites, at) for key in ("site1", "site2")
+            _named(attributes, key, self.sites, at) for key in ("site1", "site2")
         )
         _check_apart(first, second, at)
         if kind == "connect":

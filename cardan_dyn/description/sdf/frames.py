@@ -42,6 +42,7 @@ class NamedFrames:
     Attributes:
         links: names of the links in file order, as keys.
         canonical: name of the link that carries the model's frame.
+        further: names of the `<frame>`s in file order.
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class NamedFrames:
         }
         self._check_names(names)
         self.links = dict.fromkeys(names["link"])
+        self.further = tuple(names["frame"])
         self.canonical = self._canonical(model)
         self._frames: dict[str, _Frame] = {}
         self._joints: dict[str, _Frame] = {}

@@ -19,8 +19,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, inverse
 from ...errors import ModelError, choices
+from ...frozen import frozen
 from ..description import CouplingDescription, Description, JointDescription, LinkDescription
 from ..elements import (
     DIRECTION_TOLERANCE,
@@ -178,7 +179,14 @@ class _Reader:
             couplings=tuple(couplings),
             notation="SDF joints beyond a tree" if tree.loops else "no loops",
             warnings=(*warnings, *self._warnings, *left_out),
+            frames=frozen({name: self._carried(name) for name in self._frames.further}),
         )
+
+    def _carried(self, name: str) -> tuple[str, Array]:
+        """Return the link that a frame moves with, and its `(4, 4)` placement there."""
+        at = f"{self._where}: {name!r}"
+        link, placement = self._frames.link(name, at), self._frames.placement(name, at)
+        return link, inverse(self._frames.placement(link, at)) @ placement
 
     def _of(self, tag: str) -> list[ElementTree.Element]:
         return self._model.findall(tag)
