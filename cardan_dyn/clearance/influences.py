@@ -16,7 +16,7 @@ from ..results.table import Table
 from .impact_model import Estimates, ImpactModel, estimates, vars_of
 from .pin_geometry import StiffnessLaw
 from .row_tables import variable
-from .scan_results import ForceReversal
+from .scan_results import FLOWN, LEAST_TAU, ForceReversal
 
 PARAMETERS = ("speed", "slope", "clearance", "mass", "stiffness")
 """What a peak depends on."""
@@ -38,6 +38,8 @@ class Influence(Result, Record):
         rigid, added: parts of the undamped peak `(N,)` [N].
         model: what is varied.
         exponent: d ln peak / d ln parameter at the factor 1.
+        flown: angle that the drive turns during the flight, as a fraction of that to the next
+            greatest force of the rigid mechanism `(N,)`; NaN of a two-mass model by itself.
     """
 
     parameter: str
@@ -50,6 +52,19 @@ class Influence(Result, Record):
     added: Array
     model: ImpactModel
     exponent: float
+    flown: Array
+
+    @property
+    def holds(self) -> Array:
+        """Whether the estimate holds `(N,)`: `ForceReversal.doubts` by what varies here.
+
+        There is a peak, τ is not so small that the estimate has not been checked there, and the
+        ramp of the force does not bend over the flight, as far as that is known.
+        """
+        with np.errstate(invalid="ignore"):
+            return np.asarray(
+                np.isfinite(self.peak) & (self.tau >= LEAST_TAU) & ~(self.flown > FLOWN)
+            )
 
     def table(self) -> Table:
         """Return everything over the factor on the parameter."""
@@ -60,7 +75,7 @@ class Influence(Result, Record):
             "peak": ("N", "greatest force after the impact"),
             "rigid": ("N", "part of an undamped peak of the ramp"),
         }
-        names = ("factor", "value", "tau", "impact_speed", "peak", "rigid", "added")
+        names = ("factor", "value", "tau", "impact_speed", "peak", "rigid", "added", "flown")
         return Table(
             [
                 variable(
@@ -119,6 +134,7 @@ def influence(
         value=np.array(value),
         model=model,
         exponent=getattr(model.exponents, parameter),
+        flown=_flown(of, parameter, factor, varied.pop("contact_time")),
         **varied,
     )
 
@@ -134,6 +150,14 @@ def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Arra
         columns = [np.array(column) for column in zip(*every, strict=True)]
     else:
         columns = list(estimates(**{**given, name: values}))
-    names = ("tau", "impact_speed", "peak", "rigid", "added")
+    names = ("contact_time", "tau", "impact_speed", "peak", "rigid", "added")
     found = dict(zip(Estimates._fields, columns, strict=True))
     return {name: np.array(np.broadcast_to(found[name], factor.shape)) for name in names}
+
+
+def _flown(of: ForceReversal | ImpactModel, parameter: str, factor: Array, time: Array) -> Array:
+    """Return the angles `(N,)` flown in a time, see `Influence.flown`."""
+    if isinstance(of, ImpactModel):
+        return np.full(factor.shape, np.nan)
+    faster = factor if parameter == "speed" else 1.0
+    return np.asarray(of.flown * faster * time / of.contact_time)

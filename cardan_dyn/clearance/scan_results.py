@@ -25,10 +25,10 @@ _REVERSAL = 0.03
 """Turn-through number up to which a swing behaves as if the force vanished, within some 7 %."""
 _STAYS = 0.3
 """The same from which on the sides usually do not part."""
-_FLOWN = 0.4
+FLOWN = 0.4
 """Angle flown, as a fraction of that to the rigid maximum, up to which the ramp is straight enough:
 1 to 5 %."""
-_LEAST_TAU = 3.0
+LEAST_TAU = 3.0
 """Below, the estimate has not been checked against simulation of whole mechanisms."""
 MOST_DAMPED = 0.99
 """Damping ratio up to which the two-mass model goes; a damper that is stronger counts as this."""
@@ -289,13 +289,13 @@ class ForceReversal:
             doubts.append(f"the force turns through (ρ = {self.turn_through:.2f}): {what}")
         if math.isnan(self.peak):
             doubts.append("no peak: the force only follows the ramp (undamped, τ below 1.8386)")
-        elif self.tau < _LEAST_TAU:
+        elif self.tau < LEAST_TAU:
             doubts.append(f"τ = {self.tau:.2f} is small")
         if self.flown > 1.0:
             doubts.append(
                 f"the flight outlasts the force's rise ({self.flown:.2f} of it): far too high"
             )
-        elif self.flown > _FLOWN:
+        elif self.flown > FLOWN:
             doubts.append(f"the ramp bends over the flight ({self.flown:.2f} of the way): too high")
         if abs(self.mass_change) > _MASS_CHANGE:
             doubts.append(f"the reduced mass changes by {100 * self.mass_change:.0f} %")

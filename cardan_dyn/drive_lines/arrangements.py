@@ -56,15 +56,23 @@ class GraphicalMethod(NamedTuple):
     directions: tuple[float, float]
     fork_offset: float
 
-    def plot(self) -> Figure:
+    def plot(
+        self, *, title: str = "", ax: Any = None, figsize: tuple[float, float] | None = None
+    ) -> Figure:
         """Draw the catalogue's diagram, H to the right and V up.
+
+        Args:
+            title: of the figure; what it shows unless given.
+            ax: axes to be drawn into instead of a new figure.
+            figsize: width and height of a new figure [inch].
 
         Raises:
             MissingExtraError: matplotlib is not installed.
+            ArgumentError: more than one axes.
         """
         from .drawing import bending_planes  # Imported here: few scripts draw.
 
-        return bending_planes(self)
+        return bending_planes(self, title=title, ax=ax, figsize=figsize)
 
 
 def graphical_method(

@@ -9,14 +9,15 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from ..figures.style import (
-    TITLE_SIZE,
     Axes,
     Figure,
+    Into,
+    Size,
     angle_axis,
-    axes_grid,
     curve_style,
-    legend,
+    in_look,
     line_style,
+    sheet,
 )
 
 if TYPE_CHECKING:
@@ -32,7 +33,10 @@ _NEAR = 0.12
 _SMALL = 8
 
 
-def arrangement(line: LineData, *, title: str = "") -> Figure:
+@in_look
+def arrangement(
+    line: LineData, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
     """Draw a line at rest, seen from its right side and from above.
 
     Across the line the scale is larger than along it. Joints are circles with their joint angles β,
@@ -42,20 +46,22 @@ def arrangement(line: LineData, *, title: str = "") -> Figure:
     Args:
         line: the line.
         title: of the figure; the name of the line unless given.
+        ax: two axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         MissingExtraError: matplotlib is not installed.
+        ArgumentError: other than two axes.
     """
     points = line_points(line)
-    figure, axes = axes_grid(2, size=_SIZE, share_x=True)
+    drawn = sheet(2, size=_SIZE, share_x=True, ax=ax, figsize=figsize)
     for panel, axis, label in zip(
-        axes, (2, 1), ("up, side view [m]", "left, plan view [m]"), strict=True
+        drawn.panels, (2, 1), ("up, side view [m]", "left, plan view [m]"), strict=True
     ):
         _view(panel, line, points[:, [0, axis]], axis)
         panel.set_ylabel(label)
-    axes[-1].set_xlabel("forward [m]")
-    figure.suptitle(title or line.name, fontsize=TITLE_SIZE)
-    return figure
+    drawn.panels[-1].set_xlabel("forward [m]")
+    return drawn.finish(title or line.name)
 
 
 def line_points(line: LineData) -> Array:
@@ -130,7 +136,10 @@ def _degrees(angle: float) -> str:
     return f"{np.degrees(angle):.2f}°".replace("-0.00", "0.00")
 
 
-def over_angle(analysis: Any, *, title: str = "") -> Figure:
+@in_look
+def over_angle(
+    analysis: Any, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
     """Draw what an analysis of a drive line found over the rotation of the input shaft.
 
     From above: the angle error of every shaft behind a joint, its speed ratio, the bending moments
@@ -140,9 +149,11 @@ def over_angle(analysis: Any, *, title: str = "") -> Figure:
     Args:
         analysis: without variants.
         title: of the figure; the name of the line unless given.
+        ax: four axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
-        ArgumentError: the analysis is of many designs.
+        ArgumentError: the analysis is of many designs, or other than four axes.
     """
     if len(analysis.shape) != 1:
         raise ArgumentError("the analysis is of many designs, expected one of a single line")
@@ -159,16 +170,17 @@ def over_angle(analysis: Any, *, title: str = "") -> Figure:
         ),
         ("bearing force [N]", _columns(analysis.bearings, forces.bearing_radial)),
     ]
-    figure, axes = axes_grid(len(panels), size=(7.6, 9.6), share_x=True)
-    for panel, (label, curves) in zip(axes, panels, strict=True):
+    drawn = sheet(len(panels), size=(7.6, 9.6), share_x=True, ax=ax, figsize=figsize)
+    for panel, (label, curves) in zip(drawn.panels, panels, strict=True):
         for index, (name, values) in enumerate(curves):
             panel.plot(angle, values, **curve_style(index, len(angle)), label=name)
         panel.set_ylabel(label)
         panel.ticklabel_format(axis="y", useOffset=False)
         panel.legend(fontsize=_SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    angle_axis(axes[-1], "rotation of the input shaft [°]", analysis.position)
-    figure.suptitle(title or analysis.name, fontsize=TITLE_SIZE)
-    return figure
+    angle_axis(drawn.panels[-1], "rotation of the input shaft [°]", analysis.position)
+    opened = "; ".join(analysis.indeterminate)
+    note = f"forces of bearings are not all determined by statics: {opened}" if opened else ""
+    return drawn.finish(title or analysis.name, 0, note)
 
 
 def _columns(
@@ -190,7 +202,10 @@ _STRAIGHT = 1e-9
 """Angle up to which a joint has no bending plane that could be drawn [°]."""
 
 
-def bending_planes(found: Any) -> Figure:
+@in_look
+def bending_planes(
+    found: Any, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
     """Draw the bends of both joints as the catalogue does, H to the right and V up.
 
     The bend of joint 1 is a dashed line, that of joint 2 a solid line; their lengths are the drawn
@@ -200,14 +215,19 @@ def bending_planes(found: Any) -> Figure:
 
     Args:
         found: from `drive_lines.arrangements.graphical_method`.
+        title: of the figure; what it shows unless given.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         MissingExtraError: matplotlib is not installed.
+        ArgumentError: more than one axes.
 
     Source:
         Catalogue 6.3, Bild 18.
     """
-    figure, axes = axes_grid(size=(6.4, 6.6))
+    drawn = sheet(size=(6.4, 6.6), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     h, v = np.rad2deg(found.beta_h), np.rad2deg(found.beta_v)
     lengths = np.hypot(h, v)
     size = _DIAGRAM_ROOM * max(float(lengths.max()), _STRAIGHT)
@@ -235,9 +255,8 @@ def bending_planes(found: Any) -> Figure:
         ylabel=r"up: side view $β_\mathrm{V}$ [°]",
     )
     offset = float(np.rad2deg(found.fork_offset))
-    axes.set_title(f"Bending planes seen along the power flow, fork offset {offset:.2f}°")
-    legend(figure)
-    return figure
+    told = f"Bending planes seen along the power flow, fork offset {offset:.2f}°"
+    return drawn.finish(title or told)
 
 
 def _rings(axes: Axes, size: float) -> None:

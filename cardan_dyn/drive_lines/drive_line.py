@@ -73,18 +73,23 @@ class DriveLine(LineData):
     phasing = phasing
     layout = layout
 
-    def plot(self, *, title: str = "") -> Figure:
+    def plot(
+        self, *, title: str = "", ax: Any = None, figsize: tuple[float, float] | None = None
+    ) -> Figure:
         """Draw the line at rest, seen from its right side and from above; see `arrangement`.
 
         Args:
             title: of the figure; the name of the line unless given.
+            ax: two axes to be drawn into instead of a new figure.
+            figsize: width and height of a new figure [inch].
 
         Raises:
             MissingExtraError: matplotlib is not installed.
+            ArgumentError: other than two axes.
         """
         from .drawing import arrangement  # Imported here: few scripts draw.
 
-        return arrangement(self, title=title)
+        return arrangement(self, title=title, ax=ax, figsize=figsize)
 
     @classmethod
     def from_toml(cls, source: str | PathLike[str]) -> DriveLine:

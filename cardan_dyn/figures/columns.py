@@ -1,40 +1,82 @@
-"""Columns: lines of a table over one of its columns, an axes per unit."""
+"""Columns: lines over anything, an axes per unit."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
-from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, legend
+from .peaks import label_peaks
+from .style import Abscissa, Figure, Into, Size, curve_style, settle, sheet
+from .wrenches import MARK
 
 Column = tuple[Array, str]
 """Values `(N,)`, and their unit."""
 
 
-def over_column(over: str, abscissa: Column, columns: Mapping[str, Column], title: str) -> Figure:
-    """Return a figure of columns over another one, in degrees where that is an angle.
+def over_column(
+    at: Abscissa,
+    columns: Mapping[str, Column],
+    *,
+    title: str = "",
+    ylabel: str = "",
+    scales: Mapping[str, float] | None = None,
+    marked: Collection[str] = (),
+    note: str = "",
+    peaks: bool | None = None,
+    ax: Into = None,
+    figsize: Size | None = None,
+    line: Mapping[str, Any] | None = None,
+) -> Figure:
+    """Draw columns over an abscissa; those of one unit share their axes, angles are in degrees.
 
     Args:
-        over: name of the abscissa.
-        abscissa: its values and unit.
+        at: the abscissa.
         columns: names to values and units.
         title: of the figure.
+        ylabel: of the ordinate, if all have one unit; the unit if empty.
+        scales: units to sizes beside which values are rounding.
+        marked: names of columns that are not determined by statics.
+        note: on what is drawn.
+        peaks: see `label_peaks`.
+        ax: see `sheet`.
+        figsize: likewise.
+        line: properties of the lines, for `Axes.plot`.
+
+    Raises:
+        ArgumentError: other axes than are needed.
     """
-    values, unit = abscissa
-    at, unit = (np.rad2deg(values), "°") if unit == "rad" else (values, unit)
-    units = list(dict.fromkeys(unit for _, unit in columns.values()))
-    figure, axes = axes_grid(len(units), size=(7.2, 1.4 + 2.6 * len(units)), share_x=True)
-    panels = dict(zip(units, np.atleast_1d(axes), strict=True))
-    for index, (name, (line, its)) in enumerate(columns.items()):
-        panels[its].plot(at, line, **curve_style(index, len(at)), label=name)
-    for its, panel in panels.items():
-        panel.set_ylabel(f"[{its}]" if its != "1" else "[–]")
-    if unit == "°":
-        angle_axis(panels[units[-1]], f"{over} [°]", values)
-    else:
-        panels[units[-1]].set_xlabel(f"{over} [{unit}]")
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, min(len(columns), 3))
-    return figure
+    shown = {name: _in_degrees(*column) for name, column in columns.items()}
+    units = list(dict.fromkeys(unit for _, unit in shown.values()))
+    drawn = sheet(
+        len(units), size=(7.2, 1.4 + 2.6 * len(units)), share_x=True, ax=ax, figsize=figsize
+    )
+    firsts = {unit: drawn.drawn(row) for row, unit in enumerate(units)}
+    panels = dict(zip(units, drawn.panels, strict=True))
+    curves: dict[str, list[Any]] = {unit: [] for unit in units}
+    for index, (name, (values, unit)) in enumerate(shown.items()):
+        style = {**curve_style(firsts[unit] + index, len(at.values)), "label": name, **(line or {})}
+        style["label"] = f"{style['label']}{MARK if name in marked else ''}"
+        curves[unit] += panels[unit].plot(at.values, values, **style)
+    for unit, panel in panels.items():
+        panel.set_ylabel(ylabel if ylabel and len(units) == 1 else _unit_label(unit))
+        scale = (scales or {}).get(unit, 0.0)
+        settle(panel, scale)
+        greatest = max(
+            float(np.max(np.abs(np.nan_to_num(curve.get_ydata())), initial=0.0))
+            for curve in curves[unit]
+        )
+        if greatest > 1e-9 * scale:
+            label_peaks(panel, curves[unit], unit if unit != "1" else "", at.unit, peaks)
+    at.name(panels[units[-1]])
+    return drawn.finish(title, 3, note)
+
+
+def _in_degrees(values: Array, unit: str) -> Column:
+    return (np.rad2deg(values), "°") if unit == "rad" else (values, unit)
+
+
+def _unit_label(unit: str) -> str:
+    return f"[{unit}]" if unit not in ("", "1") else "[–]"

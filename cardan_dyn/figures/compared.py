@@ -7,11 +7,23 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .style import POINTS, Figure, angle_axis, axes_grid, legend, line_style, point_style, thinned
+from .style import (
+    POINTS,
+    Figure,
+    Into,
+    Size,
+    angle_axis,
+    in_look,
+    line_style,
+    point_style,
+    sheet,
+    thinned,
+)
 
 INPUT_LABEL = "rotation of the input shaft φ₁ [°]"
 
 
+@in_look
 def compared(
     position: ArrayLike,
     computed: Mapping[str, ArrayLike],
@@ -21,6 +33,8 @@ def compared(
     title: str = "",
     over: str = INPUT_LABEL,
     points: int = POINTS,
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw results as points over closed forms as lines.
 
@@ -33,19 +47,23 @@ def compared(
         title: of the figure.
         over: label of the abscissa, with its unit.
         points: about how many points are drawn of each result.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
+
+    Raises:
+        ArgumentError: more than one axes.
     """
     angle = np.asarray(position, dtype=float)
     shown = thinned(len(angle), points)
     indices = {label: index for index, label in enumerate({**computed, **closed})}
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for label, values in closed.items():
         name = f"{label}, closed form" if label in computed else label
         axes.plot(np.rad2deg(angle), np.asarray(values), **line_style(indices[label]), label=name)
     for label, values in computed.items():
         style = {**point_style(indices[label]), "label": f"{label}, Pinocchio"}
         axes.plot(np.rad2deg(angle)[shown], np.asarray(values)[shown], **style)
-    axes.set_title(title)
     axes.set_ylabel(quantity)
     angle_axis(axes, over, angle)
-    legend(figure, 3 if len(computed) + len(closed) > 6 else 2)
-    return figure
+    return drawn.finish(title, 3 if len(computed) + len(closed) > 6 else 2)

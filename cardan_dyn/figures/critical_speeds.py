@@ -15,17 +15,20 @@ from ..checks import numbers
 from ..errors import ArgumentError
 from .style import (
     PER_MINUTE,
+    SMALL,
     SPEED,
     Axes,
     Figure,
+    Into,
+    Size,
     abscissa,
-    axes_grid,
     curve_style,
-    legend,
+    in_look,
     line_style,
     ordinate,
     ordinates,
     point_style,
+    sheet,
 )
 
 _HERTZ = 0.5 / np.pi
@@ -45,6 +48,7 @@ _FILLS = (
 """Colour and hatch of each kind: hatches tell them apart in a black-and-white print."""
 
 
+@in_look
 def campbell(
     speed: ArrayLike,
     frequency: ArrayLike,
@@ -53,6 +57,8 @@ def campbell(
     whirl: ArrayLike | None = None,
     critical: ArrayLike | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw natural frequencies over the speed of rotation, with the lines of orders.
 
@@ -64,6 +70,8 @@ def campbell(
             the side that most of a mode is on names its line.
         critical: `(C, 2)` speeds and frequencies of critical speeds [rad/s], drawn as points.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match, or orders that are no numbers.
@@ -73,7 +81,8 @@ def campbell(
     sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
     if sides.shape != modes.shape:
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for index in range(modes.shape[1]):
         values = np.where(modes[:, index] > 0.0, modes[:, index], np.nan)
         name = f"mode {index + 1}{_direction(sides[:, index])}"
@@ -91,11 +100,11 @@ def campbell(
     _limit_speed(axes, at)
     if top:
         axes.set_ylim(0.0, top * _HERTZ)
-    axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]", title=title)
-    legend(figure, 3)
-    return figure
+    axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]")
+    return drawn.finish(title, 3)
 
 
+@in_look
 def critical_speed_map(
     stiffness: ArrayLike,
     speeds: Mapping[str, ArrayLike],
@@ -103,6 +112,8 @@ def critical_speed_map(
     operating: tuple[float, float] | None = None,
     label: str = "bearing stiffness [N/m]",
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw critical speeds over the stiffness of a support, both logarithmic.
 
@@ -112,12 +123,15 @@ def critical_speed_map(
         operating: range of speeds of the machine [rad/s], drawn as a band.
         label: of the abscissa, with its unit.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = abscissa("stiffness", stiffness)
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for index, (name, values) in enumerate(speeds.items()):
         line = ordinate(name, values, at) * PER_MINUTE
         line = np.where(np.isfinite(line), line, np.nan)
@@ -126,11 +140,11 @@ def critical_speed_map(
         low, high = (end * PER_MINUTE for end in operating)
         axes.axhspan(low, high, color="0.9", zorder=0, label="operating range")
     axes.set_xlim(at[0], at[-1])
-    axes.set(xlabel=label, ylabel="critical speed [1/min]", title=title)
-    legend(figure, 3)
-    return figure
+    axes.set(xlabel=label, ylabel="critical speed [1/min]")
+    return drawn.finish(title, 3)
 
 
+@in_look
 def orders_over_speed(
     speed: ArrayLike,
     amplitudes: Mapping[str, ArrayLike],
@@ -141,6 +155,8 @@ def orders_over_speed(
     peaks: Mapping[str, ArrayLike] | None = None,
     logarithmic: bool = True,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw amplitudes of orders over the speed of rotation, with their phases below.
 
@@ -158,19 +174,21 @@ def orders_over_speed(
             speeds, none is drawn.
         logarithmic: amplitudes on a logarithmic scale.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at, given = abscissa("speed", speed), phases or {}
-    figure, grid = axes_grid(2 if given else 1, share_x=True)
-    panels = np.atleast_1d(grid)
+    drawn = sheet(2 if given else 1, share_x=True, ax=ax, figsize=figsize)
+    panels = drawn.panels
     lines = {name: ordinate(name, values, at) for name, values in amplitudes.items()}
     sizes = {name: float(np.nanmax(np.abs(line), initial=0.0)) for name, line in lines.items()}
     greatest = max(sizes.values(), default=0.0)
     least = _DECADES * greatest if logarithmic else 0.0
-    drawn = [name for name, size in sizes.items() if size >= least]
-    for index, name in enumerate(drawn):
+    kept = [name for name, size in sizes.items() if size >= least]
+    for index, name in enumerate(kept):
         line, style = lines[name], curve_style(index, len(at))
         panels[0].plot(at * PER_MINUTE, line, **style, label=name)
         if name in given:
@@ -195,11 +213,10 @@ def orders_over_speed(
         panels[1].set_ylabel("phase [°]")
     _limit_speed(panels[-1], at)
     panels[-1].set_xlabel(SPEED)
-    figure.suptitle(title)
-    legend(figure, 3)
-    return figure
+    return drawn.finish(title, 3)
 
 
+@in_look
 def stability_chart(
     speed: ArrayLike,
     angle: ArrayLike,
@@ -209,6 +226,8 @@ def stability_chart(
     slides: bool = False,
     edges: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw where a mechanism is unstable over its speed and joint angle.
 
@@ -220,6 +239,8 @@ def stability_chart(
         slides: whether it is that of a slide.
         edges: curves by their names, as speeds [rad/s] and angles [rad]: edges of regions.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match, or a number that is no kind.
@@ -234,7 +255,8 @@ def stability_chart(
         raise ArgumentError(f"a chart needs two speeds and two angles, not {kinds.shape}")
     if np.any((kinds != np.rint(kinds)) | (kinds < 0) | (kinds >= len(KINDS))):
         raise ArgumentError(f"kind holds numbers from 0 to {len(KINDS) - 1}: {', '.join(KINDS)}")
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     across, up = at * PER_MINUTE, angles if slides else np.rad2deg(angles)
     for number in range(1, len(KINDS)):
         if np.any(kinds == number):
@@ -249,9 +271,8 @@ def stability_chart(
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
-    axes.set(xlabel=SPEED, ylabel=f"{joint} [{'m' if slides else '°'}]", title=title)
-    legend(figure, 4)
-    return figure
+    axes.set(xlabel=SPEED, ylabel=f"{joint} [{'m' if slides else '°'}]")
+    return drawn.finish(title, 4)
 
 
 def _direction(sides: Array) -> str:
@@ -278,7 +299,7 @@ def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
         ha="right" if inwards < 0 else "left",
         va="top",
         color="0.35",
-        fontsize=9,
+        fontsize=SMALL,
     )
 
 
@@ -292,7 +313,7 @@ def _over(axes: Axes, place: float, name: str) -> None:
         textcoords="offset points",
         ha="center",
         color="0.35",
-        fontsize=9,
+        fontsize=SMALL,
     )
 
 

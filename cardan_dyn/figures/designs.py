@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .style import TITLE_SIZE, Figure, abscissa, axes_grid, legend, line_style, ordinate
+from .style import SMALL, Figure, Into, Size, abscissa, in_look, line_style, ordinate, sheet
 
 _COLOURS = "cividis"
 """A scale of colours that is even in grey as well."""
@@ -26,6 +26,7 @@ _DRAWN_TOGETHER = 30.0
 """Number of lines that are drawn without any of them shining through."""
 
 
+@in_look
 def value_map(
     x: ArrayLike,
     y: ArrayLike,
@@ -34,6 +35,8 @@ def value_map(
     labels: tuple[str, str, str],
     limit: float | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw a result over two parameters, a coloured cell for each of their values.
 
@@ -44,22 +47,25 @@ def value_map(
         labels: of x, y and the values, with units.
         limit: value along which a line is drawn.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     across, up, cells = _over_two(x, y, values)
-    figure, axes = axes_grid()
-    axes.set_facecolor(_MISSING)
-    drawn = axes.pcolormesh(across, up, cells.T, shading="nearest", cmap=_COLOURS)
-    figure.colorbar(drawn, ax=axes, label=labels[2])
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
+    cells_drawn = axes.pcolormesh(across, up, cells.T, shading="nearest", cmap=_COLOURS)
+    drawn.figure.colorbar(cells_drawn, ax=axes, label=labels[2])
+    _name_missing(axes, cells)
     _draw_limit(axes, across, up, cells, limit)
     axes.grid(visible=False)
     axes.set(xlabel=labels[0], ylabel=labels[1])
-    _head(figure, title, _limit_in_words(cells, limit))
-    return figure
+    return drawn.finish(_joined(title, _limit_in_words(cells, limit)))
 
 
+@in_look
 def contour_map(
     x: ArrayLike,
     y: ArrayLike,
@@ -68,6 +74,8 @@ def contour_map(
     labels: tuple[str, str, str],
     limit: float | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw lines of equal values over two parameters, with their numbers.
 
@@ -78,6 +86,8 @@ def contour_map(
         labels: of x, y and the values, with units; the latter is written above.
         limit: value along which a thick line is drawn; the side beyond it is hatched.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match, or no finite value.
@@ -85,7 +95,8 @@ def contour_map(
     across, up, cells = _over_two(x, y, values)
     if min(cells.shape) < 2 or not np.any(np.isfinite(cells)):
         raise ArgumentError(f"contours need values over two by two points, not {cells.shape}")
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     if np.ptp(cells[np.isfinite(cells)]) > 0.0:
         lines = axes.contour(
             across, up, cells.T, levels=_LEVELS, colors=line_style(0)["color"], linewidths=0.9
@@ -93,12 +104,23 @@ def contour_map(
         axes.clabel(lines, fontsize=8)
     _draw_limit(axes, across, up, cells, limit, hatched=True)
     axes.set(xlabel=labels[0], ylabel=labels[1])
-    _head(figure, labels[2], title, _limit_in_words(cells, limit))
-    return figure
+    _name_missing(axes, cells)
+    return drawn.finish(_joined(labels[2], title, _limit_in_words(cells, limit)))
 
 
-def _head(figure: Figure, *parts: str) -> None:
-    figure.suptitle(", ".join(part for part in parts if part), fontsize=TITLE_SIZE)
+def _joined(*parts: str) -> str:
+    return ", ".join(part for part in parts if part)
+
+
+def _name_missing(axes: Any, cells: Array) -> None:
+    """Make grey what has no value, and say so in the legend."""
+    if np.all(np.isfinite(cells)):
+        return
+    axes.set_facecolor(_MISSING)
+    missing = int(np.count_nonzero(~np.isfinite(cells)))
+    axes.fill(
+        [], [], facecolor=_MISSING, edgecolor="0.5", label=f"no result: {missing} of {cells.size}"
+    )
 
 
 def _limit_in_words(cells: Array, limit: float | None) -> str:
@@ -137,12 +159,15 @@ def _over_two(x: ArrayLike, y: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
     return across[order], up[upwards], cells[np.ix_(order, upwards)]
 
 
+@in_look
 def tornado(
     ranges: Mapping[str, tuple[float, float]],
     *,
     middle: float,
     label: str,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw what a result is at the ends of each parameter, the widest range on top.
 
@@ -151,6 +176,8 @@ def tornado(
         middle: the result between them.
         label: of the result, with its unit.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: there is no parameter.
@@ -158,7 +185,8 @@ def tornado(
     if not ranges:
         raise ArgumentError("a tornado diagram needs a parameter at least")
     order = sorted(ranges, key=lambda name: abs(np.subtract(*ranges[name])))
-    figure, axes = axes_grid(size=(7.2, 1.6 + 0.42 * len(order)))
+    drawn = sheet(size=(7.2, 1.6 + 0.42 * len(order)), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for end, (name, hatch) in enumerate((("lower end", ""), ("upper end", "///"))):
         widths = [ranges[parameter][end] - middle for parameter in order]
         color = line_style(end)["color"]
@@ -167,11 +195,10 @@ def tornado(
     axes.axvline(middle, color="black", linewidth=0.9)
     axes.grid(visible=False, axis="y")
     axes.set(xlabel=label)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure)
-    return figure
+    return drawn.finish(title)
 
 
+@in_look
 def scatter(
     parameters: Mapping[str, ArrayLike],
     values: ArrayLike,
@@ -179,6 +206,8 @@ def scatter(
     label: str,
     limit: float | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw a result over each parameter, a point for each sample.
 
@@ -188,6 +217,8 @@ def scatter(
         label: of the result, with its unit.
         limit: value at which a line is drawn.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: there is no parameter, or shapes do not match.
@@ -196,8 +227,15 @@ def scatter(
         raise ArgumentError("a scatter diagram needs a parameter at least")
     columns = min(len(parameters), _IN_A_ROW)
     rows = -(-len(parameters) // columns)
-    figure, grid = axes_grid(rows, columns, size=(1.2 + 2.6 * columns, 0.6 + 2.6 * rows))
-    panels = np.atleast_1d(grid)
+    drawn = sheet(
+        rows,
+        columns,
+        count=len(parameters),
+        size=(1.2 + 2.6 * columns, 0.6 + 2.6 * rows),
+        ax=ax,
+        figsize=figsize,
+    )
+    panels = drawn.panels
     for index, (name, given) in enumerate(parameters.items()):
         at = abscissa(name, given)
         panels[index].plot(
@@ -209,17 +247,17 @@ def scatter(
             panels[index].axhline(limit, color=line_style(6)["color"], linewidth=1.2)
         if index % columns == 0:
             panels[index].set_ylabel(label)
-    for panel in panels[len(parameters) :]:
-        panel.set_visible(False)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    return figure
+    return drawn.finish(title)
 
 
+@in_look
 def parallel_coordinates(
     columns: Mapping[str, ArrayLike],
     *,
     limit: float | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw each case as a line over all parameters and results, the last of which colours it.
 
@@ -227,6 +265,8 @@ def parallel_coordinates(
         columns: names, with units, to values `(N,)`; two at least.
         limit: value of the last column beyond which a line is drawn dashed.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: fewer than two columns, or shapes that do not match.
@@ -241,7 +281,8 @@ def parallel_coordinates(
         raise ArgumentError("no case has numbers in all columns")
     low, span = table.min(axis=0), np.ptp(table, axis=0)
     scaled = np.where(span > 0.0, (table - low) / np.where(span > 0.0, span, 1.0), 0.5)
-    figure, axes = axes_grid(size=(1.8 + 1.5 * len(names), 4.8))
+    drawn = sheet(size=(1.8 + 1.5 * len(names), 4.8), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     import matplotlib
 
     colours = matplotlib.colormaps[_COLOURS](scaled[:, -1])
@@ -258,11 +299,10 @@ def parallel_coordinates(
     for place, (least, most) in enumerate(zip(low, low + span, strict=True)):
         axes.axvline(place, color="0.35", linewidth=0.9)
         for height, value, side in ((0.0, least, "top"), (1.0, most, "bottom")):
-            axes.text(place, height, f"{value:.4g}", ha="center", va=side, fontsize=9)
+            axes.text(place, height, f"{value:.4g}", ha="center", va=side, fontsize=SMALL)
     axes.set_xticks(range(len(names)), names)
     axes.set_yticks([])
     axes.set_ylim(-0.08, 1.08)
     axes.grid(visible=False)
     axes.spines["left"].set_visible(False)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    return figure
+    return drawn.finish(title)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .style import Figure, axes_grid, legend, line_style
+from .style import Figure, Into, Size, in_look, line_style, sheet
 
 _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
 _EVEN = 1e-6
@@ -69,6 +69,7 @@ def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
     return np.arange(len(amplitudes)) / round(turns), amplitudes
 
 
+@in_look
 def order_spectrum(
     position: ArrayLike,
     values: Mapping[str, ArrayLike],
@@ -77,6 +78,8 @@ def order_spectrum(
     highest: int = 8,
     logarithmic: bool = False,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw the amplitudes of quantities over the orders of revolution as bars.
 
@@ -87,11 +90,14 @@ def order_spectrum(
         highest: greatest order that is drawn.
         logarithmic: draw amplitudes to a logarithmic scale.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
-        ArgumentError: the angles are not evenly spaced over whole turns.
+        ArgumentError: the angles are not evenly spaced over whole turns, or more than one axes.
     """
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     width = _BAR_WIDTH / max(len(values), 1)
     greatest = 0.0
     for index, (label, quantity) in enumerate(values.items()):
@@ -111,9 +117,9 @@ def order_spectrum(
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.set_xticks(range(highest + 1))
     axes.grid(visible=False, axis="x")
-    if logarithmic:
+    if logarithmic and greatest:
         axes.set_yscale("log")
-        axes.set_ylim(bottom=_LEAST_SHOWN * greatest if greatest > 0.0 else None)
-    axes.set_title(title)
-    legend(figure, min(len(values), 3))
-    return figure
+        axes.set_ylim(bottom=_LEAST_SHOWN * greatest)
+    if not greatest:
+        axes.set_ylim(0.0, 1.0)
+    return drawn.finish(title, 3)

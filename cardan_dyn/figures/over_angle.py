@@ -9,22 +9,24 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from .style import (
-    TITLE_SIZE,
     Figure,
+    Into,
+    Size,
     Swept,
     angle_axis,
-    axes_grid,
     curve_style,
     drive_of,
-    legend,
+    in_look,
     names,
-    wrench_panels,
+    sheet,
 )
+from .wrenches import along, wrench_panels
 
 _EVEN = 1e-6
 """By how much steps of an angle may differ, as a fraction of the greatest, and count as even."""
 
 
+@in_look
 def over_angle(
     turn: Swept,
     joints: str | Sequence[str],
@@ -32,10 +34,14 @@ def over_angle(
     *,
     drive: str | None = None,
     title: str = "",
+    peaks: bool | None = None,
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw torsion and bending of joints, or their forces, over the position of the drive.
 
-    What is drawn is exerted by the parent link on the child link, at the joint origin.
+    What is drawn is exerted by the parent link on the child link, at the joint origin. A star marks
+    what statics leaves open.
 
     Args:
         turn: the sweep, or a trajectory.
@@ -43,31 +49,31 @@ def over_angle(
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
         drive: joint whose angle [°], or slide [m], is the abscissa; the first drive if not given.
         title: of the figure.
+        peaks: label the greatest and the least value of each line; nothing if False; the greater
+            one by size, of few lines, if None.
+        ax: axes to be drawn into instead of a new figure, as many as there are quantities.
+        figsize: width and height of a new figure [inch].
 
     Raises:
-        ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: unknown quantity, or a sweep over several dimensions.
+        ModelError: a joint is unknown, not among the outputs, or has no axis.
+        ArgumentError: unknown quantity, a sweep over several dimensions, or another number of axes.
     """
-    wrenches = [turn[name] for name in names(joints)]
-    drive = drive_of(turn, drive)
-    position = turn.motion.position(drive)
-    slides = _slides(turn, drive)
-    abscissa = position if slides else np.rad2deg(position)
-    figure, panels = wrench_panels(wrenches, abscissa, names(quantities, "quantities"))
-    if slides:
-        panels[-1].set_xlabel(f"{drive} [m]")
-    else:
-        angle_axis(panels[-1], f"{drive} [°]", position)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    return figure
+    at = along(turn, drive_of(turn, drive))
+    given = names(quantities, "quantities")
+    return wrench_panels(
+        turn, names(joints), at, given, title=title, peaks=peaks, ax=ax, figsize=figsize
+    )
 
 
+@in_look
 def ratio_and_angle_error(
     turns: Mapping[str, Swept],
     *,
     output: str = "bearing_out",
     drive: str | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw speed ratio and angle error of an output, one line per sweep.
 
@@ -80,15 +86,18 @@ def ratio_and_angle_error(
         output: joint whose motion is shown.
         drive: the drive that it is compared with; the first drive of each sweep if not given.
         title: of the figure.
+        ax: two axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ModelError: unknown joint.
         ArgumentError: no sweep, one over several dimensions, `drive` is not a drive of one, or
-            it slides.
+            it slides; other than two axes.
     """
     if not turns:
         raise ArgumentError("there is no sweep to be drawn")
-    figure, (ratio, lead) = axes_grid(2, size=(7.2, 6.0), share_x=True)
+    drawn = sheet(2, size=(7.2, 6.0), share_x=True, ax=ax, figsize=figsize)
+    (ratio, lead), first = drawn.panels, drawn.drawn()
     angles, drives = [], []
     for index, (label, turn) in enumerate(turns.items()):
         drives.append(drive_of(turn, drive))
@@ -99,7 +108,7 @@ def ratio_and_angle_error(
             )
         angle = turn.motion.position(drives[-1])
         error = turn.motion.position(output) - angle
-        style = {**curve_style(index, len(angle)), "label": label}
+        style = {**curve_style(first + index, len(angle)), "label": label}
         ratio.plot(np.rad2deg(angle), turn.motion.ratio(output, drives[-1]), **style)
         mean = _mean(error, angle)
         lead.plot(np.rad2deg(angle), np.rad2deg(error - mean), **style)
@@ -107,10 +116,7 @@ def ratio_and_angle_error(
     angle_axis(lead, f"{', '.join(dict.fromkeys(drives))} [°]", np.concatenate(angles))
     ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
     lead.set_ylabel("angle error φ₂ − φ₁ [°]")
-    ratio.ticklabel_format(useOffset=False)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, min(len(turns), 3))
-    return figure
+    return drawn.finish(title, 3)
 
 
 def _slides(turn: Swept, name: str) -> bool:

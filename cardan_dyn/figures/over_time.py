@@ -9,54 +9,65 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from .style import (
-    TITLE_SIZE,
-    Axes,
+    Abscissa,
     Figure,
+    Into,
+    Size,
     Swept,
-    axes_grid,
     curve_style,
-    legend,
+    in_look,
     names,
+    over,
     refuse_grid,
-    wrench_panels,
+    sheet,
 )
+from .wrenches import wrench_panels
 
 _LEAST_SHOWN = 1e-16
 """Least residual that is drawn, half the rounding of a number: a logarithm knows no zero."""
 _RESIDUAL_LINE = {"color": "0.25", "linestyle": "-", "linewidth": 1.0}
 
 
+@in_look
 def over_time(
     turn: Swept,
     joints: str | Sequence[str],
     quantities: str | Sequence[str] = ("torsion", "bending"),
     *,
     title: str = "",
+    peaks: bool | None = None,
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw torsion and bending of joints, or their forces, over time.
 
-    What is drawn is exerted by the parent link on the child link, at the joint origin.
+    What is drawn is exerted by the parent link on the child link, at the joint origin. A star marks
+    what statics leaves open.
 
     Args:
         turn: a trajectory, or a sweep that was given its times (`sweep(..., time=)`).
         joints: one joint or several; each is a line.
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
         title: of the figure.
+        peaks: see `over_angle`.
+        ax: axes to be drawn into instead of a new figure, as many as there are quantities.
+        figsize: width and height of a new figure [inch].
 
     Raises:
-        ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: unknown quantity, a sweep without times, or one over several dimensions.
+        ModelError: a joint is unknown, not among the outputs, or has no axis.
+        ArgumentError: unknown quantity, a sweep without times, or one over several dimensions;
+            another number of axes.
     """
-    time = _times(turn)
-    figure, panels = wrench_panels(
-        [turn[name] for name in names(joints)], time, names(quantities, "quantities")
+    at, given = _times(turn), names(quantities, "quantities")
+    return wrench_panels(
+        turn, names(joints), at, given, title=title, peaks=peaks, ax=ax, figsize=figsize
     )
-    _time_axis(panels[-1], time)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    return figure
 
 
-def energy_over_time(trajectory: Swept, *, title: str = "") -> Figure:
+@in_look
+def energy_over_time(
+    trajectory: Swept, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
     """Draw the energies of a trajectory, the work done on it, and the residual of their balance.
 
     The residual at each time is the size of the change of kinetic and potential energy since the
@@ -66,9 +77,11 @@ def energy_over_time(trajectory: Swept, *, title: str = "") -> Figure:
     Args:
         trajectory: the trajectory.
         title: of the figure.
+        ax: two axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
-        ArgumentError: it is no trajectory.
+        ArgumentError: it is no trajectory, or other than two axes.
         CardanError: as `Trajectory.work`.
     """
     if not hasattr(trajectory, "kinetic_energy"):
@@ -84,7 +97,8 @@ def energy_over_time(trajectory: Swept, *, title: str = "") -> Figure:
         "work": trajectory.work - trajectory.work[0],
     }
     kinetic, potential, work = energies.values()
-    figure, (above, below) = axes_grid(2, size=(7.2, 6.0), share_x=True)
+    drawn = sheet(2, size=(7.2, 6.0), share_x=True, ax=ax, figsize=figsize)
+    above, below = drawn.panels
     for index, (label, values) in enumerate(energies.items()):
         above.plot(time, values, **curve_style(index, len(time)), label=label)
     scale = trajectory.energy_scale or 1.0
@@ -93,25 +107,17 @@ def energy_over_time(trajectory: Swept, *, title: str = "") -> Figure:
     below.semilogy(time, np.maximum(residual, _LEAST_SHOWN), **style)
     above.set_ylabel("energy [J]")
     below.set_ylabel("residual of the balance [–]")
-    _time_axis(below, time)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, 3)
-    return figure
+    over("time", time, "s").name(below)
+    return drawn.finish(title, 3)
 
 
-def _times(turn: Swept) -> Array:
-    """Return the times `(N,)` of the samples [s]."""
+def _times(turn: Swept) -> Abscissa:
+    """Return the times of the samples, to be drawn over."""
     refuse_grid(turn)
     if turn.time.ndim != 1:
         raise ArgumentError(
             "the sweep has no times over which it could be drawn: give sweep(..., time=), or draw "
             "it over_angle"
         )
-    return np.broadcast_to(turn.time, turn.shape)
-
-
-def _time_axis(axes: Axes, time: Array) -> None:
-    """Make the abscissa the time."""
-    axes.set_xlabel("time [s]")
-    if np.max(time) > np.min(time):
-        axes.set_xlim(np.min(time), np.max(time))
+    times: Array = np.broadcast_to(turn.time, turn.shape)
+    return over("time", times, "s")

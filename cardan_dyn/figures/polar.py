@@ -9,18 +9,22 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from .style import (
-    TITLE_SIZE,
+    SMALL,
     Axes,
     Figure,
+    Into,
+    Size,
     Swept,
-    axes_grid,
     curve_style,
     drive_of,
-    legend,
+    in_look,
     line_style,
     names,
     refuse_grid,
+    sheet,
+    wrapped,
 )
+from .wrenches import MARK, determined, sign_note
 
 _AXES_OF = {
     "parent": "axes fixed in the parent",
@@ -42,6 +46,8 @@ _ALIGNED = 0.3
 """Component of the direction to a label below which the label is centred across it."""
 _ROOM = 1.9
 """Width of the axes in widths of the curve: matplotlib does not make room for labels."""
+_ROUNDING = 1e-9
+"""Part of a whole force or moment below which its part in a plane is rounding."""
 _SCALE_FORCE = 0.5
 """Greatest force that the scale bar shows, as a fraction of the greatest force drawn."""
 _MARGIN, _BAR_BELOW = 0.08, 0.06
@@ -49,6 +55,7 @@ _MARGIN, _BAR_BELOW = 0.08, 0.06
 fractions of the extent of the axes."""
 
 
+@in_look
 def force_polar(
     turn: Swept,
     joints: str | Sequence[str],
@@ -57,11 +64,14 @@ def force_polar(
     drive: str | None = None,
     plane: str | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw the force in joints as polar diagrams, in the plane across the joint's axis.
 
     The curve joins the ends of the force vectors `(N, 3)` that the parent link exerts on the
-    child link; the origin is a cross, every quarter turn is labelled with the drive's angle.
+    child link; the origin is a cross, every quarter turn is labelled with the drive's angle. All
+    diagrams have one scale. A star marks what statics leaves open.
 
     Args:
         turn: the sweep, or a trajectory.
@@ -71,14 +81,18 @@ def force_polar(
         drive: joint whose angle is written at the curve; the first drive if not given.
         plane: `xy`, `yz` or `zx`, instead of the plane most nearly across the joint's axis.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure, one for each joint and frame.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: unknown frame or plane, or a sweep over several dimensions.
+        ArgumentError: unknown frame or plane, a sweep over several dimensions, or another number
+            of axes.
     """
-    return _diagrams(turn, joints, frames, "force", drive, plane, title)
+    return _diagrams(turn, joints, frames, "force", drive, plane, title, ax, figsize)
 
 
+@in_look
 def moment_polar(
     turn: Swept,
     joints: str | Sequence[str],
@@ -87,14 +101,17 @@ def moment_polar(
     drive: str | None = None,
     plane: str | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw the moment in joints as polar diagrams: across the axis, the bending moment.
 
     Arguments and errors are those of `force_polar`.
     """
-    return _diagrams(turn, joints, frames, "moment", drive, plane, title)
+    return _diagrams(turn, joints, frames, "moment", drive, plane, title, ax, figsize)
 
 
+@in_look
 def forces_in_place(
     turn: Swept,
     joints: Sequence[str],
@@ -104,6 +121,8 @@ def forces_in_place(
     plane: str = "xy",
     sample: int = 0,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw a mechanism with the polar diagram of the force at each joint, to one scale.
 
@@ -116,20 +135,25 @@ def forces_in_place(
         plane: of the drawing, in world axes.
         sample: index of the position in which the mechanism is drawn.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: unknown plane, or a sweep over several dimensions.
+        ArgumentError: unknown plane, a sweep over several dimensions, or more than one axes.
     """
     refuse_grid(turn)
     columns = columns_of(plane)
-    forces = {name: turn.wrench(name, "world").force[:, columns] for name in joints}
+    wrenches = {name: turn.wrench(name, "world") for name in names(joints)}
+    forces = {name: wrench.force[:, columns] for name, wrench in wrenches.items()}
+    opened = [name for name, wrench in wrenches.items() if not determined(wrench, "force", columns)]
     greatest = max(
         (float(np.max(np.linalg.norm(force, axis=1))) for force in forces.values()), default=0.0
     )
     # Without any force the diagrams shrink to their origins, and there is no scale to be shown.
     length = size / greatest if greatest > 0.0 else 0.0
-    figure, axes = axes_grid(size=(7.2, 7.0))
+    drawn = sheet(size=(7.2, 7.0), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for link in links:
         points = np.array(
             [turn.origin(item)[sample] if isinstance(item, str) else item for item in link]
@@ -137,16 +161,18 @@ def forces_in_place(
         axes.plot(*1e3 * points[:, columns].T, color="0.82", linewidth=7, solid_capstyle="round")
     for index, (name, force) in enumerate(forces.items()):
         origin = turn.origin(name)[sample, columns]
-        axes.plot(*1e3 * (origin + length * force).T, **line_style(index), label=name)
+        axes.plot(
+            *1e3 * (origin + length * force).T,
+            **line_style(index),
+            label=name + MARK * (name in opened),
+        )
         axes.plot(*1e3 * origin, "o", color="black", markersize=5, markerfacecolor="white")
     axes.set_aspect("equal")
     axes.set_xlabel(f"{plane[0]} [mm]")
     axes.set_ylabel(f"{plane[1]} [mm]")
     if greatest > 0.0:
         _scale_bar(axes, 1e3 * length, greatest)
-    axes.set_title(title)
-    legend(figure, min(len(joints), 3))
-    return figure
+    return drawn.finish(title, 3, sign_note(turn, bool(opened)))
 
 
 def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
@@ -170,48 +196,88 @@ def _diagrams(
     drive: str | None,
     plane: str | None,
     title: str,
+    ax: Into,
+    figsize: Size | None,
 ) -> Figure:
     """Draw a force or a moment, `quantity`, with one diagram per joint and frame."""
     shown = [(joint, frame) for joint in names(joints) for frame in names(frames)]
     columns = min(len(shown), 3 if len(shown) > 4 else 2)
     rows = -(-len(shown) // columns)
-    figure, axes = axes_grid(rows, columns, size=(1.2 + 3.6 * columns, 0.8 + 3.7 * rows))
-    panels = np.atleast_1d(axes)
+    drawn = sheet(
+        rows,
+        columns,
+        count=len(shown),
+        size=(1.2 + 3.6 * columns, 0.8 + 3.7 * rows),
+        ax=ax,
+        figsize=figsize,
+    )
     angle = turn.motion.position(drive_of(turn, drive))
     letter, unit = _UNITS[quantity]
-    for panel, (joint, frame) in zip(panels, shown, strict=False):
+    curves, opened, whole = [], False, 0.0
+    for joint, frame in shown:
         wrench = turn.wrench(joint, frame)
-        drawn_in = plane or across(wrench.axis)
-        diagram(panel, angle, getattr(wrench, quantity)[:, columns_of(drawn_in)])
-        panel.set_title(f"{joint}\n{_AXES_OF[frame]}")
-        panel.set_xlabel(f"${letter}_{drawn_in[0]}$ [{unit}]")
-        panel.set_ylabel(f"${letter}_{drawn_in[1]}$ [{unit}]")
-    for panel in panels[len(shown) :]:
-        panel.remove()
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    return figure
+        vectors = getattr(wrench, quantity)
+        in_plane = plane or across(wrench.axis if wrench.has_axis else np.eye(3)[2])
+        ends, size = vectors[:, columns_of(in_plane)], float(np.max(np.abs(vectors), initial=0.0))
+        # What is rounding beside the whole vector is none of a curve.
+        ends = (
+            ends if np.max(np.abs(ends), initial=0.0) > _ROUNDING * size else np.zeros(ends.shape)
+        )
+        whole = max(whole, size)
+        chosen = not determined(wrench, quantity, columns_of(in_plane))
+        opened |= chosen
+        curves.append((in_plane, ends, MARK if chosen else ""))
+    # One scale for all of them: diagrams of one figure are compared by their sizes.
+    half = max((reach(ends) for _, ends, _ in curves), default=0.0) or 0.5 * _ROOM * (whole or 1.0)
+    width = drawn.figure.get_figwidth() / columns - 0.4
+    for panel, (joint, frame), (in_plane, ends, mark) in zip(
+        drawn.panels, shown, curves, strict=True
+    ):
+        diagram(panel, angle, ends, half)
+        panel.set_title(wrapped(f"{joint}{mark}\n{_AXES_OF[frame]}", width))
+        panel.set_xlabel(f"${letter}_{in_plane[0]}$ [{unit}]")
+        panel.set_ylabel(f"${letter}_{in_plane[1]}$ [{unit}]")
+    return drawn.finish(title, note=sign_note(turn, opened))
 
 
-def diagram(axes: Axes, angle: Array, ends: Array) -> None:
-    """Draw a curve `(N, 2)` about its origin, labelled with the drive's angles `(N,)` [rad]."""
+def reach(ends: Array) -> float:
+    """Return half the width of axes that show a curve `(N, 2)`, its origin and labels."""
+    low, high = np.minimum(np.min(ends, axis=0), 0.0), np.maximum(np.max(ends, axis=0), 0.0)
+    return 0.5 * float(np.max(high - low)) * _ROOM
+
+
+def diagram(axes: Axes, angle: Array, ends: Array, half: float | None = None) -> None:
+    """Draw a curve about its origin, labelled with the drive's angles.
+
+    Args:
+        axes: to draw on.
+        angle: of the drive `(N,)` [rad].
+        ends: of the vectors `(N, 2)`.
+        half: the width of the axes, if not as large as the curve needs.
+    """
+    half = half or reach(ends) or 1.0
     axes.plot(*ends.T, **curve_style(0, len(ends)))
     axes.plot(0.0, 0.0, "+", color="black", markersize=12, markeredgewidth=1.4)
     quarters = _quarters(angle)
     marks = ends[list(quarters)]
     axes.plot(*marks.T, "o", **{"color": line_style(0)["color"], "markersize": 5})
-    _annotate(axes, ends, _labels(ends, quarters))
-    low, high = (np.minimum(np.min(ends, axis=0), 0.0), np.maximum(np.max(ends, axis=0), 0.0))
-    half = 0.5 * (float(np.max(high - low)) or 1.0) * _ROOM
-    centre = 0.5 * (low + high)
+    _annotate(axes, ends, _labels(ends, quarters, half / _ROOM))
+    centre = 0.5 * (np.minimum(np.min(ends, axis=0), 0.0) + np.maximum(np.max(ends, axis=0), 0.0))
     for set_limits, middle in zip((axes.set_xlim, axes.set_ylim), centre, strict=True):
         set_limits(middle - half, middle + half)
     axes.set_aspect("equal")
     axes.locator_params(nbins=5)
 
 
-def _labels(ends: Array, quarters: dict[int, int]) -> list[tuple[Array, str]]:
-    """Return points `(2,)` of a curve and their labels; points that coincide share one."""
-    extent = float(np.max(np.abs(ends))) or 1.0
+def _labels(ends: Array, quarters: dict[int, int], size: float) -> list[tuple[Array, str]]:
+    """Return points `(2,)` of a curve and their labels; points that coincide share one.
+
+    Args:
+        ends: of the curve `(N, 2)`.
+        quarters: samples to degrees.
+        size: of what the axes show; distances are small beside it or the curve.
+    """
+    extent = max(float(np.max(np.abs(ends))), size)
     labelled: list[tuple[Array, list[str]]] = []
     for index, degrees in quarters.items():
         point, label = ends[index], f"{degrees}°"
@@ -247,7 +313,7 @@ def _annotate(axes: Axes, ends: Array, labels: list[tuple[Array, str]]) -> None:
             textcoords="offset points",
             ha="left" if x > _ALIGNED else "right" if x < -_ALIGNED else "center",
             va="bottom" if y > _ALIGNED else "top" if y < -_ALIGNED else "center",
-            fontsize=9,
+            fontsize=SMALL,
         )
 
 

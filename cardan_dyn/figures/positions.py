@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .style import TITLE_SIZE, Axes, Figure, Swept, axes_grid, line_style, refuse_grid
+from .style import Axes, Figure, Into, Size, Swept, in_look, line_style, refuse_grid, sheet
 
 # Sizes of the drawing, in lengths of an arm of the cross.
 _SHOULDER, _HEEL, _HEEL_WIDTH = 0.75, 1.15, 0.45
@@ -23,6 +23,7 @@ _HALF_WIDTH, _ZOOM = 2.2, 1.35
 """Half the width of the drawn space, and the magnification with which it fills its panel."""
 
 
+@in_look
 def universal_joint_positions(
     turn: Swept,
     samples: Sequence[int],
@@ -33,6 +34,8 @@ def universal_joint_positions(
     view: tuple[float, float] = (55.0, -70.0),
     moment: bool = True,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw forks, cross and moment of a universal joint in several positions.
 
@@ -46,22 +49,30 @@ def universal_joint_positions(
             looks straight onto the plane.
         moment: draw the direction of the moment that the cross passes on.
         title: of the figure.
+        ax: axes of three dimensions to be drawn into instead of a new figure, one for each sample.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: as many titles as samples are needed; a sweep over several dimensions.
+        ArgumentError: as many titles as samples are needed; a sweep over several dimensions;
+            another number of axes, or flat ones.
     """
     refuse_grid(turn)
     if len(samples) != len(titles):
         raise ArgumentError(f"{len(samples)} samples need as many titles, not {len(titles)}")
-    figure, axes = axes_grid(
-        1, len(samples), size=(3.3 * len(samples), 2.9 + 0.3 * bool(title)), projection="3d"
+    drawn = sheet(
+        1,
+        len(samples),
+        size=(3.3 * len(samples), 2.9 + 0.3 * bool(title)),
+        ax=ax,
+        figsize=figsize,
+        projection="3d",
     )
     centre = turn.origin(pins[0])
     shaft_axes = [_world_axis(turn, name) for name in shafts]
     arms = [_world_axis(turn, name) for name in pins]
     moments = turn.wrench(pins[1], "world").moment
-    for panel, sample, name in zip(np.atleast_1d(axes), samples, titles, strict=True):
+    for panel, sample, name in zip(drawn.panels, samples, titles, strict=True):
         _shaft(panel, centre[sample], -shaft_axes[0][sample], arms[0][sample], 0, "I")
         _shaft(panel, centre[sample], shaft_axes[1][sample], arms[1][sample], 1, "II")
         for arm in arms:
@@ -75,8 +86,7 @@ def universal_joint_positions(
         for set_limits in (panel.set_xlim, panel.set_ylim, panel.set_zlim):
             set_limits(-_HALF_WIDTH, _HALF_WIDTH)
         panel.set_box_aspect((1.0, 1.0, 1.0), zoom=_ZOOM)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    return figure
+    return drawn.finish(title)
 
 
 def _shaft(axes: Axes, centre: Array, ahead: Array, arm: Array, index: int, name: str) -> None:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Callable, Iterable, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
+from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..checks import file_path, writing
+from ..checks import described, file_path, writing
 from ..checks import names as checked_names
-from ..errors import ArgumentError, MissingExtraError, choices
+from ..errors import ArgumentError, MissingExtraError
 
 Figure = Any
 """A `matplotlib.figure.Figure`."""
@@ -21,17 +24,24 @@ Axes = Any
 """A `matplotlib.axes.Axes`."""
 Swept = Any
 """A sweep or a trajectory: samples in a row."""
+Into = Any
+"""Axes to be drawn into: one, or several in an array or a list; None for a new figure."""
+Size = tuple[float, float]
+"""Width and height of a figure [inch]."""
+_Draw = TypeVar("_Draw", bound=Callable[..., Any])
 
-# Line styles differ besides colours, so that a black-and-white print can be read.
+# Line styles differ besides colours, so that a black-and-white print can be read. The colours are
+# those of Okabe and Ito, which people with any kind of colour blindness tell apart, without their
+# yellow, which is too light for lines.
 _LINES: tuple[tuple[str, Any], ...] = (
-    ("#1b4f8a", "-"),
-    ("#c2571a", "--"),
-    ("#3a7d44", ":"),
-    ("#7a3b8f", "-."),
-    ("#8a6d1b", (0, (6, 1.5, 1, 1.5, 1, 1.5))),
-    ("#444444", (0, (1, 0.8))),
-    ("#a8324a", (0, (8, 2))),
-    ("#2a8a8a", (0, (3, 1, 1, 1))),
+    ("#0072b2", "-"),
+    ("#d55e00", "--"),
+    ("#009e73", ":"),
+    ("#cc79a7", "-."),
+    ("#e69f00", (0, (6, 1.5, 1, 1.5, 1, 1.5))),
+    ("#000000", (0, (1, 0.8))),
+    ("#56b4e9", (0, (8, 2))),
+    ("#7f7f7f", (0, (3, 1, 1, 1))),
 )
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 POINTS = 36
@@ -53,6 +63,25 @@ axes then show the size of the whole, in which it is zero."""
 _HALF_TURN, _WHOLE_TURN = 180.0, 361.0
 """Range of angles for which these ticks are neither too few nor too many [°]; a whole turn may end
 one sample later."""
+_CONSTANT = 1e-9
+"""Range of values as a fraction of the greatest below which they are constant but for rounding."""
+_ROOM_BEYOND = 1.15
+"""How far an axis goes beyond a constant, seen from zero."""
+SMALL = 9
+"""Font size of what is written within axes, and of notes [pt]."""
+_LETTER = 0.55
+"""Mean width of a letter as a fraction of the font size."""
+_POINTS_PER_INCH = 72.0
+_ROW = 0.24
+"""Height of a row of a legend [inch]."""
+_FREE_ROWS = 2
+"""Rows of a legend for which a figure has room; it grows for more of them."""
+_LONGEST_LABEL = 60
+"""Letters of a label in a legend, from which on it goes on in another line."""
+_FORMATS = (".svg", ".png", ".pdf", ".eps", ".ps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+"""Suffixes that name a format of figures; anything else behind a point belongs to the name."""
+SIGN = "what the parent link exerts on the child link"
+"""Whose wrench is drawn: the sense of all forces and moments in joints."""
 LOOK: Any = {
     "figure.figsize": (7.2, 4.8),
     "figure.constrained_layout.use": True,
@@ -66,6 +95,11 @@ LOOK: Any = {
     "lines.linewidth": 1.6,
     "svg.fonttype": "none",
     "svg.hashsalt": "cardan-dyn",
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.use_mathtext": True,
+    "axes.unicode_minus": True,
 }
 
 
@@ -105,11 +139,157 @@ def point_style(index: int) -> dict[str, Any]:
     }
 
 
+def in_look(draw: _Draw) -> _Draw:
+    """Let a function draw in the look of this package, unless it draws into given axes, `ax=`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+
+    @wraps(draw)
+    def drawn(*arguments: Any, **options: Any) -> Any:
+        require_matplotlib()
+        import matplotlib
+
+        if options.get("ax") is not None:
+            return draw(*arguments, **options)
+        with matplotlib.rc_context(LOOK):
+            return draw(*arguments, **options)
+
+    return drawn  # type: ignore[return-value]
+
+
+class Sheet(NamedTuple):
+    """What a figure is drawn on: axes of its own, or those of somebody else.
+
+    Attributes:
+        figure: that has the axes.
+        panels: the axes `(rows * columns,)`, row by row.
+        is_new: whether the figure is new, and so has room for a title and a legend of its own.
+        may_grow: whether its size may follow what is drawn.
+    """
+
+    figure: Figure
+    panels: Array
+    is_new: bool
+    may_grow: bool
+
+    def finish(self, title: str = "", columns: int = 2, note: str = "") -> Figure:
+        """Write title, legend and note, and return the figure.
+
+        Args:
+            title: of the figure; of its axes if there is one or they are somebody else's.
+            columns: of the legend, at most; 0 where axes have their own.
+            note: on what is drawn, below it in small letters.
+        """
+        for panel in self.panels:
+            if panel.get_autoscaley_on():
+                settle(panel)
+        panel = self.panels[0]
+        if title and (not self.is_new or (len(self.panels) == 1 and not panel.get_title())):
+            panel.set_title(wrapped(title, self.figure.get_figwidth()), fontsize=TITLE_SIZE)
+        elif title:
+            heading(self.figure, title)
+        if self.is_new:
+            legend(self.figure, columns, note=note, grows=self.may_grow)
+            return self.figure
+        if columns:
+            _legend_within(self.panels, note)
+        return self.figure
+
+    def drawn(self, panel: int = 0) -> int:
+        """Return how many named lines axes have, so that further ones are drawn otherwise."""
+        lines = self.panels[panel].get_lines()
+        return sum(not str(line.get_label()).startswith("_") for line in lines)
+
+
+def sheet(
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    count: int | None = None,
+    size: Size | None = None,
+    share_x: bool = False,
+    ax: Into = None,
+    figsize: Size | None = None,
+    **projection: str,
+) -> Sheet:
+    """Return axes to draw on: given ones, or those of a new figure in the look of this package.
+
+    Args:
+        rows: of axes.
+        columns: of axes.
+        count: of axes that are needed; as many as fit into rows and columns if None.
+        size: of a new figure unless `figsize` is given [inch].
+        share_x: one abscissa for the axes of a column.
+        ax: see `Into`.
+        figsize: of a new figure [inch].
+        projection: `projection="polar"` or `"3d"`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ArgumentError: `ax` are no axes, of another projection, or not as many as are needed;
+            `figsize` is no size, or is given besides `ax`.
+    """
+    needed = rows * columns if count is None else count
+    if ax is None:
+        wanted = size if figsize is None else _size(figsize)
+        figure, grid = axes_grid(rows, columns, size=wanted, share_x=share_x, **projection)
+        panels = np.atleast_1d(grid)
+        for panel in panels[needed:]:
+            panel.remove()
+        return Sheet(figure, panels[:needed], True, figsize is None)
+    if figsize is not None:
+        raise ArgumentError("figsize is that of a new figure: give either it or ax")
+    panels = _given(ax, needed, projection.get("projection", "rectilinear"))
+    return Sheet(panels[0].figure, panels, False, False)
+
+
+def _size(figsize: Size) -> Size:
+    """Return a size of a figure that is one."""
+    try:
+        width, height = (float(length) for length in figsize)
+    except (TypeError, ValueError):
+        width = height = 0.0
+    if not (0.0 < width < np.inf and 0.0 < height < np.inf):
+        raise ArgumentError(
+            f"figsize is {described(figsize)}, expected width and height in inches, as in "
+            "figsize=(7.2, 4.8)"
+        )
+    return width, height
+
+
+def _given(ax: Into, needed: int, projection: str) -> Array:
+    """Return given axes in a row."""
+    from matplotlib.axes import Axes as MatplotlibAxes
+
+    items = [ax] if isinstance(ax, MatplotlibAxes) else list(np.ravel(np.array(ax, dtype=object)))
+    for item in items:
+        if not isinstance(item, MatplotlibAxes):
+            raise ArgumentError(
+                f"ax is {described(item)}, expected axes of matplotlib, such as those of "
+                "plt.subplots()"
+            )
+        if item.name != projection:
+            raise ArgumentError(
+                f"ax has the projection {item.name!r}, expected {projection!r}: "
+                f'plt.subplots(subplot_kw={{"projection": {projection!r}}})'
+            )
+    if len(items) != needed:
+        raise ArgumentError(
+            f"ax has {len(items)} axes, and {needed} are drawn: give ax=axes of "
+            f"figure, axes = plt.subplots({needed}), or leave ax out"
+        )
+    panels = np.empty(needed, dtype=object)
+    panels[:] = items
+    return panels
+
+
 def axes_grid(
     rows: int = 1,
     columns: int = 1,
     *,
-    size: tuple[float, float] | None = None,
+    size: Size | None = None,
     share_x: bool = False,
     **projection: str,
 ) -> tuple[Figure, Any]:
@@ -140,27 +320,140 @@ def axes_grid(
     return figure, axes[0] if len(axes) == 1 else axes
 
 
-def legend(figure: Figure, columns: int = 2) -> None:
-    """Put one legend below all axes of a figure, each label once."""
-    handles: dict[str, Any] = {}
-    for axes in figure.axes:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
-    figure.legend(
-        handles.values(), handles.keys(), loc="outside lower center", ncols=columns, frameon=False
+def heading(figure: Figure, title: str) -> None:
+    """Write the title of a figure, in several lines where it is longer than that is wide."""
+    figure.suptitle(wrapped(title, figure.get_figwidth(), TITLE_SIZE), fontsize=TITLE_SIZE)
+
+
+def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
+    """Return a text in lines that fit into a width [inch]."""
+    letters = max(8, int(width * _POINTS_PER_INCH / (_LETTER * size)))
+    return "\n".join(
+        part for line in text.split("\n") for part in textwrap.wrap(line, letters) or [""]
     )
 
 
-def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[Path]:
-    """Write a figure as SVG and PNG; the same figure makes the same files.
+def legend(figure: Figure, columns: int = 2, *, note: str = "", grows: bool = False) -> None:
+    """Put one legend below all axes of a figure, each label once.
 
     Args:
         figure: the figure.
-        path: of the files, without a suffix or with any; a missing directory is created.
-        dpi: resolution of the PNG [1/inch].
+        columns: of the legend; fewer where labels are too long for them, none if 0.
+        note: on what is drawn, in small letters above the labels.
+        grows: whether the figure becomes higher for a legend of many rows.
+    """
+    handles = _handles(figure.axes) if columns else {}
+    if not handles:
+        if note:
+            text = wrapped(note, figure.get_figwidth(), SMALL)
+            figure.supxlabel(text, fontsize=SMALL, color="0.35")
+        return
+    columns = _fitting(figure, list(handles), min(columns, len(handles)))
+    drawn = figure.legend(
+        handles.values(),
+        [textwrap.fill(label, _LONGEST_LABEL) for label in handles],
+        loc="outside lower center",
+        ncols=columns,
+        frameon=False,
+        title=wrapped(note, figure.get_figwidth(), SMALL) if note else None,
+        title_fontsize=SMALL,
+    )
+    drawn.get_title().set_color("0.35")
+    rows = -(-len(handles) // columns)
+    if grows and rows > _FREE_ROWS:
+        figure.set_figheight(figure.get_figheight() + _ROW * (rows - _FREE_ROWS))
+
+
+def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
+    """Return what legends show of axes, by its labels."""
+    handles: dict[str, Any] = {}
+    for panel in panels:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    return handles
+
+
+def _fitting(figure: Figure, labels: list[str], most: int) -> int:
+    """Return how many columns of labels fit into the width of a figure."""
+    # A handle and the gaps around it are as wide as some six letters.
+    letters = figure.get_figwidth() * _POINTS_PER_INCH / (_LETTER * LOOK["font.size"])
+    for columns in range(most, 1, -1):
+        rows = -(-len(labels) // columns)
+        parts = (labels[first : first + rows] for first in range(0, len(labels), rows))
+        width = sum(max(map(len, part)) + 6 for part in parts)
+        if width <= letters:
+            return columns
+    return 1
+
+
+def _legend_within(panels: Any, note: str) -> None:
+    """Put a legend into the first of given axes, where there is most room."""
+    handles = _handles(panels)
+    if handles:
+        labels = [textwrap.fill(label, _LONGEST_LABEL) for label in handles]
+        drawn = panels[0].legend(handles.values(), labels, loc="best", fontsize=SMALL)
+        if note:
+            drawn.set_title(wrapped(note, 4.0, SMALL), prop={"size": SMALL - 1})
+
+
+_SETTLED: WeakSet[Any] = WeakSet()
+"""Axes whose ordinate `settle` has limited."""
+
+
+def settle(panel: Axes, scale: float = 0.0) -> None:
+    """Show constants and rounding as what they are, without offsets at the axes.
+
+    Where all values of axes are constant but for rounding, the ordinate begins at zero, and where
+    they are all but zero beside a scale, it shows the scale.
+
+    Args:
+        panel: axes with lines.
+        scale: size of what the values are a part of.
+    """
+    from matplotlib.ticker import ScalarFormatter
+
+    for axis in (panel.xaxis, panel.yaxis):
+        if isinstance(axis.get_major_formatter(), ScalarFormatter):
+            axis.get_major_formatter().set_useOffset(False)
+    if panel.name != "rectilinear" or panel.get_yscale() != "linear" or panel.patches:
+        return
+    if not panel.get_autoscaley_on() and panel not in _SETTLED:
+        return
+    drawn = [
+        np.asarray(line.get_ydata(), dtype=float)
+        for line in panel.get_lines()
+        if line.get_transform().contains_branch_seperately(panel.transData)[1]
+    ]
+    values = np.concatenate([np.ravel(line) for line in drawn]) if drawn else np.zeros(0)
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return
+    size, span = float(np.max(np.abs(values))), float(np.ptp(values))
+    if span > _CONSTANT * size and size > _ROUNDING * scale:
+        if panel in _SETTLED and not panel.get_autoscaley_on():
+            panel.autoscale(axis="y")
+        return
+    _SETTLED.add(panel)
+    if size <= _ROUNDING * scale or size == 0.0:
+        panel.set_ylim(-(scale or 1.0), scale or 1.0)
+    else:
+        value = _ROOM_BEYOND * float(values[np.argmax(np.abs(values))])
+        panel.set_ylim(min(0.0, value), max(0.0, value))
+
+
+def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[Path]:
+    """Write a figure, as SVG and PNG or in one format.
+
+    Figures that are drawn alike make the same SVG, PNG and PDF.
+
+    Args:
+        figure: the figure.
+        path: of the file, whose suffix is its format, such as `.pdf`; of both files without one.
+            A missing directory is created.
+        dpi: resolution of what consists of pixels [1/inch].
 
     Returns:
-        Paths of the SVG and of the PNG.
+        Paths of the SVG and of the PNG, or of the only file.
 
     Raises:
         ArgumentError: no path, or they cannot be written.
@@ -168,52 +461,22 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
     import matplotlib
 
     base = file_path("path", path)
-    vector, pixels = base.with_suffix(".svg"), base.with_suffix(".png")
+    is_one = base.suffix.lower() in _FORMATS
+    files = [base] if is_one else [base.with_name(base.name + end) for end in (".svg", ".png")]
     with writing(base), matplotlib.rc_context(LOOK):
         base.parent.mkdir(parents=True, exist_ok=True)
-        # A date in the file would make two files of the same figure differ.
-        figure.savefig(vector, metadata={"Date": None})
-        figure.savefig(pixels, dpi=dpi, metadata={"Software": None})
-    return [vector, pixels]
+        for file in files:
+            figure.savefig(file, dpi=dpi, metadata=_UNDATED.get(file.suffix.lower()))
+    return files
 
 
-UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
-"""Quantities of a `JointWrench` that are drawn as lines, and their units."""
-
-
-def wrench_panels(
-    wrenches: Sequence[Any], abscissa: Array, quantities: Sequence[str]
-) -> tuple[Figure, Array]:
-    """Return a figure of wrenches over an abscissa: an axes per quantity, a line per joint.
-
-    Args:
-        wrenches: of the joints.
-        abscissa: `(N,)`.
-        quantities: of `UNITS`.
-
-    Raises:
-        ArgumentError: unknown quantity.
-    """
-    for quantity in quantities:
-        if quantity not in UNITS:
-            raise ArgumentError(
-                f"quantity {quantity!r} is unknown; quantities: {choices(UNITS, quantity)}"
-            )
-    count = len(quantities)
-    figure, axes = axes_grid(count, size=(7.2, 1.4 + 2.6 * count), share_x=True)
-    panels = np.atleast_1d(axes)
-    for quantity, panel in zip(quantities, panels, strict=True):
-        values = [getattr(wrench, quantity) for wrench in wrenches]
-        for index, (wrench, line) in enumerate(zip(wrenches, values, strict=True)):
-            panel.plot(abscissa, line, **curve_style(index, len(abscissa)), label=wrench.joint)
-        panel.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
-        wholes = [wrench.moment if "m" in UNITS[quantity] else wrench.force for wrench in wrenches]
-        whole = max((float(np.max(np.abs(item), initial=0.0)) for item in wholes), default=0.0)
-        drawn = max((float(np.max(np.abs(line), initial=0.0)) for line in values), default=0.0)
-        if 0.0 < drawn < _ROUNDING * whole:
-            panel.set_ylim(-whole, whole)
-    legend(figure, min(len(wrenches), 4))
-    return figure, panels
+_UNDATED = {
+    ".svg": {"Date": None},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None},
+}
+"""What is written about files: no dates or versions, which would make two files of one figure
+differ."""
 
 
 def angle_axis(axes: Axes, label: str, position: Array) -> None:
@@ -226,6 +489,45 @@ def angle_axis(axes: Axes, label: str, position: Array) -> None:
     if _HALF_TURN <= high - low <= _WHOLE_TURN:
         first = _TICK * np.ceil((low - _TICK_ROUNDING) / _TICK)
         axes.set_xticks(np.arange(first, high + _TICK_ROUNDING, _TICK))
+
+
+class Abscissa(NamedTuple):
+    """What a figure is drawn over.
+
+    Attributes:
+        values: as they are drawn `(N,)`: angles in degrees.
+        label: of the axis, with its unit.
+        kind: `angle`, whose ticks are parts of a turn, `range`, which ends where its values do, or
+            empty.
+    """
+
+    values: Array
+    label: str
+    kind: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Its unit, as it follows a number."""
+        _, _, rest = self.label.rpartition("[")
+        return rest.removesuffix("]") if rest.endswith("]") and "[" in self.label else ""
+
+    def name(self, panel: Axes) -> None:
+        """Write the label at axes, and limit them."""
+        if self.kind == "angle":
+            angle_axis(panel, self.label, np.deg2rad(self.values))
+            return
+        panel.set_xlabel(self.label)
+        low, high = float(np.min(self.values)), float(np.max(self.values))
+        if self.kind == "range" and low < high:
+            panel.set_xlim(low, high)
+
+
+def over(name: str, values: ArrayLike, unit: str) -> Abscissa:
+    """Return a quantity to be drawn over, angles in degrees and limited to its values."""
+    at = np.asarray(values, dtype=float)
+    if unit == "rad":
+        return Abscissa(np.rad2deg(at), f"{name} [°]", "angle")
+    return Abscissa(at, f"{name} [{unit}]" if unit not in ("", "1") else name, "range")
 
 
 def thinned(count: int, points: int = POINTS) -> slice:

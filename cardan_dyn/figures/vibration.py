@@ -15,21 +15,24 @@ from .style import (
     PER_MINUTE,
     SPEED,
     Figure,
+    Into,
+    Size,
     abscissa,
     angle_axis,
-    axes_grid,
     curve_style,
-    legend,
+    in_look,
     line_style,
     ordinate,
     ordinates,
     point_style,
+    sheet,
 )
 
 _ROUNDING = 1e-9
 """Part of the greatest entry of a matrix below which another one is rounding."""
 
 
+@in_look
 def over_revolution(
     position: ArrayLike,
     values: ArrayLike,
@@ -37,6 +40,8 @@ def over_revolution(
     *,
     unit: str = "rad, m",
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw coordinates over a revolution of the drive.
 
@@ -46,24 +51,32 @@ def over_revolution(
         names: of the coordinates, n.
         unit: of the coordinates.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = abscissa("position", position)
     courses = ordinates("values", values, at, len(names))
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for index, name in enumerate(names):
         axes.plot(np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=name)
     angle_axis(axes, "position of the drive [°]", at)
     axes.set_ylabel(f"free coordinates [{unit}]")
-    axes.set_title(title)
-    legend(figure, min(len(names), 4))
-    return figure
+    return drawn.finish(title, 4)
 
 
+@in_look
 def coefficients(
-    position: ArrayLike, matrices: Mapping[str, ArrayLike], names: Sequence[str]
+    position: ArrayLike,
+    matrices: Mapping[str, ArrayLike],
+    names: Sequence[str],
+    *,
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw the entries of matrices over the position of the drive, an axes for each matrix.
 
@@ -73,13 +86,17 @@ def coefficients(
         position: of the drive `(N,)` [rad].
         matrices: by name, with its unit `(N, n, n)`.
         names: of the n coordinates.
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure, one for each matrix.
+        figsize: width and height of a new figure [inch].
 
     Raises:
-        ArgumentError: shapes that do not match.
+        ArgumentError: shapes that do not match, or another number of axes.
     """
     at, size = abscissa("position", position), len(names)
-    figure, grid = axes_grid(len(matrices), size=(7.2, 1.4 + 2.4 * len(matrices)), share_x=True)
-    panels = np.atleast_1d(grid)
+    count = len(matrices)
+    drawn = sheet(count, size=(7.2, 1.4 + 2.4 * count), share_x=True, ax=ax, figsize=figsize)
+    panels = drawn.panels
     for panel, (what, given) in zip(panels, matrices.items(), strict=True):
         values = np.asarray(given, dtype=float)
         if values.shape != (len(at), size, size):
@@ -96,22 +113,32 @@ def coefficients(
             panel.plot(np.rad2deg(at), values[:, row, column], **style, label=entry)
         panel.set_ylabel(what)
     angle_axis(panels[-1], "position of the drive [°]", at)
-    legend(figure, min(size * size, 3))
-    return figure
+    return drawn.finish(title, 3)
 
 
-def orbits(paths: Mapping[str, ArrayLike], *, labels: tuple[str, str], title: str = "") -> Figure:
+@in_look
+def orbits(
+    paths: Mapping[str, ArrayLike],
+    *,
+    labels: tuple[str, str],
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
+) -> Figure:
     """Draw paths of two transverse coordinates with equal scales; a dot marks where each begins.
 
     Args:
         paths: by name `(N, 2)`.
         labels: of both axes, with their units.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: a path is no curve in a plane.
     """
-    figure, axes = axes_grid(size=(5.6, 5.6))
+    drawn = sheet(size=(5.6, 5.6), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for index, (name, given) in enumerate(paths.items()):
         path = np.asarray(given, dtype=float)
         if path.ndim != 2 or path.shape[1] != 2 or not len(path):
@@ -119,11 +146,11 @@ def orbits(paths: Mapping[str, ArrayLike], *, labels: tuple[str, str], title: st
         axes.plot(path[:, 0], path[:, 1], **line_style(index), label=name)
         axes.plot(*path[:1].T, **{**point_style(index), "marker": "o"})
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set(xlabel=labels[0], ylabel=labels[1], title=title)
-    legend(figure, 2)
-    return figure
+    axes.set(xlabel=labels[0], ylabel=labels[1])
+    return drawn.finish(title, 2)
 
 
+@in_look
 def run_up(
     speed: ArrayLike,
     values: ArrayLike,
@@ -131,6 +158,8 @@ def run_up(
     unit: str,
     predicted: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw a coordinate while the speed of rotation changes, beside what was predicted.
 
@@ -141,24 +170,27 @@ def run_up(
         predicted: curves by name, as speeds `(S,)` [rad/s] and amplitudes `(S,)`; each is drawn
             to both sides.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = np.asarray(speed, dtype=float)
     course = ordinate("values", values, at)
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     axes.plot(at * PER_MINUTE, course, color="0.6", linewidth=0.7, label="simulated")
     for index, (name, (places, heights)) in enumerate((predicted or {}).items()):
         speeds = np.asarray(places, dtype=float)
         height = ordinate(name, heights, speeds)
         for sign, text in ((1.0, name), (-1.0, None)):
             axes.plot(speeds * PER_MINUTE, sign * height, **line_style(index), label=text)
-    axes.set(xlabel=SPEED, ylabel=f"free coordinate [{unit}]", title=title)
-    legend(figure, 3)
-    return figure
+    axes.set(xlabel=SPEED, ylabel=f"free coordinate [{unit}]")
+    return drawn.finish(title, 3)
 
 
+@in_look
 def torque_over_speed(
     speed: ArrayLike,
     torque: ArrayLike,
@@ -167,6 +199,8 @@ def torque_over_speed(
     barriers: Sequence[tuple[float, float]] = (),
     held: float | None = None,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw the mean torque that motions absorb over speed, beside what a drive has.
 
@@ -177,12 +211,15 @@ def torque_over_speed(
         barriers: speeds and torques of resonances, each marked.
         held: speed at which the drive stays, if it does.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = np.asarray(speed, dtype=float)
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     axes.plot(at * PER_MINUTE, ordinate("torque", torque, at), **line_style(0), label="absorbed")
     if available is not None:
         given = ordinate("available", available, at)
@@ -194,29 +231,37 @@ def torque_over_speed(
         axes.axvline(held * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":", label="held")
     axes.set_xlabel("speed [1/min]")
     axes.set_ylabel("mean torque [N·m]")
-    axes.set_title(title)
-    legend(figure, 4)
-    return figure
+    return drawn.finish(title, 4)
 
 
-def multipliers(speed: ArrayLike, sizes: ArrayLike, *, title: str = "") -> Figure:
+@in_look
+def multipliers(
+    speed: ArrayLike,
+    sizes: ArrayLike,
+    *,
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
+) -> Figure:
     """Draw the sizes of Floquet multipliers over the speed of rotation; above 1, motions grow.
 
     Args:
         speed: of rotation `(S,)` [rad/s].
         sizes: `(S, m)`.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = abscissa("speed", speed)
     every = ordinates("sizes", sizes, at)
-    figure, axes = axes_grid()
+    drawn = sheet(ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     for index in range(every.shape[1]):
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, every[:, index], **style, label=f"multiplier {index + 1}")
     axes.axhline(1.0, color="0.55", linewidth=0.9, linestyle=":")
-    axes.set(xlabel=SPEED, ylabel="size of multipliers", title=title)
-    legend(figure, 4)
-    return figure
+    axes.set(xlabel=SPEED, ylabel="size of multipliers")
+    return drawn.finish(title, 4)

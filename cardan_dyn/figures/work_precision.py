@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ArgumentError
-from .style import TITLE_SIZE, Axes, Figure, axes_grid, legend, line_style, point_style
+from .style import Axes, Figure, Into, Size, in_look, line_style, point_style, sheet
 
 FIELDS = ("method", "task", "error", "microseconds")
 """Fields that every record needs; `beta_deg` [deg] is read as well."""
@@ -47,16 +47,25 @@ def read_records(directory: str | os.PathLike[str]) -> list[dict[str, Any]]:
     return records
 
 
-def work_precision(records: Iterable[Mapping[str, Any]], title: str = "") -> Figure:
+@in_look
+def work_precision(
+    records: Iterable[Mapping[str, Any]],
+    title: str = "",
+    *,
+    ax: Into = None,
+    figsize: Size | None = None,
+) -> Figure:
     """Draw error against time per value, one line per method and one axes per task.
 
     Args:
         records: mappings with `method`, `task`, `error` (relative), `microseconds` (time per
             value). An error of exactly zero is drawn at 1e-17.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure, one for each task.
+        figsize: width and height of a new figure [inch].
 
     Raises:
-        ArgumentError: there is no record, or one lacks a field.
+        ArgumentError: there is no record, one lacks a field, or another number of axes.
     """
     table = [dict(record) for record in records]
     if not table or not all(_complete(record) for record in table):
@@ -65,9 +74,15 @@ def work_precision(records: Iterable[Mapping[str, Any]], title: str = "") -> Fig
     methods = list(dict.fromkeys(record["method"] for record in table))
     columns = min(len(tasks), 2)
     rows = -(-len(tasks) // columns)
-    figure, axes = axes_grid(rows, columns, size=(4.6 * columns + 2.0 * (columns == 1), 4.2 * rows))
-    panels = np.atleast_1d(axes)
-    for panel, task in zip(panels, tasks, strict=False):
+    drawn = sheet(
+        rows,
+        columns,
+        count=len(tasks),
+        size=(4.6 * columns + 2.0 * (columns == 1), 4.2 * rows),
+        ax=ax,
+        figsize=figsize,
+    )
+    for panel, task in zip(drawn.panels, tasks, strict=True):
         for index, method in enumerate(methods):
             points = sorted(
                 (float(record["microseconds"]), max(float(record["error"]), _FLOOR))
@@ -83,11 +98,7 @@ def work_precision(records: Iterable[Mapping[str, Any]], title: str = "") -> Fig
         panel.set_xlabel("time per value [µs]")
         panel.set_ylabel("relative error [–]")
         panel.set_title(task)
-    for panel in panels[len(tasks) :]:
-        panel.remove()
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, min(len(methods), 3 if columns == 2 else 2))
-    return figure
+    return drawn.finish(title, 3 if columns == 2 else 2)
 
 
 def _whole_decades(axes: Axes) -> None:

@@ -8,14 +8,15 @@ from ...arrays import Array
 from ...checks import positive
 from ...errors import ArgumentError
 from ...figures.style import (
-    TITLE_SIZE,
     Axes,
     Figure,
+    Into,
+    Size,
     angle_axis,
-    axes_grid,
-    legend,
+    in_look,
     line_style,
     point_style,
+    sheet,
 )
 from ..contact_simulation import ContactSimulation, finer
 from ..scan_results import JointScan, Scan
@@ -24,6 +25,7 @@ _PER_STEP = 8
 """Times at which the force is looked at between two steps of a simulation."""
 
 
+@in_look
 def contact_course(
     simulation: ContactSimulation,
     joint: str,
@@ -31,6 +33,8 @@ def contact_course(
     scanned: Scan | None = None,
     turns: float = 1.0,
     title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw the force by which the wall presses the pin of a joint over the drive's position.
 
@@ -43,6 +47,8 @@ def contact_course(
         scanned: from `clearance.scan`, of the same mechanism and speed; none if None.
         turns: of the drive at the end of the simulation that are drawn; all if there are fewer.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ModelError: no such joint has clearance, or it was not scanned.
@@ -57,7 +63,8 @@ def contact_course(
             f"the scan is of {scanned.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
         )
     position, force = _fine(simulation, joint, 2.0 * np.pi * turns)
-    figure, axes = axes_grid(size=(7.2, 4.4))
+    drawn = sheet(size=(7.2, 4.4), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     degrees = np.rad2deg(position)
     axes.plot(
         degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with clearance"
@@ -69,9 +76,7 @@ def contact_course(
     angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
     axes.set_ylabel(f"force in {joint} [N]")
     axes.set_ylim(bottom=0.0)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, 3)
-    return figure
+    return drawn.finish(title, 3)
 
 
 def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Array, Array]:

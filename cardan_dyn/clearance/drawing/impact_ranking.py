@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ArgumentError
-from ...figures.style import Figure, axes_grid, legend, line_style, point_style
+from ...figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
 from ..scan_results import Scan
 
 _BAR = 0.26
@@ -17,7 +17,10 @@ _SPREAD = 0.6
 """Width over which the points of a joint are spread, where joints are 1 apart."""
 
 
-def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
+@in_look
+def impact_ranking(
+    scanned: Scan, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
     """Draw joints by severity: forces with and without clearance, and what less would buy.
 
     On the left the greatest force of each joint without clearance and that of its impacts, where
@@ -28,6 +31,8 @@ def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
     Args:
         scanned: from `clearance.scan`.
         title: of the figure.
+        ax: two axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: no joint was scanned.
@@ -38,7 +43,8 @@ def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
     places = np.arange(len(ranking))
     joints = [scanned[name] for name in ranking]
     size = (10.5, _ROOM + _ROW * len(ranking))
-    figure, (forces, effects) = axes_grid(1, 2, size=size)
+    drawn = sheet(1, 2, size=size, ax=ax, figsize=figsize)
+    forces, effects = drawn.panels
     rigid = [joint.rigid_peak for joint in joints]
     peaks = [joint.severity for joint in joints]
     partial = [joint.partial_severity for joint in joints]
@@ -74,6 +80,4 @@ def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
     effects.set_yticks(places, [""] * len(ranking))
     for axes in (forces, effects):
         axes.set_ylim(len(ranking) - 0.5, -0.5)
-    figure.suptitle(title or f"Impacts at {scanned.speed:g} rad/s", fontsize=11)
-    legend(figure, 4)
-    return figure
+    return drawn.finish(title or f"Impacts at {scanned.speed:g} rad/s", 4)

@@ -10,7 +10,7 @@ from analytic.damped_impact import damped_peak
 from analytic.peak_factor import peak_factor as factor_of
 from analytic.peak_factor import peak_factor_limits
 
-from ...figures.style import Figure, axes_grid, legend, line_style, point_style
+from ...figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
 from ..impact_model import ImpactModel
 from ..scan_results import ForceReversal, Scan
 
@@ -20,8 +20,13 @@ _POINTS = 400
 _UNDAMPED = {(0.0, "release"), (0.0, "rest")}
 
 
+@in_look
 def peak_factor(
-    of: Scan | Mapping[str, ForceReversal | ImpactModel] | None = None, *, title: str = ""
+    of: Scan | Mapping[str, ForceReversal | ImpactModel] | None = None,
+    *,
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw f(τ) = peak / (c s) with its limits, and where impacts are on it.
 
@@ -32,6 +37,8 @@ def peak_factor(
         of: a scan, of which the worst reversal of each joint is shown, or labels to reversals or
             two-mass models; none if None.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: a peak is beyond what the geometry of a pin has a stiffness for.
@@ -42,7 +49,8 @@ def peak_factor(
     models = _models(of)
     taus = [float(model.estimate.tau) for model in models.values()]
     tau = np.geomspace(min([_RANGE[0], *taus]), max([_RANGE[1], *taus]), _POINTS)
-    figure, axes = axes_grid(size=(7.2, 5.4))
+    drawn = sheet(size=(7.2, 5.4), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     below, above = peak_factor_limits(tau)
     lines = {
         "from rest": factor_of(tau),
@@ -65,9 +73,7 @@ def peak_factor(
         axes.plot(float(found.tau), value, **point_style(index), label=label)
     axes.set_xlabel("characteristic number τ [–]")
     axes.set_ylabel("f(τ) = peak / (c s) [–]")
-    axes.set_title(title or "Peak of the force after an impact (Bild 5)")
-    legend(figure, 3)
-    return figure
+    return drawn.finish(title or "Peak of the force after an impact (Bild 5)", 3)
 
 
 def _models(

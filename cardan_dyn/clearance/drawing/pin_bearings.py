@@ -6,19 +6,23 @@ import numpy as np
 
 from ...errors import ArgumentError
 from ...figures.style import (
-    TITLE_SIZE,
     Figure,
+    Into,
+    Size,
     angle_axis,
-    axes_grid,
     curve_style,
-    legend,
+    in_look,
     line_style,
+    sheet,
 )
 from ..scan_maps import ScanMap
 from ..scan_results import JointScan
 
 
-def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:
+@in_look
+def pin_forces(
+    scanned: JointScan, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
     """Draw what open bearings carry without clearance over the drive's angle, and the peaks.
 
     A point stands where the force swings round, as high as the peak of the impact that theory
@@ -27,8 +31,11 @@ def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:
     Args:
         scanned: a joint of `clearance.scan`.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
     """
-    figure, axes = axes_grid(1, size=(7.2, 4.2))
+    drawn = sheet(size=(7.2, 4.2), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     angle = np.rad2deg(scanned.position)
     for index, (name, bearing) in enumerate(scanned.by_bearing().items()):
         sizes = np.linalg.norm(bearing.force, axis=1)
@@ -48,12 +55,13 @@ def pin_forces(scanned: JointScan, *, title: str = "") -> Figure:
             )
     axes.set_ylabel("force across the pin [N]")
     angle_axis(axes, "drive [°]", scanned.position)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, 3)
-    return figure
+    return drawn.finish(title, 3)
 
 
-def pin_peaks(mapped: ScanMap, *, title: str = "") -> Figure:
+@in_look
+def pin_peaks(
+    mapped: ScanMap, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
     """Draw the greatest bearing force over speed, a line for each design, with and without it.
 
     A line of peaks ends where theory expects no impact, or none that has a peak.
@@ -61,13 +69,16 @@ def pin_peaks(mapped: ScanMap, *, title: str = "") -> Figure:
     Args:
         mapped: from `clearance.scan_map`.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: there is one speed only, which makes no line.
     """
     if len(mapped.speed) < 2:
         raise ArgumentError("there is one speed only; map several of them to draw a line")
-    figure, axes = axes_grid(1, size=(7.2, 4.6))
+    drawn = sheet(size=(7.2, 4.6), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     order = np.argsort(mapped.speed)
     speed = mapped.speed[order]
     (first, *_) = mapped.held
@@ -81,6 +92,4 @@ def pin_peaks(mapped: ScanMap, *, title: str = "") -> Figure:
         axes.plot(speed, mapped.rigid_peak[index, order], label=f"{label}, no clearance", **thin)
     axes.set_xlabel("speed of the drive [rad/s]")
     axes.set_ylabel("greatest force of a bearing [N]")
-    figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, 2)
-    return figure
+    return drawn.finish(title, 2)

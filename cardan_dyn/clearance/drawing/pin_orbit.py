@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ArgumentError
 from ...figures.polar import columns_of
-from ...figures.style import TITLE_SIZE, Figure, axes_grid, legend, line_style, point_style
+from ...figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
 from ..contact_simulation import ContactSimulation, JointContact, finer
 
 _PER_STEP = 4
@@ -17,8 +17,15 @@ _CIRCLE = 361
 """Points of the circle that bounds the clearance."""
 
 
+@in_look
 def pin_orbit(
-    simulation: ContactSimulation, joint: str, *, plane: str | None = None, title: str = ""
+    simulation: ContactSimulation,
+    joint: str,
+    *,
+    plane: str | None = None,
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
 ) -> Figure:
     """Draw the orbit of a pin as its bush sees it: free in the clearance, or pressed to the wall.
 
@@ -30,6 +37,8 @@ def pin_orbit(
         joint: with clearance, or one of its bearings.
         plane: `xy`, `yz` or `zx` of the world, instead of the plane across the bush's axis.
         title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ModelError: no such joint has clearance.
@@ -46,7 +55,8 @@ def pin_orbit(
     radius = float(np.median(np.linalg.norm(course.offset, axis=1) - course.depth))
     way = _MICRO * _drawn(course, plane)
     lines = _states(course, np.array([(item.start, item.end) for item in impacts]).reshape(-1, 2))
-    figure, axes = axes_grid(size=(6.2, 6.6))
+    drawn = sheet(size=(6.2, 6.6), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
     turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE)
     circle = _MICRO * radius * np.stack([np.cos(turn), np.sin(turn)])
     axes.plot(*circle, color="0.55", linewidth=3.0, label="bounds of the clearance")
@@ -61,9 +71,7 @@ def pin_orbit(
         of = f"{letter} from the bush's axis, world axes" if plane else f"way {letter} in the bush"
         getattr(axes, f"set_{name}label")(f"{of} [µm]")
     axes.set_aspect("equal")
-    figure.suptitle(title or f"Orbit of the pin in {joint}", fontsize=TITLE_SIZE)
-    legend(figure, 4)
-    return figure
+    return drawn.finish(title or f"Orbit of the pin in {joint}", 4)
 
 
 def _states(course: JointContact, impacts: Array) -> dict[str, Array]:

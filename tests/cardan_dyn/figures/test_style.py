@@ -110,13 +110,30 @@ def test_same_figure_is_the_same_file(joint_turn: cd.Sweep, tmp_path: Path) -> N
     assert contents[0] == contents[1]
 
 
-def test_any_suffix_is_replaced(tmp_path: Path) -> None:
+def test_names_with_points_are_not_cut(tmp_path: Path) -> None:
     figure, axes = style.axes_grid(size=(2.0, 1.0))
     axes.plot([0.0, 1.0])
-    paths = figures.save(figure, tmp_path / "new" / "name.pdf", dpi=100)
-    assert paths == [tmp_path / "new" / "name.svg", tmp_path / "new" / "name.png"]
-    width, height = (int.from_bytes(paths[1].read_bytes()[k : k + 4], "big") for k in (16, 20))
-    assert (width, height) == (200, 100)
+    first, second = (figures.save(figure, tmp_path / f"GWB 390.{size}") for size in (60, 65))
+    assert [path.name for path in first] == ["GWB 390.60.svg", "GWB 390.60.png"]
+    assert len({*first, *second}) == 4 and all(path.is_file() for path in (*first, *second))
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".png", ".pdf"])
+def test_a_suffix_is_the_format_and_files_of_one_figure_are_the_same(
+    suffix: str, tmp_path: Path
+) -> None:
+    contents = []
+    for name in ("first", "second"):
+        figure, axes = style.axes_grid(size=(2.0, 1.0))
+        axes.plot([0.0, 1.0])
+        (path,) = figures.save(figure, tmp_path / "new" / f"{name}{suffix}", dpi=100)
+        assert path == tmp_path / "new" / f"{name}{suffix}"
+        contents.append(path.read_bytes())
+    content, again = contents
+    assert content == again
+    if suffix == ".png":
+        width, height = (int.from_bytes(content[k : k + 4], "big") for k in (16, 20))
+        assert (width, height) == (200, 100)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,131 @@
+"""Peaks: value and place of the extremes of lines, written beside them where there is room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from .style import SMALL, Axes
+
+_MOST_LINES = 2
+"""Lines in axes up to which their peaks are labelled without being asked for."""
+_FEWEST = 8
+"""Points of a line from which on that is done: of fewer, each is seen."""
+_LETTER, _LINE, _GAP = 0.55, 1.25, 6.0
+"""Mean width of a letter and height of a line in font sizes, and distance from the peak [pt]."""
+_SAME = 1e-9
+"""Difference from an extreme, as a fraction of the greatest value, that is rounding: of extremes
+that return in every turn the first one is labelled."""
+_FLAT = 1e-6
+"""Range of a line, as a fraction of its greatest value, below which it has no peak."""
+_INSIDE = 0.6
+"""Part of the width of a figure that its axes fill at least."""
+
+
+def label_peaks(
+    panel: Axes, lines: Sequence[Any], unit: str, at_unit: str, peaks: bool | None = None
+) -> None:
+    """Mark extremes of lines, and write their values and places.
+
+    A label that would cover another one is left out, its mark is not.
+
+    Args:
+        panel: axes with a linear scale.
+        lines: in it.
+        unit: of their values.
+        at_unit: of the abscissa.
+        peaks: mark the greatest and the least value of each line, or nothing if False; if None,
+            the greater one by size, where there are few lines.
+    """
+    if peaks is False or (peaks is None and len(panel.get_lines()) > _MOST_LINES):
+        return
+    written: list[tuple[float, float, float, float]] = []
+    room = {1.0: False, -1.0: False}
+    for line in lines:
+        x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+        for place in _extremes(y, both=bool(peaks), fewest=1 if peaks else _FEWEST):
+            side = _side(y, place)
+            panel.scatter(x[place], y[place], s=16, color=line.get_color(), zorder=3)
+            text = f"{_number(y[place])} {unit} at {_number(x[place])}{_follows(at_unit)}"
+            if _write(panel, text, (x[place], y[place]), side, x, written):
+                room[side] = True
+    low, high = panel.get_ylim()
+    beyond = (_LINE * SMALL + 2.0 * _GAP) / _height(panel) * (high - low)
+    if any(room.values()):
+        panel.set_ylim(low - beyond * room[-1.0], high + beyond * room[1.0])
+        panel.set_autoscaley_on(True)
+
+
+def _extremes(y: Array, *, both: bool, fewest: int) -> list[int]:
+    """Return the places of the greatest and the least value, or of the greater by size alone."""
+    known = y[np.isfinite(y)]
+    if len(known) < fewest or not known.size:
+        return []
+    high, low = float(known.max()), float(known.min())
+    size = max(abs(high), abs(low))
+    if high - low <= _FLAT * size:
+        return [0] if both and np.isfinite(y[0]) else []
+    wanted = [high, low] if both else [high if abs(high) >= (1.0 - _SAME) * abs(low) else low]
+    return [int(np.flatnonzero(np.abs(y - value) <= _SAME * size)[0]) for value in wanted]
+
+
+def _side(y: Array, place: int) -> float:
+    """Return 1 above and -1 below: where the line itself is not."""
+    middle = 0.5 * (float(np.nanmax(y)) + float(np.nanmin(y)))
+    return 1.0 if y[place] >= middle else -1.0
+
+
+def _write(
+    panel: Axes,
+    text: str,
+    at: tuple[float, float],
+    side: float,
+    x: Array,
+    written: list[tuple[float, float, float, float]],
+) -> bool:
+    """Write a label above or below a point, unless it would cover another one."""
+    low, high = (float(end) for end in (np.nanmin(x), np.nanmax(x)))
+    bottom, top = panel.get_ylim()
+    width = _INSIDE * panel.figure.get_figwidth() * 72.0
+    across = (at[0] - low) / ((high - low) or 1.0)
+    letters = _LETTER * SMALL * len(text)
+    # At the ends of the axes a label stands to the side that is within.
+    lean = "left" if across * width < 0.5 * letters else "center"
+    lean = "right" if (1.0 - across) * width < 0.5 * letters else lean
+    start = across * width - {"left": 0.0, "center": 0.5, "right": 1.0}[lean] * letters
+    height = (at[1] - bottom) / ((top - bottom) or 1.0) * _height(panel) + side * _GAP
+    box = (start, start + letters, height, height + side * _LINE * SMALL)
+    box = (*box[:2], min(box[2:]), max(box[2:]))
+    if any(
+        box[0] < other[1] and other[0] < box[1] and box[2] < other[3] and other[2] < box[3]
+        for other in written
+    ):
+        return False
+    written.append(box)
+    panel.annotate(
+        text,
+        at,
+        (0.0, side * _GAP),
+        textcoords="offset points",
+        ha=lean,
+        va="bottom" if side > 0.0 else "top",
+        fontsize=SMALL,
+    )
+    return True
+
+
+def _height(panel: Axes) -> float:
+    """Return about how high axes are [pt]."""
+    rows = panel.get_gridspec().nrows if panel.get_gridspec() is not None else 1
+    return max(20.0, 72.0 * (0.8 * float(panel.figure.get_figheight()) / rows - 0.3))
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
+
+
+def _follows(unit: str) -> str:
+    return unit if unit in ("", "°") else f" {unit}"
