@@ -72,7 +72,7 @@ class VibrationResult(Record, Result):
 
         What ends with `.csv`, `.json` or `.nc` holds the table; any other file all there is, for
         `numpy.load`. Names in it are those of the attributes, with a dot before what belongs to
-        one, such as `campbell.frequency`; `drive` and `free` are the names of the coordinates:
+        one, such as `campbell.frequency`; `drive` and `free` are the names of the coordinates::
 
             result.save("response.npz")
             with np.load("response.npz") as stored:

@@ -6,6 +6,7 @@ import io
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas
@@ -345,12 +346,20 @@ def test_datasets_come_back_from_netcdf(
     assert again.attrs["held"] == data.attrs["held"]
 
 
+def read_exactly(file: Any, like: pandas.DataFrame) -> pandas.DataFrame:
+    """Read columns as texts, since readers of numbers of older pandas round; the index is first."""
+    read = pandas.read_csv(file, dtype=str)
+    for name, kind in zip(read.columns, [like.index.dtype, *like.dtypes], strict=True):
+        column = read[name] == "True" if kind.kind == "b" else read[name].astype(kind)
+        read[name] = column
+    return read
+
+
 def test_frames_come_back_from_text_files(turn: cd.Sweep) -> None:
     frame = turn.to_dataframe()
     text = frame.to_csv()
-    again = pandas.read_csv(io.StringIO(text), index_col="sample")
-    # Readers of text may round the last digit.
-    pandas.testing.assert_frame_equal(again, frame, check_index_type=False, rtol=1e-14, atol=0.0)
+    again = read_exactly(io.StringIO(text), frame).set_index("sample")
+    pandas.testing.assert_frame_equal(again, frame, check_index_type=False, check_exact=True)
     # Attributes go through any format that keeps JSON.
     assert json.loads(json.dumps(frame.attrs)) == frame.attrs
 
@@ -378,7 +387,7 @@ def test_loads_of_the_same_name_are_refused() -> None:
 
 def test_files_give_back_what_was_saved(turn: cd.Sweep, tmp_path: Path) -> None:
     frame = turn.to_dataframe()
-    read = pandas.read_csv(turn.save(tmp_path / "turn.csv"), index_col=0)
+    read = read_exactly(turn.save(tmp_path / "turn.csv"), frame).iloc[:, 1:]
     assert "bearing_out.bending [N·m]" in read
     assert len(read.columns) == len(frame.columns)
     np.testing.assert_array_equal(read.to_numpy(), frame.to_numpy())

@@ -1,0 +1,48 @@
+"""Settings of the site: `sphinx-build -W docs site` builds it, offline."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))  # For `public_names`, which writes a page for each of them.
+
+import cardan_dyn as cd  # noqa: E402
+
+project = "cardan_dyn"
+author = "the cardan_dyn authors"
+copyright = author  # noqa: A001
+version = release = cd.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "public_names",
+]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # Docstrings say shapes, units and frames; signatures stay readable.
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+napoleon_custom_sections = ["Source"]
+
+html_theme = "pydata_sphinx_theme"
+html_title = "cardan_dyn"
+html_theme_options = {
+    "show_toc_level": 2,
+    "navigation_with_keys": True,
+    "show_prev_next": True,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}
+html_show_sourcelink = False
+# One-letter attributes of the literature, which several classes have.
+suppress_warnings = ["ref.python"]
