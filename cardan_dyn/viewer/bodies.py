@@ -1,39 +1,32 @@
-"""Bodies of the viewer: where they are over the shown samples, and how their links are drawn.
-
-The shapes of links are read from the description only when they are shown. Pinocchio reads boxes,
-cylinders, spheres and meshes with their colours; meshes whose files do not exist are left out
-instead of failing.
-"""
+"""Bodies of the viewer: where they are over the shown samples, and how their links are drawn."""
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
-
 import numpy as np
-import pinocchio
 
 from ..arrays import Array
-from ..description.description import SourceText
+from ..description.visual import Rgba
 from ..errors import ModelError
-from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
 from . import shapes as forms
-from .commands import STEADY, Color, Drawing, Pose, mesh, meshcat, node_name
+from .commands import STEADY, Color, Drawing, Pose, mesh, node_name
 from .still import Still
+from .visuals import Shape, few_enough, shapes_of
 
-ROD_COLOR = Color.of("#7a8794")
-"""Colour of the rods that stand for a body without visuals."""
+GROUND = Color.of("#6f7780")
+"""Colour of what stands still, where nothing states another."""
+PALETTE = tuple(
+    Color.of(css) for css in ("#0072b2", "#a08400", "#a8417e", "#008f68", "#6d62c9", "#b84600")
+)
+"""Colours of bodies of which nothing states one, in turn. Neighbours in the list differ for all
+eyes, and each stands out from a light and from a dark background (WCAG 2.2: at least 3 to 1)."""
+_WHITEST = 0.85
+"""Share of a stated colour that is drawn: the viewer's lights together are brighter than one."""
 _ROD_RADIUS = 0.008
 """Radius of these rods, as a fraction of the radius of the scene."""
 _CORNER_STRIDE = 8
 """Every how manieth sample the corners of the shapes are followed: they only decide how much the
 camera has to see, and between two such samples a corner moves little."""
-_Y_TO_Z = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
-"""Turns meshcat's cylinders, which stand along y, to stand along z."""
 
 
 class Bodies:
@@ -54,7 +47,6 @@ class Bodies:
         mechanism = sweep.mechanism
         self._sweep, self._samples = sweep, samples
         self._length = mechanism.characteristic_length
-        self.notes: tuple[str, ...] = ()
         self.loops = frozenset(loop.joint for loop in mechanism.loops)
         self._joint_of_body = {
             joint.id: name
@@ -64,9 +56,8 @@ class Bodies:
         self._link_of_body: dict[int, str] = {}
         for name, (body, _) in mechanism.links.items():
             self._link_of_body.setdefault(body, name)
-        self.shapes = [
-            shape for shape in (shapes_of(mechanism) if visuals else []) if self._known(shape.body)
-        ]
+        shapes, self.notes = shapes_of(mechanism) if visuals else ([], ())
+        self.shapes = [shape for shape in shapes if self._known(shape.body)]
 
     def points(self) -> Array:
         """Return the points `(n, 3)` between which the mechanism moves [m]; none if unknown."""
@@ -116,7 +107,7 @@ class Bodies:
             radius: of the scene [m].
         """
         if self.shapes:
-            self._draw_shapes(drawing)
+            self._draw_shapes(drawing, radius)
         else:
             self._draw_rods(drawing, radius)
 
@@ -150,16 +141,21 @@ class Bodies:
         turned = np.einsum("nij,kj->nki", rotation, shape.corners())
         return np.asarray((turned + position[:, None]).reshape(-1, 3))
 
-    def _draw_shapes(self, drawing: Drawing) -> None:
-        count = 0
-        for body in sorted({shape.body for shape in self.shapes}):
+    def _draw_shapes(self, drawing: Drawing, radius: float) -> None:
+        shapes, note = few_enough(self.shapes, radius)
+        self.notes += (note,) if note else ()
+        for body in sorted({shape.body for shape in shapes}):
             node = f"/mechanism/{node_name(self._link_of_body[body])}"
             drawing.place(node, self._pose(body))
-            for shape in (item for item in self.shapes if item.body == body):
-                color = Color(*shape.color[:3], opacity=shape.color[3])
-                geometry, placement = _geometry(shape)
-                drawing.add(f"{node}/{node_name(shape.link)} {count}", geometry, color, placement)
-                count += 1
+            for count, shape in enumerate(item for item in shapes if item.body == body):
+                color = self._color(body) if shape.color is None else _lit(shape.color)
+                geometry, placement = shape.drawn(radius)
+                path = f"{node}/{node_name(shape.link)} {count}"
+                drawing.add(path, geometry, color, placement)
+
+    def _color(self, body: int) -> Color:
+        """Return the colour of a body of which nothing states one."""
+        return PALETTE[(body - 1) % len(PALETTE)] if body else GROUND
 
     def _draw_rods(self, drawing: Drawing, radius: float) -> None:
         """Draw each body as rods from the middle of its joints to each of them."""
@@ -182,7 +178,7 @@ class Bodies:
             node = f"/mechanism/{node_name(self._link_of_body.get(body, str(body)))}"
             drawing.place(node, self._pose(body))
             for index, rod in enumerate(rods):
-                drawing.add(f"{node}/rod {index}", mesh(rod), ROD_COLOR)
+                drawing.add(f"{node}/rod {index}", mesh(rod), self._color(body))
 
     def _joints_of_bodies(self) -> dict[int, list[str]]:
         """Return which joints each body carries."""
@@ -193,163 +189,7 @@ class Bodies:
         return joints_of
 
 
-def _geometry(shape: Shape) -> tuple[Any, Array]:
-    """Return a shape as meshcat's geometry, and its placement `(4, 4)` in its body."""
-    geometry = meshcat().geometry
-    if shape.kind == "box":
-        return geometry.Box(shape.size), shape.placement
-    if shape.kind == "sphere":
-        return geometry.Sphere(shape.size[0]), shape.placement
-    if shape.kind == "cylinder":
-        return geometry.Cylinder(shape.size[1], shape.size[0]), shape.placement @ _Y_TO_Z
-    return geometry.TriangularMeshGeometry(shape.vertices, shape.faces), shape.placement
-
-
-@dataclass(frozen=True)
-class Shape:
-    """One visual of a link.
-
-    Attributes:
-        link: name of the link.
-        body: index of the link's body in `Mechanism.model`.
-        kind: `box`, `cylinder` (along z), `sphere` or `mesh`.
-        size: box: three edges; cylinder: radius and length; sphere: radius [m].
-        placement: `(4, 4)` of the shape in the link's body in `Mechanism.model`.
-        color: red, green, blue and opacity, 0 to 1.
-        vertices: `(n, 3)` of a mesh [m].
-        faces: `(m, 3)` of a mesh, indices of vertices.
-    """
-
-    link: str
-    body: int
-    kind: str
-    size: tuple[float, ...]
-    placement: Array
-    color: tuple[float, float, float, float]
-    vertices: Array
-    faces: Array
-
-    def corners(self) -> Array:
-        """Return the corners `(8, 3)` of a box around the shape, in axes of the body [m]."""
-        if self.kind == "mesh":
-            low, high = np.min(self.vertices, axis=0), np.max(self.vertices, axis=0)
-        else:
-            if self.kind == "box":
-                half = np.array(self.size) / 2.0
-            elif self.kind == "cylinder":
-                half = np.array([self.size[0], self.size[0], self.size[1] / 2.0])
-            else:
-                half = np.full(3, self.size[0])
-            low, high = -half, half
-        upper = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-        local = np.where(upper == 0, low, high)
-        return np.asarray(local @ self.placement[:3, :3].T + self.placement[:3, 3])
-
-
-def shapes_of(mechanism: Mechanism) -> list[Shape]:
-    """Return the visuals of all links; none if the description has none.
-
-    An MJCF or SDF model is shown without visuals.
-
-    Raises:
-        ModelError: a visual is malformed, or a mesh cannot be read from its file.
-    """
-    source = mechanism.description.source
-    if source is None:
-        return []
-    robot = ElementTree.fromstring(source.text)
-    if robot.tag != "robot":
-        return []
-    text = _only_visuals(robot, source)
-    if text is None:
-        return []
-    try:
-        geometries = pinocchio.buildGeomFromUrdfString(mechanism.model, text, pinocchio.VISUAL)
-    except (ValueError, RuntimeError) as error:
-        raise ModelError(f"{mechanism.name}: the visuals cannot be read: {error}") from error
-    if not geometries.geometryObjects:
-        # One malformed visual makes Pinocchio's reader drop the visuals of all links.
-        raise ModelError(f"{mechanism.name}: the visuals cannot be read: one is malformed")
-    frames = mechanism.model.frames
-    return [
-        shape
-        for item in geometries.geometryObjects
-        if (shape := _shape(item, frames[item.parentFrame].name)) is not None
-    ]
-
-
-def _shape(item: Any, link: str) -> Shape | None:
-    """Return Pinocchio's geometry object as a shape; None for a kind that is not drawn."""
-    geometry = item.geometry
-    vertices, faces = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint32)
-    size: tuple[float, ...] = ()
-    name = type(geometry).__name__
-    if name == "Box":
-        kind, size = "box", tuple(float(edge) for edge in 2.0 * geometry.halfSide)
-    elif name == "Cylinder":
-        kind, size = "cylinder", (float(geometry.radius), 2.0 * float(geometry.halfLength))
-    elif name == "Sphere":
-        kind, size = "sphere", (float(geometry.radius),)
-    elif hasattr(geometry, "num_tris") and geometry.num_tris:
-        kind = "mesh"
-        vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
-        triangles = (geometry.tri_indices(index) for index in range(geometry.num_tris))
-        faces = np.array([[face[0], face[1], face[2]] for face in triangles], dtype=np.uint32)
-    else:
-        return None
-    placement = item.placement.homogeneous
-    red, green, blue, opacity = np.clip(item.meshColor, 0.0, 1.0).tolist()
-    return Shape(
-        link=link,
-        body=int(item.parentJoint),
-        kind=kind,
-        size=size,
-        placement=placement,
-        color=(red, green, blue, opacity),
-        vertices=vertices,
-        faces=faces,
-    )
-
-
-def _only_visuals(robot: ElementTree.Element, source: SourceText) -> str | None:
-    """Return the text with the visuals that can be shown; None if there are none.
-
-    Mesh files are written as absolute paths.
-    """
-    count = 0
-    for joint in robot.findall("joint"):
-        # Not all types are known to the reader of visuals, which asks the model where links are.
-        joint.set("type", "floating")
-    for link in robot.findall("link"):
-        for collision in link.findall("collision"):
-            link.remove(collision)
-        for visual in link.findall("visual"):
-            mesh = visual.find("geometry/mesh")
-            if mesh is not None:
-                path = _mesh_file(mesh.get("filename", ""), source.path)
-                if path is None:
-                    link.remove(visual)
-                    continue
-                mesh.set("filename", str(path))
-            count += 1
-    return ElementTree.tostring(robot, encoding="unicode") if count else None
-
-
-def _mesh_file(name: str, description: Path | None) -> Path | None:
-    """Return a mesh's file; None if it does not exist.
-
-    A `package://` name is searched in the directories above the description and in those that
-    `ROS_PACKAGE_PATH` lists; other names are paths from the description.
-    """
-    above = list(description.resolve().parents) if description is not None else []
-    listed = [Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)]
-    if name.startswith(("package://", "model://")):
-        name = name.split("://", 1)[1]
-        directories = [*above, *(path for entry in listed for path in (entry, entry.parent))]
-    else:
-        name = name.removeprefix("file://")
-        directories = above[:1] or [Path.cwd()]
-    if not name:
-        return None
-    candidates = (directory / name for directory in directories)
-    return next((path for path in candidates if path.is_file()), None)
+def _lit(rgba: Rgba) -> Color:
+    """Return a stated colour as it is drawn: pure white would lose its shades in the light."""
+    red, green, blue, opacity = rgba
+    return Color(_WHITEST * red, _WHITEST * green, _WHITEST * blue, opacity)

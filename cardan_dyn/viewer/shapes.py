@@ -13,6 +13,8 @@ from ..arrays import Array, quaternion_product
 
 _SIDES = 20
 """Sides of a surface of revolution: at the width of an arrow on the screen it looks round."""
+_ROUND_STEPS = 6
+"""Steps of a quarter of a circle, where a surface of revolution is round."""
 _HEAD_RADIUS, _HEAD_LENGTH = 3.2, 9.0
 """Radius and length of an arrow's head, in radii of its shaft."""
 _SHORTEST_STEP = 1e-6
@@ -109,6 +111,19 @@ def rod(radius: float, low: float, high: float) -> tuple[Array, Array]:
     corners = [(0.0, low), (radius, low), (radius, high), (0.0, high)]
     profile = [point for pair in itertools.pairwise(corners) for point in pair]
     return _turned(np.array(profile))
+
+
+def capsule(radius: float, length: float) -> tuple[Array, Array]:
+    """Return vertices and faces of a cylinder about z with half a ball at each end.
+
+    Args:
+        radius: of the cylinder and the balls.
+        length: between the centres of the balls.
+    """
+    turn = np.linspace(0.0, np.pi / 2.0, _ROUND_STEPS + 1)
+    half = np.stack([radius * np.sin(turn), radius * np.cos(turn) + length / 2.0], axis=1)
+    curve = np.concatenate([half * [1.0, -1.0], half[::-1]])
+    return _turned(np.repeat(curve, 2, axis=0)[1:-1])
 
 
 def path(points: Array, radius: float) -> tuple[Array, Array]:

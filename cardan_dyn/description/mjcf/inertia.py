@@ -162,7 +162,7 @@ def _of_geom(shape: MassElement, compiler: Compiler) -> Mass | None:
         )
     if flag(attributes, "shellinertia", "false", at):
         raise ModelError(f"{at}: shellinertia is not supported; give the body an <inertial>")
-    frame, sizes = _frame_and_size(attributes, kind, compiler, at)
+    frame, sizes = frame_and_size(attributes, kind, compiler, at)
     volume, moments = _solid(kind, sizes)
     mass = volume * density if stated is None else stated
     frame = shape.frame @ frame
@@ -182,7 +182,7 @@ def frame_of(attributes: Attributes, compiler: Compiler, at: str) -> Array:
     return segment(attributes, at)[0]
 
 
-def _frame_and_size(
+def frame_and_size(
     attributes: Attributes, kind: str, compiler: Compiler, at: str
 ) -> tuple[Array, Array]:
     """Return the `(4, 4)` placement of a geom, and its `(k,)` radius and half lengths [m].

@@ -104,7 +104,7 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
     root = with_includes(root, where, path)
     check_size(1 + sum(1 for _ in root.iter("body")), where)
     passed_over = check_words(root, "mjcf", where)
-    reader = _MjcfReader(root, where, strict)
+    reader = MjcfReader(root, where, strict)
     for world in root.findall("worldbody"):
         reader.read(world)
     links = reader.links
@@ -199,13 +199,15 @@ def _included(
     return xml_root(file_text(existing[0], at).strip(), at)[0], existing[0]
 
 
-class _MjcfReader:
+class MjcfReader:
     """Reads the bodies of a file.
 
     Attributes:
         compiler: settings.
         links: those that were read, that of the world first.
         joints: those of the tree by name.
+        classes: default attributes.
+        contents: elements of each body with its name, those of the world first.
         forces: forces that no wrench considers.
         warnings: what is wrong and was accepted.
         sites: name to the link that carries it, and its placement there.
@@ -215,7 +217,8 @@ class _MjcfReader:
         self._where = where
         self._strict = strict
         self.compiler = Compiler.of(root, where)
-        self._classes = DefaultClasses(root, where)
+        self.classes = DefaultClasses(root, where)
+        self.contents: list[tuple[str, _Content]] = []
         self.forces: list[str] = []
         self.warnings: list[str] = []
         self._names = {
@@ -240,8 +243,9 @@ class _MjcfReader:
                 name, at = parent, f"{self._where}: worldbody"
             else:
                 name, at = self._body(element)
-            childclass = self._classes.known(element.get("childclass", childclass), at)
+            childclass = self.classes.known(element.get("childclass", childclass), at)
             content = self._contents(element, childclass, at)
+            self.contents.append((name, content))
             if element is not world:
                 attributes = element.attrib
                 origin = frame @ pose(attributes, self.compiler, at)
@@ -278,7 +282,7 @@ class _MjcfReader:
             inside = f"{at}: frame {child.get('name', '')!r}"
             self._check_contents(child, inside)
             frame = frame @ pose(child.attrib, self.compiler, inside)
-            inner_class = self._classes.known(child.get("childclass", inner_class), inside)
+            inner_class = self.classes.known(child.get("childclass", inner_class), inside)
             waiting.extend((item, frame, inner_class) for item in reversed(child))
         return content
 
@@ -337,7 +341,7 @@ class _MjcfReader:
         at = f"{self._where}: joint {name!r}"
         attributes: Attributes = {"type": "free"}
         if element.tag == "joint":
-            attributes = self._classes.of(element, childclass, at)
+            attributes = self.classes.of(element, childclass, at)
         kind = attributes.get("type", "hinge")
         taken = _DYNAMICS - _untaken(attributes, kind, at)
         self._note("joint", attributes, name, taken)
@@ -360,7 +364,7 @@ class _MjcfReader:
                 inertials.append(MassElement(element.attrib, frame, f"{at}: inertial"))
             elif element.tag == "geom":
                 label = f"{at}: geom {element.get('name') or len(geoms) + 1!r}"
-                attributes = self._classes.of(element, childclass, label)
+                attributes = self.classes.of(element, childclass, label)
                 geoms.append(MassElement(attributes, frame, label))
         if len(inertials) > 1:
             raise ModelError(f"{at}: there are {len(inertials)} <inertial>; a body has one mass")
@@ -387,7 +391,7 @@ class _MjcfReader:
             label = f"{at}: site {name!r}"
             if name in self.sites:
                 raise ModelError(f"{label}: another site has this name")
-            attributes = self._classes.of(element, childclass, label)
+            attributes = self.classes.of(element, childclass, label)
             self.sites[name] = body, frame @ frame_of(attributes, self.compiler, label)
 
     def _generated(self, name: str, kind: str) -> str:
@@ -405,7 +409,7 @@ class _MjcfReader:
                 name = element.get("name", element.tag)
                 default = "tendon" if kind == "tendon" else element.tag
                 at = f"{self._where}: {kind} {name!r}"
-                self._note(kind, self._classes.of(element, "main", at, default), name)
+                self._note(kind, self.classes.of(element, "main", at, default), name)
         for element in root.iterfind("deformable/flex"):
             self.forces.append(f"flex {element.get('name', '')!r}")
 
@@ -438,7 +442,7 @@ class _MjcfReader:
         for count, element in enumerate(root.iterfind("equality/*"), start=1):
             name = element.get("name")
             at = f"{self._where}: <equality> <{element.tag}> {name or count!r}"
-            attributes = self._classes.of(element, "main", at, "equality")
+            attributes = self.classes.of(element, "main", at, "equality")
             if disabled or not flag(attributes, "active", "true", at):
                 self.warnings.append(f"{at}: left out, as it is not active")
                 continue

@@ -58,16 +58,17 @@ def parse(root: ElementTree.Element, where: str, strict: bool) -> Description:
     Raises:
         ModelError: what is wrong, where, and the valid choices.
     """
-    version = _version(root, where)
+    version = version_of(root, where)
     warnings = check_words(root, "sdf", where, strict)
-    model, besides = _only_model(root, where, strict)
+    model, besides = only_model(root, where, strict)
     check_size(1 + len(model.findall("link")), where)
     _check_contents(model, where)
     reader = _Reader(model, version, where, strict)
     return reader.description([*warnings, *besides])
 
 
-def _version(root: ElementTree.Element, where: str) -> tuple[int, int]:
+def version_of(root: ElementTree.Element, where: str) -> tuple[int, int]:
+    """Return the version of the format that a text states."""
     stated = root.get("version") or ""
     if not re.fullmatch(r"[0-9]+\.[0-9]+", stated):
         raise ModelError(f"{where}: <sdf> needs its version, such as 1.9, not {stated!r}")
@@ -81,7 +82,7 @@ def _version(root: ElementTree.Element, where: str) -> tuple[int, int]:
     return major, minor
 
 
-def _only_model(
+def only_model(
     root: ElementTree.Element, where: str, strict: bool
 ) -> tuple[ElementTree.Element, list[str]]:
     """Return the model of a text, and warnings about what stands beside it.
