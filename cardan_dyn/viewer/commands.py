@@ -1,16 +1,19 @@
-"""Meshcat: a scene as the commands of meshcat's viewer.
+"""Drawing: what a scene shows, as the page reads it.
 
-Needs the extra `viz` (meshcat); it is imported when the first object is drawn.
+Needs the extra `viz`: meshcat brings three.js, with which the page draws, and classes of shapes. It
+is imported when the first object is drawn.
 """
 
 from __future__ import annotations
 
+import base64
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,15 +23,13 @@ from ..errors import MissingExtraError
 STEADY = 1e-7
 """Change of a pose, as a fraction of the scene's size, below which it needs no track: the tracks
 are written in single precision, which does not resolve less."""
-_FOREVER = 1_000_000_000
-"""Repetitions of the animation. The format has no infinite number; this many last for years."""
-_FLOAT32_ARRAY = 0x17
-"""Extension code of a Float32Array in msgpack-lite, with which meshcat's viewer reads."""
+_MOST_SMALL_INDICES = 65535
+"""Greatest count of vertices that 16 bits can tell apart."""
 
 
 @cache
 def meshcat() -> Any:
-    """Return meshcat's `geometry` and `commands`, its `pack`, and its viewer's `script`.
+    """Return meshcat's `geometry`, and the `script` in which it brings three.js.
 
     Raises:
         MissingExtraError: meshcat is not installed; the message names the install command.
@@ -37,20 +38,14 @@ def meshcat() -> Any:
         with warnings.catch_warnings():
             # meshcat's server, not used here, imports what newer versions of pyzmq deprecate.
             warnings.simplefilter("ignore")
-            from meshcat import commands, geometry, visualizer
+            from meshcat import geometry
             from meshcat.servers import zmqserver
     except ImportError as error:
         raise MissingExtraError(
             'the viewer needs meshcat: pip install "cardan-dyn[viz]"'
         ) from error
     script = Path(zmqserver.VIEWER_ROOT) / "main.min.js"
-    return SimpleNamespace(
-        geometry=geometry,
-        commands=commands,
-        pack=visualizer.umsgpack.packb,
-        extension=visualizer.umsgpack.Ext,
-        script=script.read_text(encoding="utf-8"),
-    )
+    return SimpleNamespace(geometry=geometry, script=script.read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
@@ -80,47 +75,51 @@ class Pose:
         )
 
 
+class DrawnObject(NamedTuple):
+    """An object of a scene.
+
+    Attributes:
+        path: of its node.
+        geometry: from `meshcat().geometry`.
+        color: how it looks.
+        placement: `(4, 4)` in its parent node; None where the node has a pose.
+    """
+
+    path: str
+    geometry: Any
+    color: Color
+    placement: Array | None
+
+
+class Label(NamedTuple):
+    """A text of a scene: path of its node, text and CSS colour."""
+
+    path: str
+    text: str
+    color: str
+
+
 class Drawing:
-    """Collects the commands of a scene and the tracks of its animation.
+    """Collects the objects of a scene and where they are.
 
     Args:
         size: size of the scene [m]; smaller movements than `STEADY` times it are left out.
-        times: `(N,)` of the samples [s]; no animation for a single one.
 
     Attributes:
-        commands: the commands for meshcat's viewer in order, as mappings.
-        labels: path, text and CSS colour of each label.
+        nodes: path of each node that has a pose, to it.
+        objects: in the order in which they were added.
+        labels: the texts.
     """
 
-    def __init__(self, size: float, times: Array) -> None:
-        self.commands: list[dict[str, Any]] = []
-        self.labels: list[tuple[str, str, str]] = []
-        self._size = size
-        self._times = times
-        self._clips: list[dict[str, Any]] = []
+    def __init__(self, size: float) -> None:
+        self.nodes: dict[str, Pose] = {}
+        self.objects: list[DrawnObject] = []
+        self.labels: list[Label] = []
+        self.size = size
 
     def place(self, path: str, pose: Pose) -> None:
-        """Place a node at its first sample, and animate what changes."""
-        tracks = []
-        for name, kind, values, tolerance in (
-            ("position", "vector3", pose.position, STEADY * self._size),
-            ("quaternion", "quaternion", pose.quaternion, STEADY),
-            ("scale", "vector3", _along_axes(pose.scale), STEADY),
-        ):
-            self.property(path, name, [float(value) for value in values[0]])
-            if len(values) > 1 and np.max(np.ptp(values, axis=0)) > tolerance:
-                tracks.append(
-                    {
-                        "name": f".{name}",
-                        "type": kind,
-                        "times": _floats(self._times),
-                        "values": _floats(values),
-                    }
-                )
-        if tracks:
-            # meshcat divides times by the frames per second; with one, they stay in seconds.
-            clip = {"fps": 1, "name": "sweep", "tracks": tracks}
-            self._clips.append({"path": path, "clip": clip})
+        """Place a node, in its parent node if that has a pose."""
+        self.nodes[path] = pose
 
     def add(self, path: str, geometry: Any, color: Color, placement: Array | None = None) -> None:
         """Add an object.
@@ -131,49 +130,82 @@ class Drawing:
             color: how it looks.
             placement: `(4, 4)` of the object in its parent node.
         """
-        tools = meshcat()
-        material = tools.geometry.MeshPhongMaterial(
-            color=color.number,
-            opacity=color.opacity,
-            transparent=color.opacity < 1.0 or color.on_top,
-            side=0,
-            depthTest=not color.on_top,
-            depthWrite=color.opacity == 1.0 and not color.on_top,
-        )
-        entries = tuple(path.strip("/").split("/"))
-        node = tools.commands.Path(entries)
-        self.commands.append(tools.commands.SetObject(geometry, material, node).lower())
-        if color.on_top:
-            self.property(f"{path}/<object>", "renderOrder", 1 + color.layer)
-        if placement is not None:
-            self.commands.append(tools.commands.SetTransform(placement, node).lower())
+        self.objects.append(DrawnObject(path, geometry, color, placement))
 
     def label(self, path: str, text: str, color: Color, pose: Pose) -> None:
-        """Add a text that faces the camera."""
+        """Add a text."""
         self.place(path, pose)
-        self.labels.append((path, text, color.css))
+        self.labels.append(Label(path, text, color.css))
 
-    def property(self, path: str, name: str, value: object) -> None:
-        """Set a property of a node."""
-        # meshcat's own class writes names in lower case, which `renderOrder` is not.
-        self.commands.append(
-            {"type": "set_property", "path": path, "property": name, "value": value}
-        )
+    def packed(self, arrays: Arrays) -> dict[str, Any]:
+        """Return nodes, objects and labels as the page reads them, their arrays in `arrays`."""
+        shapes: dict[Any, int] = {}
+        objects = []
+        for item in self.objects:
+            shape = _shape(item.geometry, arrays)
+            index = shapes.setdefault(shape, len(shapes))
+            color = item.color
+            entry: dict[str, Any] = {"path": item.path, "shape": index, "color": color.css}
+            if color.opacity < 1.0:
+                entry["opacity"] = round(color.opacity, 3)
+            if color.on_top:
+                entry["layer"] = 1 + color.layer
+            if item.placement is not None:
+                # Column by column, as three.js has it.
+                entry["placement"] = item.placement.T.ravel().tolist()
+            objects.append(entry)
+        return {
+            "nodes": [self._track(path, pose, arrays) for path, pose in self.nodes.items()],
+            "shapes": [dict(shape) for shape in shapes],
+            "objects": objects,
+            "labels": [item._asdict() for item in self.labels],
+        }
 
-    def packed(self) -> list[bytes]:
-        """Return all commands, the animation last, in msgpack as meshcat's viewer reads it."""
-        pack, commands = meshcat().pack, list(self.commands)
-        if self._clips:
-            options = {"play": True, "repetitions": _FOREVER}
-            commands.append(
-                {
-                    "type": "set_animation",
-                    "path": "",
-                    "animations": self._clips,
-                    "options": options,
-                }
-            )
-        return [pack(command) for command in commands]
+    def _track(self, path: str, pose: Pose, arrays: Arrays) -> dict[str, Any]:
+        """Return a node: its pose at the first sample, and the arrays of what changes."""
+        node: dict[str, Any] = {"path": path}
+        for name, values, tolerance in (
+            ("position", pose.position, STEADY * self.size),
+            ("quaternion", pose.quaternion, STEADY),
+            ("scale", _along_axes(pose.scale), STEADY),
+        ):
+            if len(values) > 1 and np.max(np.ptp(values, axis=0)) > tolerance:
+                node[name] = arrays.add(values)
+            else:
+                node[name] = [float(value) for value in values[0]]
+        return node
+
+
+class Place(NamedTuple):
+    """Where an array of a page is: its first byte, how many numbers it has, and their type."""
+
+    at: int
+    size: int
+    kind: str
+
+
+class Arrays:
+    """Arrays of a page, one after the other; the same one only once."""
+
+    def __init__(self) -> None:
+        self._chunks: list[bytes] = []
+        self._known: dict[tuple[str, bytes], int] = {}
+        self._size = 0
+
+    def add(self, values: Array, kind: str = "f4") -> Place:
+        """Add numbers, in single precision or as integers without sign, and return their place."""
+        content = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
+        at = self._known.get((kind, content))
+        if at is None:
+            at = self._known[kind, content] = self._size
+            # Views of typed arrays start at multiples of the size of a number.
+            self._chunks.append(content + bytes(-len(content) % 8))
+            self._size += len(self._chunks[-1])
+        return Place(at, int(np.size(values)), kind)
+
+    def base64(self) -> str:
+        """Return all arrays as one text."""
+        return base64.b64encode(b"".join(self._chunks)).decode("ascii")
 
 
 @dataclass(frozen=True)
@@ -192,11 +224,6 @@ class Color:
     opacity: float = 1.0
     on_top: bool = False
     layer: int = 0
-
-    @property
-    def number(self) -> int:
-        """The colour as meshcat's materials take it."""
-        return int(self.css[1:], 16)
 
     @property
     def css(self) -> str:
@@ -221,10 +248,28 @@ def node_name(name: str) -> str:
     return name.replace("/", "∕") or "-"
 
 
+def _shape(geometry: Any, arrays: Arrays) -> tuple[tuple[str, Any], ...]:
+    """Return a geometry as what the page makes it of, in pairs that can be compared."""
+    kinds = meshcat().geometry
+    if isinstance(geometry, kinds.Box):
+        return (("kind", "box"), ("size", _numbers(geometry.lengths)))
+    if isinstance(geometry, kinds.Sphere):
+        return (("kind", "sphere"), ("radius", float(geometry.radius)))
+    if isinstance(geometry, kinds.Cylinder):
+        size = (geometry.radiusTop, geometry.radiusBottom, geometry.height)
+        return (("kind", "cylinder"), ("size", _numbers(size)))
+    if not isinstance(geometry, kinds.TriangularMeshGeometry):
+        raise TypeError(f"the page draws no {type(geometry).__name__}; give its triangles")
+    small = len(geometry.vertices) <= _MOST_SMALL_INDICES
+    vertices = arrays.add(geometry.vertices)
+    faces = arrays.add(geometry.faces, "u2" if small else "u4")
+    return (("kind", "mesh"), ("vertices", vertices), ("faces", faces))
+
+
+def _numbers(values: Sequence[float]) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
 def _along_axes(scale: Array) -> Array:
     """Return scales `(N,)` or `(N, 3)` as `(N, 3)`."""
     return np.repeat(scale[:, None], 3, axis=1) if scale.ndim == 1 else scale
-
-
-def _floats(values: Array) -> Any:
-    return meshcat().extension(_FLOAT32_ARRAY, np.ascontiguousarray(values, dtype="<f4").tobytes())

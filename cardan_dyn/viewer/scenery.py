@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,9 +25,8 @@ TOTAL = Color.of("#222222", on_top=True, layer=3)
 FORCE = Color.of("#5e35b1", on_top=True, layer=6)
 AXIS = Color.of("#5f6b7a", opacity=0.75, on_top=True, layer=1)
 LOOP = Color.of("#0091b3", opacity=0.9, on_top=True, layer=2)
+LOAD = Color.of("#b71c1c", on_top=True, layer=7)
 _LABEL = Color.of("#333333")
-_SKY = ([0.90, 0.93, 0.96], [1.0, 1.0, 1.0])
-"""Top and bottom of the background, red, green and blue: light, as arrows are dark."""
 
 # Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
 _THIN_ARROW_RADIUS = 0.013
@@ -36,8 +36,6 @@ _HALF_AXIS, _AXIS_RADIUS, _BALL_RADIUS = 0.26, 0.005, 0.022
 """Half the length of a joint axis, its radius, and that of the balls at the ends of a loop's."""
 _TRACE_RADIUS = 0.006
 """Radius of the wire that traces a moment."""
-_SCALE_MARGIN, _SCALE_PITCH = 0.12, 0.16
-"""Distances of a scale arrow from the mechanism and from its label, and of two scale arrows."""
 _TRACE_POINTS = 180
 """About how many points make a trace: one every 2° of a revolution looks smooth."""
 _SMALLEST_SHOWN = 1e-3
@@ -64,6 +62,7 @@ class Parts:
         traces: the curve that the moment traces in each shaft that turns in a fixed bearing.
         labels: the joint names.
         elements: springs, dampers, bushings, friction and actuators.
+        loads: loads on joints and links.
     """
 
     visuals: bool = True
@@ -73,6 +72,33 @@ class Parts:
     traces: bool = True
     labels: bool = True
     elements: bool = True
+    loads: bool = True
+
+
+class Meaning(NamedTuple):
+    """What a colour means: its CSS notation, a text, and the first step of what has it."""
+
+    color: str
+    text: str
+    part: str
+
+
+class Scale(NamedTuple):
+    """How long arrows are.
+
+    Attributes:
+        kind: `moment` or `force`.
+        unit: of their sizes.
+        per_metre: size of an arrow as long as one metre.
+        greatest: greatest size that is drawn.
+        color: in CSS notation.
+    """
+
+    kind: str
+    unit: str
+    per_metre: float
+    greatest: float
+    color: str
 
 
 @dataclass(frozen=True)
@@ -81,8 +107,8 @@ class Scenery:
 
     Attributes:
         drawing: its objects.
-        legend: CSS colour and meaning of what is drawn.
-        scales: what the reference arrows stand for.
+        legend: what the colours mean.
+        scales: how long arrows are.
         points: `(n, 3)` what the camera has to see [m].
         notes: what of the links is drawn otherwise than their description says, and why.
         bearings: joints of those that are drawn which are on the ground; all where none is. Their
@@ -91,23 +117,20 @@ class Scenery:
     """
 
     drawing: Drawing
-    legend: tuple[tuple[str, str], ...]
-    scales: tuple[str, ...]
+    legend: tuple[Meaning, ...]
+    scales: tuple[Scale, ...]
     points: Array
     notes: tuple[str, ...] = ()
     bearings: tuple[str, ...] = ()
 
 
-def build(
-    sweep: Sweep | Still, joints: tuple[str, ...], parts: Parts, times: Array, samples: Array
-) -> Scenery:
+def build(sweep: Sweep | Still, joints: tuple[str, ...], parts: Parts, samples: Array) -> Scenery:
     """Draw a sweep.
 
     Args:
         sweep: over one dimension.
         joints: whose wrenches, axes and names are drawn.
         parts: what is drawn.
-        times: `(n,)` when each sample is shown [s].
         samples: `(n,)` indices of the samples that are shown.
 
     Raises:
@@ -120,8 +143,7 @@ def build(
         raise ArgumentError(f"{sweep.mechanism.name}: the scene's outputs leave nothing to draw")
     extent = float(np.linalg.norm(np.max(points, axis=0) - np.min(points, axis=0)))
     radius = extent / 2.0 or sweep.mechanism.characteristic_length
-    builder = _Builder(Drawing(radius, times), radius, points, bodies.loops)
-    builder.draw_background()
+    builder = _Builder(Drawing(radius), radius, points, bodies.loops)
     bodies.draw(builder.drawing, radius)
     vectors = collect(sweep, joints, samples, radius)
     if parts.axes:
@@ -134,6 +156,8 @@ def build(
         builder.draw_labels(vectors)
     if parts.elements and sweep.elements:
         builder.draw_elements(sweep, samples)
+    if parts.loads and isinstance(sweep, Sweep):
+        builder.draw_loads(sweep, samples)
     on_ground = bodies.on_ground()
     bearings = tuple(name for name in joints if name in on_ground) or joints
     return replace(builder.scenery(), notes=bodies.notes, bearings=bearings)
@@ -156,9 +180,8 @@ class _Builder:
         self._radius = radius
         self._loops = loops
         self._seen = [points]
-        self._lowest = np.min(points, axis=0)
-        self._legend: list[tuple[str, str]] = []
-        self._scales: list[str] = []
+        self._legend: list[Meaning] = []
+        self._scales: list[Scale] = []
         self._arrow_surface = forms.arrow(forms.ARROW_RADIUS)
         self._thin_surface = forms.arrow(_THIN_ARROW_RADIUS)
 
@@ -166,13 +189,6 @@ class _Builder:
         """Return what has been drawn."""
         points = forms.extremes(np.concatenate(self._seen))
         return Scenery(self.drawing, tuple(self._legend), tuple(self._scales), points)
-
-    def draw_background(self) -> None:
-        """Hide meshcat's own grid and axes, and colour the background."""
-        self.drawing.property("/Grid", "visible", False)
-        self.drawing.property("/Axes", "visible", False)
-        for name, color in zip(("top_color", "bottom_color"), _SKY, strict=True):
-            self.drawing.property("/Background", name, color)
 
     def draw_axes(self, vectors: list[Vectors], joints: Mapping[str, Joint]) -> None:
         """Draw the axes of joints, a ball for a joint without one; mark those of loops."""
@@ -192,9 +208,9 @@ class _Builder:
                 self._include(item.origin + half * item.axis, item.origin - half * item.axis)
             else:
                 self.drawing.add(f"{path}/point", ball, color)
-        self._legend.append((AXIS.css, "joint axis"))
+        self._legend.append(Meaning(AXIS.css, "joint axis", "axes"))
         if any(item.name in self._loops for item in vectors):
-            self._legend.append((LOOP.css, "joint that closes a loop"))
+            self._legend.append(Meaning(LOOP.css, "joint that closes a loop", "axes"))
 
     def draw_moments(self, vectors: list[Vectors], arrows: bool, traces: bool) -> None:
         """Draw torsion and bending as arrows, whole moments with their traces, and their scale."""
@@ -208,14 +224,16 @@ class _Builder:
         turning = [item for item in shown if traces and item.turns]
         traced = [item.name for item in turning if self._draw_trace(item, scale)]
         if "torsion" in drawn:
-            self._legend.append((TORSION.css, "torsion: moment along the joint axis"))
+            text = "torsion: moment along the joint axis"
+            self._legend.append(Meaning(TORSION.css, text, "torsion"))
         if "bending" in drawn:
-            self._legend.append((BENDING.css, "bending: moment across the joint axis"))
+            text = "bending: moment across the joint axis"
+            self._legend.append(Meaning(BENDING.css, text, "bending"))
         if traced:
-            text = f"moment 𝔐 and its trace in the shaft: {' and '.join(traced)}"
-            self._legend.append((TOTAL.css, text))
+            text = "moment 𝔐 and its trace in the shaft"
+            self._legend.append(Meaning(TOTAL.css, text, "moment"))
         if drawn or traced:
-            self._draw_scale("moment", "N·m", greatest, scale, 0)
+            self._scales.append(Scale("moment", "N·m", 1.0 / scale, greatest, TOTAL.css))
 
     def draw_forces(self, vectors: list[Vectors]) -> None:
         """Draw forces as arrows, and their scale."""
@@ -228,24 +246,32 @@ class _Builder:
             self._draw_arrow(
                 f"/force/{node_name(item.name)}", item.origin, scale * item.force, FORCE
             )
-        self._legend.append((FORCE.css, "force, at the joint"))
-        self._draw_scale("force", "N", greatest, scale, 1)
+        self._legend.append(Meaning(FORCE.css, "force, at the joint", "force"))
+        self._scales.append(Scale("force", "N", 1.0 / scale, greatest, FORCE.css))
 
     def draw_labels(self, vectors: list[Vectors]) -> None:
         """Write the names of joints."""
         for item in vectors:
             loop = item.name in self._loops
-            text, color = (f"{item.name} (loop)", LOOP) if loop else (item.name, _LABEL)
-            self.drawing.label(f"/labels/{node_name(item.name)}", text, color, Pose.of(item.label))
-            self._include(item.label)
+            path, color = f"/labels/{node_name(item.name)}", LOOP if loop else _LABEL
+            self.drawing.label(path, item.name, color, Pose.of(item.anchor))
 
     def draw_elements(self, sweep: Sweep | Still, samples: Array) -> None:
         """Draw the force elements at some samples."""
         from .element_shapes import draw_elements  # Most scenes have none.
 
         drawn = draw_elements(self.drawing, sweep, samples, self._radius)
-        self._legend += drawn.legend
+        self._legend += [Meaning(color, text, "elements") for color, text in drawn.legend]
         self._include(drawn.points)
+
+    def draw_loads(self, sweep: Sweep, samples: Array) -> None:
+        """Draw loads: arrows for forces, arcs for moments, each as great as the greatest of all."""
+        from .load_shapes import draw_loads  # Most stills have none.
+
+        drawn = draw_loads(self.drawing, sweep, samples, self._radius, LOAD)
+        if len(drawn):
+            self._legend.append(Meaning(LOAD.css, "load", "loads"))
+            self._include(drawn)
 
     def _draw_components(self, vectors: list[Vectors], scale: float) -> set[str]:
         """Draw torsion and bending as arrows; return which of both there are."""
@@ -290,22 +316,6 @@ class _Builder:
         self.drawing.place(path, Pose.of(item.anchor, forms.quaternions(item.rotation)))
         self.drawing.add(path, mesh(wire), TOTAL)
         return True
-
-    def _draw_scale(self, kind: str, unit: str, greatest: float, scale: float, row: int) -> None:
-        """Draw an arrow of a round size below the mechanism, with its size."""
-        value = forms.rounded(greatest)
-        color = TOTAL if kind == "moment" else FORCE
-        margin = _SCALE_MARGIN * self._radius
-        drop = row * np.array([0.0, 0.0, _SCALE_PITCH * self._radius])
-        x, y, z = self._lowest
-        tail = np.array([x, y - margin, z - margin]) - drop
-        tip = tail + np.array([scale * value, 0.0, 0.0])
-        self._draw_arrow(f"/scale/{kind}", tail[None], (tip - tail)[None], color)
-        text = f"{value:g} {unit}"
-        beside = tip + np.array([margin, 0.0, 0.0])
-        self.drawing.label(f"/scale/{kind} text", text, color, Pose.of(beside))
-        self._include(tail, tip, beside)
-        self._scales.append(f"scale arrow: {kind} of {text}, greatest {greatest:.4g} {unit}")
 
     def _include(self, *points: Array) -> None:
         """Make sure that the camera sees points `(3,)` or `(n, 3)` [m]."""

@@ -1,11 +1,10 @@
 """Viewer: a sweep as a moving scene with its moments, in a browser or as one HTML file.
 
-Needs the extra `viz` (meshcat). The browser shows it with meshcat's own viewer and animation.
+Needs the extra `viz` (meshcat, whose three.js draws it, and Jinja).
 """
 
 from __future__ import annotations
 
-import base64
 import html
 import json
 import os
@@ -27,13 +26,16 @@ from ..mechanism.configuration import Configuration
 from ..results.sweep import Sweep
 from ..simulation.equilibrium import Equilibrium
 from ..simulation.trajectory import Trajectory
-from .commands import meshcat
+from .commands import Arrays, meshcat
+from .readings import Course, course, readings
 from .scenery import Parts, Scenery, build
 from .still import Still
 
 HOST = "127.0.0.1"
 _POINT_DECIMALS = 6
 """Decimals of the points that the camera has to see [m]: micrometres, which no screen shows."""
+_DURATION, _REAL = 8.0, (2.0, 60.0)
+"""Time in which a sweep is shown if none is given, and between which ones its own is taken [s]."""
 _JOIN_SECONDS = 0.5
 """Time after which waiting for the server starts again. Some systems do not deliver Ctrl-C to a
 thread that waits without a limit."""
@@ -50,7 +52,7 @@ def view(
     traces: bool = True,
     labels: bool = True,
     elements: bool | Sequence[Element] = True,
-    duration: float = 8.0,
+    duration: float | None = None,
     frames: int = 1440,
     title: str | None = None,
 ) -> View:
@@ -74,7 +76,8 @@ def view(
         elements: draw the force elements of the scene: springs and dampers, bushings, brakes for
             dry friction, and actuators by arrows as great as their efforts. Of a configuration,
             which has none, those that are listed here.
-        duration: time in which the sweep is shown once [s].
+        duration: time in which the sweep is shown once [s]; if not given, its own where it has one
+            that can be followed (2 to 60 s), else 8 s. The page can change it.
         frames: greatest number of samples that are shown, chosen evenly.
         title: of the page; the mechanism's name if not given.
 
@@ -89,14 +92,27 @@ def view(
             elements do not fit the configuration.
     """
     meshcat()  # Reports a missing extra before anything is computed.
-    duration, frames = positive("duration", duration), whole("frames", frames)
+    if duration is not None:
+        duration = positive("duration", duration)
+    frames = whole("frames", frames)
     shot = _shot(sweep, frames, elements)
     shown = _checked_joints(shot, joints)
     count = min(len(shot), frames)
     samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
-    times = np.linspace(0.0, duration, len(samples))
-    parts = Parts(visuals, moments, forces, axes, traces, labels, elements is not False)
-    return View(render(build(shot, shown, parts, times, samples), title or shot.mechanism.name))
+    loads = moments or forces
+    parts = Parts(visuals, moments, forces, axes, traces, labels, elements is not False, loads)
+    scenery, arrays = build(shot, shown, parts, samples), Arrays()
+    along = course(shot, samples, timed=isinstance(sweep, Trajectory))
+    told = readings(shot, shown, samples, arrays, along)
+    told["duration"] = _duration(along) if duration is None else duration
+    return View(render(scenery, title or shot.mechanism.name, told, arrays))
+
+
+def _duration(along: Course) -> float:
+    """Return in which time a course is shown: its own one, if that can be followed [s]."""
+    own = 0.0 if along.seconds is None else float(along.seconds[-1])
+    least, most = _REAL
+    return own if least <= own <= most else _DURATION
 
 
 def _shot(
@@ -224,26 +240,36 @@ def _has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def render(scenery: Scenery, title: str) -> str:
-    """Return the page of a scene, meshcat's viewer included.
+def render(
+    scenery: Scenery, title: str, told: dict[str, Any] | None = None, arrays: Arrays | None = None
+) -> str:
+    """Return the page of a scene, three.js included.
+
+    Args:
+        scenery: what is drawn.
+        title: of the page.
+        told: what it tells, see `readings`.
+        arrays: of what it tells; those of the scene are added.
 
     Raises:
         MissingExtraError: meshcat or Jinja is not installed.
     """
+    arrays = Arrays() if arrays is None else arrays
+    data = {
+        "title": title,
+        "scene": scenery.drawing.packed(arrays),
+        "radius": scenery.drawing.size,
+        "legend": [item._asdict() for item in scenery.legend],
+        "scales": [item._asdict() for item in scenery.scales],
+        "points": scenery.points.round(_POINT_DECIMALS).tolist(),
+        "notes": list(scenery.notes),
+        "bearings": list(scenery.bearings),
+        "told": told,
+    }
     # A "</script>" in a name would end the element that contains the text.
-    labels = json.dumps(scenery.drawing.labels, ensure_ascii=False).replace("<", "\\u003c")
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
     return str(
-        _template().render(
-            title=title,
-            legend=scenery.legend,
-            scales=scenery.scales,
-            script=meshcat().script,
-            commands=[
-                base64.b64encode(command).decode("ascii") for command in scenery.drawing.packed()
-            ],
-            labels=labels,
-            points=json.dumps(scenery.points.round(_POINT_DECIMALS).tolist()),
-        )
+        _template().render(title=title, script=meshcat().script, data=text, arrays=arrays.base64())
     )
 
 

@@ -19,16 +19,6 @@ from cardan_dyn.scene.usual_motion import default_sweep
 BLUE, ORANGE = (2, 0), (0, 2)
 Opener = Callable[..., Page]
 
-# Middle, width and height of each label in the picture [pixels].
-BOXES = """sprites.map((sprite) => {
-  const high = window.innerHeight;
-  const at = new THREE.Vector3().setFromMatrixPosition(sprite.matrixWorld).project(camera);
-  const unit = high / (2 * Math.tan(camera.fov * Math.PI / 360));
-  const [width, height] = [sprite.scale.x * unit, sprite.scale.y * unit];
-  return [at.x * window.innerWidth / 2, at.y * high / 2 + (0.5 - sprite.center.y) * height,
-    width, height];
-})"""
-
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
@@ -57,7 +47,7 @@ def joint_turn(joint: cd.Mechanism) -> cd.Sweep:
 
 def share(picture: np.ndarray, hue: tuple[int, int], gap: int = 70) -> float:
     """Fraction of the pixels in the scene whose colour has this hue."""
-    scene = picture[:, :940]
+    scene = picture[50:620, :850]
     lead, trail = (scene[..., channel] for channel in hue)
     middle = scene[..., 1]
     seen = (lead - trail > gap) & (middle < lead) & (middle > trail)
@@ -66,7 +56,7 @@ def share(picture: np.ndarray, hue: tuple[int, int], gap: int = 70) -> float:
 
 def changed(first: np.ndarray, second: np.ndarray) -> float:
     """Fraction of the pixels in the scene that differ visibly."""
-    return float(np.mean(np.max(np.abs(first - second)[:, :940], axis=2) > 20))
+    return float(np.mean(np.max(np.abs(first - second)[50:620, :850], axis=2) > 20))
 
 
 @pytest.mark.slow
@@ -81,29 +71,16 @@ def test_scene_shows_both_shafts_turning(name: str, opened: Opener, tmp_path: Pa
         assert share(picture, BLUE) > 0.004
         assert share(picture, ORANGE) > 0.003
         # Nothing is cut off: the outermost pixels of the scene show the background alone.
-        border = np.concatenate([picture[:3, :940], picture[-3:, :940]]).reshape(-1, 3)
-        assert np.max(np.ptp(border, axis=1)) < 25
-        assert np.max(np.ptp(picture[5:-5, :3].reshape(-1, 3), axis=1)) < 25
+        border = np.concatenate(
+            [picture[:3, :780], picture[50:690, :3].reshape(1, -1, 3)], axis=None
+        )
+        assert np.max(np.ptp(border.reshape(-1, 3), axis=1)) < 25
     assert changed(pictures[0], pictures[1]) > 0.005
     assert changed(pictures[1], pictures[2]) > 0.005
     # The revolution closes, up to a last frame that differs by rounding.
     assert changed(pictures[0], page.picture(1.0)) < 0.002
     assert page.complaints == []
     assert page.requests == [file.as_uri()]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["double_shaft_spatial", "drive_line", "stewart_platform"])
-def test_labels_do_not_cover_each_other(name: str, opened: Opener, tmp_path: Path) -> None:
-    page = opened(cd.view(default_sweep(cd.load(name))).export(tmp_path / "scene.html"))
-    for moment in (0.1, 0.3, 0.5):
-        page.picture(moment)
-        boxes = np.array(page.evaluate(BOXES))
-        assert len(boxes) > 10
-        gap = np.abs(boxes[:, None, :2] - boxes[None, :, :2])
-        reach = 0.5 * (boxes[:, None, 2:] + boxes[None, :, 2:])
-        covered = np.all(gap < reach - 1e-3, axis=2)
-        assert np.sum(covered) == len(boxes)  # Each covers itself alone.
 
 
 @pytest.mark.slow
@@ -117,7 +94,7 @@ def test_arrows_end_where_the_wrench_says(
         page.picture(sample / 720)
         tips = []
         for kind in ("torsion", "bending"):
-            node = f'viewer.scene_tree.find(["{kind}", "bearing_out"]).object'
+            node = f'scene.node("/{kind}/bearing_out")'
             tips.append(
                 page.evaluate(
                     f"(() => {{ const n = {node}; const v = new THREE.Vector3(0, 0, 1);"
@@ -134,20 +111,6 @@ def test_arrows_end_where_the_wrench_says(
         assert np.linalg.norm(tips[0]) / np.linalg.norm(tips[1]) == pytest.approx(
             np.linalg.norm(torsion) / np.linalg.norm(bending), rel=1e-4
         )
-
-
-@pytest.mark.slow
-def test_slider_and_parts_of_the_control_panel(
-    opened: Opener, joint_turn: cd.Sweep, tmp_path: Path
-) -> None:
-    page = opened(cd.view(joint_turn, duration=5.0).export(tmp_path / "scene.html"))
-    assert page.evaluate("viewer.animator.duration") == pytest.approx(5.0)
-    assert page.evaluate("document.querySelectorAll('.slider').length") >= 1
-    legend = page.evaluate("document.getElementById('legend').innerText")
-    for word in ("torsion", "bending", "trace", "loop", "N·m"):
-        assert word in legend
-    box = page.evaluate("document.getElementById('legend').getBoundingClientRect().bottom")
-    assert box < 760
 
 
 @pytest.mark.slow
@@ -189,7 +152,7 @@ def test_report_page_shows_both_scenes_offline(opened: Opener, tmp_path: Path) -
         page.evaluate(f"document.querySelectorAll('iframe')[{index}].scrollIntoView()")
         page.page.wait_for_function(
             f"document.querySelectorAll('iframe')[{index}].contentWindow.eval("
-            "'typeof viewer === \"object\" && viewer.animator.actions.length > 0')"
+            "'typeof scene === \"object\" && scene.frames.count > 0')"
         )
         page.page.wait_for_timeout(300)
     assert page.complaints == []

@@ -17,7 +17,7 @@ SAMPLES = np.arange(0, 25, 2)
 
 
 def paths(drawing: Drawing) -> list[str]:
-    return [item["path"] for item in drawing.commands if item["type"] == "set_object"]
+    return [item.path for item in drawing.objects]
 
 
 def test_points_contain_every_joint_and_every_corner(loaded_turn: cd.Sweep) -> None:
@@ -36,7 +36,7 @@ def test_points_contain_every_joint_and_every_corner(loaded_turn: cd.Sweep) -> N
 
 def test_each_shape_is_drawn_once_under_its_body(loaded_turn: cd.Sweep) -> None:
     bodies = Bodies(loaded_turn, SAMPLES, visuals=True)
-    drawing = Drawing(1.0, np.linspace(0.0, 1.0, len(SAMPLES)))
+    drawing = Drawing(1.0)
     bodies.draw(drawing, 1.0)
     drawn = paths(drawing)
     assert len(drawn) == len(set(drawn)) == len(bodies.shapes) > 3
@@ -47,7 +47,7 @@ def test_rods_stand_for_bodies_without_visuals() -> None:
     turn = cd.Scene(cd.load("four_bar"), drive="crank_bearing").sweep([0.0, 1.0])
     bodies = Bodies(turn, np.arange(2), visuals=False)
     assert bodies.shapes == []
-    drawing = Drawing(1.0, np.array([0.0, 1.0]))
+    drawing = Drawing(1.0)
     bodies.draw(drawing, 1.0)
     rods = paths(drawing)
     # Base, crank, coupler and rocker have two joints each, and a rod to each of them.

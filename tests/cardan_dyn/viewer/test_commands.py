@@ -1,20 +1,47 @@
-"""Commands for meshcat's viewer: colours, tracks, paths and labels."""
+"""Drawings: colours, poses, paths, and what the page reads of them."""
 
 from __future__ import annotations
+
+import base64
+from typing import Any
 
 import numpy as np
 import pytest
 
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
-from cardan_dyn.viewer.commands import STEADY, Color, Drawing, Pose, mesh, meshcat, node_name
+from cardan_dyn.viewer.commands import (
+    STEADY,
+    Arrays,
+    Color,
+    Drawing,
+    Place,
+    Pose,
+    mesh,
+    meshcat,
+    node_name,
+)
+
+TRIANGLE = (np.eye(3), np.array([[0, 1, 2]], dtype=np.uint32))
+
+
+def read(arrays: Arrays, place: Place) -> np.ndarray:
+    """Numbers of a page at a place."""
+    content = base64.b64decode(arrays.base64())
+    assert place.at % 8 == 0  # Where a typed array of any kind may start.
+    return np.frombuffer(content, f"<{place.kind}", place.size, place.at)
+
+
+def packed(drawing: Drawing) -> tuple[dict[str, Any], Arrays]:
+    arrays = Arrays()
+    return drawing.packed(arrays), arrays
 
 
 def test_colors_in_all_notations() -> None:
     color = Color.of("#ff8000", opacity=0.5, layer=2)
     assert (color.red, color.green, color.blue) == pytest.approx((1.0, 128 / 255, 0.0))
     assert (color.opacity, color.on_top, color.layer) == (0.5, False, 2)
-    assert color.css == "#ff8000" and color.number == 0xFF8000
+    assert color.css == "#ff8000"
 
 
 def test_names_stay_one_step_of_a_path() -> None:
@@ -30,61 +57,84 @@ def test_a_pose_is_neither_turned_nor_scaled_by_default() -> None:
     np.testing.assert_array_equal(pose.scale, [1.0])
 
 
-def animation(drawing: Drawing) -> list[dict]:
-    """What the last command animates, read back from msgpack."""
-    import umsgpack
-
-    last = umsgpack.unpackb(drawing.packed()[-1])
-    return last["animations"] if last["type"] == "set_animation" else []
-
-
 def test_only_what_moves_has_a_track() -> None:
-    size, times = 2.0, np.array([0.0, 0.5, 1.0])
-    drawing = Drawing(size, times)
+    size = 2.0
+    drawing = Drawing(size)
     steps = np.arange(3.0)[:, None] * [1.0, 0.0, 0.0]
     drawing.place("/still", Pose.of(steps * 0.4 * STEADY * size))
-    assert animation(drawing) == []
     drawing.place("/moving", Pose.of(steps, scale=np.array([1.0, 2.0, 1.0])))
-    (moving,) = animation(drawing)
-    assert moving["path"] == "/moving"
-    tracks = {track["name"]: track for track in moving["clip"]["tracks"]}
-    assert set(tracks) == {".position", ".scale"}
-    values = np.frombuffer(tracks[".position"]["values"].data, dtype="<f4")
-    np.testing.assert_array_equal(values.reshape(-1, 3), steps)
-    instants = np.frombuffer(tracks[".scale"]["times"].data, dtype="<f4")
-    np.testing.assert_array_equal(instants, times)
+    data, arrays = packed(drawing)
+    still, moving = data["nodes"]
+    assert still == {
+        "path": "/still",
+        "position": [0.0, 0.0, 0.0],
+        "quaternion": [0.0, 0.0, 0.0, 1.0],
+        "scale": [1.0, 1.0, 1.0],
+    }
+    np.testing.assert_array_equal(read(arrays, moving["position"]).reshape(-1, 3), steps)
+    np.testing.assert_array_equal(
+        read(arrays, moving["scale"]).reshape(-1, 3), [[1.0] * 3, [2.0] * 3, [1.0] * 3]
+    )
+    assert moving["quaternion"] == [0.0, 0.0, 0.0, 1.0]
 
 
-def test_a_single_sample_is_placed_without_animation() -> None:
-    drawing = Drawing(1.0, np.zeros(1))
-    drawing.place("/a", Pose.of(np.array([[1.0, 2.0, 3.0]])))
-    assert animation(drawing) == []
-    assert [command["property"] for command in drawing.commands] == [
-        "position",
-        "quaternion",
-        "scale",
+def test_equal_arrays_and_shapes_are_written_once() -> None:
+    drawing = Drawing(1.0)
+    for path in ("/a", "/b"):
+        drawing.add(path, mesh(TRIANGLE), Color.of("#000000"))
+    drawing.add("/c", meshcat().geometry.Box([1.0, 2.0, 3.0]), Color.of("#000000"))
+    data, arrays = packed(drawing)
+    assert [item["shape"] for item in data["objects"]] == [0, 0, 1]
+    triangle, box = data["shapes"]
+    assert box == {"kind": "box", "size": (1.0, 2.0, 3.0)}
+    np.testing.assert_array_equal(read(arrays, triangle["vertices"]), np.eye(3).ravel())
+    assert triangle["faces"].kind == "u2" and list(read(arrays, triangle["faces"])) == [0, 1, 2]
+    assert len(base64.b64decode(arrays.base64())) == 40 + 8
+
+
+def test_shapes_of_more_vertices_than_16_bits_count() -> None:
+    count = 65536
+    faces = np.array([[0, 1, count - 1]])
+    drawing = Drawing(1.0)
+    drawing.add("/a", mesh((np.zeros((count, 3)), faces)), Color.of("#000000"))
+    data, arrays = packed(drawing)
+    assert list(read(arrays, data["shapes"][0]["faces"])) == [0, 1, count - 1]
+
+
+def test_round_shapes_and_those_that_cannot_be_drawn() -> None:
+    geometry = meshcat().geometry
+    drawing = Drawing(1.0)
+    drawing.add("/a", geometry.Sphere(2.0), Color.of("#000000"))
+    drawing.add("/b", geometry.Cylinder(3.0, 0.5), Color.of("#000000"))
+    assert packed(drawing)[0]["shapes"] == [
+        {"kind": "sphere", "radius": 2.0},
+        {"kind": "cylinder", "size": (0.5, 0.5, 3.0)},
     ]
-    assert drawing.commands[0]["value"] == [1.0, 2.0, 3.0]
+    drawing.add("/c", object(), Color.of("#000000"))
+    with pytest.raises(TypeError, match="no object; give its triangles"):
+        packed(drawing)
 
 
-def test_objects_on_top_are_drawn_in_the_order_of_their_layers() -> None:
-    drawing = Drawing(1.0, np.zeros(1))
-    surface = (np.eye(3), np.array([[0, 1, 2]], dtype=np.uint32))
-    drawing.add("/a", mesh(surface), Color.of("#000000"))
-    drawing.add("/b", mesh(surface), Color.of("#000000", on_top=True, layer=3), np.eye(4))
-    kinds = [command["type"] for command in drawing.commands]
-    assert kinds == ["set_object", "set_object", "set_property", "set_transform"]
-    first, second = (command["object"]["materials"][0] for command in drawing.commands[:2])
-    assert first["depthTest"] and not second["depthTest"]
-    assert drawing.commands[2]["property"] == "renderOrder" and drawing.commands[2]["value"] == 4
+def test_objects_on_top_have_layers_and_placements_are_written_by_columns() -> None:
+    drawing = Drawing(1.0)
+    placement = np.eye(4)
+    placement[:3, 3] = [1.0, 2.0, 3.0]
+    drawing.add("/a", mesh(TRIANGLE), Color.of("#000000"))
+    top = Color.of("#000000", opacity=0.5, on_top=True, layer=3)
+    drawing.add("/b", mesh(TRIANGLE), top, placement)
+    plain, above = packed(drawing)[0]["objects"]
+    assert plain == {"path": "/a", "shape": 0, "color": "#000000"}
+    assert above["layer"] == 4 and above["opacity"] == 0.5
+    assert above["placement"][12:15] == [1.0, 2.0, 3.0]
 
 
 def test_labels_are_placed_and_listed() -> None:
-    drawing = Drawing(1.0, np.zeros(1))
+    drawing = Drawing(1.0)
     drawing.label("/labels/a", "text", Color.of("#123456"), Pose.of(np.ones(3)))
-    assert drawing.labels == [("/labels/a", "text", "#123456")]
-    assert drawing.commands[0]["path"] == "/labels/a"
+    data, _ = packed(drawing)
+    assert data["labels"] == [{"path": "/labels/a", "text": "text", "color": "#123456"}]
+    assert data["nodes"][0]["path"] == "/labels/a"
 
 
-def test_the_viewers_script_is_part_of_the_package() -> None:
+def test_the_script_that_draws_is_part_of_the_package() -> None:
     assert len(meshcat().script) > 100_000

@@ -34,7 +34,7 @@ def turn() -> cd.Sweep:
 
 @pytest.fixture(scope="module")
 def drawing(turn: cd.Sweep) -> Drawing:
-    drawing = Drawing(1.0, TIMES[SAMPLES])
+    drawing = Drawing(1.0)
     draw_elements(drawing, turn, SAMPLES, 1.0)
     return drawing
 
@@ -52,9 +52,9 @@ def test_a_spring_starts_at_its_first_point_and_is_as_long_as_it_is(
 
 
 def test_every_element_is_drawn_and_named_in_the_legend(turn: cd.Sweep) -> None:
-    drawing = Drawing(1.0, TIMES[SAMPLES])
+    drawing = Drawing(1.0)
     drawn = draw_elements(drawing, turn, SAMPLES, 1.0)
-    paths = {item["path"].split("/")[2] for item in drawing.commands if "path" in item}
+    paths = {path.split("/")[2] for path in drawing.nodes}
     assert paths == {"coil", "1", "2", "3", "brake", "motor", "other motor"}
     assert [text for _, text in drawn.legend] == [
         *("spring", "bushing", "damper", "dry friction"),
@@ -90,7 +90,7 @@ def test_an_axis_of_a_joint_with_several_coordinates_is_the_one_that_turns() -> 
       <origin xyz="0 0 2"/><axis xyz="1 0 0"/><axis2 xyz="0 1 0"/></joint></robot>"""
     elements = [cd.JointSpring("u.turn_1", 1.0), cd.JointSpring("u.turn_2", 1.0)]
     scene = cd.Scene(cd.load(text), drive=["u.turn_1", "u.turn_2"], elements=elements)
-    drawing = Drawing(1.0, np.zeros(1))
+    drawing = Drawing(1.0)
     draw_elements(drawing, scene.sweep([[0.4, 0.3]]), np.arange(1), 1.0)
     for path, expected in (("0", [1.0, 0.0, 0.0]), ("1", [0.0, np.cos(0.4), np.sin(0.4)])):
         x, y, z, w = placed(drawing, f"/elements/{path}/spiral")["quaternion"]

@@ -34,7 +34,7 @@ def axis(kind: str) -> shapes.Axis:
 
 
 def drawn(element: JointElement, kind: str, greatest: float = 1.0) -> Drawing:
-    drawing = Drawing(1.0, TIMES)
+    drawing = Drawing(1.0)
     tool = shapes.JointDrawing(drawing, {True: greatest, False: greatest})
     tool.draw("/e", element, axis(kind), "elements[0]")
     assert len(tool.legend) == 1
@@ -78,7 +78,7 @@ def test_a_coil_along_a_slide_is_stretched_with_it() -> None:
 
 def test_a_spring_without_stiffness_is_a_damper() -> None:
     for kind in ("revolute", "prismatic"):
-        tool = shapes.JointDrawing(Drawing(1.0, TIMES), {})
+        tool = shapes.JointDrawing(Drawing(1.0), {})
         tool.draw("/e", cd.JointSpring("j", 0.0, damping=1.0), axis(kind), "")
         assert list(tool.legend.values()) == ["damper"]
 
@@ -103,7 +103,7 @@ def test_an_arrow_is_as_great_as_the_effort_and_turns_with_its_sign() -> None:
 
 
 def test_an_actuator_without_effort_has_no_arrow() -> None:
-    drawing = Drawing(1.0, TIMES)
+    drawing = Drawing(1.0)
     tool = shapes.JointDrawing(drawing, {True: 0.0, False: 0.0})
     assert tool.draw("/e", cd.Actuator("j", 0.0), axis("revolute"), "") == []
-    assert drawing.commands == []
+    assert drawing.objects == []

@@ -14,21 +14,22 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 pytest.importorskip("jinja2", reason="the page needs Jinja")
 
 from cardan_dyn.viewer.commands import Color, Drawing, Pose
-from cardan_dyn.viewer.scenery import Scenery
+from cardan_dyn.viewer.scenery import Meaning, Scale, Scenery
 from cardan_dyn.viewer.viewing import Server, render
 
 
 def scenery(label: str) -> Scenery:
-    drawing = Drawing(1.0, np.zeros(1))
+    drawing = Drawing(1.0)
     drawing.label("/labels/a", label, Color.of("#000000"), Pose.of(np.zeros(3)))
     points = np.array([[0.123456789, 0.0, 1.0]])
-    return Scenery(drawing, (("#abcdef", "a meaning"),), ("a scale",), points)
+    scale = Scale("moment", "N·m", 20.0, 7.0, "#123456")
+    return Scenery(drawing, (Meaning("#abcdef", "a meaning", "axes"),), (scale,), points)
 
 
 def test_page_contains_its_scene() -> None:
     page = render(scenery("name"), "A & B")
     assert "<title>A &amp; B</title>" in page
-    assert "#abcdef" in page and "a meaning" in page and "a scale" in page
+    assert "#abcdef" in page and "a meaning" in page and '"per_metre": 20.0' in page
     assert "[[0.123457, 0.0, 1.0]]" in page
 
 
@@ -36,8 +37,8 @@ def test_a_name_cannot_end_the_script() -> None:
     name = "</script><b>x"
     page = render(scenery(name), "title")
     assert name not in page
-    (labels,) = re.findall(r'\[\["/labels/a".*?\]\]', page)
-    assert json.loads(labels) == [["/labels/a", name, "#000000"]]
+    (data,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page)
+    assert json.loads(data)["scene"]["labels"][0]["text"] == name
 
 
 def test_server_serves_its_page_alone() -> None:

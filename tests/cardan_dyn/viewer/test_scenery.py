@@ -9,35 +9,46 @@ import pytest
 
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
+from testkit.drawn import placed
 from testkit.kinematics import at_zero
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.scenery import BENDING, FORCE, LOOP, TORSION, Parts, Scenery, build, has_axis
+from cardan_dyn.viewer.scenery import (
+    BENDING,
+    FORCE,
+    LOAD,
+    LOOP,
+    TORSION,
+    Parts,
+    Scenery,
+    build,
+    has_axis,
+)
 from cardan_dyn.viewer.still import Still
 
 SAMPLES = np.arange(25)
-TIMES = np.linspace(0.0, 1.0, 25)
 NONE = Parts(**dict.fromkeys((field.name for field in dataclasses.fields(Parts)), False))
 
 
 def scenery(turn: cd.Sweep, parts: Parts = NONE, joints: tuple[str, ...] = ()) -> Scenery:
-    return build(turn, joints or turn.outputs, parts, TIMES, SAMPLES)
+    return build(turn, joints or turn.outputs, parts, SAMPLES)
 
 
 def roots(scene: Scenery) -> set[str]:
     """First steps of the paths of all objects and labels."""
-    objects = [item["path"] for item in scene.drawing.commands if item["type"] == "set_object"]
-    return {path.split("/")[1] for path in [*objects, *(path for path, *_ in scene.drawing.labels)]}
+    drawn = [*scene.drawing.objects, *scene.drawing.labels]
+    return {item.path.split("/")[1] for item in drawn}
 
 
 @pytest.mark.parametrize(
     ("part", "expected"),
     [
         ("visuals", {"mechanism"}),
-        ("moments", {"torsion", "bending", "scale"}),
+        ("moments", {"torsion", "bending"}),
         ("axes", {"axes"}),
-        ("traces", {"moment", "traces", "scale"}),
+        ("traces", {"moment", "traces"}),
         ("labels", {"labels"}),
+        ("loads", {"loads"}),
     ],
 )
 def test_each_part_is_drawn_alone(part: str, expected: set[str], loaded_turn: cd.Sweep) -> None:
@@ -53,11 +64,12 @@ def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
         np.linspace(0.0, 6.0, 25), speed=10.0
     )
     moving = scenery(turn, only_forces)
-    assert roots(moving) == {"mechanism", "force", "scale"}
-    assert moving.legend == ((FORCE.css, "force, at the joint"),)
+    assert roots(moving) == {"mechanism", "force"}
+    assert moving.legend == ((FORCE.css, "force, at the joint", "force"),)
     greatest = max(np.max(np.linalg.norm(turn[name].force, axis=1)) for name in turn)
     (scale,) = moving.scales
-    assert scale.endswith(f"greatest {greatest:.4g} N")
+    assert (scale.kind, scale.unit, scale.color) == ("force", "N", FORCE.css)
+    assert scale.greatest == pytest.approx(greatest)
 
 
 def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
@@ -75,40 +87,36 @@ def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
     turn = cd.Scene(mechanism, drive="guide", gravity=down).sweep(np.linspace(0.0, 1.0, 25))
     assert 0.0 < np.max(np.abs(turn["guide"].moment)) < 1e-12
     drawn = scenery(turn, dataclasses.replace(NONE, forces=True, moments=True))
-    assert roots(drawn) == {"force", "scale"}
+    assert roots(drawn) == {"force"}
 
 
 def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
     scene = scenery(loaded_turn, Parts())
-    legend = dict(scene.legend)
+    legend = {item.color: item.text for item in scene.legend}
     assert "torsion" in legend[TORSION.css] and "bending" in legend[BENDING.css]
-    assert legend[LOOP.css] == "joint that closes a loop"
-    (traces,) = (text for text in legend.values() if "trace" in text)
-    assert "bearing_in and bearing_out" in traces
-    texts = [text for _, text, _ in scene.drawing.labels]
-    assert "pin_out (loop)" in texts and "bearing_in" in texts
+    assert legend[LOOP.css] == "joint that closes a loop" and legend[LOAD.css] == "load"
+    assert {item.part for item in scene.legend} == {
+        *("axes", "torsion", "bending", "moment", "loads"),
+    }
+    colors = {item.text: item.color for item in scene.drawing.labels}
+    assert set(colors) == set(loaded_turn.outputs)
+    assert colors["pin_out"] == LOOP.css != colors["bearing_in"]
     without_loop = scenery(loaded_turn, Parts(), ("bearing_in",))
-    assert LOOP.css not in dict(without_loop.legend)
+    assert LOOP.css not in {item.color for item in without_loop.legend}
 
 
 def test_arrows_are_as_long_as_their_scale_says(loaded_turn: cd.Sweep) -> None:
     scene = scenery(loaded_turn, Parts(traces=False))
-    lengths = {
-        item["path"]: item["value"][0]
-        for item in scene.drawing.commands
-        if item["type"] == "set_property" and item["property"] == "scale"
-    }
-    (scale,) = (text for text in scene.scales if "moment" in text)
-    value = float(scale.split(" of ")[1].split()[0])
-    per_unit = lengths["/scale/moment"] / value
+    (scale,) = (item for item in scene.scales if item.kind == "moment")
     for name in ("bearing_in", "bearing_out"):
         torsion = abs(loaded_turn[name].torsion[0])
-        assert lengths[f"/torsion/{name}"] == pytest.approx(per_unit * torsion)
+        (length,) = np.unique(placed(scene.drawing, f"/torsion/{name}")["scale"])
+        assert length * scale.per_metre == pytest.approx(torsion)
 
 
-def test_the_camera_sees_arrows_and_labels(loaded_turn: cd.Sweep) -> None:
+def test_the_camera_sees_arrows_and_axes(loaded_turn: cd.Sweep) -> None:
     bare, full = (scenery(loaded_turn, parts).points for parts in (NONE, Parts()))
-    assert np.min(full[:, 1]) < np.min(bare[:, 1])
+    assert np.min(full[:, 0]) < np.min(bare[:, 0])
     assert np.max(full[:, 2]) > np.max(bare[:, 2])
 
 
@@ -128,5 +136,5 @@ def test_bearings_carry_what_moves_on_what_stands_still(loaded_turn: cd.Sweep) -
 
 def test_bearings_of_a_still_are_on_the_ground() -> None:
     still = Still(cd.assemble(cd.load("four_bar"), near={"crank_bearing": 0.7}))
-    scene = build(still, still.outputs, Parts(), np.zeros(1), np.arange(1))
+    scene = build(still, still.outputs, Parts(), np.arange(1))
     assert scene.bearings == ("crank_bearing", "rocker_bearing")

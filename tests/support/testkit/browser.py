@@ -33,12 +33,16 @@ class Page:
     def evaluate(self, script: str) -> Any:
         return self.page.evaluate(script)
 
+    def seek(self, moment: float) -> None:
+        """Show the moment at a fraction of the course."""
+        self.evaluate(f"scene.seek({moment})")
+        self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
+
     def picture(self, moment: float) -> np.ndarray:
         """Pixels `(h, w, 3)` at a fraction of the animation."""
         from PIL import Image
 
-        self.evaluate(f"viewer.animator.seek({moment} * viewer.animator.duration); viewer.render()")
-        self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
+        self.seek(moment)
         image = Image.open(io.BytesIO(self.page.screenshot()))
         return np.asarray(image.convert("RGB")).astype(int)
 
@@ -65,15 +69,31 @@ def running_browser() -> Iterator[Any]:
         running.close()
 
 
-def open_page(browser: Any, address: str | Path, scene: bool = True) -> Page:
-    """Open a page, and stop its animation if it is a scene."""
-    page = browser.new_page(viewport={"width": 1200, "height": 760})
+def open_page(
+    browser: Any,
+    address: str | Path,
+    scene: bool = True,
+    *,
+    size: tuple[int, int] = (1200, 760),
+    theme: str = "light",
+) -> Page:
+    """Open a page, and stop its animation if it is a scene.
+
+    Args:
+        browser: that runs.
+        address: of the page.
+        scene: whether it is a scene.
+        size: of the window [pixels].
+        theme: `light` or `dark`, as the system would prefer it.
+    """
+    width, height = size
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=theme)
     shown = Page(page)
     page.on("console", lambda item: shown.complaints.append(f"{item.type}: {item.text}"))
     page.on("pageerror", lambda error: shown.complaints.append(str(error)))
     page.on("request", lambda request: shown.requests.append(request.url))
     page.goto(address.as_uri() if isinstance(address, Path) else address)
     if scene:
-        page.wait_for_function("viewer.animator.playing")
-        page.evaluate("viewer.animator.pause()")
+        page.wait_for_function("window.scene && scene.frames.count > 0")
+        page.evaluate("scene.pause()")
     return shown

@@ -9,8 +9,6 @@ from cardan_dyn.viewer.commands import Drawing
 
 def placed(drawing: Drawing, path: str) -> dict[str, np.ndarray]:
     """Return position, quaternion and scale of a node at the first sample."""
-    return {
-        item["property"]: np.array(item["value"])
-        for item in drawing.commands
-        if item["type"] == "set_property" and item["path"] == path
-    }
+    pose = drawing.nodes[path]
+    scale = np.broadcast_to(pose.scale[0], 3)
+    return {"position": pose.position[0], "quaternion": pose.quaternion[0], "scale": scale}

@@ -1,0 +1,116 @@
+"""Load shapes of the viewer: what acts on joints and links from outside."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..elements.link_loads import Wrench
+from ..elements.link_motions import LinkMotions
+from ..errors import ModelError
+from ..results.sweep import Sweep
+from . import shapes as forms
+from .commands import Color, Drawing, Pose, mesh, node_name
+from .vectors import beside
+
+_ARC_RADIUS = 0.16
+"""Radius of the arc of the greatest moment, as a fraction of the radius of the scene."""
+_LEAST = 0.35
+"""Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
+
+
+def draw_loads(
+    drawing: Drawing, sweep: Sweep, samples: Array, radius: float, color: Color
+) -> Array:
+    """Draw the loads of a sweep; forces end where they act, moments go about their axes.
+
+    The nodes are `/loads/NAME force` and `/loads/NAME moment`. Forces have a scale of their own,
+    as moments have: a load of another kind than what joints carry need not be seen beside it.
+
+    Args:
+        drawing: what they are drawn on.
+        sweep: over one dimension.
+        samples: `(n,)` indices of the samples that are shown.
+        radius: of the scene [m].
+        color: of all loads.
+
+    Returns:
+        Points `(n, 3)` that the camera has to see [m]; none where nothing was drawn.
+    """
+    acting = [item for load in sweep.loads for item in _acting(sweep, load, samples, radius)]
+    points = [np.zeros((0, 3))]
+    for kind in ("force", "moment"):
+        drawn = [(name, at, vector) for name, what, at, vector in acting if what == kind]
+        greatest = max((_greatest(vector) for _, _, vector in drawn), default=0.0)
+        for name, at, vector in drawn:
+            if not _greatest(vector) > 0.0:
+                continue
+            path = f"/loads/{node_name(name)} {kind}"
+            direction, size = forms.filled(vector, 1e-9 * greatest)
+            share = np.where(size > 0.0, np.maximum(size / greatest, _LEAST), forms.LEAST_SCALE)
+            turn = forms.towards(direction)
+            if kind == "force":
+                length = share * forms.ARROW * radius
+                tail = at - direction * length[:, None]
+                drawing.place(path, Pose.of(tail, turn, length))
+                drawing.add(path, mesh(forms.arrow(forms.ARROW_RADIUS)), color)
+                points += [tail, at]
+            else:
+                drawing.place(path, Pose.of(at, turn, share * _ARC_RADIUS * radius))
+                drawing.add(path, mesh(forms.arc_arrow()), color)
+                points.append(at)
+    return np.concatenate(points)
+
+
+def _acting(
+    sweep: Sweep, name: str, samples: Array, radius: float
+) -> list[tuple[str, str, Array, Array]]:
+    """Return name, kind, place `(n, 3)` [m] and vector `(n, 3)` of a load in world axes.
+
+    None of a load on something whose motion the sweep leaves out.
+    """
+    load = sweep.loads[name]
+    if isinstance(load, Wrench):
+        motions = LinkMotions(sweep.mechanism, [name])
+        rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
+        link = motions.at(sweep.motion.rows[samples], rates[samples])[name]
+        at = np.broadcast_to(link.position + motions.corner, (len(samples), 3))
+        found = []
+        for kind, values in (("force", load.force), ("moment", load.moment)):
+            vector = _of_samples(np.asarray(values), samples, trailing=1)
+            if load.frame != "world":
+                vector = np.einsum("...ij,...j->...i", link.rotation, vector)
+            found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
+        return found if np.all(np.isfinite(at)) else []
+    coordinate = sweep.mechanism.drivable[name]
+    joint = sweep.mechanism.joints[coordinate.joint]
+    try:
+        origin, rotation = sweep.origin(joint.name)[samples], sweep.rotation(joint.name)[samples]
+    except ModelError:
+        return []
+    direction = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
+    origin = origin + beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
+    effort = _of_samples(load, samples)
+    vector = np.broadcast_to(effort[..., None] * direction, origin.shape)
+    return [(name, "force" if coordinate.slides else "moment", origin, vector)]
+
+
+def _direction(sweep: Sweep, name: str, samples: Array) -> Array:
+    """Return the axis `(n, 3)` of one of several coordinates of a joint, in world axes."""
+    column = sweep.mechanism.coordinates.named[name].column
+    coordinates = sweep.mechanism.coordinates
+    part = dict(zip(coordinates.starts, coordinates.parts, strict=True))[column]
+    motions = LinkMotions(sweep.mechanism, [], [part.id])
+    rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
+    body = motions.bodies_at(sweep.motion.rows[samples], rates[samples])[part.id]
+    return np.asarray(body.rotation @ part.axis)
+
+
+def _of_samples(values: Array, samples: Array, trailing: int = 0) -> Array:
+    """Return values `(..., trailing)` at samples, or those of all samples."""
+    varies = values.ndim > trailing and len(values) > 1
+    return np.asarray(values[samples] if varies else values)
+
+
+def _greatest(vectors: Array) -> float:
+    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))

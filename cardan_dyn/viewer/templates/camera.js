@@ -1,0 +1,262 @@
+// The camera: it goes around a target, with z upwards, and is drawn only when something changed.
+
+const canvas = document.getElementById("canvas");
+const view = document.getElementById("view");
+const renderer = new THREE.WebGLRenderer({
+  canvas, antialias: true, alpha: true, powerPreference: "high-performance",
+});
+renderer.setClearColor(0, 0);
+const size = { width: 1, height: 1 };
+const SHARPEST = 2, COARSEST = 0.6, SLOW = 38;
+let sharpness = 1;      // lowered while a slow machine plays
+const orbit = { target: new THREE.Vector3(), distance: 1, azimuth: 0, elevation: 0 };
+let touched = false, wanted = false, lastTime = 0;
+
+const frames = { count: 0, cost: 0 };
+function request() {
+  if (!wanted) {
+    wanted = true;
+    requestAnimationFrame(frame);
+  }
+}
+
+function frame(time) {
+  wanted = false;
+  const start = performance.now();
+  if (playing) {
+    step(Math.min(time - lastTime, 100) / 1000);
+    pace(time - lastTime);
+  }
+  lastTime = time;
+  drawNow();
+  frames.count += 1;
+  frames.cost += performance.now() - start;
+  if (playing) request();
+}
+
+function drawNow() {
+  pose(place);
+  world.updateMatrixWorld();
+  renderer.render(world, camera);
+  layoutLabels();
+}
+
+// Fewer pixels while a machine without graphics hardware plays; all of them at rest.
+let slowFrames = 0;
+function pace(milliseconds) {
+  slowFrames = milliseconds > SLOW ? slowFrames + 1 : Math.max(0, slowFrames - 2);
+  if (slowFrames > 12 && sharpness > COARSEST) {
+    sharpness = Math.max(COARSEST, 0.8 * sharpness);
+    slowFrames = 0;
+    setSharpness(sharpness);
+  }
+}
+function setSharpness(value) {
+  renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, SHARPEST) * value);
+  renderer.setSize(size.width, size.height, false);
+}
+
+function placeCamera() {
+  const { azimuth, elevation, distance, target } = orbit;
+  camera.position.set(
+    Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth),
+    Math.sin(elevation),
+  ).multiplyScalar(distance).add(target);
+  camera.near = distance / 200;
+  camera.far = distance * 50;
+  camera.lookAt(target);
+  camera.updateProjectionMatrix();
+  camera.updateMatrixWorld();
+  drawScales();
+  drawTriad();
+  request();
+}
+
+// Looks across the two longest extents of the scene, somewhat from above and from the side.
+function bestDirection() {
+  const { x, y, z } = middle.getSize(new THREE.Vector3());
+  if (z < 0.6 * Math.min(x, y)) return [-0.25, -0.55, 1];
+  if (x < 0.6 * Math.min(y, z)) return [1, -0.5, 0.45];
+  return [-0.35, -1, 0.62];
+}
+const VIEWS = {
+  front: [0, -1, 0], side: [1, 0, 0], top: [0, -1e-4, 1], isometric: [1, -1, 0.8165],
+};
+function lookFrom(direction) {
+  const at = new THREE.Vector3(...direction).normalize();
+  orbit.azimuth = Math.atan2(at.y, at.x);
+  orbit.elevation = Math.asin(at.z);
+  fit();
+}
+
+// Moves the camera so far back that all points lie in the window, with a margin for the names.
+function fit() {
+  const { azimuth, elevation } = orbit;
+  const back = new THREE.Vector3(
+    Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth),
+    Math.sin(elevation));
+  const right = new THREE.Vector3(-Math.sin(azimuth), Math.cos(azimuth), 0);
+  const up = back.clone().cross(right);
+  const points = data.points.map((at) => new THREE.Vector3(...at));
+  const tangent = Math.tan(camera.fov * Math.PI / 360);
+  // What buttons and scales cover is left free.
+  const top = 44, bottom = document.getElementById("transport").offsetHeight + 10;
+  const high = Math.max(size.height - top - bottom, 60);
+  const slopes = [
+    tangent * 0.9 * size.width / size.height, tangent * 0.94 * high / size.height];
+  // The point nearest to each edge decides; two of them fix shift and distance.
+  const span = (axis, slope) => {
+    let most = -Infinity, least = -Infinity;
+    for (const point of points) {
+      const across = point.dot(axis), depth = slope * point.dot(back);
+      most = Math.max(most, across + depth);
+      least = Math.max(least, -across + depth);
+    }
+    return { middle: (most - least) / 2, distance: (most + least) / (2 * slope) };
+  };
+  const [wide, tall] = [span(right, slopes[0]), span(up, slopes[1])];
+  const reach = Math.max(wide.distance, tall.distance);
+  const depth = middle.getCenter(new THREE.Vector3()).dot(back);
+  orbit.distance = Math.max(reach - depth, 1e-3 * radius);
+  orbit.target.copy(right).multiplyScalar(wide.middle).addScaledVector(up, tall.middle)
+    .addScaledVector(back, depth);
+  // The middle of what is free is not the middle of the window.
+  orbit.target.addScaledVector(up, tangent * orbit.distance * (top - bottom) / size.height);
+  touched = false;
+  placeCamera();
+}
+
+function resize() {
+  size.width = Math.max(view.clientWidth, 1);
+  size.height = Math.max(view.clientHeight, 1);
+  camera.aspect = size.width / size.height;
+  setSharpness(sharpness);
+  const covered = document.getElementById("transport").offsetHeight;
+  document.getElementById("scales").style.bottom = `${covered + 6}px`;
+  measureObstacles();
+  if (touched) placeCamera(); else fit();
+  drawNow();
+}
+
+// Pixels per metre at the depth of the target.
+function pixelsPerMetre() {
+  return size.height / (2 * Math.tan(camera.fov * Math.PI / 360) * orbit.distance);
+}
+
+function turnBy(dx, dy) {
+  touched = true;
+  orbit.azimuth -= dx;
+  const limit = Math.PI / 2 - 1e-4;
+  orbit.elevation = Math.min(Math.max(orbit.elevation + dy, -limit), limit);
+  placeCamera();
+}
+function shiftBy(dx, dy) {
+  touched = true;
+  const scale = 1 / pixelsPerMetre();
+  const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
+  const up = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+  orbit.target.addScaledVector(right, -dx * scale).addScaledVector(up, dy * scale);
+  placeCamera();
+}
+function zoomBy(factor) {
+  touched = true;
+  orbit.distance = Math.min(Math.max(orbit.distance * factor, 0.02 * radius), 100 * radius);
+  placeCamera();
+}
+
+const pointers = new Map();
+let travelled = 0;
+const offsetOf = (event) => {
+  const box = canvas.getBoundingClientRect();
+  return { x: event.clientX - box.left, y: event.clientY - box.top };
+};
+canvas.addEventListener("pointerdown", (event) => {
+  if (!pointers.size) travelled = 0;
+  pointers.set(event.pointerId, offsetOf(event));
+  canvas.setPointerCapture(event.pointerId);
+});
+canvas.addEventListener("pointermove", (event) => {
+  const before = pointers.get(event.pointerId);
+  if (!before) return;
+  const now = offsetOf(event), dx = now.x - before.x, dy = now.y - before.y;
+  travelled += Math.hypot(dx, dy);
+  if (pointers.size === 1) {
+    if (travelled > 3) {
+      if (event.buttons & 6 || event.shiftKey) shiftBy(dx, dy); else turnBy(dx * 0.008, dy * 0.008);
+    }
+  } else {
+    const [other] = [...pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+    const far = Math.hypot(before.x - other.x, before.y - other.y);
+    zoomBy(far / Math.max(Math.hypot(now.x - other.x, now.y - other.y), 1));
+    shiftBy(dx / 2, dy / 2);
+  }
+  pointers.set(event.pointerId, now);
+});
+canvas.addEventListener("pointerup", (event) => {
+  if (pointers.size === 1 && travelled < 4 && event.button === 0) {
+    const { x, y } = offsetOf(event);
+    const label = labelAt(x, y);
+    select(label ? { joint: label.joint } : under(x, y));
+  }
+  pointers.delete(event.pointerId);
+});
+canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
+canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+canvas.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  zoomBy(Math.exp(Math.min(Math.max(event.deltaY, -200), 200) * 0.0015));
+}, { passive: false });
+
+// How long lengths and arrows are.
+const scaleRows = [
+  { color: "#222222", text: lengthText, perMetre: 1, arrow: false },
+  ...data.scales.map((item) => ({
+    color: item.color, perMetre: item.per_metre, arrow: true,
+    kind: item.kind, text: (value) => withUnit(rounded(value), item.unit),
+  })),
+].map((row) => {
+  const line = draw("svg", { width: 10, height: 10 }), text = make("span");
+  const element = make("div", {}, line, text);
+  document.getElementById("scales").append(element);
+  return { ...row, line, label: text, element };
+});
+function drawScales() {
+  const widest = Math.min(120, 0.28 * size.width), scale = pixelsPerMetre();
+  for (const row of scaleRows) {
+    const value = roundStep(widest / scale * row.perMetre);
+    const long = value / row.perMetre * scale, color = legible(row.color, INK);
+    row.line.setAttribute("width", long.toFixed(1));
+    row.line.replaceChildren();
+    const stroke = { stroke: color, "stroke-width": 2, fill: "none" };
+    const path = row.arrow
+      ? `M0 5H${long}M${long - 6} 1.5L${long} 5L${long - 6} 8.5`
+      : `M1 1V9M1 5H${long - 1}M${long - 1} 1V9`;
+    draw("path", { d: path, ...stroke }, row.line);
+    row.label.textContent = row.text(value);
+    row.element.hidden = row.arrow && !(row.kind === "force" ? shown.forces
+      : shown.moments || shown.traces);
+  }
+}
+
+// Where the axes of the world point.
+const triadLines = ["x", "y", "z"].map((name, index) => {
+  const parent = document.getElementById("triad");
+  const color = ["#c62828", "#2e7d32", "#1565c0"][index];
+  const line = draw("line", { x1: 0, y1: 0 }, parent), text = draw("text", {}, parent);
+  text.textContent = name;
+  return { line, text, color, axis: new THREE.Vector3().setComponent(index, 1) };
+});
+function drawTriad() {
+  const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
+  const up = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+  for (const { line, text, color, axis } of triadLines) {
+    const x = 20 * axis.dot(right), y = -20 * axis.dot(up);
+    line.setAttribute("x2", x.toFixed(1));
+    line.setAttribute("y2", y.toFixed(1));
+    line.setAttribute("stroke", legible(color, INK));
+    const far = Math.hypot(x, y) || 1, beyond = (Math.max(far, 6) + 8) / far;
+    text.setAttribute("x", (x * beyond).toFixed(1));
+    text.setAttribute("y", (y * beyond + 4).toFixed(1));
+    text.style.opacity = Math.hypot(x, y) < 3 ? 0 : 1;
+  }
+}

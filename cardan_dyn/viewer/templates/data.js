@@ -1,0 +1,101 @@
+// The data of the page: what Python wrote, and numbers as people read them.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+
+const bytes = (() => {
+  const text = atob(document.getElementById("arrays").textContent);
+  const result = new Uint8Array(text.length);
+  for (let index = 0; index < text.length; index++) result[index] = text.charCodeAt(index);
+  return result.buffer;
+})();
+
+const KINDS = { f4: Float32Array, f8: Float64Array, u2: Uint16Array, u4: Uint32Array };
+
+function array([at, count, kind]) {
+  return new KINDS[kind](bytes, at, count);
+}
+
+const told = data.told || {
+  sign: "", course: {}, state: [], joints: [], links: [], rule: "", duration: 8,
+};
+const course = {
+  name: told.course.name,
+  unit: told.course.unit,
+  values: told.course.values ? array(told.course.values) : null,
+  seconds: told.course.seconds ? array(told.course.seconds) : null,
+};
+const count = course.values ? course.values.length : 1;
+
+// The place in increasing or decreasing values at which they pass a value, as a fraction of samples.
+function placeOf(values, value) {
+  const rises = values[values.length - 1] >= values[0];
+  let low = 0, high = values.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (values[middle] <= value === rises) low = middle; else high = middle;
+  }
+  const step = values[high] - values[low];
+  return step ? Math.min(Math.max(low + (value - values[low]) / step, low), high) : low;
+}
+
+// The value at such a place.
+function valueAt(values, place) {
+  const low = Math.min(Math.floor(place), values.length - 1), share = place - low;
+  return share ? values[low] * (1 - share) + values[low + 1] * share : values[low];
+}
+
+function extent(values) {
+  let least = Infinity, most = -Infinity;
+  for (const value of values) {
+    if (value < least) least = value;
+    if (value > most) most = value;
+  }
+  return least <= most ? [least, most] : [0, 0];
+}
+
+// Decimals with which values up to a greatest one have about four digits.
+function decimalsOf(greatest) {
+  return greatest > 0 ? Math.min(Math.max(3 - Math.floor(Math.log10(greatest)), 0), 9) : 0;
+}
+
+// A number with so many decimals; a true minus sign, and none before zero.
+function written(value, decimals) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  let text = size >= 1e6 || (size > 0 && size < 1e-6 && decimals > 6)
+    ? size.toExponential(3) : size.toFixed(decimals);
+  if (value < 0 && Number(text) !== 0) text = "−" + text;
+  return text;
+}
+
+function rounded(value) {
+  return written(Number(value.toPrecision(4)), Math.max(
+    0, (String(Math.abs(Number(value.toPrecision(4)))).split(".")[1] || "").length));
+}
+
+// "12.3 N·m", "12.3°": no space before a degree sign.
+function withUnit(text, unit) {
+  return unit === "°" ? text + unit : unit ? `${text} ${unit}` : text;
+}
+
+// The greatest of 1, 2, 5, 10, … that does not exceed a value.
+function roundStep(value) {
+  const power = 10 ** Math.floor(Math.log10(value) + 1e-9);
+  return power * [5, 2, 1].find((step) => step * power <= value * (1 + 1e-9));
+}
+
+function make(kind, properties = {}, ...children) {
+  const element = document.createElement(kind);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name in element) element[name] = value; else element.setAttribute(name, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+function draw(kind, properties = {}, parent = null) {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", kind);
+  for (const [name, value] of Object.entries(properties)) element.setAttribute(name, value);
+  if (parent) parent.append(element);
+  return element;
+}

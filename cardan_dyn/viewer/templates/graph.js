@@ -1,0 +1,163 @@
+// Graphs: what the chosen joint carries over the course, with a cursor at what the scene shows.
+
+const STYLES = {
+  torsion: { color: "#c2185b", dash: "", means: "along the axis" },
+  bending: { color: "#1b7f3b", dash: "7 3", means: "across the axis" },
+  moment: { color: "#222222", dash: "", means: "size" },
+  force: { color: "#5e35b1", dash: "", means: "size" },
+  axial: { color: "#00838f", dash: "8 3", means: "along the axis" },
+  shear: { color: "#b35900", dash: "3 3", means: "across the axis" },
+  drive: { color: "#1257b3", dash: "10 3 2 3", means: "effort of the drive" },
+  holding: { color: "#6d4c41", dash: "10 3 2 3", means: "effort that holds it" },
+};
+const HIGH = 118, LEFT = 46, RIGHT = 8, TOP = 8, BOTTOM = 20, MOST_POINTS = 500;
+let graphs = [], rows = [];
+
+// Round ticks in a range, about so many.
+function ticks(low, high, about, unit) {
+  const span = high - low || 1;
+  const steps = unit === "°" ? [1, 2, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1440, 3600] : null;
+  const step = steps && span > 4 && span < 14400 ? steps.find((item) => span / item <= about)
+    : [1, 2, 5, 10].map((item) => item * 10 ** Math.floor(Math.log10(span / about)))
+      .find((item) => span / item <= about + 1e-9);
+  const found = [];
+  for (let value = Math.ceil(low / step - 1e-9) * step; value <= high + 1e-9 * span; value += step) {
+    found.push(Math.abs(value) < 1e-9 * span ? 0 : value);
+  }
+  const decimals = Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9)));
+  return found.map((value) => ({ value, text: written(value, decimals) }));
+}
+
+function drawGraphs(joint) {
+  const host = document.getElementById("graphs");
+  host.replaceChildren();
+  graphs = [];
+  rows = [];
+  if (!joint) return;
+  const series = joint.series.map((item) => {
+    const values = array(item.values), [least, most] = extent(values);
+    return { ...item, values, least, most, ...STYLES[item.name] };
+  });
+  for (const unit of ["N·m", "N"]) {
+    const drawn = series.filter((item) => item.unit === unit && (item.least || item.most));
+    if (!drawn.length) continue;
+    if (course.values) host.append(graphOf(joint, unit, drawn));
+    host.append(tableOf(unit, drawn));
+  }
+  if (!rows.length && joint.series.length) {
+    host.append(make("p", {}, "This joint carries nothing."));
+  }
+  moveCursors();
+}
+
+function graphOf(joint, unit, drawn) {
+  const wide = Math.max(host().clientWidth, 200), floor = HIGH - BOTTOM;
+  const low = Math.min(0, ...drawn.map((item) => item.least));
+  const high = Math.max(0, ...drawn.map((item) => item.most));
+  const [first, last] = extent(course.values);
+  const x = (value) => LEFT + (value - first) / (last - first) * (wide - LEFT - RIGHT);
+  const y = (value) => floor - (value - low) / (high - low || 1) * (floor - TOP);
+  const title = `${drawn.map((item) => item.name).join(", ")} of ${joint.name} in ${unit} over `
+    + `${course.name} in ${course.unit}`;
+  const svg = draw("svg", { viewBox: `0 0 ${wide} ${HIGH}`, height: HIGH, role: "img",
+    "aria-label": title });
+  draw("path", { class: "frame", d: `M${LEFT} ${TOP}V${floor}H${wide - RIGHT}` }, svg);
+  for (const { value, text } of ticks(low, high, 4, unit)) {
+    draw("text", { x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = text;
+    if (value === 0) draw("line", { class: "zero", x1: LEFT, x2: wide - RIGHT, y1: y(0), y2: y(0) }, svg);
+  }
+  for (const { value, text } of ticks(first, last, 5, course.unit)) {
+    const anchor = x(value) > wide - RIGHT - 14 ? "end" : "middle";
+    draw("text", { x: anchor === "end" ? wide - 2 : x(value), y: HIGH - 6, "text-anchor": anchor },
+      svg).textContent = withUnit(text, course.unit === "°" ? "°" : "");
+  }
+  const curves = drawn.map((item) => {
+    const stroke = { d: curveOf(item.values, x, y) };
+    if (item.dash) stroke["stroke-dasharray"] = item.dash;
+    return { item, path: draw("path", stroke, svg) };
+  });
+  const cursor = draw("line", { class: "cursor", y1: TOP, y2: floor }, svg);
+  const dots = curves.map(({ item }) => ({ item, dot: draw("circle", { r: 3.2 }, svg) }));
+  const seek = (event) => {
+    const box = svg.getBoundingClientRect();
+    const share = ((event.clientX - box.left) * wide / box.width - LEFT) / (wide - LEFT - RIGHT);
+    pause();
+    goTo(placeOf(course.values, first + Math.min(Math.max(share, 0), 1) * (last - first)));
+  };
+  svg.addEventListener("pointerdown", (event) => {
+    svg.setPointerCapture(event.pointerId);
+    seek(event);
+  });
+  svg.addEventListener("pointermove", (event) => {
+    if (event.buttons & 1) seek(event);
+  });
+  graphs.push({ curves, cursor, dots, x, y });
+  return svg;
+}
+
+function host() {
+  return document.getElementById("graphs");
+}
+
+// The least and the greatest value of each stretch, so that no peak is lost.
+function curveOf(values, x, y) {
+  const points = [], stretch = Math.max(1, Math.ceil(2 * values.length / MOST_POINTS));
+  for (let start = 0; start < values.length; start += stretch) {
+    let least = start, most = start;
+    const end = Math.min(start + stretch, values.length);
+    for (let index = start; index < end; index++) {
+      if (values[index] < values[least]) least = index;
+      if (values[index] > values[most]) most = index;
+    }
+    const kept = new Set([start, Math.min(least, most), Math.max(least, most), end - 1]);
+    for (const index of [...kept].sort((a, b) => a - b)) {
+      if (Number.isFinite(values[index])) {
+        points.push(`${x(course.values[index]).toFixed(1)} ${y(values[index]).toFixed(1)}`);
+      }
+    }
+  }
+  return points.length ? "M" + points.join("L") : "";
+}
+
+function tableOf(unit, drawn) {
+  const body = make("tbody");
+  for (const item of drawn) {
+    const value = make("td"), swatch = make("i", { className: "swatch" });
+    const name = make("th", { scope: "row", title: item.means }, swatch, item.name);
+    if (!item.unique) name.append(" *");
+    const greatest = Math.max(-item.least, item.most), decimals = decimalsOf(greatest);
+    const range = `${written(item.least, decimals)} … ${written(item.most, decimals)}`;
+    body.append(make("tr", {}, name, value, make("td", {}, course.values ? range : "")));
+    rows.push({ item, value, swatch, decimals });
+  }
+  const head = make("tr", {}, make("th", { scope: "col" }, unit === "N" ? "Force" : "Moment"),
+    make("th", { scope: "col" }, unit), make("th", { scope: "col" }, course.values ? "range" : ""));
+  return make("table", {}, make("thead", {}, head), body);
+}
+
+function moveCursors() {
+  for (const { cursor, dots, x, y } of graphs) {
+    const at = x(valueAt(course.values, place)).toFixed(1);
+    cursor.setAttribute("x1", at);
+    cursor.setAttribute("x2", at);
+    for (const { item, dot } of dots) {
+      const value = valueAt(item.values, place);
+      dot.style.display = Number.isFinite(value) ? "" : "none";
+      if (Number.isFinite(value)) {
+        dot.setAttribute("cx", at);
+        dot.setAttribute("cy", y(value).toFixed(1));
+      }
+    }
+  }
+  for (const { item, value, decimals } of rows) {
+    value.textContent = written(valueAt(item.values, place), decimals);
+  }
+}
+
+function recolorGraphs() {
+  for (const { curves, dots } of graphs) {
+    for (const { item, path } of curves) path.setAttribute("stroke", legible(item.color, INK));
+    for (const { item, dot } of dots) dot.setAttribute("fill", legible(item.color, INK));
+  }
+  for (const { item, swatch } of rows) swatch.style.background = legible(item.color, INK);
+}

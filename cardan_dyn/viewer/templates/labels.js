@@ -1,0 +1,206 @@
+// Labels: names and numbers that neither cover each other nor are cut, with lines to what they mean.
+
+const PLAIN = "#333333";     // the colour of names, which is that of all text
+const LABEL_HEIGHT = 18, PADDING = 3, APART = 2;
+const labelHost = document.getElementById("labels"), leaderHost = document.getElementById("leaders");
+const labels = [];
+const pen = document.createElement("canvas").getContext("2d");
+const widths = new Map();
+
+function widthOf(text) {
+  const key = `${size.width < 600 ? 12 : 13} ${text}`;
+  if (!widths.has(key)) {
+    pen.font = `600 ${size.width < 600 ? 12 : 13}px system-ui, sans-serif`;
+    // Digits stand as wide as each other in the page, and may not in the measure.
+    if (widths.size > 4000) widths.clear();
+    widths.set(key, Math.ceil(pen.measureText(text.replace(/[0-9]/g, "0")).width) + 2 * PADDING + 1);
+  }
+  return widths.get(key);
+}
+
+function addLabel(item) {
+  const element = make("div"), line = draw("line", {}, leaderHost);
+  element.hidden = true;
+  line.style.display = "none";
+  labelHost.append(element);
+  labels.push({ ...item, element, line, seen: false, box: null, last: 0, at: new THREE.Vector3() });
+}
+
+for (const { path, text, color } of data.scene.labels) {
+  const joint = jointByNode.get(path.split("/")[2]) || null;
+  addLabel({ joint, node: node(path), kind: "name", text, color });
+}
+const KINDS_AT = { torsion: "torsion", bending: "bending", force: "force" };
+for (const joint of told.joints) {
+  for (const [root, name] of Object.entries(KINDS_AT)) {
+    const arrow = nodes.get(`/${root}/${joint.node}`);
+    const series = joint.series.find((item) => item.name === name)
+      || (root === "bending" && joint.series.find((item) => item.name === "moment"));
+    const legend = data.legend.find((item) => item.part === root);
+    if (arrow && series && legend) {
+      const values = array(series.values), [least, most] = extent(values);
+      const greatest = Math.max(-least, most);
+      if (!greatest) continue;
+      addLabel({
+        joint, node: arrow, kind: "number", color: legend.color, root,
+        values, unit: series.unit, unique: series.unique,
+        decimals: Math.max(decimalsOf(greatest) - 1, 0), least: 0.004 * greatest,
+      });
+    }
+  }
+}
+for (const row of told.state.filter((item) => item.kind === "load")) {
+  const [name, what] = row.name.split(", ");
+  const kinds = what ? [what] : ["force", "moment"];
+  const arrow = kinds.map((kind) => nodes.get(`/loads/${name.replaceAll("/", "∕")} ${kind}`))
+    .find((found) => found);
+  const legend = data.legend.find((item) => item.part === "loads");
+  if (!arrow || !legend) continue;
+  const values = row.values ? array(row.values) : null;
+  const [least, most] = values ? extent(values) : [row.value, row.value];
+  addLabel({
+    joint: told.joints.find((item) => item.name === name) || null, node: arrow, kind: "load",
+    color: legend.color, values, value: row.value, unit: row.unit, unique: true,
+    decimals: Math.max(decimalsOf(Math.max(-least, most)) - 1, 0), least: 0,
+  });
+}
+
+// Boxes of the window in which no label may be: buttons and scales.
+let obstacles = [];
+function measureObstacles() {
+  const frame = view.getBoundingClientRect();
+  obstacles = ["views", "triad", "scales", "transport"].map((id) => {
+    const box = document.getElementById(id).getBoundingClientRect();
+    return [box.left - frame.left, box.top - frame.top, box.right - frame.left,
+      box.bottom - frame.top];
+  });
+}
+
+// Where a label may stand about what it means: direction, and distance from it in pixels.
+const DIRECTIONS = [[1, -1], [1, 1], [-1, -1], [-1, 1], [1, 0], [-1, 0], [0, -1], [0, 1]];
+const DISTANCES = [5, 16, 30, 48, 70];
+const CANDIDATES = DISTANCES.flatMap((far) => DIRECTIONS.map(([x, y]) => {
+  const long = Math.hypot(x, y);
+  return { x: far * x / long, y: far * y / long, sideX: x, sideY: y, far };
+}));
+const NEAR = { name: 16, number: 5, load: 5 };
+const FAR = { name: 70, number: 30, load: 48 };
+
+function boxAt(anchor, width, candidate) {
+  const x = anchor.x + candidate.x, y = anchor.y + candidate.y;
+  const left = candidate.sideX > 0 ? x : candidate.sideX < 0 ? x - width : x - width / 2;
+  const top = candidate.sideY > 0 ? y : candidate.sideY < 0 ? y - LABEL_HEIGHT
+    : y - LABEL_HEIGHT / 2;
+  return [Math.round(left), Math.round(top), Math.round(left) + width,
+    Math.round(top) + LABEL_HEIGHT];
+}
+
+function meets(first, second) {
+  return first[0] < second[2] + APART && second[0] < first[2] + APART
+    && first[1] < second[3] + APART && second[1] < first[3] + APART;
+}
+
+const tip = new THREE.Vector3(0, 0, 1);
+const projected = new THREE.Vector3();
+function anchorOf(label) {
+  if (label.kind === "name") projected.setFromMatrixPosition(label.node.matrixWorld);
+  else projected.copy(tip).applyMatrix4(label.node.matrixWorld);
+  projected.project(camera);
+  return {
+    x: (projected.x + 1) * size.width / 2, y: (1 - projected.y) * size.height / 2,
+    ahead: projected.z < 1,
+  };
+}
+
+// Greater ones are placed first; the others make room, or are left out.
+function rank(label) {
+  const chosen = label.joint && choice.joint === label.joint.name ? 100 : 0;
+  return chosen + { load: 40, name: 30, number: 20 }[label.kind]
+    + (label.joint && bearings.has(label.joint.name) ? 5 : 0);
+}
+
+function isWanted(label) {
+  if (label.kind === "name") return shown.names && (!label.joint || isShown(label.joint));
+  if (label.kind === "load") return shown.loads && shown.numbers;
+  if (!isShown(label.joint) || Math.abs(label.now) < label.least) return false;
+  const chosen = choice.joint === label.joint.name;
+  if (!(chosen || shown.numbers)) return false;
+  return label.root === "force" ? shown.forces : shown.moments;
+}
+
+function textOf(label) {
+  if (label.kind === "name") return label.text;
+  const text = withUnit(written(label.now, label.decimals), label.unit);
+  if (label.kind === "load") return `load ${text}`;
+  return label.unique ? text : `${text} *`;
+}
+
+function layoutLabels() {
+  const taken = obstacles.slice(), narrow = size.width < 600;
+  for (const label of labels) {
+    if (label.kind !== "name") label.now = label.values ? valueAt(label.values, place) : label.value;
+  }
+  const order = labels.filter(isWanted).sort((a, b) => rank(b) - rank(a));
+  const placed = new Set();
+  for (const label of order) {
+    const anchor = anchorOf(label);
+    if (!anchor.ahead || anchor.x < 0 || anchor.y < 0 || anchor.x > size.width
+      || anchor.y > size.height) continue;
+    const text = textOf(label), width = widthOf(text);
+    const reach = FAR[label.kind] * (narrow ? 0.6 : 1);
+    const free = (index) => {
+      const candidate = CANDIDATES[index];
+      if (candidate.far > reach || candidate.far < NEAR[label.kind]) return null;
+      const box = boxAt(anchor, width, candidate);
+      if (box[0] < 2 || box[1] < 2 || box[2] > size.width - 2 || box[3] > size.height - 2) return null;
+      return taken.some((other) => meets(box, other)) ? null : box;
+    };
+    // Where it stood before, as long as it can: labels do not jump without need.
+    let box = free(label.last);
+    for (let index = 0; !box && index < CANDIDATES.length; index++) {
+      box = free(index);
+      if (box) label.last = index;
+    }
+    if (!box) continue;
+    taken.push(box);
+    placed.add(label);
+    show(label, text, width, box, anchor);
+  }
+  for (const label of labels) {
+    if (label.seen && !placed.has(label)) {
+      label.element.hidden = true;
+      label.line.style.display = "none";
+      label.seen = false;
+      label.box = null;
+    }
+  }
+}
+
+function show(label, text, width, box, anchor) {
+  const { element, line } = label;
+  const color = label.color === PLAIN ? "var(--text)" : legible(label.color, TEXT);
+  if (label.written !== text) element.textContent = label.written = text;
+  if (label.inked !== color) element.style.color = label.inked = color;
+  if (label.wide !== width) element.style.width = `${label.wide = width}px`;
+  const chosen = Boolean(label.joint && choice.joint === label.joint.name && label.kind === "name");
+  if (label.marked !== chosen) element.classList.toggle("chosen", label.marked = chosen);
+  element.style.transform = `translate(${box[0]}px, ${box[1]}px)`;
+  if (!label.seen) element.hidden = false;
+  label.seen = true;
+  label.box = box;
+  const x = Math.min(Math.max(anchor.x, box[0]), box[2]);
+  const y = Math.min(Math.max(anchor.y, box[1]), box[3]);
+  const far = Math.hypot(x - anchor.x, y - anchor.y) > 9;
+  line.style.display = far ? "" : "none";
+  if (far) {
+    line.setAttribute("x1", anchor.x.toFixed(1));
+    line.setAttribute("y1", anchor.y.toFixed(1));
+    line.setAttribute("x2", x.toFixed(1));
+    line.setAttribute("y2", y.toFixed(1));
+  }
+}
+
+function labelAt(x, y) {
+  return labels.find(({ seen, box, joint }) => seen && joint
+    && x >= box[0] && x <= box[2] && y >= box[1] && y <= box[3]);
+}

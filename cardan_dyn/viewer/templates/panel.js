@@ -1,0 +1,376 @@
+// The panel: what moves, how fast, what is chosen and what is shown; keys and the pointer.
+
+const byId = (id) => document.getElementById(id);
+const slider = byId("slider"), output = byId("at"), playButton = byId("play");
+let place = 0;              // among the samples, with fractions
+let playing = false;
+let speed = 1;              // of the duration that Python chose
+const backwards = course.values && course.values[count - 1] < course.values[0];
+
+// The state of the mechanism, in words.
+const WORDS = { drive: "Drive", free: "Free", speed: "Speed", load: "Load", held: "Held",
+  gravity: "Gravity" };
+const stateRows = told.state.map((row) => {
+  const values = row.values ? array(row.values) : null;
+  const [least, most] = values ? extent(values) : [row.value, row.value];
+  const text = make("dd");
+  byId("state").append(make("dt", {}, WORDS[row.kind]), text);
+  return { ...row, values, text, decimals: Math.max(decimalsOf(Math.max(-least, most)) - 1, 0) };
+});
+function stateText(row, value) {
+  let text = row.values ? withUnit(written(value, row.decimals), row.unit)
+    : withUnit(rounded(value), row.unit);
+  if (row.unit === "rad/s") text += ` (${rounded(value * 30 / Math.PI)} rpm)`;
+  return row.name && row.kind !== "speed" ? `${row.name} ${text}` : text;
+}
+function tellState(all) {
+  for (const row of stateRows) {
+    if (row.values) row.text.textContent = stateText(row, valueAt(row.values, place));
+    else if (all) row.text.textContent = stateText(row, row.value);
+  }
+}
+
+// Where the course is.
+const courseRange = course.values ? extent(course.values) : [0, 1];
+const courseDecimals = course.values
+  ? Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(courseRange[1] - courseRange[0])))) : 0;
+const seconds = course.seconds && course.name !== "time" ? course.seconds : null;
+function courseText() {
+  return withUnit(written(valueAt(course.values, place), courseDecimals), course.unit);
+}
+function secondsText(value, whole) {
+  return whole < 0.1 ? `${written(1000 * value, decimalsOf(1000 * whole) - 1)} ms`
+    : `${written(value, decimalsOf(whole) - 1)} s`;
+}
+let toldAt = "";
+function tellPlace() {
+  if (!course.values) return;
+  const value = valueAt(course.values, place), text = courseText();
+  slider.value = backwards ? -value : value;
+  if (toldAt !== text) {
+    toldAt = text;
+    slider.setAttribute("aria-valuetext", `${course.name} ${text}`);
+    output.replaceChildren(make("small", {}, course.name), " ", text);
+    if (seconds) {
+      const now = secondsText(valueAt(seconds, place), seconds[count - 1]);
+      output.append(" ", make("small", {}, now));
+    }
+  }
+  tellState(false);
+  moveCursors();
+}
+
+function goTo(where) {
+  place = Math.min(Math.max(where, 0), count - 1);
+  tellPlace();
+  request();
+}
+
+// Moves on by a time in front of the screen.
+function step(passed) {
+  const share = passed * speed / told.duration;
+  if (course.seconds) {
+    const whole = course.seconds[count - 1];
+    place = placeOf(course.seconds, (valueAt(course.seconds, place) + share * whole) % whole);
+  } else {
+    const [first, last] = [course.values[0], course.values[count - 1]];
+    const now = (valueAt(course.values, place) - first) / (last - first);
+    place = placeOf(course.values, first + (now + share) % 1 * (last - first));
+  }
+  tellPlace();
+}
+
+function play() {
+  if (!course.values || playing) return;
+  playing = true;
+  lastTime = performance.now();
+  showPlaying();
+  request();
+}
+function pause() {
+  if (!playing) return;
+  playing = false;
+  sharpness = 1;
+  setSharpness(sharpness);
+  showPlaying();
+  request();
+}
+function showPlaying() {
+  playButton.textContent = playing ? "❚❚" : "▶";
+  playButton.setAttribute("aria-label", playing ? "Pause" : "Play");
+}
+
+function fillSpeeds() {
+  const select = byId("speed"), whole = course.seconds ? course.seconds[count - 1] : 0;
+  const real = whole ? told.duration / whole : 0;     // how fast real time is
+  const options = [0.125, 0.25, 0.5, 1, 2, 4, 8].map((value) => ({ value }));
+  if (real && !options.some(({ value }) => Math.abs(value - real) < 1e-9)) options.push({ value: real });
+  options.sort((a, b) => a.value - b.value);
+  for (const { value } of options) {
+    const share = real ? value / real : 0;
+    const text = !real ? `× ${value}` : Math.abs(share - 1) < 1e-9 ? "real time"
+      : share < 1 ? `1 : ${rounded(1 / share)}` : `${rounded(share)} : 1`;
+    select.append(make("option", { value: String(value), textContent: text }));
+  }
+  select.value = "1";
+  select.title = real ? "Time shown to real time" : "";
+  select.addEventListener("change", () => { speed = Number(select.value); });
+}
+
+// The list of joints and links.
+const options = [];
+function fillList() {
+  const list = byId("list");
+  for (const [title, items] of [["Joints", told.joints], ["Links", told.links]]) {
+    if (!items.length) continue;
+    const group = make("ul", { role: "group" });
+    group.setAttribute("aria-label", title);
+    for (const item of items) {
+      const joint = title === "Joints";
+      const option = make("li", { role: "option", id: `option-${options.length}` }, item.name);
+      option.setAttribute("aria-selected", "false");
+      const star = joint && item.series.some((series) => !series.unique) ? " *" : "";
+      option.append(make("span", {}, joint ? `${item.type}${star}` : "link"));
+      const chosen = joint ? { joint: item } : { link: item };
+      option.addEventListener("click", () => select(chosen));
+      options.push({ option, name: item.name, joint, chosen });
+      group.append(option);
+    }
+    list.append(make("li", { role: "presentation" }, group));
+  }
+  list.addEventListener("keydown", (event) => {
+    const at = options.findIndex(({ option }) => option.getAttribute("aria-selected") === "true");
+    const to = { ArrowDown: at + 1, ArrowUp: at < 0 ? 0 : at - 1, Home: 0, End: options.length - 1 };
+    if (!(event.key in to)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    select(options[Math.min(Math.max(to[event.key], 0), options.length - 1)].chosen);
+  });
+}
+
+function select({ joint = null, link = null } = {}) {
+  choice.joint = joint ? joint.name : null;
+  choice.link = link;
+  for (const item of options) {
+    const chosen = joint ? item.joint && item.name === joint.name
+      : Boolean(link) && !item.joint && item.name === link.name;
+    item.option.setAttribute("aria-selected", String(chosen));
+    if (chosen) {
+      byId("list").setAttribute("aria-activedescendant", item.option.id);
+      reveal(item.option);
+    }
+  }
+  if (!joint && !link) byId("list").removeAttribute("aria-activedescendant");
+  tellChoice(joint, link);
+  applyShown();
+  glow();
+  request();
+}
+
+// Scrolls the list alone, not the panel.
+function reveal(option) {
+  const list = byId("list"), box = option.getBoundingClientRect(), frame = list.getBoundingClientRect();
+  if (box.top < frame.top) list.scrollTop -= frame.top - box.top;
+  if (box.bottom > frame.bottom) list.scrollTop += box.bottom - frame.bottom;
+}
+
+function tellChoice(joint, link) {
+  const details = byId("details");
+  details.replaceChildren();
+  byId("chosen-title").textContent = joint ? joint.name : link ? link.name : "Nothing selected";
+  byId("sign").textContent = "";
+  if (joint) {
+    const ends = joint.parent && joint.child ? `, from ${joint.parent} to ${joint.child}` : "";
+    details.append(make("p", {}, `Joint, ${joint.type}${ends}.`));
+    if (joint.series.length) byId("sign").textContent = told.sign;
+    if (joint.series.some((item) => !item.unique)) {
+      details.append(make("p", {},
+        `* Statics leaves ${joint.open} open; the numbers are the choice of ${told.rule}.`));
+    }
+    if (!joint.series.length && told.state.length) {
+      details.append(make("p", {}, "Its wrench is not among the outputs."));
+    }
+  } else if (link) {
+    details.append(make("p", {}, "Link with the joints"));
+    for (const item of told.joints) {
+      if ([item.parent, item.child].includes(link.body)) {
+        const button = make("button", { type: "button" }, item.name);
+        button.addEventListener("click", () => select({ joint: item }));
+        details.append(button);
+      }
+    }
+  } else {
+    details.append(make("p", {}, "Click on a joint or a link, or choose one in the list."));
+  }
+  drawGraphs(joint);
+  recolorGraphs();
+  byId("told").textContent = joint || link ? `${(joint || link).name} selected` : "";
+}
+
+// What is shown.
+const swatches = [];
+function fillParts() {
+  for (const [name, roots, title] of PARTS) {
+    const box = make("input", { type: "checkbox", checked: shown[name] });
+    box.dataset.part = name;
+    const text = make("span", {}, title);
+    for (const item of data.legend.filter(({ part }) => roots.includes(part))) {
+      const swatch = make("i", { className: "swatch" });
+      swatches.push({ swatch, color: item.color });
+      text.append(make("small", {}, swatch, item.text));
+    }
+    box.addEventListener("change", () => {
+      shown[name] = box.checked;
+      applyShown();
+      drawScales();
+      measureObstacles();
+      request();
+    });
+    byId("parts").append(make("li", {}, make("label", {}, box, text)));
+  }
+  byId("where").addEventListener("change", (event) => {
+    choice.where = event.target.value;
+    applyShown();
+    request();
+  });
+  const all = told.joints.every((item) => bearings.has(item.name));
+  byId("where-label").hidden = all || !told.joints.length;
+}
+
+// Light and dark: as the system has it, until someone chooses.
+const dark = window.matchMedia("(prefers-color-scheme: dark)");
+function setTheme(name) {
+  theme = name;
+  document.documentElement.dataset.theme = name;
+  byId("theme").setAttribute("aria-pressed", String(name === "dark"));
+  recolor();
+  glow();
+  for (const { swatch, color } of swatches) swatch.style.background = legible(color, INK);
+  recolorGraphs();
+  drawScales();
+  drawTriad();
+  request();
+}
+let themeChosen = false;
+byId("theme").addEventListener("click", () => {
+  themeChosen = true;
+  setTheme(theme === "dark" ? "light" : "dark");
+});
+dark.addEventListener("change", () => {
+  if (!themeChosen) setTheme(dark.matches ? "dark" : "light");
+});
+
+byId("fold").addEventListener("click", () => {
+  const folded = document.body.classList.toggle("folded");
+  byId("fold").setAttribute("aria-expanded", String(!folded));
+  resize();
+  if (!folded) select(chosenNow());
+});
+function chosenNow() {
+  return { joint: told.joints.find((item) => item.name === choice.joint), link: choice.link };
+}
+
+function lookAt(name) {
+  if (name === "fit") fit(); else lookFrom(VIEWS[name]);
+}
+for (const button of document.querySelectorAll("#views button")) {
+  button.addEventListener("click", () => lookAt(button.dataset.view));
+}
+
+playButton.addEventListener("click", () => (playing ? pause() : play()));
+slider.addEventListener("input", () => {
+  pause();
+  const value = Number(slider.value);
+  goTo(placeOf(course.values, backwards ? -value : value));
+});
+
+// One hundredth of the course, or a degree of a turn.
+function stepBy(steps) {
+  if (!course.values) return;
+  pause();
+  const range = courseRange[1] - courseRange[0];
+  const small = course.unit === "°" && range <= 720 ? 1 : range / 200;
+  const now = valueAt(course.values, place) + (backwards ? -1 : 1) * steps * small;
+  const snapped = course.unit === "°" ? Math.round(now * 1e6) / 1e6 : now;
+  goTo(placeOf(course.values, Math.min(Math.max(snapped, courseRange[0]), courseRange[1])));
+}
+
+function nextJoint(by) {
+  if (!told.joints.length) return;
+  const at = told.joints.findIndex((item) => item.name === choice.joint);
+  const to = at < 0 ? (by > 0 ? 0 : told.joints.length - 1) : at + by + told.joints.length;
+  select({ joint: told.joints[to % told.joints.length] });
+}
+
+const KEYS = {
+  " ": () => (playing ? pause() : play()),
+  ArrowRight: (many) => stepBy(many), ArrowLeft: (many) => stepBy(-many),
+  Home: () => { pause(); goTo(0); }, End: () => { pause(); goTo(count - 1); },
+  1: () => lookAt("front"), 2: () => lookAt("side"), 3: () => lookAt("top"),
+  4: () => lookAt("isometric"), 0: () => fit(),
+  "+": () => zoomBy(0.85), "=": () => zoomBy(0.85), "-": () => zoomBy(1 / 0.85),
+  n: () => nextJoint(1), p: () => nextJoint(-1), Escape: () => select(),
+};
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const own = event.target.closest("button, select, input[type=checkbox], summary");
+  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  // A focused control keeps the keys that it understands itself.
+  if (own && (key === " " || own.tagName === "SELECT")) return;
+  if (!KEYS[key]) return;
+  event.preventDefault();
+  KEYS[key](event.shiftKey ? 10 : 1);
+});
+
+function start() {
+  canvas.setAttribute("aria-label", `${data.title}, drawn in space`);
+  for (const note of data.notes) byId("notes").append(make("li", {}, note));
+  fillParts();
+  fillList();
+  if (course.values) {
+    const [least, most] = courseRange;
+    slider.min = backwards ? -most : least;
+    slider.max = backwards ? -least : most;
+    slider.setAttribute("aria-label", `${course.name} in ${course.unit === "°" ? "degrees"
+      : course.unit}`);
+    slider.title = course.name;
+    fillSpeeds();
+  } else {
+    for (const id of ["play", "slider", "at", "pace"]) byId(id).hidden = true;
+  }
+  if (!told.joints.length) byId("list").closest("section").hidden = byId("chosen").hidden = true;
+  showPlaying();
+  tellState(true);
+  const first = told.joints.find((item) => bearings.has(item.name) && item.series.length);
+  select(first ? { joint: first } : {});
+  setTheme(dark.matches ? "dark" : "light");
+  tellPlace();
+  size.width = Math.max(view.clientWidth, 1);
+  size.height = Math.max(view.clientHeight, 1);
+  camera.aspect = size.width / size.height;
+  lookFrom(bestDirection());
+  resize();
+  new ResizeObserver(() => {
+    if (view.clientWidth !== size.width || view.clientHeight !== size.height) resize();
+  }).observe(view);
+  if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) play();
+}
+
+// What tests and other scripts can ask of the page.
+window.scene = {
+  play, pause, select, fit, look: lookAt, count, frames, choice,
+  get playing() { return playing; },
+  get place() { return place; },
+  // Shows the moment at a share of the course, at once, whatever was shown before.
+  seek(share) {
+    pause();
+    for (const label of labels) label.last = 0;
+    goTo(course.values ? placeOf(course.values,
+      course.values[0] + share * (course.values[count - 1] - course.values[0])) : 0);
+    drawNow();
+  },
+  labels: () => labels.filter(({ seen }) => seen)
+    .map(({ box, element, kind }) => ({ box, text: element.textContent, kind })),
+  node: (path) => nodes.get(path),
+};
+start();

@@ -1,0 +1,229 @@
+// The stage: nodes, objects and their poses, and which of them are shown.
+
+const THREE = MeshCat.THREE;
+const world = new THREE.Scene();
+const nodes = new Map();        // path → object
+const moving = [];              // nodes whose pose changes
+const meshes = [];              // drawn objects
+
+function node(path) {
+  if (!nodes.has(path)) {
+    const at = path.lastIndexOf("/"), parent = at > 0 ? node(path.slice(0, at)) : world;
+    const object = new THREE.Group();
+    object.userData.path = path;
+    nodes.set(path, object);
+    parent.add(object);
+  }
+  return nodes.get(path);
+}
+
+function geometryOf(shape) {
+  if (shape.kind === "box") return new THREE.BoxGeometry(...shape.size);
+  if (shape.kind === "sphere") return new THREE.SphereGeometry(shape.radius, 20, 14);
+  if (shape.kind === "cylinder") return new THREE.CylinderGeometry(...shape.size, 28);
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(array(shape.vertices), 3));
+  geometry.setIndex(new THREE.BufferAttribute(array(shape.faces), 1));
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
+const materials = new Map();
+function materialOf(item) {
+  const key = [item.color, item.opacity, item.layer].join();
+  if (!materials.has(key)) {
+    const opacity = item.opacity === undefined ? 1 : item.opacity, onTop = item.layer > 0;
+    const material = new THREE.MeshLambertMaterial({
+      opacity, transparent: opacity < 1 || onTop, depthTest: !onTop,
+      depthWrite: opacity === 1 && !onTop,
+    });
+    material.userData = { css: item.color, onTop };
+    materials.set(key, material);
+  }
+  return materials.get(key);
+}
+
+for (const item of data.scene.nodes) {
+  const object = node(item.path), tracks = [];
+  for (const [name, width] of [["position", 3], ["quaternion", 4], ["scale", 3]]) {
+    if (typeof item[name][2] === "string") {
+      tracks.push({ target: object[name], values: array(item[name]), width });
+      object[name].fromArray(tracks[tracks.length - 1].values);
+    } else {
+      object[name].fromArray(item[name]);
+    }
+  }
+  if (tracks.length) moving.push({ object, tracks });
+}
+{
+  const geometries = data.scene.shapes.map(geometryOf);
+  for (const item of data.scene.objects) {
+    const mesh = new THREE.Mesh(geometries[item.shape], materialOf(item));
+    mesh.renderOrder = item.layer || 0;
+    const at = node(item.path);
+    if (item.placement) {
+      mesh.applyMatrix4(new THREE.Matrix4().fromArray(item.placement));
+      mesh.updateMatrix();
+    }
+    mesh.matrixAutoUpdate = false;
+    mesh.userData.path = item.path;
+    at.add(mesh);
+    meshes.push(mesh);
+  }
+}
+
+const from = new THREE.Quaternion(), to = new THREE.Quaternion();
+function pose(place) {
+  const low = Math.min(Math.floor(place), Math.max(count - 2, 0)), share = place - low;
+  for (const { tracks } of moving) {
+    for (const { target, values, width } of tracks) {
+      const start = low * width, next = share ? start + width : start;
+      if (width === 4) {
+        from.fromArray(values, start);
+        target.copy(share ? from.slerp(to.fromArray(values, next), share) : from);
+      } else {
+        target.set(
+          values[start] + share * (values[next] - values[start]),
+          values[start + 1] + share * (values[next + 1] - values[start + 1]),
+          values[start + 2] + share * (values[next + 2] - values[start + 2]),
+        );
+      }
+    }
+  }
+}
+
+// Light comes with the camera, so that what is looked at is lit, however great the scene is.
+const camera = new THREE.PerspectiveCamera(32, 1, 0.01, 100);
+camera.up.set(0, 0, 1);
+const above = new THREE.DirectionalLight(0xffffff, 0.62);
+const beside = new THREE.DirectionalLight(0xffffff, 0.2);
+above.position.set(-0.4, 0.9, 1);
+beside.position.set(1, -0.2, 0.5);
+camera.add(above, above.target, beside, beside.target);
+world.add(camera, new THREE.HemisphereLight(0xffffff, 0xb9bec6, 0.52));
+
+const radius = data.radius || 1;
+const middle = new THREE.Box3().setFromPoints(data.points.map((at) => new THREE.Vector3(...at)));
+const grid = new THREE.Group();
+world.add(grid);
+const gridStep = roundStep(radius / 3);
+{
+  const size = middle.getSize(new THREE.Vector3()), ends = [];
+  const low = middle.min, high = middle.max, floor = low.z - 0.02 * radius;
+  const start = (value) => Math.floor(value / gridStep) * gridStep;
+  const end = (value) => Math.ceil(value / gridStep) * gridStep;
+  const [left, right, near, far] = [start(low.x), end(high.x), start(low.y), end(high.y)];
+  for (let x = left; x <= right + gridStep / 2; x += gridStep) ends.push(x, near, floor, x, far, floor);
+  for (let y = near; y <= far + gridStep / 2; y += gridStep) ends.push(left, y, floor, right, y, floor);
+  const lines = new THREE.BufferGeometry();
+  lines.setAttribute("position", new THREE.Float32BufferAttribute(ends, 3));
+  grid.add(new THREE.LineSegments(lines, new THREE.LineBasicMaterial({ transparent: true })));
+  grid.userData.size = size;
+}
+
+function recolor() {
+  for (const material of materials.values()) {
+    const { css, onTop } = material.userData;
+    material.color.set(legible(css, onTop ? INK : BODY));
+    // Arrows shine by themselves, so that they have the colour that the panel tells.
+    if (onTop) {
+      material.emissive.copy(material.color).multiplyScalar(0.4);
+      material.color.multiplyScalar(0.7);
+    }
+  }
+  grid.children[0].material.color.set(theme === "dark" ? 0x4b5663 : 0xb4bec9);
+}
+
+// What of a scene can be switched: name, first steps of its paths, what it is called.
+const PARTS = [
+  ["shapes", ["mechanism"], "Shapes"],
+  ["moments", ["torsion", "bending"], "Moments"],
+  ["forces", ["force"], "Forces"],
+  ["loads", ["loads"], "Loads"],
+  ["axes", ["axes"], "Axes"],
+  ["traces", ["moment", "traces"], "Traces of moments"],
+  ["elements", ["elements"], "Force elements"],
+  ["names", [], "Names"],
+  ["numbers", [], "Numbers at arrows"],
+  ["grid", [], `Grid of ${lengthText(gridStep)}`],
+].filter(([name, roots]) => ["names", "numbers", "grid"].includes(name)
+  || roots.some((root) => nodes.has("/" + root)));
+const shown = Object.fromEntries(PARTS.map(([name]) => [name, name !== "grid"]));
+const BY_JOINT = ["torsion", "bending", "force", "moment", "traces", "axes"];
+const jointByNode = new Map(told.joints.map((item) => [item.node, item]));
+const bearings = new Set(data.bearings);
+
+function lengthText(metres) {
+  return metres < 1 ? `${rounded(1000 * metres)} mm` : `${rounded(metres)} m`;
+}
+
+const choice = { where: "bearings", joint: null, link: null };
+
+// Whether the wrench and the name of a joint are shown.
+function isShown(joint) {
+  if (choice.joint === joint.name) return true;
+  if (choice.link && [joint.parent, joint.child].includes(choice.link.body)) return true;
+  if (choice.where === "all") return true;
+  return choice.where === "bearings" && (bearings.has(joint.name) || loaded.has(joint.name));
+}
+const loaded = new Set(told.state.filter((row) => row.kind === "load").map((row) => row.name));
+
+function applyShown() {
+  for (const [name, roots] of PARTS) {
+    for (const root of roots) {
+      const object = nodes.get("/" + root);
+      if (!object) continue;
+      object.visible = shown[name];
+      if (!BY_JOINT.includes(root)) continue;
+      for (const child of object.children) {
+        const joint = jointByNode.get(child.userData.path.split("/")[2]);
+        child.visible = !joint || isShown(joint);
+      }
+    }
+  }
+  grid.visible = shown.grid;
+}
+
+// A chosen link glows.
+const glowing = new Map();
+function glow() {
+  for (const mesh of meshes) {
+    const path = mesh.userData.path.split("/");
+    const chosen = choice.link && path[1] === "mechanism" && path[2] === choice.link.body;
+    if (!mesh.userData.plain) mesh.userData.plain = mesh.material;
+    if (chosen && !glowing.has(mesh.userData.plain)) {
+      glowing.set(mesh.userData.plain, mesh.userData.plain.clone());
+    }
+    mesh.material = chosen ? glowing.get(mesh.userData.plain) : mesh.userData.plain;
+    if (chosen) {
+      mesh.material.color.copy(mesh.userData.plain.color);
+      mesh.material.emissive.set(theme === "dark" ? 0x2a5b9c : 0x4d86d6);
+    }
+  }
+}
+
+// What is under a point of the window: a joint by one of its arrows or its axis, or else a link.
+const ray = new THREE.Raycaster();
+function under(x, y) {
+  const seen = meshes.filter((mesh) => {
+    for (let item = mesh; item; item = item.parent) if (!item.visible) return false;
+    return true;
+  });
+  for (const [dx, dy] of [[0, 0], [4, 0], [-4, 0], [0, 4], [0, -4]]) {
+    ray.setFromCamera(
+      { x: 2 * (x + dx) / size.width - 1, y: 1 - 2 * (y + dy) / size.height }, camera);
+    const hits = ray.intersectObjects(seen);
+    hits.sort((a, b) => b.object.renderOrder - a.object.renderOrder || a.distance - b.distance);
+    for (const { object } of hits) {
+      const [, root, name] = object.userData.path.split("/");
+      if (root === "mechanism") {
+        if (dx || dy) break;
+        const link = told.links.find((item) => item.body === name);
+        if (link) return { link };
+      }
+      const joint = jointByNode.get(root === "loads" ? name.replace(/ (force|moment)$/, "") : name);
+      if (joint) return { joint };
+    }
+  }
+  return {};
+}

@@ -1,0 +1,82 @@
+"""Loads as the viewer draws them: where they act, how great they are, which way they go."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("meshcat", reason="the viewer needs meshcat")
+
+from testkit.drawn import placed
+
+import cardan_dyn as cd
+from cardan_dyn.viewer.commands import Color, Drawing
+from cardan_dyn.viewer.load_shapes import draw_loads
+
+RED = Color.of("#b71c1c")
+SAMPLES = np.arange(5)
+
+
+def drawn(sweep: cd.Sweep) -> Drawing:
+    drawing = Drawing(1.0)
+    points = draw_loads(drawing, sweep, SAMPLES, 1.0, RED)
+    assert bool(len(points)) == bool(drawing.objects)
+    return drawing
+
+
+def turned_z(quaternion: np.ndarray) -> np.ndarray:
+    x, y, z, w = quaternion
+    return np.array([2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)])
+
+
+def test_a_moment_goes_about_the_axis_of_its_joint(loaded_turn: cd.Sweep) -> None:
+    """−10 N·m: the arc goes against the sense of the joint."""
+    drawing = drawn(loaded_turn)
+    arc = placed(drawing, "/loads/bearing_out moment")
+    axis = loaded_turn.rotation("bearing_out")[0] @ loaded_turn.mechanism.joint("bearing_out").axis
+    np.testing.assert_allclose(turned_z(arc["quaternion"]), -axis, atol=1e-12)
+    offset = arc["position"] - loaded_turn.origin("bearing_out")[0]
+    np.testing.assert_allclose(np.cross(offset, axis), 0.0, atol=1e-12)
+
+
+def test_forces_end_where_they_act_and_are_as_long_as_they_are_great() -> None:
+    scene = cd.Scene(
+        cd.load("four_bar"),
+        drive="crank_bearing",
+        loads={
+            "rocker": cd.Wrench(force=(0.0, -8.0, 0.0), frame="world"),
+            "coupler": cd.Wrench(force=(4.0, 0.0, 0.0), moment=(0.0, 0.0, 1.0)),
+        },
+    )
+    sweep = scene.sweep(np.linspace(0.3, 2.0, 5))
+    drawing = drawn(sweep)
+    assert {item.path for item in drawing.objects} == {
+        *("/loads/rocker force", "/loads/coupler force", "/loads/coupler moment"),
+    }
+    great, small = (placed(drawing, f"/loads/{name} force") for name in ("rocker", "coupler"))
+    assert small["scale"][0] == pytest.approx(0.5 * great["scale"][0])
+    np.testing.assert_allclose(turned_z(great["quaternion"]), [0.0, -1.0, 0.0], atol=1e-12)
+    tip = great["position"] + great["scale"][0] * turned_z(great["quaternion"])
+    # The links' frames are those of the joints that move them.
+    np.testing.assert_allclose(tip, sweep.origin("rocker_bearing")[0], atol=1e-12)
+    along = sweep.rotation("crank_pin")[0] @ [1.0, 0.0, 0.0]
+    np.testing.assert_allclose(turned_z(small["quaternion"]), along, atol=1e-12)
+
+
+def test_a_load_that_vanishes_is_not_drawn() -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": 0.0})
+    assert drawn(scene.sweep(np.linspace(0.3, 2.0, 5))).objects == []
+
+
+def test_a_load_that_varies_changes_its_sense() -> None:
+    scene = cd.Scene(
+        cd.load("four_bar"),
+        drive="crank_bearing",
+        loads={"rocker_bearing": np.array([2.0, 1.0, 0.0, -1.0, -4.0])},
+    )
+    drawing = drawn(scene.sweep(np.linspace(0.3, 2.0, 5)))
+    pose = drawing.nodes["/loads/rocker_bearing moment"]
+    z = [turned_z(quaternion)[2] for quaternion in pose.quaternion]
+    np.testing.assert_allclose(z, [1.0, 1.0, 1.0, -1.0, -1.0], atol=1e-12)
+    # Small ones are drawn large enough for their sense to be seen, and none not at all.
+    np.testing.assert_allclose(pose.scale / pose.scale[-1], [0.5, 0.35, 0.0, 0.35, 1.0], atol=1e-4)

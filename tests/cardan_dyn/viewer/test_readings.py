@@ -1,0 +1,168 @@
+"""What the page tells beside the picture: slider, state and numbers."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.viewer.commands import Arrays, Place
+from cardan_dyn.viewer.mode_shapes import mode_sweep
+from cardan_dyn.viewer.readings import course, readings
+from cardan_dyn.viewer.still import Still
+
+FOUR_BAR = cd.load("four_bar")
+
+
+def told(sweep: cd.Sweep | Still, joints: tuple[str, ...] | None = None) -> dict[str, Any]:
+    """What is told of all samples, its arrays read back."""
+    samples, arrays = np.arange(len(sweep)), Arrays()
+    along = course(sweep, samples, timed=False)
+    data = readings(sweep, sweep.outputs if joints is None else joints, samples, arrays, along)
+    content = base64.b64decode(arrays.base64())
+
+    def read(value: Any) -> Any:
+        if isinstance(value, Place):
+            return np.frombuffer(content, f"<{value.kind}", value.size, value.at)
+        if isinstance(value, dict):
+            return {key: read(item) for key, item in value.items()}
+        return [read(item) for item in value] if isinstance(value, list) else value
+
+    return read(data)
+
+
+def turn(**options: Any) -> cd.Sweep:
+    speed = options.pop("speed", 0.0)
+    scene = cd.Scene(FOUR_BAR, drive="crank_bearing", **options)
+    return scene.sweep(np.linspace(0.0, 2.0 * np.pi, 9), speed=speed)
+
+
+def test_a_drive_that_turns_is_told_in_degrees_without_a_time() -> None:
+    along = told(turn(loads={"rocker_bearing": 3.0}))["course"]
+    assert (along["name"], along["unit"], along["seconds"]) == ("crank_bearing", "°", None)
+    np.testing.assert_allclose(along["values"], 45.0 * np.arange(9))
+
+
+def test_speeds_tell_when_each_sample_is_passed() -> None:
+    along = told(turn(speed=4.0))["course"]
+    np.testing.assert_allclose(along["seconds"], np.linspace(0.0, 0.5 * np.pi, 9))
+    # Against the positions, nobody would get there.
+    assert told(turn(speed=-4.0))["course"]["seconds"] is None
+
+
+def test_slides_are_told_in_metres_or_millimetres() -> None:
+    block = cd.load(
+        '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="j" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    scene = cd.Scene(block, drive="j")
+    for way, unit, values in ((0.05, "mm", [0.0, 25.0, 50.0]), (0.5, "m", [0.0, 0.25, 0.5])):
+        along = told(scene.sweep(np.linspace(0.0, way, 3)))["course"]
+        assert along["unit"] == unit
+        np.testing.assert_allclose(along["values"], values)
+    # Downwards as well: the slider goes along with the drive.
+    assert told(scene.sweep([0.5, 0.0]))["course"]["values"].tolist() == [0.5, 0.0]
+
+
+def test_a_simulation_is_told_in_seconds() -> None:
+    scene = cd.Scene(FOUR_BAR, free="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    sweep = scene.simulate(0.5, position=0.3).evenly(11).sweep
+    along = course(sweep, np.arange(11), timed=True)
+    assert (along.name, along.unit) == ("time", "s")
+    np.testing.assert_allclose(along.values, np.linspace(0.0, 0.5, 11))
+
+
+def test_what_closes_without_a_drive_that_advances_has_a_phase() -> None:
+    scene = cd.Scene(FOUR_BAR, drive="crank_bearing")
+    swing = scene.sweep(0.3 * np.sin(np.linspace(0.0, 2.0 * np.pi, 9)))
+    along = course(swing, np.arange(9), timed=False)
+    assert (along.name, along.unit) == ("phase", "°")
+    half = course(swing, np.arange(4), timed=False)
+    assert (half.name, half.unit) == ("course", "%")
+    np.testing.assert_allclose(half.values, [0.0, 100 / 3, 200 / 3, 100.0])
+
+
+def test_one_sample_and_a_still_have_no_course() -> None:
+    one = cd.Scene(FOUR_BAR, drive="crank_bearing").sweep([0.3])
+    still = Still(cd.assemble(FOUR_BAR, near={"crank_bearing": 0.7}))
+    for sweep in (one, still):
+        assert course(sweep, np.arange(1), timed=False).values is None
+    assert told(still)["state"] == [] and all(not item["series"] for item in told(still)["joints"])
+
+
+def test_the_state_names_drive_speed_loads_held_and_gravity() -> None:
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": np.pi / 6.0},
+        loads={"bearing_out": np.array([-1.0, -2.0])},
+        gravity=(0.0, 0.0, -9.81),
+    )
+    rows = {row["kind"]: row for row in told(scene.sweep([0.0, 0.5], speed=10.0))["state"]}
+    assert set(rows) == {"drive", "speed", "load", "held", "gravity"}
+    assert rows["speed"]["value"] == 10.0 and rows["speed"]["unit"] == "rad/s"
+    assert rows["held"]["value"] == pytest.approx(30.0) and rows["held"]["unit"] == "°"
+    np.testing.assert_array_equal(rows["load"]["values"], [-1.0, -2.0])
+    assert rows["gravity"]["value"] == pytest.approx(9.81)
+
+
+def test_loads_on_links_are_told_by_their_sizes() -> None:
+    load = cd.Wrench(force=(3.0, 4.0, 0.0))
+    (row,) = (
+        item for item in told(turn(loads={"rocker": load}))["state"] if item["kind"] == "load"
+    )
+    assert (row["name"], row["value"], row["unit"]) == ("rocker, force", 5.0, "N")
+
+
+def test_the_numbers_of_a_joint_are_those_of_the_sweep() -> None:
+    sweep = turn(loads={"rocker_bearing": -3.0}, speed=5.0)
+    joints = {item["name"]: item for item in told(sweep)["joints"]}
+    series = {item["name"]: item for item in joints["crank_bearing"]["series"]}
+    wrench = sweep["crank_bearing"]
+    assert set(series) == {"torsion", "bending", "force", "axial", "shear", "drive"}
+    for name in ("torsion", "shear"):
+        np.testing.assert_allclose(series[name]["values"], getattr(wrench, name), rtol=1e-6)
+    np.testing.assert_allclose(series["drive"]["values"], sweep.drive_effort, rtol=1e-6)
+    assert (series["torsion"]["unit"], series["force"]["unit"]) == ("N·m", "N")
+    # A flat linkage of four hinges: what acts across its plane, and the tilts, stay open.
+    assert series["torsion"]["unique"] and series["shear"]["unique"]
+    assert not (series["bending"]["unique"] or series["axial"]["unique"])
+    assert joints["crank_bearing"]["open"] == "force z, moment xy"
+    assert (joints["crank_bearing"]["parent"], joints["crank_bearing"]["child"]) == (
+        *("base", "crank"),
+    )
+    assert joints["rocker_pin"]["type"] == "revolute, closes a loop"
+    assert {joints["rocker_pin"]["parent"], joints["rocker_pin"]["child"]} == {"coupler", "rocker"}
+
+
+def test_rounding_is_told_as_zero_and_only_what_is_shown_has_numbers() -> None:
+    sweep = turn(loads={"rocker_bearing": -3.0})
+    joints = {item["name"]: item for item in told(sweep, ("crank_pin",))["joints"]}
+    assert joints["crank_bearing"]["series"] == []
+    series = {item["name"]: item for item in joints["crank_pin"]["series"]}
+    assert not np.any(series["torsion"]["values"])  # A pin without friction.
+
+
+def test_a_ball_has_sizes_alone() -> None:
+    mechanism = cd.load("stewart_platform")
+    legs = [name for name in mechanism.joints if name.startswith("leg_")]
+    scene = cd.Scene(mechanism, drive=legs, gravity=(0.0, 0.0, -9.81))
+    sweep = scene.sweep(np.array([[0.0] * 6, [0.01] * 6]))
+    joints = {item["name"]: item for item in told(sweep)["joints"]}
+    ball = next(name for name, joint in mechanism.joints.items() if joint.type == "spherical")
+    assert [item["name"] for item in joints[ball]["series"]] == ["moment", "force"]
+
+
+def test_a_mode_is_shown_over_its_phase() -> None:
+    from testkit import elastic_rigs
+
+    rig = elastic_rigs.scene(elastic_rigs.elastic_rig(), 0.2)
+    swing = mode_sweep(rig, [1.0, 1.0j], size=0.05, samples=13)
+    assert course(swing, np.arange(13), timed=False).name == "phase"
+    turning = mode_sweep(rig, [1.0, 1.0j], size=0.05, turns=1, samples=13)
+    assert course(turning, np.arange(13), timed=False).name == "bearing_in"
