@@ -78,6 +78,7 @@ def order_spectrum(
     highest: int = 8,
     logarithmic: bool = False,
     title: str = "",
+    note: str = "",
     ax: Into = None,
     figsize: Size | None = None,
 ) -> Figure:
@@ -90,6 +91,7 @@ def order_spectrum(
         highest: greatest order that is drawn.
         logarithmic: draw amplitudes to a logarithmic scale.
         title: of the figure.
+        note: on what is drawn.
         ax: axes to be drawn into instead of a new figure.
         figsize: width and height of a new figure [inch].
 
@@ -122,4 +124,4 @@ def order_spectrum(
         axes.set_ylim(bottom=_LEAST_SHOWN * greatest)
     if not greatest:
         axes.set_ylim(0.0, 1.0)
-    return drawn.finish(title, 3)
+    return drawn.finish(title, 3, note)

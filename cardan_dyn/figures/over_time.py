@@ -58,7 +58,7 @@ def over_time(
         ArgumentError: unknown quantity, a sweep without times, or one over several dimensions;
             another number of axes.
     """
-    at, given = _times(turn), names(quantities, "quantities")
+    at, given = times_of(turn), names(quantities, "quantities")
     return wrench_panels(
         turn, names(joints), at, given, title=title, peaks=peaks, ax=ax, figsize=figsize
     )
@@ -111,7 +111,7 @@ def energy_over_time(
     return drawn.finish(title, 3)
 
 
-def _times(turn: Swept) -> Abscissa:
+def times_of(turn: Swept) -> Abscissa:
     """Return the times of the samples, to be drawn over."""
     refuse_grid(turn)
     if turn.time.ndim != 1:

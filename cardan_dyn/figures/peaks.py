@@ -49,7 +49,7 @@ def label_peaks(
         for place in _extremes(y, both=bool(peaks), fewest=1 if peaks else _FEWEST):
             side = _side(y, place)
             panel.scatter(x[place], y[place], s=16, color=line.get_color(), zorder=3)
-            text = f"{_number(y[place])} {unit} at {_number(x[place])}{_follows(at_unit)}"
+            text = f"{_number(y[place])}{_follows(unit)} at {_number(x[place])}{_follows(at_unit)}"
             if _write(panel, text, (x[place], y[place]), side, x, written):
                 room[side] = True
     low, high = panel.get_ylim()

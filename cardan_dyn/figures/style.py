@@ -76,6 +76,8 @@ _ROW = 0.24
 """Height of a row of a legend [inch]."""
 _FREE_ROWS = 2
 """Rows of a legend for which a figure has room; it grows for more of them."""
+_HANDLE = 9
+"""Width of a handle in a legend and of the gaps around it, in letters."""
 _LONGEST_LABEL = 60
 """Letters of a label in a legend, from which on it goes on in another line."""
 _FORMATS = (".svg", ".png", ".pdf", ".eps", ".ps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
@@ -375,12 +377,11 @@ def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
 
 def _fitting(figure: Figure, labels: list[str], most: int) -> int:
     """Return how many columns of labels fit into the width of a figure."""
-    # A handle and the gaps around it are as wide as some six letters.
     letters = figure.get_figwidth() * _POINTS_PER_INCH / (_LETTER * LOOK["font.size"])
     for columns in range(most, 1, -1):
         rows = -(-len(labels) // columns)
         parts = (labels[first : first + rows] for first in range(0, len(labels), rows))
-        width = sum(max(map(len, part)) + 6 for part in parts)
+        width = sum(max(map(len, part)) + _HANDLE for part in parts)
         if width <= letters:
             return columns
     return 1

@@ -14,6 +14,9 @@ from .style import SIGN, Abscissa, Figure, Into, Size, Swept, curve_style, settl
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` that are drawn as lines, and their units."""
+_SIZES = {"force": "N", "moment": "N·m"}
+"""Vectors of a `JointWrench` whose sizes are drawn, also of joints without an axis."""
+_ALL = {**UNITS, **_SIZES}
 _ROUNDING = 1e-9
 """Part of the greatest moment or force in the joints below which a component of it is rounding."""
 _PARALLEL = 1e-12
@@ -36,14 +39,15 @@ def wrench_panels(
 ) -> Figure:
     """Draw wrenches over an abscissa: an axes per quantity, a line per joint.
 
-    What statics leaves open is marked by a star. What is rounding beside the whole force or moment
-    in the joints appears as zero.
+    Where statics leaves a quantity of a joint open, both have a star. What is rounding beside the
+    whole force or moment in the joints appears as zero.
 
     Args:
         turn: the sweep, or a trajectory.
         joints: whose wrenches are drawn.
         at: the abscissa.
-        quantities: of `UNITS`; those that are not all but zero if there are none.
+        quantities: of `UNITS`, or `force` and `moment` for the sizes of the whole; those that are
+            not all but zero if there are none.
         title: of the figure.
         peaks: see `label_peaks`.
         ax: see `sheet`.
@@ -55,38 +59,39 @@ def wrench_panels(
         ArgumentError: unknown quantity, or other axes than are needed.
     """
     for quantity in quantities:
-        if quantity not in UNITS:
+        if quantity not in _ALL:
             raise ArgumentError(
-                f"quantity {quantity!r} is unknown; quantities: {choices(UNITS, quantity)}"
+                f"quantity {quantity!r} is unknown; quantities: {choices(_ALL, quantity)}"
             )
     wrenches = [turn[name] for name in joints]
-    # The whole force or moment is that beside which a part of it is rounding.
-    whole = {
-        "N·m": _greatest(w.moment for w in wrenches),
-        "N": _greatest(w.force for w in wrenches),
-    }
+    # A part of a wrench is rounding beside its whole, of which a moment is a force by a length.
+    whole = together(
+        _greatest(wrench.force for wrench in wrenches),
+        _greatest(wrench.moment for wrench in wrenches),
+        turn.mechanism.characteristic_length,
+    )
     shown = quantities or _acting(wrenches, whole)
     drawn = sheet(
         len(shown), size=(7.2, 1.4 + 2.6 * len(shown)), share_x=True, ax=ax, figsize=figsize
     )
-    opened = False
+    opened = {(w.joint, name) for w in wrenches for name in shown if not determined(w, name)}
     for row, (quantity, panel) in enumerate(zip(shown, drawn.panels, strict=True)):
         first, curves = drawn.drawn(row), []
         for index, wrench in enumerate(wrenches):
-            values = getattr(wrench, quantity)
-            chosen = not determined(wrench, quantity)
-            opened |= chosen
-            label = f"{wrench.joint}{MARK if chosen else ''}"
-            style = {**curve_style(first + index, len(at.values)), "label": label, **(line or {})}
-            if chosen and not style["label"].endswith(MARK):
+            style = {**curve_style(first + index, len(at.values)), "label": wrench.joint}
+            style |= line or {}
+            # A joint has one name in all axes: its star and that of the quantity belong together.
+            if any(joint == wrench.joint for joint, _ in opened):
                 style["label"] += MARK
-            curves += panel.plot(at.values, values, **style)
-        panel.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
-        settle(panel, whole[UNITS[quantity]])
-        if _greatest(curve.get_ydata() for curve in curves) > _ROUNDING * whole[UNITS[quantity]]:
-            label_peaks(panel, curves, UNITS[quantity], at.unit, peaks)
+            curves += panel.plot(at.values, _values(wrench, quantity), **style)
+        star = MARK if any(name == quantity for _, name in opened) else ""
+        unit = _ALL[quantity]
+        panel.set_ylabel(f"{quantity}{star} [{unit}]")
+        settle(panel, whole[unit])
+        if _greatest(curve.get_ydata() for curve in curves) > _ROUNDING * whole[unit]:
+            label_peaks(panel, curves, unit, at.unit, peaks)
     at.name(drawn.panels[-1])
-    return drawn.finish(title, 4, sign_note(turn, opened))
+    return drawn.finish(title, 4, sign_note(turn, bool(opened)))
 
 
 def sign_note(turn: Swept, opened: bool) -> str:
@@ -116,11 +121,28 @@ def determined(wrench: Any, quantity: str, components: Sequence[int] = (0, 1, 2)
     return bool(np.all(unique[np.any(far, axis=0)]))
 
 
+def together(force: float, moment: float, length: float) -> dict[str, float]:
+    """Return units to the sizes beside which forces and moments are rounding.
+
+    Args:
+        force: the greatest [N].
+        moment: the greatest [N·m].
+        length: at which forces act [m].
+    """
+    return {"N": max(force, moment / length), "N·m": max(moment, force * length)}
+
+
+def _values(wrench: Any, quantity: str) -> Array:
+    values = getattr(wrench, quantity)
+    return np.asarray(np.linalg.norm(values, axis=-1) if quantity in _SIZES else values)
+
+
 def _acting(wrenches: Sequence[Any], whole: Mapping[str, float]) -> list[str]:
-    """Return the quantities that are not all but zero; torsion and bending if nothing acts."""
-    sizes = {name: _greatest(getattr(item, name) for item in wrenches) for name in UNITS}
-    found = [name for name, unit in UNITS.items() if sizes[name] > _ROUNDING * whole[unit]]
-    return found or ["torsion", "bending"]
+    """Return the quantities that are not all but zero; all of moments if nothing acts."""
+    units = UNITS if all(item.has_axis for item in wrenches) else _SIZES
+    sizes = {name: _greatest(_values(item, name) for item in wrenches) for name in units}
+    found = [name for name, unit in units.items() if sizes[name] > _ROUNDING * whole[unit]]
+    return found or [name for name, unit in units.items() if unit == "N·m"]
 
 
 def _greatest(arrays: Any) -> float:

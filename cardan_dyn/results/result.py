@@ -43,13 +43,14 @@ class Result:
 
     @property
     def plot(self) -> Any:
-        """Figures: `result.plot("name of a column")`, see `results.plot`; needs the extra `viz`.
+        """Figures: `result.plot()`, or `result.plot("name of a column")`; needs the extra `viz`.
 
-        Some results draw more, or in their own way.
+        Without a name it draws what is asked of such a result first; its methods draw the rest. See
+        `results.plot`, also for what all of them take.
         """
-        from .plot import Plot  # Imported here: few scripts draw.
+        from .plot import plot_of  # Imported here: few scripts draw.
 
-        return Plot(self)
+        return plot_of(self)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write all results to a file, and return its path.

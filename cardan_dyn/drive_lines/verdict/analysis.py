@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..._version import __version__
 from ...arrays import Array
 from ...frozen import FrozenDict, Record, read_only
-from ...results.plot import Plot
+from ...results.plot import Plot, own_options
 from ...results.result import Result
 from ...results.table import Table, Variable
 from .variants import Adjustable
@@ -162,7 +162,7 @@ class LineForces(NamedTuple):
 class LinePlot(Plot):
     """Draws an analysis: `analysis.plot()`, or columns of its table as `Plot` does."""
 
-    def __call__(self, *columns: str, over: str = "", title: str = "") -> Figure:
+    def __call__(self, *columns: Any, **options: Any) -> Figure:
         """Draw columns over the rotation of the input shaft; of none, all along the line.
 
         That is, from above: the angle error of every shaft behind a joint, its speed ratio, the
@@ -171,18 +171,18 @@ class LinePlot(Plot):
 
         Args:
             columns: see `Plot`.
-            over: see `Plot`.
-            title: of the figure; the name of the line unless given.
+            options: `title` (the name of the line unless given), `ax` (four axes) and `figsize`;
+                of columns, see `Plot`.
 
         Raises:
             ArgumentError: no such column, or the analysis is of many designs.
             MissingExtraError: matplotlib is not installed.
         """
         if columns:
-            return super().__call__(*columns, over=over, title=title)
+            return super().__call__(*columns, **options)
         from ..drawing import over_angle  # Imported here: few scripts draw.
 
-        return over_angle(self._result, title=title)
+        return over_angle(self._result, **own_options(options))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
