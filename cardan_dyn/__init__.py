@@ -44,8 +44,9 @@ if TYPE_CHECKING:
     from .response.response import Response
     from .results.motion import Motion
     from .results.point_motion import PointMotion
+    from .results.rods import RodForce
     from .results.sweep import Sweep
-    from .results.wrench import JointWrench
+    from .results.wrench import BearingForces, JointWrench
     from .scene.assembling import assemble, write
     from .scene.branches import Branches
     from .scene.describe import describe
@@ -65,6 +66,7 @@ _MODULES = {
     "ArgumentError": ".errors",
     "AssembledPositions": ".dynamics.problem_solver",
     "AssemblyError": ".errors",
+    "BearingForces": ".results.wrench",
     "Branches": ".scene.branches",
     "Bushing": ".elements.bushing",
     "CardanError": ".errors",
@@ -95,6 +97,7 @@ _MODULES = {
     "PointMotion": ".results.point_motion",
     "PointSpring": ".elements.point_spring",
     "Response": ".response.response",
+    "RodForce": ".results.rods",
     "Scene": ".scene.scene",
     "SimulationError": ".errors",
     "SingularConfigurationError": ".errors",
@@ -121,6 +124,7 @@ __all__ = [
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
+    "BearingForces",
     "Branches",
     "Bushing",
     "CardanError",
@@ -151,6 +155,7 @@ __all__ = [
     "PointMotion",
     "PointSpring",
     "Response",
+    "RodForce",
     "Scene",
     "SimulationError",
     "SingularConfigurationError",

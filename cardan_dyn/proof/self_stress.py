@@ -133,13 +133,14 @@ class SelfStressProof:
             result[sample] = np.sqrt(np.sum(change**2, axis=3)).reshape(-1, 6) * self._lengths
         return result, clear
 
-    def unique_in(self, joint: int, x: Array, rotations: Array) -> Array | None:
-        """Return `(6,)` which components of a wrench are unique in other axes.
+    def unique_of(self, joint: int, x: Array, maps: Array, are_forces: Array) -> Array | None:
+        """Return `(k,)` which sums of the components of a wrench are unique.
 
         Args:
             joint: its index.
             x: `(N, size)` coordinates with closed loops.
-            rotations: `(N, 3, 3)` from the joint's frame to these axes.
+            maps: `(N, k, 6)` factors on force and moment, in the joint's frame.
+            are_forces: `(k,)` which of these sums are forces; the others are moments.
 
         Returns:
             Whether each changes at no position; None where self-stresses are too many to be
@@ -147,16 +148,16 @@ class SelfStressProof:
         """
         if self.unknowns > MOST_UNKNOWNS:
             return None
-        greatest, judged = np.zeros(6), False
+        lengths = np.where(are_forces, self._lengths[0], 1.0)
+        greatest, judged = np.zeros(len(lengths)), False
         for start in range(0, len(x), _POSITIONS_AT_ONCE):
             block = slice(start, start + _POSITIONS_AT_ONCE)
             changes, clear = self._changes(x[block])
-            for change, rotation, is_clear in zip(changes, rotations[block], clear, strict=True):
+            for change, factors, is_clear in zip(changes, maps[block], clear, strict=True):
                 if is_clear:
                     judged = True
-                    turned = rotation @ change[joint]
-                    sizes = np.sqrt(np.sum(turned**2, axis=2)).reshape(6) * self._lengths
-                    greatest = np.maximum(greatest, sizes)
+                    sums = factors @ change[joint].reshape(6, -1)
+                    greatest = np.maximum(greatest, np.sqrt(np.sum(sums**2, axis=1)) * lengths)
         return greatest <= _UNIQUE if judged else None
 
     def _equilibrium(self, state: State, count: int) -> Array:

@@ -1,4 +1,4 @@
-"""Axes: where joints are during a sweep, and wrenches turned into axes other than the joint's."""
+"""Axes: where joints are during a sweep, wrenches in other axes, and what of them is unique."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TURNING_AXIS = ("spherical", "universal", "floating")
 _MOST_POSITIONS = 1000
 """Positions at which self-stresses are decomposed for flags in other axes: some 50 ms."""
 _NOTHING = 1e-12
-"""Component of a unit vector that counts as none: rounding of rotations."""
+"""Factor on a component, of the greatest of a sum, that counts as none: rounding of rotations."""
 
 
 def solved_placement(motion: Motion, joint: str) -> tuple[Array, Array]:
@@ -50,66 +50,78 @@ def turned(
     components: Components,
     motion: Motion,
     rotation_of: Callable[[str], Array],
+    orientation_of: Callable[[str], Array] | None = None,
 ) -> tuple[StoredComponents, Array]:
     """Return the components of a wrench in other axes, and the joint's axis in them.
 
     Args:
         joint: name of the joint.
-        frame: `parent` or `world`.
+        frame: `parent`, `world`, or the name of a link.
         components: in the joint's own axes.
         motion: of the sweep.
         rotation_of: see `Sweep.rotation`.
+        orientation_of: see `Sweep.orientation`; of links alone.
 
     Raises:
-        ModelError: the outputs leave out the joint's motion.
+        ModelError: the outputs leave out the joint's motion, or there is no such link.
     """
     force, moment = components.vector(0), components.vector(3)
     record = motion.mechanism.joints[joint]
-    rotation = rotation_to(joint, frame, motion, rotation_of)
+    rotation = rotation_to(joint, frame, motion, rotation_of, orientation_of)
     vectors = [np.matmul(rotation, vector[..., None])[..., 0] for vector in (force, moment)]
     axis = record.axis
-    if frame == "world" or record.type in _TURNING_AXIS:
+    if frame != "parent" or record.type in _TURNING_AXIS:
         axis = rotation @ axis
     return StoredComponents(np.concatenate(vectors, axis=-1)), axis
 
 
 def rotation_to(
-    joint: str, frame: str, motion: Motion, rotation_of: Callable[[str], Array]
+    joint: str,
+    frame: str,
+    motion: Motion,
+    rotation_of: Callable[[str], Array],
+    orientation_of: Callable[[str], Array] | None = None,
 ) -> Array:
     """Return rotations `(..., 3, 3)` from a joint's own frame to other axes; see `turned`."""
     if frame == "world":
         return rotation_of(joint)
+    if frame != "parent" and orientation_of is not None:
+        return np.asarray(np.swapaxes(orientation_of(frame), -1, -2) @ rotation_of(joint))
     # The parent's axes are those of the joint's frame at coordinate zero.
     rotation = motion.joint_turn(joint)
     _refuse_unsolved(joint, rotation)
     return rotation
 
 
-def unique_in(problem: Problem, joint: str, unique: Array, rotation: Array, x: Array) -> Array:
-    """Return `(6,)` which components of a wrench are unique in other axes, at all positions.
+def unique_of(
+    problem: Problem, joint: str, unique: Array, x: Array, maps: Array, are_forces: Array
+) -> Array:
+    """Return `(k,)` which sums of the components of a wrench are unique, at all positions.
 
-    A component is unique where no self-stress changes it. Where self-stresses are not decomposed
-    (too many positions or loops, motions that were not solved, a rank in doubt), those components
-    are taken to be unique of which all components along the joint's axes are that they consist of.
+    A sum is unique where no self-stress changes it. Where self-stresses are not decomposed (too
+    many positions or loops, motions that were not solved, a rank in doubt), those sums are taken to
+    be unique of which all components along the joint's axes are that they consist of.
 
     Args:
         problem: that was solved.
         joint: name of the joint.
-        unique: `(6,)` in the joint's own axes.
-        rotation: `(..., 3, 3)` from these to the other axes.
+        unique: `(6,)` of the components in the joint's own axes, about its origin.
         x: `(N, size)` coordinates.
+        maps: `(..., k, 6)` factors on these components.
+        are_forces: `(k,)` which of the sums are forces; the others are moments.
     """
     if np.all(unique) or not len(x):
-        return unique
-    rotations = np.broadcast_to(rotation.reshape(-1, 3, 3), (len(x), 3, 3))
+        return np.ones(len(are_forces), dtype=bool)
+    factors = np.broadcast_to(maps.reshape(-1, *maps.shape[-2:]), (len(x), *maps.shape[-2:]))
     flags = None
     if len(x) <= _MOST_POSITIONS and np.all(np.isfinite(x)):
-        frames = problem.mechanism.frames
-        flags = _self_stress(problem).unique_in(frames.joints.index(joint), x, rotations)
+        index = problem.mechanism.frames.joints.index(joint)
+        flags = _self_stress(problem).unique_of(index, x, factors, are_forces)
     if flags is None:
-        made_of = np.any(np.abs(rotations) > _NOTHING, axis=0)
-        flags = np.concatenate([~np.any(made_of & ~half, axis=1) for half in np.split(unique, 2)])
-    return read_only(np.asarray(flags))
+        sizes = np.abs(factors)
+        made_of = np.any(sizes > _NOTHING * np.max(sizes, axis=(0, 2))[:, None], axis=0)
+        flags = ~np.any(made_of & ~unique, axis=1)
+    return np.asarray(flags)
 
 
 def _self_stress(problem: Problem) -> SelfStressProof:

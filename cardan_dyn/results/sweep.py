@@ -67,6 +67,7 @@ from .wrench import WITHOUT_AXIS, JointWrench, named_components
 if TYPE_CHECKING:
     from .element_results import ElementResults
     from .point_motion import Points
+    from .rods import RodForce
 
 FRAMES = ("joint", "parent", "world")
 _STORED = ("unique", "coupling_moment", "coupling_unique", "condition", "proven")
@@ -297,11 +298,21 @@ class Sweep(MotionResult):
         return (self.wrench(name) for name in self.outputs)
 
     def __repr__(self) -> str:
+        checks = [f"loop {self.loop_residual:.1e}"]
+        if not math.isnan(self.balance_residual):
+            checks.append(f"balance {self.balance_residual:.1e}")
+        if not math.isnan(self.power_residual):
+            checks.append(f"power {self.power_residual:.1e}")
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
-            f"residuals: loop {self.loop_residual:.1e}, balance {self.balance_residual:.1e}, "
-            f"power {self.power_residual:.1e}{self._chosen()}>"
+            f"{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}>"
         )
+
+    def _unchecked(self) -> str:
+        """Return in words what residuals that are nan mean, for `repr`."""
+        if math.isnan(self.balance_residual):
+            return "nothing acts, " if self.outputs else "drive efforts alone, "
+        return ""
 
     @property
     def rule(self) -> str:
@@ -325,7 +336,8 @@ class Sweep(MotionResult):
         Args:
             joint: one of `outputs`.
             frame: axes of the components: `joint` turns with the child; `parent` stays with the
-                parent link, which for an end bearing means fixed axes; `world`.
+                parent link, which for an end bearing means fixed axes; `world`; or the name of a
+                link. The moment is about the joint's origin, see `JointWrench.at`.
 
         Raises:
             ModelError: the joint is unknown or none of the outputs.
@@ -337,29 +349,78 @@ class Sweep(MotionResult):
                 f"the wrench of {joint!r} was not asked for; add it to the outputs of the scene, "
                 f"which are: {choices(self.outputs)}"
             )
-        if not isinstance(frame, str) or frame not in FRAMES:
+        if not isinstance(frame, str) or (
+            frame not in FRAMES and frame not in self.mechanism.links
+        ):
+            links = f"; or those of a link: {choices(self.mechanism.links, frame)}"
             raise ArgumentError(
-                f"frame {described(frame)} is unknown; frames: {choices(FRAMES, frame)}"
+                f"frame {described(frame)} is unknown; frames: {choices(FRAMES, frame)}{links}"
             )
         index = self.outputs.index(joint)
         components, axis = self._source.wrench(index), self.mechanism.joints[joint].axis
         if frame != "joint":
             from .axes import turned  # Imported here: most scripts use the joints' own axes.
 
-            components, axis = turned(joint, frame, components, self.motion, self.rotation)
+            ways = self.rotation, self.orientation
+            components, axis = turned(joint, frame, components, self.motion, *ways)
         has_axis = self.mechanism.joints[joint].type not in WITHOUT_AXIS
         flags = partial(self._unique_in, index, frame)
-        return JointWrench(joint, frame, components, axis if has_axis else None, flags)
+        return JointWrench(joint, frame, components, axis if has_axis else None, flags, self)
 
     def _unique_in(self, output: int, frame: str) -> Array:
         """Return which components `(6,)` of the wrench of an output are unique in some axes."""
         unique, joint = self.unique[output], self.outputs[output]
         if frame == "joint" or np.all(unique):
             return unique
-        from .axes import rotation_to, unique_in
+        rotation = self.rotation_from_joint(joint, frame)
+        maps = np.zeros((*rotation.shape[:-2], 6, 6))
+        maps[..., :3, :3] = maps[..., 3:, 3:] = rotation
+        return read_only(self.unique_sums(joint, maps, np.repeat([True, False], 3)))
 
-        rotation = rotation_to(joint, frame, self.motion, self.rotation)
-        return unique_in(self._problem, joint, unique, rotation, self.motion.rows)
+    def rotation_from_joint(self, joint: str, frame: str) -> Array:
+        """Return rotations `(N, 3, 3)`, or `(3, 3)`, from a joint's own axes to others.
+
+        Args:
+            joint: name of the joint.
+            frame: see `wrench`.
+
+        Raises:
+            ModelError: unknown joint, or one whose motion the outputs leave out.
+        """
+        if frame == "joint":
+            return np.eye(3)
+        from .axes import rotation_to
+
+        return rotation_to(joint, frame, self.motion, self.rotation, self.orientation)
+
+    def unique_sums(self, joint: str, maps: Array, are_forces: Array) -> Array:
+        """Return `(k,)` which sums of the components of a wrench are unique, at all positions.
+
+        Args:
+            joint: one of the outputs.
+            maps: `(..., k, 6)` factors on force and moment, in the joint's own axes.
+            are_forces: `(k,)` which sums are forces; the others are moments.
+        """
+        from .axes import unique_of
+
+        unique = self.unique[self.outputs.index(joint)]
+        rows = self.motion.rows
+        if maps.ndim == len(self.shape) + 2:
+            maps = maps.reshape(len(rows), *maps.shape[-2:])
+        return unique_of(self._problem, joint, unique, rows, maps, are_forces)
+
+    def rod_force(self, link: str) -> RodForce:
+        """Return the force along a rod between two balls, positive in tension.
+
+        Args:
+            link: name of a link with two joints, balls or universal ones.
+
+        Raises:
+            ModelError: unknown link, one that is no such rod, or whose joints are no outputs.
+        """
+        from .rods import rod_force  # Imported here: few mechanisms have such rods.
+
+        return rod_force(self, link)
 
     def rotation(self, joint: str) -> Array:
         """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes.

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ModelError
-from ..frozen import read_only
+from ..checks import numbers, vector
+from ..errors import ArgumentError, ModelError
+from ..frozen import Record, read_only
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 WITHOUT_AXIS = frozenset({"spherical", "floating", "fixed"})
 """Types of joints that have no axis: what a description says of one means nothing."""
@@ -67,6 +71,111 @@ class StoredComponents(NamedTuple):
         return not self.values[..., index].any()
 
 
+class Placed(Protocol):
+    """A point whose place is known, see `PointMotion`."""
+
+    @property
+    def position(self) -> Array:
+        """Place in world axes `(N, 3)`."""
+        ...
+
+
+class Surroundings(Protocol):
+    """What a wrench asks of the sweep that it belongs to."""
+
+    @property
+    def rule(self) -> str:
+        """By which rule is chosen what is not unique."""
+        ...
+
+    def rotation_from_joint(self, joint: str, frame: str) -> Array:
+        """Return rotations `(N, 3, 3)`, or `(3, 3)`, from a joint's own axes to others."""
+        ...
+
+    def rotation(self, joint: str) -> Array:
+        """Return rotations `(N, 3, 3)` from a joint's own axes to world axes."""
+        ...
+
+    def origin(self, joint: str) -> Array:
+        """Return the origin of a joint `(N, 3)` in world axes."""
+        ...
+
+    def unique_sums(self, joint: str, maps: Array, are_forces: Array) -> Array:
+        """Return `(k,)` which sums of components in a joint's own axes are unique."""
+        ...
+
+
+class Magnitude(NamedTuple):
+    """Sizes of a force and a moment, in any axes.
+
+    Attributes:
+        force: `(N,)` [N].
+        moment: `(N,)` [N·m].
+    """
+
+    force: Array
+    moment: Array
+
+
+@dataclass(frozen=True, eq=False)
+class BearingForces(Record):
+    """Forces of two bearings along a joint's axis **on the child**, that make up its wrench.
+
+    Bearings carry force across the axis and no moment; what acts along the axis is carried by
+    either of them. `sweep.wrench("bearing_out", "parent").bearing_forces((0.05, 0.25))`.
+
+    Attributes:
+        positions: of bearings a and b, along the axis from the joint's origin [m].
+        frame: axes of the vectors, those of the wrench.
+        force_a, force_b: `(N, 3)` across the axis [N].
+        axial: `(N,)` force along the axis, that a and b carry together [N].
+        torsion: `(N,)` moment about the axis, which no bearing carries: drive, load or friction
+            [N·m].
+        unique_a, unique_b: `(3,)` whether each component follows from the laws of motion alone.
+        unique_axial: whether the axial force does.
+    """
+
+    positions: tuple[float, float]
+    frame: str
+    force_a: Array
+    force_b: Array
+    axial: Array
+    torsion: Array
+    unique_a: Array
+    unique_b: Array
+    unique_axial: bool
+
+    @property
+    def radial_a(self) -> Array:
+        """Radial load of bearing a `(N,)` [N]."""
+        return _norm(self.force_a)
+
+    @property
+    def radial_b(self) -> Array:
+        """Radial load of bearing b `(N,)` [N]."""
+        return _norm(self.force_b)
+
+    def __repr__(self) -> str:
+        loads = (
+            f"at {place:g} m up to {float(np.max(size, initial=0.0)):.4g} N{_not(unique)}"
+            for place, size, unique in zip(
+                self.positions,
+                (self.radial_a, self.radial_b),
+                (np.all(self.unique_a), np.all(self.unique_b)),
+                strict=True,
+            )
+        )
+        axial = f"axial up to {float(np.max(np.abs(self.axial), initial=0.0)):.4g} N"
+        return (
+            f"<BearingForces on the child, {self.frame} axes: {', '.join(loads)}, "
+            f"{axial}{_not(self.unique_axial)}>"
+        )
+
+
+def _not(unique: object) -> str:
+    return "" if unique else " (not unique)"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class JointWrench:
     """The wrench **exerted by the parent link on the child link**, at the joint origin.
@@ -77,7 +186,9 @@ class JointWrench:
     Attributes:
         joint: name of the joint.
         frame: axes of all components: `joint` (fixed in the child), `parent` (fixed in the parent
-            and equal to `joint` at coordinate zero) or `world`.
+            and equal to `joint` at coordinate zero), `world`, or those of the link of that name.
+        point: the point about which the moment is taken, from the joint's origin in these axes,
+            `(3,)` or `(N, 3)` [m]; None where it is that origin. See `at`.
     """
 
     joint: str
@@ -85,6 +196,8 @@ class JointWrench:
     _components: Components
     _axis: Array | None
     _flags: Callable[[], Array]
+    _sweep: Surroundings | None = None
+    point: Array | None = None
 
     @property
     def has_axis(self) -> bool:
@@ -120,12 +233,147 @@ class JointWrench:
 
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])
-        greatest = float(np.max(_norm(self.moment), initial=0.0))
+        force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in self.magnitude)
+        acts = f"force up to {force} N, moment up to {moment} N·m"
+        if force == moment == "0" and self.moment.size:
+            acts = "nothing acts"
+        about = "" if self.point is None else " about another point"
         chosen = "" if np.all(self.unique) else f", not unique: {named_components(~self.unique)}"
+        if chosen and self._sweep is not None:
+            chosen += f", chosen by {self._sweep.rule}"
         return (
-            f"<JointWrench of {self.joint!r} in {self.frame} axes: {shape} samples, "
-            f"moment up to {greatest:.4g} N·m{chosen}>"
+            f"<JointWrench of {self.joint!r} in {self.frame} axes{about}, of the parent on the "
+            f"child: {shape} samples, {acts}{chosen}>"
         )
+
+    @property
+    def magnitude(self) -> Magnitude:
+        """Sizes of force and moment: `wrench.magnitude.force` [N], `.moment` [N·m], `(N,)` each."""
+        return Magnitude(_norm(self.force), _norm(self.moment))
+
+    def at(self, point: ArrayLike | Placed) -> JointWrench:
+        """Return the same wrench about another point: its moment is taken about that.
+
+        Args:
+            point: `(3,)` or `(N, 3)` from the joint's origin in the axes of `frame` [m]; or what
+                `Sweep.point` returned, wherever that is.
+
+        Raises:
+            ArgumentError: no such vectors, or a point of another number of samples.
+        """
+        place = self._place(point)
+        before = np.zeros(3) if self.point is None else self.point
+        moment = self.moment - np.cross(place - before, self.force)
+        values = np.concatenate([self.force, moment], axis=-1)
+        arm = read_only(place)
+
+        def flags() -> Array:
+            if self._sweep is None or np.all(self._flags()):
+                return self._flags()
+            maps, are_forces = self._maps(arm), np.repeat([True, False], 3)
+            return read_only(self._sweep.unique_sums(self.joint, maps, are_forces))
+
+        return replace(self, _components=StoredComponents(values), _flags=flags, point=arm)
+
+    def _place(self, point: ArrayLike | Placed) -> Array:
+        """Return a point from the joint's origin, in the axes of `frame`."""
+        samples = self.force.shape
+        position = getattr(point, "position", None)
+        if position is None:
+            place = numbers("point", point)
+            if place.shape not in ((3,), samples):
+                raise ArgumentError(
+                    f"point has shape {place.shape}, expected (3,) or {samples}, from the origin "
+                    f"of joint {self.joint!r} in {self.frame} axes"
+                )
+            return place
+        if np.shape(position) != samples:
+            raise ArgumentError(
+                f"point has the samples {np.shape(position)[:-1]}, expected {samples[:-1]}: take "
+                "it of the same sweep"
+            )
+        sweep = self._known_sweep()
+        arm = position - sweep.origin(self.joint)
+        if self.frame == "world":
+            return np.asarray(arm)
+        arm = np.swapaxes(sweep.rotation(self.joint), -1, -2) @ arm[..., None]
+        return np.asarray((sweep.rotation_from_joint(self.joint, self.frame) @ arm)[..., 0])
+
+    def _known_sweep(self) -> Surroundings:
+        if self._sweep is None:
+            raise ModelError(f"the wrench of {self.joint!r} belongs to no sweep")
+        return self._sweep
+
+    def _maps(self, arm: Array | None = None) -> Array:
+        """Return `(..., 6, 6)` factors on force and moment in the joint's own axes.
+
+        Args:
+            arm: see `point`, about which moments are to be taken.
+        """
+        turn = self._known_sweep().rotation_from_joint(self.joint, self.frame)
+        if arm is None:
+            arm = np.zeros(3) if self.point is None else self.point
+        shape = np.broadcast_shapes(turn.shape[:-2], arm.shape[:-1])
+        maps = np.zeros((*shape, 6, 6))
+        maps[..., :3, :3] = maps[..., 3:, 3:] = turn
+        maps[..., 3:, :3] = -_cross_matrix(arm) @ turn
+        return maps
+
+    def bearing_forces(self, bearings: tuple[float, float]) -> BearingForces:
+        """Return the forces of two bearings behind the joint, that together are its wrench.
+
+        Both stand on the joint's axis and carry no moment. They are those of the parent on the
+        child, as the wrench is; in `parent` axes they stand still with a bearing's housing.
+
+        Args:
+            bearings: positions a and b along the axis, from the joint's origin, or from `point`
+                [m]; negative ones against the axis.
+
+        Raises:
+            ArgumentError: no two numbers, or both bearings are at one place.
+            ModelError: the joint has no axis.
+
+        Source: statics of a beam on two supports; catalogues of cardan shafts print the same for
+            their shafts, see `analytic.support_forces`.
+        """
+        a, b = vector("bearings", bearings, 2).tolist()
+        if a == b:
+            raise ArgumentError(
+                f"bearings are both at {a:g} m: two bearings carry a moment only if they stand at "
+                "different places along the axis"
+            )
+        axis, span = self.axis, b - a
+        # e × M, which turns the moment across the axis by a right angle.
+        turned = np.cross(axis, self.moment)
+        across = self.shear_vector
+        force_a, force_b = (b * across + turned) / span, -(a * across + turned) / span
+        return BearingForces(
+            (a, b),
+            self.frame,
+            np.asarray(force_a),
+            np.asarray(force_b),
+            np.asarray(self.axial),
+            np.asarray(self.torsion),
+            self._bearing_flags(b),
+            self._bearing_flags(a),
+            self._axial_flag(),
+        )
+
+    def _bearing_flags(self, other: float) -> Array:
+        """Return `(3,)` whether the force of a bearing is unique, the other one's place given."""
+        if self._sweep is None or np.all(self.unique):
+            return np.ones(3, dtype=bool)
+        axis = self.axis
+        across = np.eye(3) - axis[..., :, None] * axis[..., None, :]
+        factors = np.concatenate([other * across, _cross_matrix(axis)], axis=-1)
+        maps = factors @ self._maps()
+        return self._sweep.unique_sums(self.joint, maps, np.zeros(3, dtype=bool))
+
+    def _axial_flag(self) -> bool:
+        if self._sweep is None or np.all(self.unique):
+            return True
+        maps = self.axis[..., None, :] @ self._maps()[..., :3, :]
+        return bool(self._sweep.unique_sums(self.joint, maps, np.ones(1, dtype=bool))[0])
 
     @cached_property
     def force(self) -> Array:
@@ -219,6 +467,14 @@ def _directions_across(x: float, y: float, z: float) -> tuple[_Direction, _Direc
     across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     across /= np.linalg.norm(across)
     return _components_of(across), _components_of(np.cross(axis, across))
+
+
+def _cross_matrix(vectors: Array) -> Array:
+    """Return `(..., 3, 3)` matrices that take the cross product with vectors `(..., 3)`."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    none = np.zeros_like(x)
+    rows = [[none, -z, y], [z, none, -x], [-y, x, none]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _norm(vectors: Array) -> Array:

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..results.point_motion import Points
+    from ..results.rods import RodForce
 
 
 _GREATEST_ERROR = 1e-6
@@ -727,6 +728,14 @@ class Trajectory(MotionResult):
         efforts = np.abs(forces.all_efforts(mechanism, self.time, x, rest))
         greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
         return max(weight, float(greatest))
+
+    def rod_force(self, link: str) -> RodForce:
+        """Return the force along a rod between two balls, see `Sweep.rod_force`.
+
+        Raises:
+            CardanError: as `sweep`, and as `Sweep.rod_force`.
+        """
+        return self.sweep.rod_force(link)
 
     @property
     def joint_coordinates(self) -> Array:

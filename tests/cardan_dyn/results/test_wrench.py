@@ -99,13 +99,15 @@ def test_grids_of_operating_points_keep_their_shape() -> None:
     assert item.torsion.shape == item.bending.shape == item.axial.shape == (2, 3, 4)
     expected = np.linalg.norm(item.bending_vector, axis=-1)
     np.testing.assert_allclose(item.bending, expected, rtol=1e-14)
-    assert repr(item).startswith("<JointWrench of 'hinge' in joint axes: 2 × 3 × 4 samples, ")
+    assert repr(item).startswith(
+        "<JointWrench of 'hinge' in joint axes, of the parent on the child: 2 × 3 × 4 samples, "
+    )
 
 
 def test_no_samples_have_a_wrench_without_rows() -> None:
     item = wrench(np.zeros((0, 6)), np.array([1.0, 0.0, 0.0]))
     assert item.bending.shape == item.torsion.shape == (0,)
-    assert repr(item).endswith("0 samples, moment up to 0 N·m>")
+    assert repr(item).endswith("0 samples, force up to 0 N, moment up to 0 N·m>")
 
 
 def test_vectors_cannot_be_written_to() -> None:

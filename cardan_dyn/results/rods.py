@@ -1,0 +1,102 @@
+"""Rods: the force along a link between two balls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ModelError
+from ..frozen import Record
+from ..mechanism.mechanism import Mechanism
+from .wrench import JointWrench, Surroundings
+
+_ENDS = ("spherical", "universal")
+"""Types of joints at the ends of a rod: what they pass on goes through their centre."""
+
+
+class Solved(Surroundings, Protocol):
+    """A sweep, as far as rods need it."""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Its mechanism."""
+        ...
+
+    def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
+        """Return the wrench of a joint."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class RodForce(Record):
+    """The force along a rod between two balls, **positive where it is in tension**.
+
+    Both ends differ by what the rod's inertia, its weight and loads on it make up along its line.
+    How the rod spins about its line plays no part.
+
+    Attributes:
+        link: name of the rod.
+        joints: names of the joints at its two ends.
+        tension: `(N,)` mean of both ends [N]: in the middle of a uniform rod.
+        ends: `(N, 2)` tension at each of the joints [N].
+        length: `(N,)` distance of the joints [m].
+        unique: whether both ends follow from the laws of motion alone.
+    """
+
+    link: str
+    joints: tuple[str, str]
+    tension: Array
+    ends: Array
+    length: Array
+    unique: bool
+
+    def __repr__(self) -> str:
+        least, greatest = np.min(self.tension), np.max(self.tension)
+        return (
+            f"<RodForce of {self.link!r} between {' and '.join(map(repr, self.joints))}, tension "
+            f"positive: {least:.4g} to {greatest:.4g} N{'' if self.unique else ', not unique'}>"
+        )
+
+
+def rod_force(sweep: Solved, link: str) -> RodForce:
+    """Return the force along a rod; see `Sweep.rod_force`."""
+    mechanism, frames = sweep.mechanism, sweep.mechanism.frames
+    mechanism.link(link)
+    body, _ = frames.links[link]
+    kinds = {item.name: item.type for item in mechanism.description.joints_and_loops}
+    # A floating joint only says where the rod is.
+    signs = {
+        name: 1.0 if frames.children[index] == body else -1.0
+        for index, name in enumerate(frames.joints)
+        if body >= 0
+        and body in (frames.children[index], frames.parents[index])
+        and kinds[name] != "floating"
+    }
+    listed = ", ".join(f"{name} ({kinds[name]})" for name in signs) or "none"
+    if len(signs) != 2 or not all(kinds[name] in _ENDS for name in signs):
+        raise ModelError(
+            f"link {link!r} is no rod between two balls; its joints: {listed}. Forces of other "
+            f"links are those of their joints: sweep.wrench(joint, {link!r}).force",
+            name=link,
+        )
+    first, second = signs
+    line = sweep.origin(second) - sweep.origin(first)
+    length = np.linalg.norm(line, axis=-1)
+    if not np.all(length > 0.0):
+        raise ModelError(
+            f"link {link!r} has no line: its joints {first!r} and {second!r} are at one point",
+            name=link,
+        )
+    line = line / length[..., None]
+    ends, unique = [], True
+    for name, outwards in ((first, -line), (second, line)):
+        along = signs[name] * np.sum(sweep.wrench(name, "world").force * outwards, axis=-1)
+        ends.append(along)
+        own = np.swapaxes(sweep.rotation(name), -1, -2) @ outwards[..., None]
+        maps = np.concatenate([own, np.zeros_like(own)], axis=-2)[..., 0][..., None, :]
+        unique = unique and bool(np.all(sweep.unique_sums(name, maps, np.ones(1, dtype=bool))))
+    both = np.stack(ends, axis=-1)
+    return RodForce(link, (first, second), np.mean(both, axis=-1), both, length, unique)
