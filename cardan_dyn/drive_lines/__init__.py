@@ -6,7 +6,7 @@ from .design.phasing import Alternative, Phasing
 from .drive_line import DriveLine, toml_schema
 from .line.files import examples
 from .line.geometry import Geometry
-from .line.parts import Bearing, Centring, DutyPoint, Shaft, ShaftJoint, Spline, Tube
+from .line.parts import Bearing, Centring, DutyPoint, Shaft, ShaftJoint, Spline, TitleBlock, Tube
 from .verdict.analysis import Analysis, LineForces
 from .verdict.rows import Inverse, VerdictRow
 from .verdict.variants import Variants
@@ -27,6 +27,7 @@ __all__ = [
     "Shaft",
     "ShaftJoint",
     "Spline",
+    "TitleBlock",
     "Tube",
     "Variants",
     "Verdict",

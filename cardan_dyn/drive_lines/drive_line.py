@@ -61,6 +61,7 @@ class DriveLine(LineData):
         acceleration: greatest angular acceleration of the input shaft, running up or braking, on
             top of the torque [rad/s²]; the verdict counts with none unless given.
         life: life asked of the joints' bearings [s].
+        report: what reports on the line say at their head.
 
     Raises:
         ModelError: the field, its value and what is valid: see `Shaft` and the others; shafts that

@@ -13,9 +13,9 @@ import numpy as np
 
 from ...errors import ModelError
 from ...frozen import read_only
-from .fields import flag, parts, quantity, settle, text, unusual
+from .fields import flag, part, parts, quantity, settle, text, unusual
 from .geometry import Geometry, Zero, called, geometry, zero
-from .parts import Bearing, DutyPoint, Shaft, ShaftJoint
+from .parts import Bearing, DutyPoint, Shaft, ShaftJoint, TitleBlock
 
 if TYPE_CHECKING:
     from ...arrays import Array
@@ -41,6 +41,7 @@ class LineData:
     reversing: bool = flag(default=False)
     acceleration: float | None = quantity("angular_acceleration", None, least=0.0)
     life: float | None = quantity("time", None, above=0.0)
+    report: TitleBlock | None = part(TitleBlock)
 
     def __post_init__(self) -> None:
         settle(self)

@@ -1,13 +1,14 @@
 """Fields: what each field of the data of a drive line may hold, stated once.
 
-Dataclasses declare their fields with `quantity`, `point`, `text`, `flag`, `part` and `parts`, and
-say what they mean in their docstrings. The checks, the reader and writer of files and the schema
-all go by these statements.
+Dataclasses declare their fields with `quantity`, `point`, `text`, `day`, `flag`, `part` and
+`parts`, and say what they mean in their docstrings. The checks, the reader and writer of files and
+the schema all go by these statements.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import inspect
 import math
 import re
@@ -20,12 +21,14 @@ from ...checks import described, shortened
 from ...errors import CardanError, ModelError, choices
 from ...units import Unit, si
 
+_DAY = re.compile(r"\d{4}-\d\d-\d\d", re.ASCII)
+
 
 class Entry(NamedTuple):
     """What a field holds.
 
     Attributes:
-        kind: `quantity`, `point`, `text`, `flag`, `part` or `parts`.
+        kind: `quantity`, `point`, `text`, `day`, `flag`, `part` or `parts`.
         dimension: of quantities and points, a key of `units.DIMENSIONS`.
         least: smallest valid value, in SI units.
         above: value that valid ones exceed.
@@ -92,6 +95,11 @@ def point() -> Any:
 def text(default: str = "", known: tuple[str, ...] = ()) -> Any:
     """Return a field that holds a text, one of those that are known unless any is valid."""
     return _field(Entry("text", known=known), default)
+
+
+def day() -> Any:
+    """Return a field that holds a day as YYYY-MM-DD, or nothing."""
+    return _field(Entry("day"), "")
 
 
 def flag(default: bool | None = None) -> Any:
@@ -212,6 +220,8 @@ def _settled(value: object, entry: Entry, at: str) -> object:
             valid = choices(filter(None, entry.known), value)
             raise ModelError(f"{at} is {value!r}; it can be: {valid}")
         return str(value)
+    if entry.kind == "day":
+        return _day(value, at)
     if entry.kind == "flag":
         if not isinstance(value, (bool, np.bool_)):
             raise ModelError(f"{at} is {described(value)}, expected True or False")
@@ -226,3 +236,18 @@ def _settled(value: object, entry: Entry, at: str) -> object:
         if not isinstance(item, entry.type):
             raise ModelError(f"{at}[{index}] is {described(item)}, expected a {expected}")
     return tuple(listed)
+
+
+def _day(value: object, at: str) -> str:
+    """Return a day as YYYY-MM-DD; an empty text is none."""
+    # A moment is a day too by its class, but says more than one.
+    if isinstance(value, datetime.date) and not isinstance(value, datetime.datetime):
+        return value.isoformat()
+    if value == "":
+        return ""
+    if isinstance(value, str) and _DAY.fullmatch(value):
+        try:
+            return datetime.date.fromisoformat(value).isoformat()
+        except ValueError:
+            pass
+    raise ModelError(f"{at} is {described(value)}, expected a day such as 2026-01-31")

@@ -113,6 +113,8 @@ def _value(value: object, entry: Entry, unit: Unit | None, name: str, at: str) -
         if not isinstance(value, list):
             raise ModelError(f"{at} is {_shown(value)}, expected tables [[{at}]]")
         return [_dataclass(item, entry.type, f"{at}[{i}]") for i, item in enumerate(value)]
+    if entry.kind == "day":
+        return value  # Its dataclass takes texts and the days of TOML.
     expected: tuple[type, str] = (
         (str, "a text") if entry.kind == "text" else (bool, "true or false")
     )
@@ -272,6 +274,8 @@ def _properties(
         reference: dict[str, Any] = {"$ref": f"#/$defs/{title}"}
         schema = {"type": "array", "items": reference} if entry.kind == "parts" else reference
         return {name: {**schema, "description": meaning}}
+    if entry.kind == "day":
+        return {name: {"type": "string", "format": "date", "description": meaning}}
     schema = {"type": "string" if entry.kind == "text" else "boolean"}
     known = {"enum": list(entry.known)} if entry.known else {}
     return {name: {**schema, **known, "description": meaning}}

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from ...errors import ModelError
-from .fields import flag, part, parts, point, quantity, refuse, settle, text
+from .fields import day, flag, part, parts, point, quantity, refuse, settle, text
 
 _QUARTER = math.pi / 2
 _LENGTHS = (1e-3, 30.0)
@@ -309,6 +309,28 @@ class DutyPoint:
     speed: float = quantity("speed")
     torque: float = quantity("torque")
     name: str = text()
+
+    def __post_init__(self) -> None:
+        settle(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TitleBlock:
+    """What a report says at its head of where it belongs; a file of a line has it as `[report]`.
+
+    Attributes:
+        project: what the report is for.
+        customer: whom it is for.
+        author: who answers for it.
+        revision: of the report.
+        date: day of the report as YYYY-MM-DD; that on which it is written unless given.
+    """
+
+    project: str = text()
+    customer: str = text()
+    author: str = text()
+    revision: str = text()
+    date: str = day()
 
     def __post_init__(self) -> None:
         settle(self)

@@ -1,10 +1,11 @@
+import datetime
 import math
 
 import pytest
 from scipy.integrate import quad
 
 from cardan_dyn import ModelError
-from cardan_dyn.drive_lines import Bearing, DutyPoint, Shaft, ShaftJoint, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DutyPoint, Shaft, ShaftJoint, Spline, TitleBlock, Tube
 
 
 def test_a_tube_by_integration() -> None:
@@ -40,6 +41,10 @@ def test_a_solid_shaft_has_a_wall_of_half_its_diameter() -> None:
             "transverse_inertia = 0.9 of a Shaft is less than half the inertia .* 1 kg",
         ),
         (lambda: DutyPoint(share=1.5, speed=1, torque=1), "share of a DutyPoint is 1.5"),
+        (lambda: TitleBlock(date="2026-02-29"), "date of a TitleBlock .* such as 2026-01-31"),
+        (lambda: TitleBlock(date="20260228"), "date of a TitleBlock .* such as 2026-01-31"),
+        (lambda: TitleBlock(date=datetime.datetime(2026, 2, 28)), "date of a TitleBlock"),
+        (lambda: TitleBlock(author=3), "author of a TitleBlock is 3"),
     ],
 )
 def test_what_no_part_can_be(make: object, message: str) -> None:

@@ -60,6 +60,7 @@ def test_it_refuses_what_the_reader_does(old: str, new: str) -> None:
 def test_every_field_is_explained() -> None:
     definitions = toml_schema()["$defs"]
     parts = {"Shaft", "ShaftJoint", "Tube", "Spline", "Bearing", "Centring", "DutyPoint"}
+    parts |= {"TitleBlock"}
     assert set(definitions) == parts
     for definition in definitions.values():
         for key, value in definition["properties"].items():

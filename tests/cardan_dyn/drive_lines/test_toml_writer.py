@@ -6,7 +6,16 @@ import pytest
 import tomlkit
 
 from cardan_dyn import ArgumentError
-from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, ShaftJoint, Spline, Tube
+from cardan_dyn.drive_lines import (
+    Bearing,
+    DriveLine,
+    DutyPoint,
+    Shaft,
+    ShaftJoint,
+    Spline,
+    TitleBlock,
+    Tube,
+)
 
 
 def random_line(seed: int) -> DriveLine:
@@ -58,3 +67,11 @@ def test_files_that_cannot_be_written(tmp_path: Path) -> None:
     line = DriveLine(shafts=[Shaft(), Shaft()])
     with pytest.raises(ArgumentError, match="cannot be written"):
         line.to_toml(tmp_path / "none" / "line.toml")
+
+
+def test_a_title_block_comes_back_equal() -> None:
+    block = TitleBlock(project="Mill 3", customer='"A" & Söhne', revision="B", date="2026-02-28")
+    line = DriveLine(shafts=[Shaft(), Shaft()], report=block)
+    assert DriveLine.from_toml(line.to_toml()) == line
+    plain = line.to_toml().replace('"2026-02-28"', "2026-02-28")  # A date of TOML itself.
+    assert plain != line.to_toml() and DriveLine.from_toml(plain) == line
