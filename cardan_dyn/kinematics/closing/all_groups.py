@@ -262,6 +262,20 @@ class Kinematics:
             result &= group_state.same_side(inverse)
         return result
 
+    def apart(self, state: ClosedState, inverses: list[Array]) -> Array:
+        """Return `(N,)` how far the closure equations at other positions differ from those here.
+
+        Below 1 nothing between them is singular, see `stacked.apart`.
+
+        Args:
+            state: closed positions.
+            inverses: of every group's closure equations at the other positions.
+        """
+        result = np.zeros(len(state.x))
+        for group_state, inverse in zip(state.groups, inverses, strict=True):
+            np.maximum(result, group_state.apart(inverse), out=result)
+        return result
+
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
     """Return the state of all groups, each at the coordinates `x`."""

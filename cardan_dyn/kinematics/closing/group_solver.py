@@ -20,6 +20,7 @@ from ..loops.structure import OPEN_CONFIGURATIONS
 from .batch_model import BatchModel, LongChain
 from .equations import ClosureEquations, Reduction
 from .stacked import (
+    apart,
     condition_numbers,
     factorised,
     factorised_with_spins,
@@ -433,6 +434,14 @@ class GroupState(NamedTuple):
             inverse: of the closure equations at the other positions.
         """
         return same_side(self._square, inverse)
+
+    def apart(self, inverse: Array) -> Array:
+        """Return `(N,)` how far the closure equations at other positions differ, see `apart`.
+
+        Args:
+            inverse: of the closure equations at the other positions.
+        """
+        return apart(self._square, inverse, self.solver.row_scale)
 
     def follows_on(self) -> Array:
         """Return `(N - 1,)` whether positions lie on the same side as those before them."""

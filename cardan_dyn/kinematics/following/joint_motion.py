@@ -43,12 +43,13 @@ _SPACINGS = (0.0125, 0.025, 0.05, 0.1)
 is taken at which each represents enough."""
 _FEWEST = 16
 """Designs that each of them has to represent, so that ways to them take little of the time."""
-_NEAR_LAST = 0.01
+_NEAR_LAST = 0.05
 """Distance of a position from the last one [rad, or lengths of the mechanism] up to which it is
-reached from there: as far as samples are from the points of the finest lattice."""
-_CLEAR = 0.5
-"""Greatest product of that distance and the condition number on the way to the last position. Where
-a singular position lay between both ways, the product would be at least 3, see `_NEAREST`."""
+tried to reach it from there: half of that of designs that may represent each other."""
+_CLEAR = 0.15
+"""How far apart closure equations may be (see `Kinematics.apart`) between two ways that lead to the
+same configuration. Where a singular configuration lay between them it would be at least 1; the rest
+is for how the equations change on both ways, of which only the greatest condition is known."""
 _LOOKS = 24
 """Positions per turn at which it is looked how near a singular configuration is."""
 _NEAREST = 0.1
@@ -237,26 +238,29 @@ class JointMotion:
         """Return what is reached at a position `(1, d)` near the last one; None if that is far.
 
         A loop of a controller asks for one position after the other. The straight line to each is
-        so near the line to the last one that it leads to the same configuration, as lines to the
-        same point of a lattice do.
+        so near the line to the last one that it leads to the same configuration: the closure
+        equations on both hardly differ.
         """
         last = self._last
         if last is None or len(own) != 1:
             return None
         way = own - last.position
-        distance = float(np.abs(way / self._units).max())
-        # Beside a singular position, lines that pass it on different sides lead elsewhere.
-        if not (distance <= _NEAR_LAST and distance * last.condition <= _CLEAR):
+        if not np.abs(way / self._units).max() <= _NEAR_LAST:
             return None
         rows = Rows.along(known, last.state, way)
         guess = rows.after(np.ones(1))
         guess[:, self._drive_columns] = own
         state = known.newton_step(guess)
-        is_safe = (rows.longest(known.coordinates) >= 1.0) & known.same_side(
-            state, last.state.inverses
-        )
-        is_safe &= state.correction < allowed_error(state.condition)
-        return Reached(state.x, is_safe, state.residual, state.condition) if is_safe[0] else None
+        # Before the last position both the rates and the inverses of the equations may be greater.
+        worse = max(1.0, last.condition / float(last.state.condition[0]))
+        apart = float(known.apart(state, last.state.inverses)[0]) * worse**2
+        # Written so that what is not a number is far as well.
+        is_safe = apart <= _CLEAR and bool(rows.longest(known.coordinates)[0] >= 1.0)
+        if not (is_safe and bool(state.correction[0] < allowed_error(state.condition)[0])):
+            return None
+        condition = max(last.condition / (1.0 - apart), float(state.condition[0]))
+        self._last = _Last(known, own, state, condition)
+        return Reached(state.x, np.ones(1, dtype=bool), state.residual, np.array([condition]))
 
     def _follow_whole_ways(
         self,
@@ -393,15 +397,19 @@ class _Last:
         condition: greatest condition number on the way there.
     """
 
-    def __init__(self, kinematics: Kinematics, position: Array, x: Array, condition: float) -> None:
-        """Keep coordinates `(1, size)` near closed ones at a position."""
+    def __init__(
+        self, kinematics: Kinematics, position: Array, there: Array | ClosedState, condition: float
+    ) -> None:
+        """Keep a position with its state, or with coordinates `(1, size)` near closed ones."""
         self.position, self.condition = position, condition
-        self._kinematics, self._x = kinematics, x
+        self._kinematics, self._there = kinematics, there
 
     @cached_property
     def state(self) -> ClosedState:
         """The closed position."""
-        return self._kinematics.evaluate(self._x)
+        if isinstance(self._there, ClosedState):
+            return self._there
+        return self._kinematics.evaluate(self._there)
 
 
 def _along_one(

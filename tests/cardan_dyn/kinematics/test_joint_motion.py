@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
+from cardan_dyn.kinematics.following.joint_motion import JointMotion
 from cardan_dyn.problem.samples import Targets
 
 
@@ -93,3 +96,38 @@ def test_few_samples_take_few_closings(monkeypatch: pytest.MonkeyPatch) -> None:
     part.followed(Targets.of_positions(at), scene.solver.assembly.kinematics)
     assert closed
     assert sum(closed) < 3000
+
+
+def test_positions_near_the_last_one_are_those_of_straight_lines(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Round where the arms of a five-bar do not meet: lines pass it on either side, or end there.
+
+    Positions one by one are what all of them at once are, and most are reached from the last one.
+    """
+    mechanism = five_bar()
+    angle = np.arange(0.0, 2.0 * np.pi, 0.045 / 1.6)
+    circle = 1.6 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    scene = cd.Scene(mechanism, drive=["A", "D"])
+    is_there = scene.reachable(circle)
+    assert 20 < np.sum(~is_there) < 60
+    expected = np.full((len(circle), mechanism.model.nq), np.nan)
+    expected[is_there] = scene.sweep(circle[is_there]).motion.q
+    near, near_last = [], JointMotion._near_last
+
+    def counted(*arguments: Any) -> Any:
+        near.append(near_last(*arguments))
+        return near[-1]
+
+    monkeypatch.setattr(JointMotion, "_near_last", counted)
+    for order in (np.arange(len(circle)), np.arange(len(circle))[::-1]):
+        alone = cd.Scene(mechanism, drive=["A", "D"])
+        for index in order:
+            if is_there[index]:
+                q = alone.sweep(circle[index]).motion.q
+                np.testing.assert_allclose(q, expected[[index]], atol=1e-11)
+            else:
+                with pytest.raises(cd.AssemblyError):
+                    alone.sweep(circle[index])
+    taken = np.mean([item is not None for item in near])
+    assert 0.5 < taken < 1.0
