@@ -202,13 +202,14 @@ class Residuals(NamedTuple):
             loop_error: `(N,)` of the closed loops, as the solution found it.
             unproven: see `Proven`.
         """
-        return Proven(
-            loop_residual=float(np.max(loop_error)),
-            balance_residual=self.balance,
-            power_residual=self.power,
-            rate_residual=self.rate,
-            unproven=unproven,
-        )
+        with np.errstate(over="ignore", invalid="ignore"):  # As while they were judged.
+            return Proven(
+                loop_residual=float(np.max(loop_error)),
+                balance_residual=self.balance,
+                power_residual=self.power,
+                rate_residual=self.rate,
+                unproven=unproven,
+            )
 
     @property
     def balance(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -49,8 +50,11 @@ def sweep_of(
             }
         ),
         condition=read_only(solution.condition.reshape(shape)),
-        proven=solution.residuals.proven(
-            solution.loop_error, solver.inverse_dynamics.bodies.unproven
+        # All residuals were judged; how great they are is for those who ask.
+        proven=partial(
+            solution.residuals.proven,
+            solution.loop_error,
+            solver.inverse_dynamics.bodies.unproven,
         ),
     )
 

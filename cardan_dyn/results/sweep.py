@@ -43,7 +43,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -107,34 +107,14 @@ class Sweep(MotionResult):
             the greatest velocity ratio if that exceeds 1, times by how much inertial terms
             exceed what is left of them. Errors are some eps times it. One value, the greatest of
             its samples, if it comes from a `Response`.
-        proven: what follows of residuals, as one record.
-        loop_residual: worst closure error: angle [rad], or gap as a fraction of
-            `Mechanism.characteristic_length`; couplings, drives and held joints count as well.
-        balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
-            wrench of all samples (to inertial terms where wrenches are mere rounding of them).
-            It proves what is unique. Of what the laws of motion leave open it proves that the
-            choice is in balance, not that it is the least. NaN if only the drive efforts were
-            asked for, and where nothing acts, so that there is nothing to compare.
-        rate_residual: worst violation of the loops, couplings and drives by speeds and
-            accelerations, relative to the greatest ones.
-        power_residual: worst imbalance of drive, load, weight and inertia power, relative to the
-            power that flows and to the greatest wrench times the greatest joint speed. NaN where
-            the outputs leave part of that flow out, and where nothing acts.
-        unproven: links that `balance_residual` leaves out, since not all that acts on them is
-            among the outputs.
     """
 
     _source: Source
+    _proven: Proven | Callable[[], Proven]
     unique: Array
     coupling_moment: Mapping[str, Array]
     coupling_unique: Mapping[str, bool]
     condition: Array
-    proven: Proven
-    loop_residual: float
-    balance_residual: float
-    power_residual: float
-    rate_residual: float
-    unproven: tuple[str, ...]
 
     def __init__(
         self,
@@ -145,10 +125,11 @@ class Sweep(MotionResult):
         coupling_moment: Mapping[str, Array],
         coupling_unique: Mapping[str, bool],
         condition: Array,
-        proven: Proven,
+        proven: Proven | Callable[[], Proven],
     ) -> None:
         # `problem` is what was solved, `source` where arrays come from when they are first read;
-        # the others are the attributes.
+        # the others are the attributes. Of a proven result, `proven` may be computed when it is
+        # read.
         self._freeze(
             _problem=problem,
             _source=source,
@@ -156,8 +137,7 @@ class Sweep(MotionResult):
             coupling_moment=coupling_moment,
             coupling_unique=coupling_unique,
             condition=read_only(condition),
-            proven=proven,
-            **vars(proven),
+            _proven=proven,
         )
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -167,6 +147,56 @@ class Sweep(MotionResult):
         # A response solves the motion when it is first read, to other roundings each time.
         known = {name: self.__dict__[name] for name in ("motion",) if name in self.__dict__}
         return made, (type(self), values, known)
+
+    @cached_property
+    def proven(self) -> Proven:
+        """What follows of residuals, as one record."""
+        return self._proven() if callable(self._proven) else self._proven
+
+    @property
+    def loop_residual(self) -> float:
+        """Worst closure error.
+
+        It is an angle [rad], or a gap as a fraction of `Mechanism.characteristic_length`;
+        couplings, drives and held joints count as well.
+        """
+        return self.proven.loop_residual
+
+    @property
+    def balance_residual(self) -> float:
+        """Worst Newton-Euler imbalance over all bodies, relative to the greatest wrench.
+
+        The latter is that of all samples (inertial terms where wrenches are mere rounding of them).
+        It proves what is unique. Of what the laws of motion leave open it proves that the choice is
+        in balance, not that it is the least. NaN if only the drive efforts were asked for, and
+        where nothing acts, so that there is nothing to compare.
+        """
+        return self.proven.balance_residual
+
+    @property
+    def power_residual(self) -> float:
+        """Worst imbalance of drive, load, weight and inertia power.
+
+        It is relative to the power that flows and to the greatest wrench times the greatest joint
+        speed. NaN where the outputs leave part of that flow out, and where nothing acts.
+        """
+        return self.proven.power_residual
+
+    @property
+    def rate_residual(self) -> float:
+        """Worst violation of the loops, couplings and drives by speeds and accelerations.
+
+        It is relative to the greatest ones.
+        """
+        return self.proven.rate_residual
+
+    @property
+    def unproven(self) -> tuple[str, ...]:
+        """Links that `balance_residual` leaves out.
+
+        Not all that acts on them is among the outputs.
+        """
+        return self.proven.unproven
 
     @property
     def shape(self) -> tuple[int, ...]:
