@@ -72,7 +72,7 @@ def readings(
             "seconds": None if along.seconds is None else arrays.add(along.seconds, "f8"),
         },
         "state": told.state(),
-        "joints": [told.joint(name, joints) for name in sweep.mechanism.joints],
+        "joints": [told.joint(name) for name in joints],
         "links": told.links(),
         "rule": sweep.rule if isinstance(sweep, Sweep) else "",
     }
@@ -178,8 +178,8 @@ class _Teller:
             return {**row, "values": self._arrays.add(values[self._samples])}
         return {**row, "value": float(np.ravel(values)[0])}
 
-    def joint(self, name: str, shown: tuple[str, ...]) -> dict[str, Any]:
-        """Return what a joint is and what it carries; numbers only of those that are shown."""
+    def joint(self, name: str) -> dict[str, Any]:
+        """Return what a joint is and what it carries."""
         joint = self._mechanism.joints[name]
         kind = _TYPES.get(joint.type, joint.type)
         parent, child = self._ends(joint)
@@ -192,7 +192,7 @@ class _Teller:
             "open": "",
             "series": [],
         }
-        if name in shown and isinstance(self._sweep, Sweep):
+        if isinstance(self._sweep, Sweep):
             wrench = self._sweep[name]
             told["open"] = named_components(~wrench.unique)
             told["series"] = self._series(joint, wrench)

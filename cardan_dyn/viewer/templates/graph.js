@@ -39,7 +39,7 @@ function drawGraphs(joint) {
     return { ...item, values, least, most, ...STYLES[item.name] };
   });
   for (const unit of ["N·m", "N"]) {
-    const drawn = series.filter((item) => item.unit === unit && (item.least || item.most));
+    const drawn = merged(series.filter((item) => item.unit === unit && (item.least || item.most)));
     if (!drawn.length) continue;
     if (course.values) host.append(graphOf(joint, unit, drawn));
     host.append(tableOf(unit, drawn));
@@ -50,6 +50,22 @@ function drawGraphs(joint) {
   moveCursors();
 }
 
+// Curves that cover each other are one with both names, as the drive and the torsion of its joint.
+function merged(series) {
+  const kept = [];
+  for (const item of series) {
+    const greatest = Math.max(-item.least, item.most);
+    const same = kept.find(({ values }) =>
+      values.every((value, index) => !(Math.abs(value - item.values[index]) > 1e-5 * greatest)));
+    if (same) same.others.push(item); else kept.push({ ...item, others: [] });
+  }
+  return kept;
+}
+
+function nameOf(item) {
+  return [item, ...item.others].map(({ name, unique }) => unique ? name : `${name} *`).join(", ");
+}
+
 function graphOf(joint, unit, drawn) {
   const wide = Math.max(host().clientWidth, 200), floor = HIGH - BOTTOM;
   const low = Math.min(0, ...drawn.map((item) => item.least));
@@ -57,12 +73,12 @@ function graphOf(joint, unit, drawn) {
   const [first, last] = extent(course.values);
   const x = (value) => LEFT + (value - first) / (last - first) * (wide - LEFT - RIGHT);
   const y = (value) => floor - (value - low) / (high - low || 1) * (floor - TOP);
-  const title = `${drawn.map((item) => item.name).join(", ")} of ${joint.name} in ${unit} over `
+  const title = `${drawn.map(nameOf).join(", ")} of ${joint.name} in ${unit} over `
     + `${course.name} in ${course.unit}`;
   const svg = draw("svg", { viewBox: `0 0 ${wide} ${HIGH}`, height: HIGH, role: "img",
     "aria-label": title });
   draw("path", { class: "frame", d: `M${LEFT} ${TOP}V${floor}H${wide - RIGHT}` }, svg);
-  for (const { value, text } of ticks(low, high, 4, unit)) {
+  for (const { value, text } of ticks(low, high, 5, unit)) {
     draw("text", { x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = text;
     if (value === 0) draw("line", { class: "zero", x1: LEFT, x2: wide - RIGHT, y1: y(0), y2: y(0) }, svg);
   }
@@ -123,8 +139,7 @@ function tableOf(unit, drawn) {
   const body = make("tbody");
   for (const item of drawn) {
     const value = make("td"), swatch = make("i", { className: "swatch" });
-    const name = make("th", { scope: "row", title: item.means }, swatch, item.name);
-    if (!item.unique) name.append(" *");
+    const name = make("th", { scope: "row", title: item.means }, swatch, nameOf(item));
     const greatest = Math.max(-item.least, item.most), decimals = decimalsOf(greatest);
     const range = `${written(item.least, decimals)} … ${written(item.most, decimals)}`;
     body.append(make("tr", {}, name, value, make("td", {}, course.values ? range : "")));

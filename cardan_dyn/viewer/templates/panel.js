@@ -187,9 +187,6 @@ function tellChoice(joint, link) {
       details.append(make("p", {},
         `* Statics leaves ${joint.open} open; the numbers are the choice of ${told.rule}.`));
     }
-    if (!joint.series.length && told.state.length) {
-      details.append(make("p", {}, "Its wrench is not among the outputs."));
-    }
   } else if (link) {
     details.append(make("p", {}, "Link with the joints"));
     for (const item of told.joints) {
