@@ -133,7 +133,6 @@ function resize() {
   setSharpness(sharpness);
   const covered = document.getElementById("transport").offsetHeight;
   document.getElementById("scales").style.bottom = `${covered + 6}px`;
-  measureObstacles();
   if (touched) placeCamera(); else fit();
   drawNow();
 }
@@ -233,6 +232,7 @@ function drawScales() {
       : `M1 1V9M1 5H${long - 1}M${long - 1} 1V9`;
     draw("path", { d: path, ...stroke }, row.line);
     row.label.textContent = row.text(value);
+    obstacles = null;
     row.element.hidden = row.arrow && !(row.kind === "force" ? shown.forces
       : shown.moments || shown.traces);
   }

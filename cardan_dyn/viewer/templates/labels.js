@@ -66,7 +66,7 @@ for (const row of told.state.filter((item) => item.kind === "load")) {
 }
 
 // Boxes of the window in which no label may be: buttons and scales.
-let obstacles = [];
+let obstacles = null;
 function measureObstacles() {
   const frame = view.getBoundingClientRect();
   obstacles = ["views", "triad", "scales", "transport"].map((id) => {
@@ -136,6 +136,7 @@ function textOf(label) {
 }
 
 function layoutLabels() {
+  if (!obstacles) measureObstacles();
   const taken = obstacles.slice(), narrow = size.width < 600;
   for (const label of labels) {
     if (label.kind !== "name") label.now = label.values ? valueAt(label.values, place) : label.value;

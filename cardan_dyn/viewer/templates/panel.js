@@ -220,7 +220,6 @@ function fillParts() {
       shown[name] = box.checked;
       applyShown();
       drawScales();
-      measureObstacles();
       request();
     });
     byId("parts").append(make("li", {}, make("label", {}, box, text)));
