@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
 
 from ..arrays import Array
-from ..description.visual import Rgba
 from ..errors import ModelError
 from ..results.sweep import Sweep
 from . import shapes as forms
 from .commands import STEADY, Color, Drawing, Pose, mesh, node_name
+from .default_shapes import (
+    Attachment,
+    Body,
+    Parts,
+    Travel,
+    attachments_of,
+    bearing,
+    downwards,
+    is_cross,
+    rod_radius,
+    travel_of,
+)
 from .still import Still
-from .visuals import Shape, few_enough, shapes_of
+from .vectors import beside
+from .visuals import few_enough, shapes_of
 
 GROUND = Color.of("#6f7780")
 """Colour of what stands still, where nothing states another."""
@@ -21,9 +36,10 @@ PALETTE = tuple(
 """Colours of bodies of which nothing states one, in turn. Neighbours in the list differ for all
 eyes, and each stands out from a light and from a dark background (WCAG 2.2: at least 3 to 1)."""
 _WHITEST = 0.85
-"""Share of a stated colour that is drawn: the viewer's lights together are brighter than one."""
-_ROD_RADIUS = 0.008
-"""Radius of these rods, as a fraction of the radius of the scene."""
+"""Share of a stated colour that is drawn: the viewer's lights together are brighter than one, and
+white would lose its shades."""
+_PIN_SHADE = 0.6
+"""Share of a body's colour that its pins and balls have."""
 _CORNER_STRIDE = 8
 """Every how manieth sample the corners of the shapes are followed: they only decide how much the
 camera has to see, and between two such samples a corner moves little."""
@@ -47,6 +63,7 @@ class Bodies:
         mechanism = sweep.mechanism
         self._sweep, self._samples = sweep, samples
         self._length = mechanism.characteristic_length
+        self._still: dict[int, bool] = {}
         self.loops = frozenset(loop.joint for loop in mechanism.loops)
         self._joint_of_body = {
             joint.id: name
@@ -56,60 +73,163 @@ class Bodies:
         self._link_of_body: dict[int, str] = {}
         for name, (body, _) in mechanism.links.items():
             self._link_of_body.setdefault(body, name)
+        self._order = {body: index for index, body in enumerate(sorted(self._link_of_body))}
+        self._attachments = attachments_of(mechanism)
         shapes, self.notes = shapes_of(mechanism) if visuals else ([], ())
         self.shapes = [shape for shape in shapes if self._known(shape.body)]
 
     def points(self) -> Array:
         """Return the points `(n, 3)` between which the mechanism moves [m]; none if unknown."""
+        stated = self._stated_points
+        if not len(stated):
+            return stated
+        corners = [
+            self._swept(item.body, forms.corners(np.concatenate([v for v, _ in surfaces])))
+            for item in self._defaults
+            if (surfaces := (*item.parts.link, *item.parts.pins))
+        ]
+        return np.concatenate([stated, *corners])
+
+    @cached_property
+    def _stated_points(self) -> Array:
+        """Points `(n, 3)` of joints and visuals [m]."""
         origins = (self._origin(name) for name in self._sweep.mechanism.joints)
+        drawn = {shape.body for shape in self.shapes}
+        centres = (
+            self._swept(body, centre[None])
+            for body in self._attachments
+            if body and body not in drawn and self._known(body)
+            if (centre := self._centre(body)) is not None
+        )
         return np.concatenate(
             [
                 np.zeros((0, 3)),
                 *(points for points in origins if points is not None),
-                *(self._swept_corners(shape) for shape in self.shapes),
+                *centres,
+                *(self._swept(shape.body, shape.corners()) for shape in self.shapes),
             ]
         )
+
+    @cached_property
+    def _defaults(self) -> list[_Default]:
+        """What stands for the links without visuals, and for universal joints."""
+        extent = float(np.linalg.norm(np.ptp(self._stated_points, axis=0)))
+        rod = rod_radius(self._attachments.values(), extent / 2.0 or self._length)
+        crosses = frozenset(
+            body
+            for body, items in self._attachments.items()
+            if body and is_cross(items, self._centre(body), rod)
+        )
+        drawn = {shape.body for shape in self.shapes}
+        travel = {
+            item.joint: travel_of(
+                *(item, items, self._attachments[item.other], self._span(item, body), rod)
+            )
+            for body, items in self._attachments.items()
+            for item in items
+            if item.kind == "slide" and not item.is_child
+        }
+        down = downwards(self._attachments.get(0, ()))
+        found: list[_Default] = []
+        for body, items in self._attachments.items():
+            if body in drawn or body not in self._link_of_body or not self._known(body):
+                continue
+            if self._stands(body):
+                found += self._bearings(body, items, down, crosses, travel, rod)
+                continue
+            parts = Body(items, self._centre(body), crosses, travel, rod).parts()
+            path = f"/mechanism/{node_name(self._link_of_body[body])}"
+            found.append(_Default(path, body, parts))
+        return found
+
+    def _bearings(
+        self,
+        body: int,
+        items: list[Attachment],
+        down: Array,
+        crosses: frozenset[int],
+        travel: dict[str, Travel],
+        rod: float,
+    ) -> list[_Default]:
+        """Return the bearings of what moves on a body that stands still."""
+        found = []
+        turn = self._placement(body)[0][0].T
+        for item in items:
+            if self._stands(item.other) or not self._known(item.other):
+                continue
+            way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
+            span = travel.get(item.joint, Travel())
+            joint = self._sweep.mechanism.joints[item.joint]
+            along = beside(self._sweep.mechanism, joint, np.inf)
+            parts = bearing(item, turn @ down, way, along, crosses, span, rod)
+            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
+        return found
+
+    def _centre(self, body: int) -> Array | None:
+        """Return the centre of a body's mass `(3,)` in it [m]; None where it has none."""
+        inertia = self._sweep.mechanism.model.inertias[body]
+        return inertia.lever if inertia.mass > 0.0 else None
+
+    def _leaving(self, item: Attachment) -> Array:
+        """Return where the body on the other side of a joint leaves it `(3,)`, in that body."""
+        others = self._attachments[item.other]
+        start = next(other.point for other in others if other.joint == item.joint)
+        points = [other.point for other in others if other.joint != item.joint]
+        centre = self._centre(item.other)
+        points += [] if centre is None else [centre]
+        arm = np.mean([point - start for point in points], axis=0) if points else np.zeros(3)
+        length = float(np.linalg.norm(arm))
+        return np.asarray(arm / length) if length else np.zeros(3)
+
+    def _span(self, item: Attachment, body: int) -> tuple[float, float]:
+        """Return the least and the greatest coordinate of a slide over the shown samples [m]."""
+        origin = self._origin(item.joint)
+        if origin is None or not self._known(body):
+            return 0.0, 0.0
+        rotation, position = self._placement(body)
+        start, axis = position + rotation @ item.point, rotation @ item.axis
+        way = np.sum((origin - start) * axis, axis=1)
+        return float(np.min(way)), float(np.max(way))
 
     def on_ground(self) -> frozenset[str]:
         """Return the joints that carry what moves on what stands still over the shown samples."""
         return frozenset(
-            name
-            for name, ends in self._ends().items()
-            if len({self._stands(body) for body in ends}) == 2
+            item.joint
+            for body, items in self._attachments.items()
+            for item in items
+            if self._stands(body) and not self._stands(item.other)
         )
 
     def _stands(self, body: int) -> bool:
         """Return whether a body does not move; of one sample alone, whether it is the ground."""
+        if body not in self._still:
+            self._still[body] = self._has_stood(body)
+        return self._still[body]
+
+    def _has_stood(self, body: int) -> bool:
         if body == 0 or len(self._samples) == 1 or not self._known(body):
             return body == 0
         rotation, position = self._placement(body)
         moves = np.ptp(rotation, axis=0).max() > STEADY
         return not (moves or np.ptp(position, axis=0).max() > STEADY * self._length)
 
-    def _ends(self) -> dict[str, tuple[int, int]]:
-        """Return which bodies each joint connects: its parent's, then its child's."""
-        mechanism = self._sweep.mechanism
-        ends = {
-            name: (int(mechanism.model.parents[joint.parts[0].id]), joint.id)
-            for name, joint in mechanism.joints.items()
-            if joint.parts
-        }
-        for loop in mechanism.loops:
-            parent = loop.predecessor if loop.is_fixed else ends[loop.joint][0]
-            ends[loop.joint] = parent, loop.successor
-        return ends
-
     def draw(self, drawing: Drawing, radius: float) -> None:
-        """Draw the shapes of the links, or rods if there are none.
+        """Draw the shapes of the links, default ones for those that have none.
 
         Args:
             drawing: what they are drawn on.
             radius: of the scene [m].
         """
-        if self.shapes:
-            self._draw_shapes(drawing, radius)
-        else:
-            self._draw_rods(drawing, radius)
+        self._draw_shapes(drawing, radius)
+        for item in self._defaults:
+            drawing.place(item.path, self._pose(item.body))
+            color = self._color(item.body)
+            for name, surfaces, shade in (
+                ("shape", item.parts.link, color),
+                ("pins", item.parts.pins, _shaded(color, _PIN_SHADE)),
+            ):
+                if surfaces:
+                    drawing.add(f"{item.path}/{name}", mesh(forms.joined(*surfaces)), shade)
 
     def _known(self, body: int) -> bool:
         """Return whether the sweep knows how a body moves."""
@@ -133,12 +253,14 @@ class Bodies:
 
     def _pose(self, body: int) -> Pose:
         rotation, position = self._placement(body)
+        if self._stands(body):
+            rotation, position = rotation[:1], position[:1]
         return Pose.of(position, forms.quaternions(rotation))
 
-    def _swept_corners(self, shape: Shape) -> Array:
-        """Return the points `(n, 3)` through which the corners of a shape move [m]."""
-        rotation, position = (array[::_CORNER_STRIDE] for array in self._placement(shape.body))
-        turned = np.einsum("nij,kj->nki", rotation, shape.corners())
+    def _swept(self, body: int, points: Array) -> Array:
+        """Return the points `(n, 3)` through which points `(k, 3)` of a body move [m]."""
+        rotation, position = (array[::_CORNER_STRIDE] for array in self._placement(body))
+        turned = np.einsum("nij,kj->nki", rotation, points)
         return np.asarray((turned + position[:, None]).reshape(-1, 3))
 
     def _draw_shapes(self, drawing: Drawing, radius: float) -> None:
@@ -148,48 +270,29 @@ class Bodies:
             node = f"/mechanism/{node_name(self._link_of_body[body])}"
             drawing.place(node, self._pose(body))
             for count, shape in enumerate(item for item in shapes if item.body == body):
-                color = self._color(body) if shape.color is None else _lit(shape.color)
+                color = (
+                    self._color(body)
+                    if shape.color is None
+                    else _shaded(Color(*shape.color), _WHITEST)
+                )
                 geometry, placement = shape.drawn(radius)
                 path = f"{node}/{node_name(shape.link)} {count}"
                 drawing.add(path, geometry, color, placement)
 
     def _color(self, body: int) -> Color:
         """Return the colour of a body of which nothing states one."""
-        return PALETTE[(body - 1) % len(PALETTE)] if body else GROUND
-
-    def _draw_rods(self, drawing: Drawing, radius: float) -> None:
-        """Draw each body as rods from the middle of its joints to each of them."""
-        for body, joints in self._joints_of_bodies().items():
-            if not self._known(body) or len(joints) < 2:
-                continue
-            rotation, position = (array[0] for array in self._placement(body))
-            ends = np.array(
-                [
-                    rotation.T @ (self._sweep.origin(name)[self._samples][0] - position)
-                    for name in joints
-                ]
-            )
-            middle = ends.mean(axis=0)
-            surfaces = [forms.path(np.array([middle, end]), _ROD_RADIUS * radius) for end in ends]
-            # Joints that share their origin have no distance that a rod could span.
-            rods = [surface for surface in surfaces if len(surface[0])]
-            if not rods:
-                continue
-            node = f"/mechanism/{node_name(self._link_of_body.get(body, str(body)))}"
-            drawing.place(node, self._pose(body))
-            for index, rod in enumerate(rods):
-                drawing.add(f"{node}/rod {index}", mesh(rod), self._color(body))
-
-    def _joints_of_bodies(self) -> dict[int, list[str]]:
-        """Return which joints each body carries."""
-        joints_of: dict[int, list[str]] = {}
-        for name, ends in self._ends().items():
-            for body in ends:
-                joints_of.setdefault(body, []).append(name)
-        return joints_of
+        return GROUND if self._stands(body) else PALETTE[self._order[body] % len(PALETTE)]
 
 
-def _lit(rgba: Rgba) -> Color:
-    """Return a stated colour as it is drawn: pure white would lose its shades in the light."""
-    red, green, blue, opacity = rgba
-    return Color(_WHITEST * red, _WHITEST * green, _WHITEST * blue, opacity)
+class _Default(NamedTuple):
+    """What is drawn of a body without visuals, or of one of its bearings: node, body and parts."""
+
+    path: str
+    body: int
+    parts: Parts
+
+
+def _shaded(color: Color, share: float) -> Color:
+    """Return a share of a colour."""
+    red, green, blue = (share * value for value in (color.red, color.green, color.blue))
+    return Color(red, green, blue, color.opacity)

@@ -126,6 +126,58 @@ def capsule(radius: float, length: float) -> tuple[Array, Array]:
     return _turned(np.repeat(curve, 2, axis=0)[1:-1])
 
 
+def cup(inner: float, outer: float) -> tuple[Array, Array]:
+    """Return vertices and faces of half a ball's shell about z, open towards negative z.
+
+    Args:
+        inner: radius of the ball that it holds.
+        outer: its own radius.
+    """
+    turn = np.linspace(0.0, 0.55 * np.pi, 2 * _ROUND_STEPS + 1)
+    around = np.stack([np.sin(turn), np.cos(turn)], axis=1)
+    curve = np.concatenate([inner * around, outer * around[::-1]])
+    return _turned(np.repeat(curve, 2, axis=0)[1:-1])
+
+
+def prism(outline: Array, low: float, high: float) -> tuple[Array, Array]:
+    """Return vertices and faces of a prism along z between two heights.
+
+    Args:
+        outline: corners `(k, 2)` of its convex section, counterclockwise.
+        low: height of one end.
+        high: height of the other one.
+    """
+    count = len(outline)
+    ends = [np.column_stack([outline, np.full(count, height)]) for height in (low, high)]
+    after = [np.roll(end, -1, axis=0) for end in ends]
+    # Corners of every face by itself: the viewer averages normals at shared vertices.
+    sides = np.stack([ends[0], after[0], after[1], ends[1]], axis=1).reshape(-1, 3)
+    quads = 4 * np.arange(count)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    fan = np.stack([np.zeros(count - 2), np.arange(1, count - 1), np.arange(2, count)], axis=1)
+    top, bottom = fan.astype(int) + 5 * count, fan.astype(int)[:, ::-1] + 4 * count
+    return np.concatenate([sides, *ends]), np.concatenate([quads.reshape(-1, 3), bottom, top])
+
+
+def moved(surface: tuple[Array, Array], rotation: Array, point: Array) -> tuple[Array, Array]:
+    """Return a surface that was turned by a matrix `(3, 3)`, then shifted to a point `(3,)`."""
+    return surface[0] @ rotation.T + point, surface[1]
+
+
+def upright(axis: Array, x: Array | None = None) -> Array:
+    """Return the rotation `(3, 3)` that turns z along an axis.
+
+    Args:
+        axis: of any length.
+        x: direction into whose plane with the axis x is turned; any if not given.
+    """
+    z = axis / np.linalg.norm(axis)
+    if x is None or np.linalg.norm(np.cross(z, x)) < _SHORTEST_STEP:
+        x = np.eye(3)[np.argmin(np.abs(z))]
+    x = x - (x @ z) * z
+    x = x / np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
 def path(points: Array, radius: float) -> tuple[Array, Array]:
     """Return vertices and faces of a wire along a curve `(n, 3)`; none if it is a point."""
     steps = np.diff(points, axis=0)
@@ -281,6 +333,13 @@ def filled(vectors: Array, threshold: float) -> tuple[Array, Array]:
     last = np.maximum.accumulate(np.where(usable, np.arange(len(vectors)), -1))
     last[last < 0] = int(np.argmax(usable))
     return vectors[last] / lengths[last, None], lengths
+
+
+def corners(points: Array) -> Array:
+    """Return the corners `(8, 3)` of a box around points `(n, 3)`."""
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    upper = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
+    return np.where(upper == 0, low, high)
 
 
 def extremes(points: Array, count: int = 96) -> Array:

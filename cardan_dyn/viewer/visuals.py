@@ -66,12 +66,10 @@ class Shape:
         if self.kind == "plane":
             return np.zeros((0, 3))
         if self.kind == "mesh":
-            low, high = np.min(self.vertices, axis=0), np.max(self.vertices, axis=0)
+            local = forms.corners(self.vertices)
         else:
-            high = self._half()
-            low = -high
-        upper = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-        local = np.where(upper == 0, low, high)
+            half = self._half()
+            local = forms.corners(np.array([-half, half]))
         return np.asarray(local @ self.placement[:3, :3].T + self.placement[:3, 3])
 
     def _half(self) -> Array:
