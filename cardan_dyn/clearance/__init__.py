@@ -17,6 +17,8 @@ from .scan_results import ComparedReversal, ForceReversal, JointScan, Scan, Scan
 from .scanning import scan
 from .simulating import simulate
 
+from . import plots  # isort: skip  # noqa: F401  Results draw themselves from here on.
+
 __all__ = [
     "ComparedReversal",
     "ContactLaw",

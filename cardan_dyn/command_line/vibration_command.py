@@ -171,7 +171,9 @@ def save_figures(
     speeds = np.linspace(found.low, found.high, _SPEEDS)
     plots = {
         "campbell": found.plot(),
-        "orders": forced_response(scene, speeds, joints=()).plot(found.orders, found),
+        "orders": forced_response(scene, speeds, joints=()).plot(
+            orders=found.orders, critical=found
+        ),
         "multipliers": floquet(scene, speeds).plot(),
     }
     if chart is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,9 @@ from .family_build import built, refuse_what_does_not_come_back
 from .family_points import FamilyPoints, sweep_of
 from .response import Response
 from .sampling import FunctionSampler
+
+if TYPE_CHECKING:
+    from .plot import FamilyPlot
 
 
 def family(
@@ -111,6 +114,13 @@ class ResponseFamily(Frozen):
     def __iter__(self) -> Iterator[Response]:
         """Iterate over the responses of all designs, in C order."""
         return iter(self._responses)
+
+    @property
+    def plot(self) -> FamilyPlot:
+        """Figures: `family.plot("bearing_out.bending", speed=3.0)`, a line per design."""
+        from .plot import FamilyPlot  # Imported here: few scripts draw.
+
+        return FamilyPlot(self)
 
     @property
     def error(self) -> Array:

@@ -12,6 +12,7 @@ import os
 from collections.abc import Mapping
 from decimal import Decimal
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +30,9 @@ from .columns import ACCELERATION, SPEED_SQUARED, Column
 from .data import ResponseData
 from .factors import Operation, checked_operation, column_factors
 from .operating_points import CouplingMoments, OperatingPoints, solved_motion
+
+if TYPE_CHECKING:
+    from .plot import ResponsePlot
 
 _GREATEST_COUNT = 2**30
 """Operating points of one sweep; a component of a wrench takes 8 bytes for each."""
@@ -94,6 +98,15 @@ class Response(Frozen):
             f"<Response of {self._problem.mechanism.name!r}: {self.sample_count} samples, "
             f"columns {', '.join(self.columns)}, error {self.error:.1e}>"
         )
+
+    @property
+    def plot(self) -> ResponsePlot:
+        """Figures: `response.plot("bearing_out", speed=3.0)`, those of a sweep over a period."""
+        from .plot import ResponsePlot  # Imported here: few scripts draw.
+
+        domain = self._data.series.domain
+        low = domain.origin if domain.periodic else domain.interval[0]
+        return ResponsePlot(self, low, low + domain.length * (1.0 if domain.periodic else 2.0))
 
     def sweep(
         self,

@@ -16,6 +16,7 @@ called with names of columns these, and its methods are the other figures. All r
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -135,9 +136,7 @@ class Plot:
         """
         table = self._table()
         known = table.columns()
-        chosen = columns or tuple(name for name in self.first if name in known)
-        if not chosen:
-            chosen = tuple(name for name, item in known.items() if item[1] and name != x)[-1:]
+        chosen = columns or tuple(name for name in self.first if name in known) or _first(table)
         if not chosen:
             raise ArgumentError(f"name what is drawn; columns: {choices(known)}")
         at = self._abscissa(x, xlabel, table, known)
@@ -364,11 +363,19 @@ class MotionPlot(Plot):
         turns = {label or self._result.mechanism.name: self._result}
         return ratio_and_angle_error(turns, output=output, **options)
 
-    def polar(self, joints: str | Sequence[str] = (), *, of: str = "", **options: Any) -> Figure:
+    def polar(
+        self,
+        joints: str | Sequence[str] = (),
+        frames: str | Sequence[str] = "parent",
+        *,
+        of: str = "",
+        **options: Any,
+    ) -> Figure:
         """Draw the curve of a joint's moment or force, see `figures.moment_polar`.
 
         Args:
             joints: one joint or several; each is a diagram; see `__call__` if there is none.
+            frames: `parent`, `joint` or `world`, or several of them.
             of: `moment` or `force`; if empty, the moment, unless there is none across the axes.
             options: of `figures.moment_polar`.
 
@@ -382,7 +389,7 @@ class MotionPlot(Plot):
         drawn = names(joints) if joints else list(self._bearings())
         if of and of not in kinds:
             raise ArgumentError(f"of is {described(of)}; it is {choices(kinds)}")
-        return kinds[of or self._most_asked(drawn)](self._result, drawn, **options)
+        return kinds[of or self._most_asked(drawn)](self._result, drawn, frames, **options)
 
     def orders(self, *columns: str, **options: Any) -> Figure:
         """Draw the amplitudes of columns over the orders of revolution.
@@ -564,6 +571,14 @@ class MotionPlot(Plot):
         owner, _, quantity = column.rpartition(".")
         parts = ("force", "moment", "torsion", "bending", "axial", "shear")
         return owner in self._result.outputs and quantity.startswith(parts)
+
+
+def _first(table: Table) -> tuple[str, ...]:
+    """Return the first numbers of a table that were not given, with others of their variable."""
+    for name, variable in table.variables:
+        if not variable.is_coordinate and variable.values.dtype.kind in "biuf":
+            return tuple(replace(table, variables=[(name, variable)]).columns())[:_MOST_JOINTS]
+    return ()
 
 
 def line_properties(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -23,48 +23,97 @@ _RESAMPLES = 400
 
 
 def plot_map(
-    data: xarray.Dataset, name: str, *, x: str, y: str, limit: float | None = None, **at: Any
+    data: xarray.Dataset,
+    name: str,
+    *,
+    x: str = "",
+    y: str = "",
+    limit: float | None = None,
+    title: str = "",
+    ax: Any = None,
+    figsize: tuple[float, float] | None = None,
+    **at: Any,
 ) -> Figure:
-    """Draw a map of a result over two parameters of a grid.
+    """Draw a map of a result over two parameters of a grid; cases without a result are grey.
 
     Args:
         data: of a study.
         name: of the result.
-        x: dimension along the abscissa.
-        y: dimension along the ordinate.
+        x: dimension along the abscissa; the first other than `y` if empty.
+        y: dimension along the ordinate; the next one if empty.
         limit: value along which a line is drawn [the unit of the result].
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
         at: other dimensions to the values at which they are looked at, the nearest ones.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         ArgumentError: there is no such result or dimension, or another one is not given.
     """
-    across, up, values, labels, title = _over_two(data, name, x, y, at)
-    return designs.value_map(across, up, values, labels=labels, limit=limit, title=title)
+    across, up, values, labels, where = _over_two(data, name, x, y, at)
+    return designs.value_map(
+        across,
+        up,
+        values,
+        labels=labels,
+        limit=limit,
+        title=_joined(title, where),
+        ax=ax,
+        figsize=figsize,
+    )
 
 
 def plot_contours(
-    data: xarray.Dataset, name: str, *, x: str, y: str, limit: float | None = None, **at: Any
+    data: xarray.Dataset,
+    name: str,
+    *,
+    x: str = "",
+    y: str = "",
+    limit: float | None = None,
+    title: str = "",
+    ax: Any = None,
+    figsize: tuple[float, float] | None = None,
+    **at: Any,
 ) -> Figure:
     """Draw lines of equal values of a result over two parameters, with that of a limit.
 
     Args:
         data: see `plot_map`, for all arguments.
         name: of the result.
-        x: dimension along the abscissa.
-        y: dimension along the ordinate.
+        x: dimension along the abscissa; the first other than `y` if empty.
+        y: dimension along the ordinate; the next one if empty.
         limit: value along which a thick line is drawn; what lies beyond is hatched. The title says
             so where all or nothing does.
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
         at: other dimensions to values.
 
     Raises:
         ArgumentError: as `plot_map`, or too few values.
     """
-    across, up, values, labels, title = _over_two(data, name, x, y, at)
-    return designs.contour_map(across, up, values, labels=labels, limit=limit, title=title)
+    across, up, values, labels, where = _over_two(data, name, x, y, at)
+    return designs.contour_map(
+        across,
+        up,
+        values,
+        labels=labels,
+        limit=limit,
+        title=_joined(title, where),
+        ax=ax,
+        figsize=figsize,
+    )
 
 
-def plot_tornado(data: xarray.Dataset, name: str) -> Figure:
+def plot_tornado(
+    data: xarray.Dataset,
+    name: str,
+    *,
+    title: str = "",
+    ax: Any = None,
+    figsize: tuple[float, float] | None = None,
+) -> Figure:
     """Draw between which values each parameter moves a result.
 
     Of a grid, the others then are in the middle of their values. Of samples, the ends are means
@@ -74,6 +123,9 @@ def plot_tornado(data: xarray.Dataset, name: str) -> Figure:
     Args:
         data: of a study.
         name: of the result, a number per case.
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: there is no such result, or a case has several.
@@ -100,32 +152,57 @@ def plot_tornado(data: xarray.Dataset, name: str) -> Figure:
             means = [float(found.where(part).mean()) for part in parts]
             ranges[_between(str(column.name), ends)] = means[0], means[1]
         middle = float(found.mean())
-    return designs.tornado(ranges, middle=middle, label=_label(data[name]))
+    label = _label(data[name])
+    return designs.tornado(ranges, middle=middle, label=label, title=title, ax=ax, figsize=figsize)
 
 
-def plot_scatter(data: xarray.Dataset, name: str, *, limit: float | None = None) -> Figure:
+def plot_scatter(
+    data: xarray.Dataset,
+    name: str,
+    *,
+    limit: float | None = None,
+    title: str = "",
+    ax: Any = None,
+    figsize: tuple[float, float] | None = None,
+) -> Figure:
     """Draw a result over each parameter, a point for each case.
 
     Args:
         data: of a study.
         name: of the result, a number per case.
         limit: value at which a line is drawn.
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure, one for each parameter.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: there is no such result, or a case has several.
     """
     columns, values = _flat(data, [name])
     last = values.pop(_label(data[name]))
-    return designs.scatter(columns, last, label=_label(data[name]), limit=limit)
+    label = _label(data[name])
+    return designs.scatter(
+        columns, last, label=label, limit=limit, title=title, ax=ax, figsize=figsize
+    )
 
 
-def plot_parallel(data: xarray.Dataset, *names: str, limit: float | None = None) -> Figure:
+def plot_parallel(
+    data: xarray.Dataset,
+    *names: str,
+    limit: float | None = None,
+    title: str = "",
+    ax: Any = None,
+    figsize: tuple[float, float] | None = None,
+) -> Figure:
     """Draw each case as a line over all parameters and some results.
 
     Args:
         data: of a study.
         names: of the results, a number per case each; the last one colours the lines.
         limit: value of that beyond which lines are dashed.
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
 
     Raises:
         ArgumentError: there is no such result, none is named, or a case has several.
@@ -133,7 +210,9 @@ def plot_parallel(data: xarray.Dataset, *names: str, limit: float | None = None)
     if not names:
         raise ArgumentError(f"name results: {choices(map(str, data.data_vars))}")
     columns, values = _flat(data, list(names))
-    return designs.parallel_coordinates({**columns, **values}, limit=limit)
+    return designs.parallel_coordinates(
+        {**columns, **values}, limit=limit, title=title, ax=ax, figsize=figsize
+    )
 
 
 class SobolIndices(NamedTuple):
@@ -267,6 +346,13 @@ def _over_two(
     """Return a result over two dimensions, with labels."""
     values = _result(data, name)
     dims = [str(dim) for dim in values.dims]
+    others = (dim for dim in dims if dim not in (x, y, *at))
+    x, y = x or next(others, ""), y or next(others, "")
+    if not (x and y):
+        raise ArgumentError(
+            f"{name} varies along {choices(dims)}, and a map needs two dimensions: draw it by "
+            f"data[{name!r}].plot()"
+        )
     for dim in (x, y, *at):
         if dim not in dims:
             raise ArgumentError(
@@ -282,6 +368,10 @@ def _over_two(
     up, labels_y = _axis(data, y)
     title = ", ".join(f"{dim} = {_valued(values[dim])}" for dim in at)
     return across, up, np.asarray(values), (labels_x, labels_y, _label(data[name])), title
+
+
+def _joined(*parts: str) -> str:
+    return ", ".join(part for part in parts if part)
 
 
 def _axis(data: xarray.Dataset, dim: str) -> tuple[Array, str]:

@@ -456,7 +456,7 @@ def test_points_stand_in_tables_by_name(tmp_path: Path) -> None:
 def test_points_draw_themselves_over_each_other() -> None:
     pytest.importorskip("matplotlib")
     point = four_bar().sweep(TURN, speed=3.0).point("coupler", POINT)
-    figure = point.plot("coupler.position_y", over="coupler.position_x")
+    figure = point.plot("coupler.position_y", x="coupler.position_x")
     (line,) = figure.axes[0].lines
     np.testing.assert_array_equal(line.get_xdata(), point.position[:, 0])
     np.testing.assert_array_equal(line.get_ydata(), point.position[:, 1])

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...checks import positives
+from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ..model.modes import Modes, averaged, clear_senses, modes, sense_name
 from ..model.rotating_scene import speeds_of
@@ -25,6 +26,38 @@ if TYPE_CHECKING:
 
 _MOST_PERMUTED = 5
 """Modes up to which all their orders are compared; more are followed one by one."""
+
+
+class CampbellPlot(Plot):
+    """Draws natural frequencies over speed."""
+
+    def __call__(
+        self, *columns: Any, orders: Any = (1, 2, 4), critical: Any = None, **options: Any
+    ) -> Figure:
+        """Draw natural frequencies over speed, with the lines of orders, or columns of the table.
+
+        Args:
+            columns: see `Plot`, for all options of columns.
+            orders: cycles per revolution of the drive, one or several.
+            critical: speeds and frequencies `(C, 2)` that are marked [rad/s].
+            options: `title`, `ax` (one axes) and `figsize`.
+
+        Raises:
+            ArgumentError: orders are no numbers, or as `Plot`.
+        """
+        if columns:
+            return super().__call__(*columns, **options)
+        from ...figures.critical_speeds import campbell
+
+        found = self._result
+        return campbell(
+            found.speed,
+            found.frequency,
+            orders=orders,
+            whirl=clear_senses(found.whirl),
+            critical=critical,
+            **own_options(options, "orders", "critical"),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,20 +124,10 @@ class Campbell(VibrationResult):
         columns = ("frequency", "decay", "log_decrement", "amplification", "shape", "whirl")
         return replace(self, **{name: getattr(self, name)[..., order] for name in columns})
 
-    def plot(self, orders: Any = (1, 2, 4), *, critical: Any = None) -> Figure:
-        """Draw natural frequencies over speed, with the lines of orders.
-
-        Args:
-            orders: cycles per revolution of the drive, one or several.
-            critical: speeds and frequencies `(C, 2)` that are marked [rad/s].
-
-        Raises:
-            ArgumentError: orders are no numbers.
-        """
-        from ...figures.critical_speeds import campbell
-
-        whirl = clear_senses(self.whirl)
-        return campbell(self.speed, self.frequency, orders=orders, whirl=whirl, critical=critical)
+    @property
+    def plot(self) -> CampbellPlot:
+        """Figures: `campbell.plot()`, natural frequencies over speed with the lines of orders."""
+        return CampbellPlot(self)
 
     def __repr__(self) -> str:
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"

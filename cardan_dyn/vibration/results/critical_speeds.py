@@ -12,6 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...checks import flag, positives
 from ...errors import ArgumentError
+from ...results.plot import Plot
 from ...results.table import Table
 from ..model.modes import sense_name
 from ..model.periodic_grid import amplitudes, orders_of
@@ -106,6 +107,29 @@ class CriticalSpeed(NamedTuple):
         )
 
 
+class CriticalSpeedsPlot(Plot):
+    """Draws critical speeds in the diagram of Campbell."""
+
+    def __call__(self, *columns: Any, **options: Any) -> Figure:
+        """Draw natural frequencies over speed with the orders, and the critical speeds.
+
+        Args:
+            columns: of the table instead, see `Plot`.
+            options: of `Campbell.plot`; the orders are those that were looked at.
+
+        Raises:
+            ArgumentError: as `Campbell.plot`.
+        """
+        if columns:
+            return super().__call__(*columns, **options)
+        found = self._result
+        points = [(row.speed, row.frequency) for row in found.rows if row.kind == "resonance"]
+        drawn: Figure = found.campbell.plot(
+            **{"orders": found.orders, "critical": points or None, **options}
+        )
+        return drawn
+
+
 @dataclass(frozen=True, eq=False)
 class CriticalSpeeds(VibrationResult):
     """Critical speeds in a range, ascending; iterate over them, or print their table.
@@ -176,10 +200,10 @@ class CriticalSpeeds(VibrationResult):
         rows = [row._asdict() for row in self.rows]
         return Table.of_rows(rows, dict(zip(CriticalSpeed._fields, units, strict=True)))
 
-    def plot(self) -> Figure:
-        """Draw natural frequencies over speed with the orders, and the critical speeds."""
-        points = [(row.speed, row.frequency) for row in self.rows if row.kind == "resonance"]
-        return self.campbell.plot(self.orders, critical=points or None)
+    @property
+    def plot(self) -> CriticalSpeedsPlot:
+        """Figures: `found.plot()`, natural frequencies with the orders, and the critical speeds."""
+        return CriticalSpeedsPlot(self)
 
     def __str__(self) -> str:
         lines = [f"critical speeds from {self.low:g} to {self.high:g} rad/s"]

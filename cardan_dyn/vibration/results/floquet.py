@@ -12,6 +12,7 @@ from ...arrays import Array
 from ...checks import flag, mapping, numbers, positive, whole
 from ...dynamics.workers import in_order, shares_of
 from ...errors import ArgumentError
+from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ..model.rotating_scene import rotating_scene, speeds_of
 from ..motions.correction import refuse_unheld
@@ -26,6 +27,51 @@ if TYPE_CHECKING:
 _LOOKED_AT = 3
 """Speeds, at least, that tell whether all coordinates are held."""
 _STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisting")
+
+
+class FloquetPlot(Plot):
+    """Draws stability over speed."""
+
+    def __call__(self, *columns: Any, **options: Any) -> Figure:
+        """Draw multipliers over speed, or a chart of their kinds over speed and design.
+
+        The ordinate of a chart is the first joint whose positions all differ.
+
+        Args:
+            columns: of the table instead, see `Plot`.
+            options: `title`, `ax` (one axes) and `figsize`.
+
+        Raises:
+            ArgumentError: there are several designs, and no such joint; or as `Plot`.
+        """
+        if columns:
+            return super().__call__(*columns, **options)
+        found, told = self._result, own_options(options)
+        if found.kind.ndim == 1 or len(found.kind) == 1:
+            from ...figures.vibration import multipliers
+
+            sizes = np.abs(found.multipliers).reshape(len(found.speed), -1)
+            return multipliers(found.speed, sizes, **told)
+        from ...figures.critical_speeds import KINDS, stability_chart
+
+        name = next((key for key, of in found.held.items() if len(set(of.tolist())) == len(of)), "")
+        if not name:
+            raise ArgumentError(
+                f"a chart needs a joint whose positions all differ, not {', '.join(found.held)}; "
+                "draw `kind` yourself"
+            )
+        numbers_of = {kind: number for number, kind in enumerate(KINDS)}
+        kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(found.kind)
+        rows, order = np.argsort(found.held[name]), np.argsort(found.speed)
+        others = [key for key in found.held if key != name]
+        return stability_chart(
+            found.speed[order],
+            found.held[name][rows],
+            kinds[rows][:, order].T,
+            joint=f"{name} with {', '.join(others)}" if others else name,
+            slides=found.scene.mechanism.coordinates.named[name].slides,
+            **told,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,38 +169,10 @@ class Floquet(VibrationResult):
             rows, {**units, "growth": "1/s", "trace": "1", "determinant": "1", "coexisting": "1"}
         )
 
-    def plot(self) -> Figure:
-        """Draw multipliers over speed, or a chart of their kinds over speed and design.
-
-        The ordinate of a chart is the first joint whose positions all differ.
-
-        Raises:
-            ArgumentError: there are several designs, and no such joint.
-        """
-        if self.kind.ndim == 1 or len(self.kind) == 1:
-            from ...figures.vibration import multipliers
-
-            sizes = np.abs(self.multipliers).reshape(len(self.speed), -1)
-            return multipliers(self.speed, sizes)
-        from ...figures.critical_speeds import KINDS, stability_chart
-
-        name = next((key for key, of in self.held.items() if len(set(of.tolist())) == len(of)), "")
-        if not name:
-            raise ArgumentError(
-                f"a chart needs a joint whose positions all differ, not {', '.join(self.held)}; "
-                "draw `kind` yourself"
-            )
-        numbers_of = {kind: number for number, kind in enumerate(KINDS)}
-        kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)
-        rows, columns = np.argsort(self.held[name]), np.argsort(self.speed)
-        others = [key for key in self.held if key != name]
-        return stability_chart(
-            self.speed[columns],
-            self.held[name][rows],
-            kinds[rows][:, columns].T,
-            joint=f"{name} with {', '.join(others)}" if others else name,
-            slides=self.scene.mechanism.coordinates.named[name].slides,
-        )
+    @property
+    def plot(self) -> FloquetPlot:
+        """Figures: `found.plot()`, multipliers over speed, or a chart over speed and design."""
+        return FloquetPlot(self)
 
     def __repr__(self) -> str:
         count = int(np.sum(~self.is_stable))

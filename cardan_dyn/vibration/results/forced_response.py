@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...checks import names, number, numbers, text
 from ...errors import ArgumentError, choices
+from ...results.plot import Plot, own_options
 from ...results.sweep import FRAMES
 from ...results.table import Table
 from ..model.periodic_grid import amplitudes, nodes, orders_of
@@ -32,6 +33,56 @@ _SHOWN = 1e-12
 """Least amplitude that a table lists, as a fraction of the greatest of its kind."""
 _SAME_ORDER = 1e-9
 """Difference of two orders that is rounding."""
+
+
+class ForcedResponsePlot(Plot):
+    """Draws amplitudes over speed."""
+
+    def __call__(
+        self,
+        *columns: Any,
+        orders: Any = (1, 2, 4),
+        critical: CriticalSpeeds | None = None,
+        logarithmic: bool = True,
+        **options: Any,
+    ) -> Figure:
+        """Draw amplitudes of the free coordinates over speed, a line for each order.
+
+        Lines are those of one motion at each speed, mostly the smallest: where a resonance leans
+        over, they pass below its peak.
+
+        Args:
+            columns: of the table instead, see `Plot`.
+            orders: cycles per revolution of the drive `(K,)`; those without amplitudes are left
+                out.
+            critical: critical speeds of the scene, whose greatest amplitudes and jumps are drawn
+                as points: along the branch of motions, of the coordinate that a mode moves most.
+            logarithmic: amplitudes on a logarithmic scale.
+            options: `title`, `ax` (one axes) and `figsize`.
+
+        Raises:
+            ArgumentError: the orders are no numbers, or as `Plot`.
+        """
+        if columns:
+            return super().__call__(*columns, **options)
+        from ...figures.critical_speeds import orders_over_speed
+
+        found = self._result
+        wanted = np.atleast_1d(numbers("orders", orders)).tolist()
+        lines = {
+            f"{name}, {order:g}×": np.abs(found.of(name, order))
+            for name in found.free
+            for order in wanted
+            if found._wave(order) is not None
+        }
+        return orders_over_speed(
+            found.speed,
+            lines,
+            unit=unit_of(found.scene),
+            peaks=None if critical is None else critical.peaks(wanted),
+            logarithmic=logarithmic,
+            **own_options(options, "orders", "critical", "logarithmic"),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,32 +211,10 @@ class ForcedResponse(VibrationResult):
         units = ("rad/s", "", "", "1/rev", "rad, m, N or N·m", "rad")
         return Table.of_rows(rows, dict(zip(columns, units, strict=True)))
 
-    def plot(self, orders: Any = (1, 2, 4), critical: CriticalSpeeds | None = None) -> Figure:
-        """Draw amplitudes of the free coordinates over speed, a line for each order.
-
-        Lines are those of one motion at each speed, mostly the smallest: where a resonance leans
-        over, they pass below its peak.
-
-        Args:
-            orders: cycles per revolution of the drive `(K,)`; those without amplitudes are left
-                out.
-            critical: critical speeds of the scene, whose greatest amplitudes and jumps are drawn
-                as points: along the branch of motions, of the coordinate that a mode moves most.
-
-        Raises:
-            ArgumentError: the orders are no numbers.
-        """
-        from ...figures.critical_speeds import orders_over_speed
-
-        wanted = np.atleast_1d(numbers("orders", orders)).tolist()
-        chosen = [order for order in wanted if self._wave(order) is not None]
-        lines = {
-            f"{name}, {order:g}×": np.abs(self.of(name, order))
-            for name in self.free
-            for order in chosen
-        }
-        peaks = None if critical is None else critical.peaks(wanted)
-        return orders_over_speed(self.speed, lines, unit=unit_of(self.scene), peaks=peaks)
+    @property
+    def plot(self) -> ForcedResponsePlot:
+        """Figures: `response.plot()`, amplitudes of the free coordinates over speed by orders."""
+        return ForcedResponsePlot(self)
 
     def __repr__(self) -> str:
         return (

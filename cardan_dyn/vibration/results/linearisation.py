@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import ArgumentError
+from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ..model.modes import Modes, averaged, modes
 from ..model.periodic_grid import amplitudes, orders_of
@@ -38,6 +39,33 @@ _UNITS = {
     "rad or m": ("SI", "SI", "SI"),
 }
 """Units of mass, damping and stiffness, by that of the free coordinates."""
+
+
+class LinearisationPlot(Plot):
+    """Draws the coefficients of a linear equation."""
+
+    def __call__(self, *columns: Any, **options: Any) -> Figure:
+        """Draw mass, damping and stiffness over the drive's position, a whole period.
+
+        Args:
+            columns: of the table instead, see `Plot`.
+            options: `title`, `ax` (three axes) and `figsize`.
+
+        Raises:
+            ArgumentError: as `Plot`.
+        """
+        if columns:
+            return super().__call__(*columns, **options)
+        from ...figures.vibration import coefficients
+
+        found = self._result
+        names, units = ("mass", "damping", "stiffness"), _UNITS[unit_of(found.scene)]
+        closed = {
+            f"{name} [{unit}]": np.concatenate([getattr(found, name), getattr(found, name)[:1]])
+            for name, unit in zip(names, units, strict=True)
+        }
+        at = np.append(found.position, found.period)
+        return coefficients(at, closed, found.free, **own_options(options))
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,16 +167,10 @@ class Linearisation(VibrationResult):
         ]
         return Table.of_rows(rows, {"order": "1/rev", **dict.fromkeys(parts, "SI")})
 
-    def plot(self) -> Figure:
-        """Draw mass, damping and stiffness over the drive's position, a whole period."""
-        from ...figures.vibration import coefficients
-
-        names, units = ("mass", "damping", "stiffness"), _UNITS[unit_of(self.scene)]
-        closed = {
-            f"{name} [{unit}]": np.concatenate([getattr(self, name), getattr(self, name)[:1]])
-            for name, unit in zip(names, units, strict=True)
-        }
-        return coefficients(np.append(self.position, self.period), closed, self.free)
+    @property
+    def plot(self) -> LinearisationPlot:
+        """Figures: `linear.plot()`, mass, damping and stiffness over the drive's position."""
+        return LinearisationPlot(self)
 
     def __repr__(self) -> str:
         return (

@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...checks import positive, several, whole
 from ...errors import ArgumentError, VibrationError
+from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
@@ -64,6 +65,59 @@ def states(order: Array, amplitude: Array, speed: Array, position: Array) -> Sta
     waves = np.exp(1j * np.outer(position, order))
     rate = 1j * order[:, None] * speed[:, None, None]
     return States(*((waves @ (rate**power * amplitude)).real for power in range(3)))
+
+
+class PeriodicMotionPlot(Plot):
+    """Draws periodic motions."""
+
+    def __call__(self, *columns: Any, row: int = 0, **options: Any) -> Figure:
+        """Draw the free coordinates of a motion over a revolution.
+
+        Args:
+            columns: of the table instead, see `Plot`.
+            row: which of the motions.
+            options: `title`, `ax` (one axes) and `figsize`.
+
+        Raises:
+            ArgumentError: no such row, or as `Plot`.
+        """
+        if columns:
+            return super().__call__(*columns, **options)
+        from ...figures.vibration import over_revolution
+
+        found = self._result
+        position, values = self._course(row)
+        return over_revolution(
+            position, values, found.free, unit=unit_of(found.scene), **own_options(options, "row")
+        )
+
+    def orbit(self, first: str = "", second: str = "", *, row: int = 0, **options: Any) -> Figure:
+        """Draw the path of two free coordinates of a motion; a dot marks where it begins.
+
+        Args:
+            first: coordinate along the abscissa, the first free one if empty.
+            second: coordinate along the ordinate, the next one if empty.
+            row: which of the motions.
+            options: `title`, `ax` (one axes) and `figsize`.
+
+        Raises:
+            ArgumentError: no such row, or one is not free.
+        """
+        from ...figures.vibration import orbits
+
+        found = self._result
+        first = first or found.free[0]
+        second = second or next((name for name in found.free if name != first), first)
+        path = found.orbit(first, second, row)
+        across, up = (f"{name} [{unit_of(found.scene, name)}]" for name in (first, second))
+        speed = f"{found.speed[row]:.6g} rad/s"
+        return orbits({speed: path}, labels=(across, up), **own_options(options))
+
+    def _course(self, row: int) -> tuple[Array, Array]:
+        """Return positions of the drive over a revolution, and the free coordinates there."""
+        found = self._result
+        position = np.linspace(0.0, 2.0 * np.pi, 721)
+        return position, found.at(position).position[found._row(row)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,18 +260,10 @@ class PeriodicMotion(VibrationResult):
             },
         )
 
-    def plot(self, row: int = 0) -> Figure:
-        """Draw the free coordinates of a motion over a revolution.
-
-        Raises:
-            ArgumentError: no such row.
-        """
-        row = self._row(row)
-        from ...figures.vibration import over_revolution
-
-        position = np.linspace(0.0, 2.0 * np.pi, 721)
-        values = self.at(position).position[row]
-        return over_revolution(position, values, self.free, unit=unit_of(self.scene))
+    @property
+    def plot(self) -> PeriodicMotionPlot:
+        """Figures: `found.plot()`, free coordinates over a revolution, and `plot.orbit()`."""
+        return PeriodicMotionPlot(self)
 
     def __repr__(self) -> str:
         more = self.incomplete

@@ -11,7 +11,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...checks import number, positive
-from ...errors import ArgumentError, VibrationError
+from ...errors import ArgumentError, VibrationError, choices
+from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ...simulation.events import Event
 from ..model.rotating_scene import rotating_scene
@@ -208,6 +209,70 @@ def windows_of(time: Array, drive: Array, speed: Array, free: Array) -> Windows:
     )
 
 
+class RunUpPlot(Plot):
+    """Draws a run through a range of speeds."""
+
+    def __call__(self, *columns: Any, **options: Any) -> Figure:
+        """Draw a free coordinate over speed, beside the prediction.
+
+        Args:
+            columns: name of a free coordinate, the first one if there is none; or columns of the
+                table, see `Plot`.
+            options: `title`, `ax` (one axes) and `figsize`.
+
+        Raises:
+            ArgumentError: the coordinate is not free, or as `Plot`.
+        """
+        found = self._result
+        name = columns[0] if columns else found.free[0]
+        if len(columns) > 1 or name not in found.free:
+            known = found.table().columns()
+            if len(columns) == 1 and isinstance(name, str) and name not in known:
+                raise ArgumentError(
+                    f"{name!r} is not free; free: {', '.join(found.free)}; columns: "
+                    f"{choices(known, name)}"
+                )
+            return super().__call__(*columns, **options)
+        from ...figures.vibration import run_up as drawn
+
+        column = found.free.index(name)
+        values = found.position[:, column] - np.mean(found.position[:, column])
+        curves = {"periodic motion": found.predicted, "averaged": found.linear}
+        return drawn(
+            found.mean_speed,
+            values,
+            unit=unit_of(found.scene, name),
+            predicted={
+                name: (found.predicted_speed, line[:, column]) for name, line in curves.items()
+            },
+            **own_options(options),
+        )
+
+    def torque(self, **options: Any) -> Figure:
+        """Draw the torque that the motions absorb over speed, beside what the drive has.
+
+        A captured drive is marked where it stays in the long run, to which short runs still creep.
+
+        Args:
+            options: `title`, `ax` (one axes) and `figsize`.
+        """
+        from ...figures.vibration import torque_over_speed
+
+        found = self._result
+        by, held = found.captured_by, None
+        if by is not None:
+            held = by.holds if np.isfinite(by.holds) else found.captured_speed
+        available = found.predicted_torque - found.predicted_lack
+        return torque_over_speed(
+            found.predicted_speed,
+            found.predicted_torque,
+            available=available if found._is_driven else None,
+            barriers=[(item.speed, item.torque) for item in found.barriers],
+            held=held,
+            **own_options(options),
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class RunUp(VibrationResult):
     """A run through a range of speed; N samples, W windows, n free coordinates.
@@ -299,47 +364,10 @@ class RunUp(VibrationResult):
         names = ("speed", "coordinate", "envelope", "predicted", "linear")
         return Table.of_rows(rows, dict(zip(names, units, strict=True)))
 
-    def plot(self, coordinate: str | None = None) -> Figure:
-        """Draw a free coordinate over speed, the first one if None, beside the prediction.
-
-        Raises:
-            ArgumentError: it is not free.
-        """
-        from ...figures.vibration import run_up as drawn
-
-        if coordinate is not None and coordinate not in self.free:
-            raise ArgumentError(f"{coordinate!r} is not free; free: {', '.join(self.free)}")
-        name = self.free[0] if coordinate is None else coordinate
-        column = self.free.index(name)
-        values = self.position[:, column] - np.mean(self.position[:, column])
-        curves = {"periodic motion": self.predicted, "averaged": self.linear}
-        return drawn(
-            self.mean_speed,
-            values,
-            unit=unit_of(self.scene, name),
-            predicted={
-                name: (self.predicted_speed, line[:, column]) for name, line in curves.items()
-            },
-        )
-
-    def plot_torque(self) -> Figure:
-        """Draw the torque that the motions absorb over speed, beside what the drive has.
-
-        A captured drive is marked where it stays in the long run, to which short runs still creep.
-        """
-        from ...figures.vibration import torque_over_speed
-
-        by, held = self.captured_by, None
-        if by is not None:
-            held = by.holds if np.isfinite(by.holds) else self.captured_speed
-        available = self.predicted_torque - self.predicted_lack
-        return torque_over_speed(
-            self.predicted_speed,
-            self.predicted_torque,
-            available=available if self._is_driven else None,
-            barriers=[(item.speed, item.torque) for item in self.barriers],
-            held=held,
-        )
+    @property
+    def plot(self) -> RunUpPlot:
+        """Figures: `found.plot()`, a free coordinate over speed, and `plot.torque()`."""
+        return RunUpPlot(self)
 
     def stored(self) -> dict[str, Any]:
         """Return what `save` writes, of the barriers a column for each field."""

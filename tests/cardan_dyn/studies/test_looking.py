@@ -108,7 +108,16 @@ def test_maps_and_contours_show_what_is_there(grid: studies.Study) -> None:
     expected = grid.dataset.force.sel(count=2.0).values.T
     np.testing.assert_array_equal(cells, expected)
     assert np.isnan(cells[-1, -1])
-    assert "count = 2" in figure.get_suptitle()
+    assert "count = 2" in figure.axes[0].get_title()
+    # Grey is a case that failed: the legend says so, and of how many.
+    (legend,) = figure.legends
+    missing = int(np.isnan(expected).sum())
+    assert [text.get_text() for text in legend.get_texts()] == [f"no result: {missing} of 30"]
+    assert legend.get_patches()[0].get_facecolor() == axes.get_facecolor()
+    # The first dimensions that are not given are those of the map.
+    plain = studies.plot_map(grid.dataset, "force", count=2.2, title="bowl", figsize=(5.0, 4.0))
+    assert plain.axes[0].get_xlabel() == "angle [°]"
+    assert plain.axes[0].get_title() == "bowl, count = 2"
     contours = studies.plot_contours(
         grid.dataset, "force", x="length", y="count", angle=0.0, limit=4.0
     )
@@ -156,9 +165,9 @@ def test_what_cannot_be_drawn_is_said(grid: studies.Study) -> None:
 def test_figures_say_what_they_show_and_where(grid: studies.Study) -> None:
     data = grid.dataset
     figure = studies.plot_contours(data, "force", x="length", y="count", angle=0.3, limit=4.0)
-    assert figure.get_suptitle() == "force [N], angle = 17.19°, limit 4"
+    assert figure.axes[0].get_title() == "force [N], angle = 17.19°, limit 4"
     figure = studies.plot_map(data, "force", x="angle", y="count", length=1.4)
-    assert figure.get_suptitle() == "length = 1.5 m"
+    assert figure.axes[0].get_title() == "length = 1.5 m"
     labels = [
         text.get_text() for text in studies.plot_tornado(data, "force").axes[0].get_yticklabels()
     ]
@@ -175,7 +184,7 @@ def test_limits_beyond_all_values_are_said_and_hatched(grid: studies.Study) -> N
         )
         filled = [item for item in figure.axes[0].collections if getattr(item, "filled", False)]
         corners = [path.get_extents() for item in filled for path in item.get_paths()]
-        return sum(box.width * box.height for box in corners), figure.get_suptitle()
+        return sum(box.width * box.height for box in corners), figure.axes[0].get_title()
 
     area = 2.0 * 2.0
     assert hatched(0.5) == (

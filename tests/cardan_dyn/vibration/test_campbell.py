@@ -85,7 +85,7 @@ def test_separation_margin(found: Campbell) -> None:
     with pytest.raises(ArgumentError, match="orders is not"):
         found.separation_margin("first")
     with pytest.raises(ArgumentError, match="orders is not"):
-        found.plot("first")
+        found.plot(orders="first")
 
 
 @pytest.mark.slow
@@ -109,12 +109,12 @@ def test_modes_keep_their_columns_where_frequencies_cross() -> None:
 def test_tables_and_figures(found: Campbell) -> None:
     frame = found.to_dataframe()
     assert frame.whirl.tolist() == ["backward", "forward"] * 3
-    (axes,) = found.plot(2).axes
+    (axes,) = found.plot(orders=2).axes
     assert [text.get_text() for text in axes.texts] == ["2×"]
     assert axes.get_legend_handles_labels()[1] == ["mode 1, backward", "mode 2, forward"]
     for orders in ("two", None):
         with pytest.raises(ArgumentError, match="orders is not an array of real numbers"):
-            found.plot(orders)
+            found.plot(orders=orders)
     assert "3 speeds" in repr(found)
 
 

@@ -378,7 +378,7 @@ def test_figure_of_orders_has_the_peak_and_jumps_of_the_table() -> None:
     found = vibration.critical_speeds(scene, [110.0, 112.5], orders=2.0, instabilities=False)
     (row,) = found
     response = vibration.forced_response(scene, np.linspace(110.0, 112.5, 11), joints=())
-    (axes,) = response.plot(found.orders, found).axes
+    (axes,) = response.plot(orders=found.orders, critical=found).axes
     lines = {line.get_label(): np.array(line.get_data()) for line in axes.lines}
     np.testing.assert_allclose(
         lines["peak along its branch"], [[row.speed * PER_MINUTE], [row.severity]]

@@ -199,7 +199,7 @@ def test_what_is_asked_for_wrongly() -> None:
     with pytest.raises(ArgumentError, match="frame is 3"):
         response([0.3], frame=3)
     with pytest.raises(ArgumentError, match="orders is not an array"):
-        found.plot("second")
+        found.plot(orders="second")
     with pytest.raises(ArgumentError, match="'bearing_out' has no amplitudes"):
         found.of("bearing_out", 2)
     with pytest.raises(ArgumentError, match="free coordinates are"):

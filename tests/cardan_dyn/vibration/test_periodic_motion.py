@@ -156,10 +156,17 @@ def test_copies_and_files(found: PeriodicMotion, tmp_path: Path) -> None:
     with np.load(tmp_path / "motion.npz") as stored:
         np.testing.assert_array_equal(stored["amplitude"], found.amplitude)
     assert found.plot().axes
+    (axes,) = found.plot.orbit().axes
+    path = found.orbit(*found.free[:2], count=361)
+    np.testing.assert_array_equal(axes.lines[0].get_xydata(), path)
 
 
 def test_rows_that_do_not_exist_are_refused(found: PeriodicMotion) -> None:
-    for call in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+    for call in (
+        found.sweep,
+        lambda row: found.plot(row=row),
+        lambda row: found.orbit("tilt_y", "tilt_z", row),
+    ):
         with pytest.raises(ArgumentError, match="row 2 does not exist; motions: 0 to 1"):
             call(2)
         with pytest.raises(ArgumentError, match="row is -1"):
@@ -181,7 +188,11 @@ def test_ranges_are_positive_numbers(rig: cd.Scene, max_amplitude: object) -> No
 
 @pytest.mark.parametrize("row", [2, -1, "first"])
 def test_rows_that_are_none(found: PeriodicMotion, row: object) -> None:
-    for ask in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+    for ask in (
+        found.sweep,
+        lambda row: found.plot(row=row),
+        lambda row: found.orbit("tilt_y", "tilt_z", row),
+    ):
         with pytest.raises(ArgumentError, match="row"):
             ask(row)  # type: ignore[operator]
 

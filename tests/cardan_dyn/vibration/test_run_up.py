@@ -191,7 +191,7 @@ def test_barriers_of_a_prescribed_run_say_what_torque_it_takes(captured: vibrati
 
 
 def test_results_of_a_captured_run(captured: vibration.RunUp, tmp_path: Path) -> None:
-    (axes,) = captured.plot_torque().axes
+    (axes,) = captured.plot.torque().axes
     labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
     assert labels == ["absorbed", "of the drive", "barrier", "held"]
     by = captured.captured_by
