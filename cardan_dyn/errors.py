@@ -5,9 +5,10 @@ Also how positions and names are written in messages and attributes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import wraps
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -185,6 +186,95 @@ class AccuracyError(CardanError):
 
 class MissingExtraError(CardanError):
     """An optional part of the package is not installed."""
+
+
+class NoAttributeError(AttributeError):
+    """There is no such attribute; the message, made when it is shown, says which one is meant.
+
+    Attributes:
+        kind: the class that does not have it.
+    """
+
+    def __init__(self, kind: type, name: str) -> None:
+        # With a name and without an object, Python adds no suggestion of its own.
+        super().__init__(kind, name, name=name)
+        self.kind, self._tried = kind, name
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return NoAttributeError, (self.kind, self._tried)
+
+    def __str__(self) -> str:
+        message = f"{self.kind.__name__} has no attribute {self._tried!r}"
+        meant = guessed(self._tried, getattr(self.kind, "_meant", {}))
+        if meant:
+            return f"{message}; {meant}"
+        names = [name for name in dir(self.kind) if not name.startswith("_")]
+        similar = _similar(self._tried, names)
+        return f"{message}{similar}" if similar else f"{message}; see dir()"
+
+
+def guessed(name: str, meant: Mapping[str, str]) -> str:
+    """Return what is meant by a name that someone tried; empty if it is not known.
+
+    Args:
+        name: the name.
+        meant: names that people try, those that mean the same separated by blanks, to what there
+            is instead.
+    """
+    return next((told for names, told in meant.items() if name.lower() in names.split()), "")
+
+
+_Given = ParamSpec("_Given")
+_Returned = TypeVar("_Returned")
+
+
+def hinting(
+    meant: Mapping[str, str],
+) -> Callable[[Callable[_Given, _Returned]], Callable[_Given, _Returned]]:
+    """Return a decorator of functions, which tells of unknown arguments which one is meant.
+
+    Args:
+        meant: see `guessed`.
+    """
+
+    def decorate(function: Callable[_Given, _Returned]) -> Callable[_Given, _Returned]:
+        @wraps(function)
+        def call(*args: _Given.args, **kwargs: _Given.kwargs) -> _Returned:
+            try:
+                return function(*args, **kwargs)
+            except TypeError as error:
+                message = _of_unknown(function, kwargs, meant)
+                if not message:
+                    raise
+                refused = TypeError(message)
+                refused.__cause__ = error.__cause__
+            raise refused
+
+        return call
+
+    return decorate
+
+
+def _of_unknown(
+    function: Callable[..., object], given: Mapping[str, object], meant: Mapping[str, str]
+) -> str:
+    """Return what to say of arguments that a function does not have; empty if it has them all."""
+    from inspect import signature  # Imported here: only errors need it.
+
+    known = [name for name in signature(function).parameters if name != "self"]
+    unknown = next((name for name in given if name not in known), None)
+    if unknown is None:
+        return ""
+    called = function.__qualname__.removesuffix(".__init__")
+    told = guessed(unknown, meant)
+    instead = told or f"arguments: {choices(known, unknown, most=len(known))}"
+    return f"{called} has no argument {unknown!r}; {instead}"
+
+
+def _similar(name: str, names: Iterable[str]) -> str:
+    """Return a question after the most similar names, empty if none is."""
+    _, _, question = choices(names, name, most=1).partition(" (did")
+    return f" (did{question}" if question else ""
 
 
 def as_position(position: np.ndarray) -> float | np.ndarray:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import Any, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 
 import numpy as np
 
-from .errors import ImmutableError
+from .errors import ImmutableError, NoAttributeError
 
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
@@ -21,6 +21,16 @@ class Frozen:
     """
 
     _is_frozen = False
+    _meant: ClassVar[Mapping[str, str]] = {}
+    """Names that people try, those that mean the same separated by blanks, to what is meant."""
+
+    if not TYPE_CHECKING:  # Types know all attributes; this is for those that are none.
+
+        def __getattr__(self, name: str) -> NoReturn:
+            if hasattr(type(self), name):
+                # A property raised an AttributeError, which is told as it is.
+                return object.__getattribute__(self, name)
+            raise NoAttributeError(type(self), name)
 
     def _freeze(self, **attributes: object) -> None:
         self.__dict__.update(attributes, _is_frozen=True)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import pinocchio
@@ -90,6 +90,23 @@ class Mechanism(Frozen):
         coordinates: layout of joint coordinates and velocities.
         kept: what scenes of it found out, for other scenes.
     """
+
+    _meant: ClassVar[Mapping[str, str]] = {
+        "run solve sweep simulate inverse_dynamics statics forces wrenches": "make a scene of it: "
+        "cd.Scene(mechanism, drive=...), then .sweep(positions) or .simulate(duration)",
+        "dof dofs ndof mobility freedoms degrees_of_freedom rank": "cd.describe(mechanism) tells "
+        "its mobility; joint velocities number mechanism.model.nv",
+        "nq nv njoints": "Pinocchio's model has it: mechanism.model",
+        "plot show view draw display render visualize": "cd.view(cd.assemble(mechanism)) draws it",
+        "describe info summary report": "cd.describe(mechanism)",
+        "bodies parts link_list": "mechanism.links, mechanism.link_names",
+        "axes joint_list": "mechanism.joints",
+        "mass masses inertias": "mechanism.description.links have masses and inertias",
+        "save write export to_xml": "cd.write(mechanism, path); mechanism.to_urdf() is its text",
+        "q positions configuration assemble": "cd.assemble(mechanism) closes its loops",
+        "gravity loads drive held": "these belong to a scene: cd.Scene(mechanism, drive=..., "
+        "loads=..., gravity=...)",
+    }
 
     def __init__(
         self, description: Description, base: Mechanism | None = None, cardan: Collection[str] = ()

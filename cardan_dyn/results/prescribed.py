@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ..frozen import Frozen
 from ..mechanism.mechanism import Mechanism
@@ -72,6 +72,37 @@ class Prescribed(Frozen):
 
 class MotionResult(Result, Prescribed):
     """A result over samples of the motion of a scene, whose tables may leave the motion out."""
+
+    _meant: ClassVar[Mapping[str, str]] = {
+        "run solve": "it is a result already; take its joints: result['joint'].force",
+        "dof dofs ndof mobility": "cd.describe(result.mechanism) tells it",
+        "force forces f": "result['joint'].force, `(N, 3)`; .magnitude.force is its size",
+        "torque torques moment moments tau m": "result['joint'].moment, .torsion, .bending; what "
+        "the drive exerts is result.drive_effort",
+        "torsion bending axial shear": "result['joint'] has it: result['bearing_out'].torsion",
+        "wrenches reactions reaction": "result['joint'] or result.wrench('joint', frame)",
+        "q v a qd qdd x dq ddq": "result.motion has .q, .v and .a of all joints, and "
+        ".position('joint')",
+        "velocity velocities accelerations": "of drives .speed and .acceleration, of joints "
+        ".motion.velocity('joint'), of points .point('link').velocity",
+        "positions angle angles phi theta": "of drives .position, of joints "
+        ".motion.position('joint')",
+        "t times": ".time",
+        "joints joint_names": "result.outputs are the joints with wrenches; all of them are in "
+        "result.mechanism.joints",
+        "links": "result.mechanism.links; result.point('link') tells how one moves",
+        "df dataframe to_pandas frame": ".to_dataframe()",
+        "dataset xarray to_dataset": ".to_xarray()",
+        "export write to_file csv": ".save(path), whose suffix says what is written",
+        "residual residuals error errors": ".loop_residual, .balance_residual, .power_residual "
+        "and .rate_residual",
+        "show view animate display render": "cd.view(result) draws it; result.plot('joint') is a "
+        "figure",
+        "draw figure": ".plot('joint')",
+        "trajectory path coupler_curve": ".point('link', (x, y, z)).position",
+        "energy energies": "a Trajectory has .kinetic_energy and .potential_energy",
+        "power": "drive_effort times speed is what a drive gives",
+    }
 
     @property
     @abstractmethod

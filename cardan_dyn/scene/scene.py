@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..checks import flag, mapping, names, whole
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..elements.link_loads import Wrench
-from ..errors import ArgumentError, MobilityError, choices
+from ..errors import ArgumentError, MobilityError, choices, hinting
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
@@ -93,6 +93,50 @@ class Scene(Prescribed):
             assembly mode.
     """
 
+    _meant: ClassVar[Mapping[str, str]] = {
+        "run solve calculate compute evaluate inverse_dynamics kinematics": "scene.sweep("
+        "positions) for a given motion, scene.simulate(duration, position=...) for a free one",
+        "step integrate forward_dynamics dynamics": "scene.simulate(duration, position=...)",
+        "statics static rest": "scene.sweep(positions) without a speed, or scene.equilibrium(near) "
+        "of free coordinates",
+        "plot show view draw display animate": "results show themselves: "
+        "scene.sweep(positions).plot('joint'), or cd.view(scene.sweep(positions))",
+        "dof dofs ndof mobility": "cd.describe(scene.mechanism) tells it; scene.drives and "
+        "scene.free are what moves",
+        "joints": "scene.mechanism.joints",
+        "links": "scene.mechanism.links",
+        "force forces torque torques wrench wrenches moment reactions tau": "they belong to "
+        "results: scene.sweep(positions)['joint'].force; what acts on a scene is scene.loads",
+        "q position positions x configuration_at": "scene.configuration() is where it starts; "
+        "results have .position and .motion",
+        "time t speed velocity": "results have it: scene.sweep(positions, speed=...) or "
+        "scene.simulate(duration, ...)",
+        "drive driven": "scene.drives",
+        "load": "scene.loads",
+        "set update change add_load set_drive": "a scene cannot be changed; scene.replace(...) "
+        "makes another one",
+        "range limits reach workspace": "scene.motion_range(), scene.reachable(positions)",
+        "modes assembly_modes": "scene.branches()",
+        "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
+        "point orientation": "it belongs to results: scene.sweep(positions).point('link'), or "
+        "scene.configuration().point('link')",
+    }
+
+    @hinting(
+        {
+            "drives driver driven input inputs motor": "the driven joints are drive=...",
+            "fixed locked lock hold constraints": "joints that do not move are held={joint: "
+            "position}",
+            "load force forces torque torques moment wrench wrenches": "what acts is "
+            "loads={'joint': effort, 'link': cd.Wrench(...)}",
+            "g": "gravity=(0, 0, -9.81)",
+            "springs dampers spring damper": "they are elements=[cd.JointSpring(...), ...]",
+            "output joints": "joints whose wrenches are wanted are outputs=[...]",
+            "q q0 start initial guess": "where it starts is near={joint: position}",
+            "position positions speed speeds": "these belong to scene.sweep(positions, speed=...)",
+            "mode assembly": "the assembly mode is branch=...",
+        }
+    )
     def __init__(
         self,
         mechanism: Mechanism,
@@ -202,6 +246,21 @@ class Scene(Prescribed):
             "elements": problem.elements,
         }
 
+    @hinting(
+        {
+            "q angle angles positions phi theta x": "drive positions are position=... [rad or m]",
+            "v omega speeds velocity velocities qd dq w": "drive speeds are speed=... [rad/s or "
+            "m/s]",
+            "rpm": "speeds are in rad/s: speed=rpm * 2 * np.pi / 60",
+            "a alpha accelerations qdd ddq": "drive accelerations are acceleration=...",
+            "t times": "times are time=...",
+            "load force forces torque torques": "what acts is loads={'joint': effort}",
+            "g": "gravity=(0, 0, -9.81)",
+            "drive drives free": "which joints are driven is said to the scene: "
+            "scene.replace(drive=...)",
+            "n_jobs processes threads parallel": "processes are workers=...",
+        }
+    )
     def sweep(
         self,
         position: ArrayLike | AssembledPositions,
@@ -527,6 +586,18 @@ class Scene(Prescribed):
         refuse_elements(self._solver.problem)
         return Response(self._solver, read(path, self._solver))
 
+    @hinting(
+        {
+            "t time t_end tmax t_final tspan end until": "how long is duration [s], the first "
+            "argument",
+            "q q0 x0 positions angle": "where it starts is position=...",
+            "v v0 omega speeds velocity": "how fast it starts is speed=...",
+            "dt timestep time_step h max_step": "steps have tolerances rtol= and atol=, or a "
+            "length step=...; the result is known at any times: .at(times)",
+            "solver integrator": "how it is solved is method=...",
+            "tol tolerance": "tolerances are rtol=... and atol=...",
+        }
+    )
     def simulate(
         self,
         duration: float,

@@ -7,6 +7,7 @@ import pickle
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -221,3 +222,34 @@ def test_no_message_is_longer_than_a_paragraph() -> None:
                     cd.Scene(mechanism, drive=drive)
                 except cd.CardanError as error:
                     assert len(str(error)) < 1200, (name, drive)
+
+
+@pytest.mark.parametrize("kind", [cd.Scene, cd.Mechanism, cd.Sweep, cd.Trajectory])
+def test_what_is_meant_by_other_names_is_told_of_names_that_do_not_exist(kind: type) -> None:
+    tried = [name for names in kind._meant for name in names.split()]  # type: ignore[attr-defined]
+    assert not [name for name in tried if hasattr(kind, name)]
+    assert {"run", "solve", "dof"} <= set(tried)
+    assert len(set(tried)) == len(tried)
+
+
+def test_people_who_try_other_names_are_told_which_they_mean() -> None:
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.5})
+    turn = scene.sweep([0.1])
+    tried: list[tuple[Any, str, str]] = [
+        (scene, "run", r"Scene has no attribute 'run'; scene\.sweep\(positions\)"),
+        (scene, "plot", r"scene\.sweep\(positions\)\.plot\('joint'\)"),
+        (scene.mechanism, "dof", r"cd\.describe\(mechanism\)"),
+        (turn, "torque", r"Sweep has no attribute 'torque'; result\['joint'\]\.moment"),
+        (turn, "positon", r"did you mean 'position'"),
+    ]
+    for item, name, told in tried:
+        with pytest.raises(AttributeError, match=told):
+            getattr(item, name)
+    anything: Any = cd.Scene
+    with pytest.raises(TypeError, match="Scene has no argument 'drives'; the driven joints are"):
+        anything(scene.mechanism, drives="bearing_in")
+    anything = scene
+    with pytest.raises(TypeError, match=r"Scene\.sweep has no argument 'rpm'; speeds are in rad/s"):
+        anything.sweep(0.1, rpm=3.0)
+    with pytest.raises(TypeError, match=r"Scene\.simulate has no argument 'dt'; steps have"):
+        anything.simulate(1.0, dt=3.0)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import pickle
+import traceback
 from collections.abc import Callable
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
+from cardan_dyn import errors
 from cardan_dyn.errors import ImmutableError
 from cardan_dyn.frozen import Frozen, FrozenDict, frozen, read_only
 
@@ -116,3 +121,84 @@ def test_arrays_of_a_copied_mapping_are_read_only() -> None:
     mapping = pickle.loads(pickle.dumps(frozen({"a": np.zeros(3)})))
     with pytest.raises(ValueError, match="read-only"):
         mapping["a"][0] = 1.0
+
+
+class Guessed(Frozen):
+    """With a property that fails, and a name that people try."""
+
+    _meant: ClassVar[dict[str, str]] = {"run solve": "call start()"}
+
+    def __init__(self) -> None:
+        self.value = 1
+        self._freeze()
+
+    @property
+    def broken(self) -> int:
+        raise AttributeError("of its own")
+
+    @cached_property
+    def kept(self) -> int:
+        return self.nothing  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("run", "Guessed has no attribute 'run'; call start()"),
+        ("SOLVE", "Guessed has no attribute 'SOLVE'; call start()"),
+        ("brokn", "Guessed has no attribute 'brokn' (did you mean 'broken'?)"),
+        ("xyzxyz", "Guessed has no attribute 'xyzxyz'; see dir()"),
+        ("broken", "of its own"),
+        ("kept", "Guessed has no attribute 'nothing'; see dir()"),
+    ],
+)
+def test_attributes_that_do_not_exist_are_told_what_is_meant(name: str, told: str) -> None:
+    with pytest.raises(AttributeError) as caught:
+        getattr(Guessed(), name)
+    assert str(caught.value) == told
+    shown = "".join(traceback.format_exception_only(caught.value))
+    assert shown.count("did you mean") <= 1
+    assert "Did you mean" not in shown
+
+
+def test_protocols_find_only_what_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Copies, pickles and probes of notebooks ask for names that are none, and get no message."""
+    messages: list[str] = []
+    monkeypatch.setattr(errors, "guessed", lambda *given: messages.append(given[0]) or "")
+    item = Guessed()
+    for name in ("__array__", "_repr_html_", "_ipython_canary_method_should_not_exist_", "shape"):
+        assert not hasattr(item, name)
+    for again in (copy.copy(item), copy.deepcopy(item), pickle.loads(pickle.dumps(item))):
+        assert again.value == 1
+    assert {"broken", "kept", "value"} <= set(dir(item))
+    assert messages == []
+    error = pickle.loads(pickle.dumps(errors.NoAttributeError(Guessed, "run")))
+    assert error.name == "run"
+    assert error.kind is Guessed
+
+
+def test_unknown_arguments_are_told_what_is_meant() -> None:
+    @errors.hinting({"rpm turns": "speeds are in rad/s"})
+    def move(position: float, *, speed: float = 0.0) -> float:
+        """Move."""
+        if speed < 0.0:
+            raise TypeError("its own")
+        return position + speed
+
+    assert move(1.0, speed=2.0) == 3.0
+    assert move.__doc__ == "Move."
+    assert list(inspect.signature(move).parameters) == ["position", "speed"]
+    wrong: Any = move
+    for given, told in (
+        ({"rpm": 3.0}, r"move has no argument 'rpm'; speeds are in rad/s"),
+        (
+            {"sped": 3.0},
+            r"'sped'; arguments: position, speed \(did you mean 'speed'",
+        ),
+    ):
+        with pytest.raises(TypeError, match=told):
+            wrong(1.0, **given)
+    with pytest.raises(TypeError, match="its own"):
+        move(1.0, speed=-1.0)
+    with pytest.raises(TypeError, match="missing 1 required positional argument: 'position'"):
+        wrong()
