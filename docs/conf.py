@@ -23,7 +23,8 @@ extensions = [
     "sphinx_copybutton",
     "public_names",
 ]
-exclude_patterns = ["_build"]
+# The list of names for readers of the repository; the site has one with links.
+exclude_patterns = ["_build", "interface.md"]
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 

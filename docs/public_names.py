@@ -49,6 +49,20 @@ def page(package: str, name: str, item: Any, is_first: bool) -> str:
     return "\n".join([*lines, "```", ""])
 
 
+def index() -> str:
+    """Return the page that lists all public names in one line each."""
+    lines = ["# Every public name", ""]
+    names = [(package, name, item) for package, name, item in public()]
+    for package in PACKAGES:
+        lines += [f"## {package}", ""]
+        for _, name, item in (entry for entry in names if entry[0] == package):
+            summary = (inspect.getdoc(item) or "").split("\n\n")[0].replace("\n", " ")
+            lines.append(f"- [`{name}`]({package}.{name}.md): {summary}")
+        lines.append("")
+    hidden = [f"{package}.{name}" for package, name, _ in names]
+    return "\n".join([*lines, "```{toctree}", ":hidden:", *hidden, "```", ""])
+
+
 def write(app: Any) -> None:
     """Write pages that have changed, and remove those of names that are gone."""
     folder = Path(app.srcdir) / "api"
@@ -58,6 +72,7 @@ def write(app: Any) -> None:
     for package, name, item in public():
         pages[f"{package}.{name}.md"] = page(package, name, item, id(item) not in known)
         known.add(id(item))
+    pages["index.md"] = index()
     for path in folder.glob("*.md"):
         if path.name not in pages:
             path.unlink()

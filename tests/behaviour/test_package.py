@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -121,6 +122,16 @@ def test_what_pages_show_runs_and_prints_what_they_say(page: Path, tmp_path: Pat
     for found, word in zip(printed, expected, strict=True):
         # Residuals are rounding, whose digits depend on the processor.
         assert found == word or (number(found) < 1e-12 and number(word) < 1e-12), (found, word)
+
+
+def test_messages_that_the_questions_quote_are_the_package_s() -> None:
+    page = (ROOT / "docs" / "questions.md").read_text(encoding="utf-8")
+    quoted = re.findall(r'^## .*"(.+)"', page, flags=re.MULTILINE)
+    assert len(quoted) >= 4
+    texts = [path.read_text(encoding="utf-8") for path in (ROOT / "cardan_dyn").rglob("*.py")]
+    # A message may go on in the next line of its source.
+    source = re.sub(r'"\s*\n\s*f?"', "", "\n".join(texts))
+    assert [part for part in quoted if part not in source] == []
 
 
 def number(word: str) -> float:
