@@ -15,10 +15,9 @@ from ..errors import ArgumentError
 from ..mechanism.mechanism import load
 from ..scene.usual_motion import default_scene
 from .quantities import by_joint, efforts, positions
+from .tables import say, show
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ..clearance import JointScan
 
 _RAD_PER_S = np.pi / 30.0
@@ -26,8 +25,6 @@ _RAD_PER_S = np.pi / 30.0
 _LENGTH = "length", "m"
 _LESS = -0.1
 """Change of a parameter of which the table tells what it would buy."""
-_NAME = 7
-"""Least width of names in the table [characters]."""
 _BOUGHT = ("speed", "clearance", "mass", "stiffness")
 
 
@@ -51,7 +48,7 @@ def scanned_by(
 ) -> Scan:
     """Return the scan that the options of the command ask for; `rest` are arguments of `scan`."""
     if speed is None:
-        raise ArgumentError("give the speed of the drive: --speed-rpm")
+        raise ArgumentError("give the speed of the drive: --speed")
     mechanism = load(source, strict=strict)
     if bool(stiffnesses) == (pin is not None):
         raise ArgumentError("give the stiffness of contacts either by --stiffness or by --pin")
@@ -92,64 +89,55 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
         ArgumentError: a file cannot be written.
         CardanError: options do not fit each other, or as `load`, `Scene` and `clearance.scan`.
     """
-    from rich.console import Console
-
     scanned = scanned_by(**options)
     if as_json:
         click.echo(json_text(scanned))
     else:
-        print_scan(scanned, Console())
+        print_scan(scanned)
     if directory is not None:
         save_figures(scanned, directory)
         click.echo(f"Figures: {directory}", err=as_json)
 
 
-def print_scan(scanned: Scan, console: Console) -> None:
+def print_scan(scanned: Scan) -> None:
     """Print joints by severity, what speaks against the estimates, and what was not scanned."""
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
-
-    rpm = scanned.speed / _RAD_PER_S
-    shown = Table(
-        title=f"Impacts at {scanned.speed:.6g} rad/s ({rpm:.6g} 1/min)",
-        title_justify="left",
-        caption="peak, partial: where the force vanishes, and where it turns through; "
-        "less …: change of the peak with 10 % less speed, clearance, mass, stiffness [%]",
-        caption_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-        padding=(0, 1, 0, 0),
-    )
-    shown.add_column("joint", overflow="fold", min_width=_NAME)
     headings = (
-        "rigid\nN", "peak\nN", "partial\nN", "least\nN", "most\nN", "τ\n–", "speed\nm/s",
+        "joint", "rigid\nN", "peak\nN", "partial\nN", "least\nN", "most\nN", "τ\n–", "speed\nm/s",
         "hits\n1/turn", "power\nW",
     )  # fmt: skip
-    for heading in (*headings, *(f"less\n{name[:5]}" for name in _BOUGHT)):
-        shown.add_column(heading, justify="right", overflow="fold")
-    for name in scanned.ranking:
-        shown.add_row(*map(escape, _cells(scanned[name])))
-    console.print(shown)
+    rows = [_cells(scanned[name]) for name in scanned.ranking]
+    title = f"Impacts at {scanned.speed:.6g} rad/s ({scanned.speed / _RAD_PER_S:.6g} 1/min)"
+    caption = "peak, partial: where the force vanishes, and where it turns through"
+    show(headings, rows, title=title, caption=caption)
+    bought = [row for name in scanned.ranking if (row := _bought(scanned[name]))]
+    if bought:
+        title = "Change of the peak with 10 % less of each [%]"
+        show(("joint", *_BOUGHT), bought, title=title)
     said = {name: scanned[name] for name in scanned.ranking}
     lines = [f"{name}: {joint.verdict}" for name, joint in said.items() if joint.worst is None]
     lines += [line for joint in said.values() for line in _doubts(joint)]
+    lines += str(scanned.verified).splitlines() if scanned.verified is not None else []
+    lines += [f"{name}: not scanned, {reason}" for name, reason in scanned.left_out.items()]
     for line in lines:
-        console.print(line, markup=False, highlight=False)
-    for line in str(scanned.verified).splitlines() if scanned.verified is not None else ():
-        console.print(line, markup=False, highlight=False)
-    for name, reason in scanned.left_out.items():
-        console.print(f"{name}: not scanned, {reason}", markup=False, highlight=False)
+        say(line)
     for note in scanned.notes:
-        console.print(note, style="yellow", markup=False, highlight=False)
+        say(note, "yellow")
+
+
+def _bought(joint: JointScan) -> list[str]:
+    """Return what less of each parameter would buy, in percent; nothing where nothing strikes."""
+    if joint.worst is None:
+        return []
+    effects = joint.worst.effects(_LESS)
+    values = [effects[name] for name in _BOUGHT]
+    return [joint.name, *("–" if math.isnan(item) else f"{100 * item:+.1f}" for item in values)]
 
 
 def _cells(joint: JointScan) -> list[str]:
     """Return the row of a joint."""
     worst, rigid = joint.worst, f"{joint.rigid_peak:.5g}"
     if worst is None:
-        return [joint.name, rigid, *["–"] * (8 + len(_BOUGHT))]
-    effects = worst.effects(_LESS)
+        return [joint.name, rigid, *["–"] * 8]
     return [
         joint.name,
         rigid,
@@ -160,7 +148,6 @@ def _cells(joint: JointScan) -> list[str]:
         f"{worst.strike_speed:.3g}",
         f"{joint.impacts_per_turn:g}",
         f"{joint.impact_power:.3g}",
-        *("–" if math.isnan(effects[name]) else f"{100 * effects[name]:+.1f}" for name in _BOUGHT),
     ]
 
 

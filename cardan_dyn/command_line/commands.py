@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .._version import __version__
-from ..errors import CardanError
 from . import options
+from .group import EXIT_CODES, MISSED, Commands
+from .motion_options import simulate, sweep
 from .showing import export, serve
 from .vibration_options import vibration
 
@@ -17,35 +18,70 @@ if TYPE_CHECKING:
     from ..report.verdicts import Row
 
 
-class _Commands(click.Group):
-    """Shows the package's errors as messages, without a traceback."""
-
-    def invoke(self, ctx: click.Context) -> object:
-        try:
-            return super().invoke(ctx)
-        except CardanError as error:
-            raise click.ClickException(str(error)) from error
-
-
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog=EXIT_CODES,
+)
 @click.version_option(__version__, prog_name="cardan-dyn")
 def main() -> None:
-    """Joint wrenches of closed-chain mechanisms with Pinocchio."""
+    """Joint wrenches of closed-chain mechanisms with Pinocchio.
+
+    Values take other units than those that the help says behind them, as --speed 300rad/s.
+    """
+
+
+@main.command("list")
+@options.as_json("Print names and descriptions as JSON.")
+def list_(as_json: bool) -> None:
+    """List the bundled mechanisms and drive lines."""
+    from .mechanism_command import list_bundled
+
+    list_bundled(as_json)
 
 
 @main.command()
-@click.option(
-    "--out",
-    "directory",
-    type=click.Path(file_okay=False, path_type=Path),
-    default=Path("comparison"),
-    show_default=True,
-    help="Directory for the figures and the HTML page.",
+@options.source
+@options.strict
+def describe(source: str, strict: bool) -> None:
+    """Describe a mechanism: joints, mobility, redundancy.
+
+    NAME_OR_FILE is a bundled description or a URDF, MJCF or SDF file.
+    """
+    from .mechanism_command import describe_source
+
+    describe_source(source, strict=strict)
+
+
+@main.command()
+@options.source
+@options.strict
+@options.as_json("Print all of it as JSON, in SI units and radians.")
+def check(source: str, strict: bool, as_json: bool) -> None:
+    """Check a mechanism: what is wrong, how it can be driven.
+
+    Says what statics determine and what not, which joints can drive the mechanism, and over which
+    range each of them moves while the other drives are at rest.
+
+    NAME_OR_FILE is a bundled description or a URDF, MJCF or SDF file. Exits with 1 if it cannot be
+    swept.
+    """
+    from .mechanism_command import check_source
+
+    if not check_source(source, strict=strict, as_json=as_json):
+        raise SystemExit(MISSED)
+
+
+@main.command()
+@options.directory(
+    "--out", "directory", "Directory for the figures and the HTML page.", Path("comparison")
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the comparisons as JSON.")
+@options.as_json("Print the comparisons as JSON.")
 @click.option("--figures/--no-figures", default=True, help="Write figures and page, or only print.")
 def compare(directory: Path, as_json: bool, figures: bool) -> None:
-    """Compare the bundled descriptions with Thoma (1920) and Grossmann (1939).
+    """Compare bundled mechanisms with the closed forms.
+
+    Those of Weisbach, Thoma (1920) and Grossmann (1939).
 
     Exits with 1 when a comparison falls short of its tolerance.
     """
@@ -61,17 +97,17 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
         page = reporting.write(compared, directory)
         click.echo(f"Figures and page: {page}", err=as_json)
     if not compared.passed:
-        raise SystemExit(1)
+        raise SystemExit(MISSED)
 
 
 @main.command()
 @options.source
-@options.repeated("--drive", "drive", "JOINT", "Driven joint")
+@options.drive
 @options.held
 @options.loads
 @options.speed("Speed of a drive that turns [rpm]; quasi-static without.")
 @options.gravity
-@click.option("--joint", "joints", multiple=True, metavar="JOINT", help="Draw only these joints.")
+@options.repeated("--joint", "joints", "JOINT", "Draw only this joint")
 @click.option(
     "--hide",
     multiple=True,
@@ -90,7 +126,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 )
 @options.strict
 @options.written("--export", "file", "Write one HTML file that needs no network, and end.")
-@click.option("--open/--no-open", "open_browser", default=True, help="Open a browser.")
+@options.open_browser
 def view(
     source: str,
     drive: tuple[str, ...],
@@ -106,7 +142,7 @@ def view(
     file: Path | None,
     open_browser: bool,
 ) -> None:
-    """Watch a mechanism move, with its moments and forces drawn on it.
+    """Watch a mechanism move, with its moments and forces.
 
     NAME_OR_FILE is a bundled description or a file. The page is served on this machine until
     Ctrl-C; its address is printed, so that it can be opened where no browser opens it.
@@ -122,10 +158,10 @@ def view(
 
 
 @main.command()
-@click.argument("source", metavar="FILE_OR_NAME", required=False)
+@options.line
 @options.speed("Speed of the input shaft [rpm]; that of the file without.")
 @click.option(
-    "--torque-nm",
+    "--torque",
     "torque",
     type=options.Quantity("torque", "N·m"),
     help="Torque of the input shaft [N·m], likewise.",
@@ -141,7 +177,7 @@ def view(
 @click.option("--view", "watch", is_flag=True, help="Watch the line turn, in a browser.")
 @options.written("--export", "file", "Write the turning scene as one HTML file.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --view.")
-@click.option("--json", "as_json", is_flag=True, help="Print the verdict as JSON.")
+@options.as_json("Print the verdict as JSON.")
 @click.option("--check", is_flag=True, help="Exit with 1 if a limit is missed.")
 @click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
 def driveline(
@@ -161,9 +197,9 @@ def driveline(
     check: bool,
     schema: bool,
 ) -> None:
-    """Analyse a drive line and hold it against the rules of practice.
+    """Hold a drive line against the rules of practice.
 
-    FILE_OR_NAME is a TOML file (--schema lists its fields), or a line that comes with the package.
+    NAME_OR_FILE is a TOML file (--schema lists its fields), or a line that comes with the package.
     """
     from ..drive_lines import examples, toml_schema
     from .driveline_command import report_on, run
@@ -175,7 +211,7 @@ def driveline(
         return
     if source is None:
         names = ", ".join(examples())
-        raise click.UsageError(f"FILE_OR_NAME is missing; lines of the package: {names}")
+        raise click.UsageError(f"NAME_OR_FILE is missing; lines of the package: {names}")
     found = report_on(
         source,
         speed=speed,
@@ -197,7 +233,7 @@ def driveline(
 
         serve(turning(found), open_browser)
     if check and not found.verdict.passed:
-        raise SystemExit(1)
+        raise SystemExit(MISSED)
 
 
 @main.command()
@@ -270,15 +306,15 @@ def driveline(
     metavar="BEARING",
     help="That has clearance in a universal joint, PIN+ or PIN-, or PIN for both; all if none.",
 )
-@click.option("--drive", multiple=True, metavar="JOINT", help="Driven joint.")
+@options.drive
 @options.held
 @options.loads
 @options.gravity
 @options.strict
 @options.figures
-@click.option("--json", "as_json", is_flag=True, help="Print the scan as JSON.")
+@options.as_json("Print the scan as JSON.")
 def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
-    """Tell which joints would hammer if they had clearance, and how hard.
+    """Tell which joints would hammer with clearance.
 
     NAME_OR_FILE is a bundled description or a file. Joints are listed by the peaks of their
     impacts, with what 10 % less of a parameter would buy and what speaks against the estimate.
@@ -298,7 +334,7 @@ def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
 @click.option("--resume", is_flag=True, help="Go on with what is there.")
 @click.option("--retry", is_flag=True, help="Compute what failed once more.")
 def study(file: Path, **given: Any) -> None:
-    """Compute results of a scene over parameters, chunk by chunk, into a Zarr store.
+    """Compute results over parameters, into a Zarr store.
 
     FILE is a TOML file with the mechanism, its scene, what is wanted of it, parameters, and where
     results are kept; docs/studies.md shows one. What is finished stays when this ends early.
@@ -309,31 +345,23 @@ def study(file: Path, **given: Any) -> None:
 
 
 main.add_command(vibration)
+main.add_command(sweep)
+main.add_command(simulate)
 
 
 def _print_table(rows: list[Row]) -> None:
     """Print the comparisons, one line per quantity, by scene."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
+    from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("quantity", overflow="fold")
-    table.add_column("formula", overflow="fold")
-    for heading in ("worst error", "tolerance", "verdict"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    from .tables import show
+
+    lines: list[tuple[str | Text, ...] | str] = []
     previous = None
     for row in rows:
         if row.scene != previous:
-            if previous is not None:
-                table.add_section()
-            table.add_row(f"[bold]{row.scene}[/]")
+            lines.append(row.scene)
             previous = row.scene
-        table.add_row(
-            row.quantity,
-            row.source,
-            f"{row.worst:.1e}",
-            f"{row.tolerance:.0e}",
-            "[green]pass[/]" if row.passed else "[bold red]FAIL[/]",
-        )
-    Console().print(table)
+        mark = Text("pass", "green") if row.passed else Text("FAIL", "bold red")
+        numbers = f"{row.worst:.1e}", f"{row.tolerance:.0e}"
+        lines.append((row.quantity, row.source, *numbers, mark))
+    show(("quantity", "formula", "worst error", "tolerance", "verdict"), lines, texts=(0, 1))

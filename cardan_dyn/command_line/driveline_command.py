@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 import numpy as np
@@ -25,9 +24,7 @@ from ..report.drive_line_page import (
 )
 from . import quantities
 from .showing import export
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from .tables import say, show
 
 _MARKS = {"pass": "green", "fail": "bold red", "stated": "default", "not judged": "yellow"}
 
@@ -55,10 +52,8 @@ def run(
         MissingExtraError: an extra is not installed.
         ArgumentError: a file cannot be written.
     """
-    from rich.console import Console
-
     if as_text:
-        print_report(report, Console())
+        print_report(report)
     else:
         click.echo(as_json(report))
     if directory is not None:
@@ -105,70 +100,51 @@ def report_on(
     hardest = max(line.duty_cycle, key=lambda point: abs(point.torque), default=None)
     speed = line.speed if hardest is None or line.speed is not None else hardest.speed
     torque = line.torque if hardest is None or line.torque is not None else hardest.torque
-    for name, value in (("--speed-rpm", speed), ("--torque-nm", torque)):
+    for name, value in (("--speed", speed), ("--torque", torque)):
         if value is None:
-            raise ArgumentError(f"the line says no {name[2:].split('-')[0]}: give {name}")
+            raise ArgumentError(f"the line says no {name[2:]}: give {name}")
     analysis = line.analyse(speed=speed, torque=torque)
     return LineReport(line, analysis, line.verdict(given), phasing)
 
 
-def print_report(report: LineReport, console: Console) -> None:
+def print_report(report: LineReport) -> None:
     """Print joints, shafts, forks and the verdict."""
-    from rich import box
-    from rich.table import Table
-
-    def table(title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-        shown = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-        for index, heading in enumerate(headings):
-            shown.add_column(heading, justify="right" if index else "left", overflow="fold")
-        for row in rows:
-            shown.add_row(*row)
-        console.print(shown)
-
     line = report.line
-    shaft_headings = ("shaft", "length", "side", "plan", "fork offset", "tube", "bearings at")
-    table(f"{line.name}: shafts", shaft_headings, shaft_rows(line))
-    joint_headings = ("joint", "size", "side", "plan", "angle β", "plane offset", "fork phase")
-    table("joints", joint_headings, joint_rows(line))
-    console.print(phasing_text(report.phasing), highlight=False)
+    shaft_headings = ("shaft", "length", "side", "plan", "fork\noffset", "tube", "bearings\nat")
+    show(shaft_headings, shaft_rows(line), title=f"{line.name}: shafts", texts=(0, 5, 6))
+    joint_headings = ("joint", "size", "side", "plan", "angle β", "plane\noffset", "fork\nphase")
+    show(joint_headings, joint_rows(line), title="joints")
+    say(phasing_text(report.phasing))
     if report.phasing is not None and report.phasing.value < report.phasing.given_value:
-        table("forks", ("shaft", "given", "best"), phasing_rows(report.phasing))
-    console.print(_verdict_table(report))
-    console.print(f"Verdict: {report.verdict.summary}", highlight=False)
+        show(("shaft", "given", "best"), phasing_rows(report.phasing), title="forks")
+    _print_verdict(report)
+    say(f"Verdict: {report.verdict.summary}")
     for text in report.verdict.remarks:
-        console.print(text, style="yellow", markup=False, highlight=False)
+        say(text, "yellow")
     for row in report.verdict.failed:
         place = row.where or "line"
-        console.print(
+        say(
             f"FAIL {place}: {row.quantity} {row.texts[3]}, limit {row.texts[5]} ({row.source})",
-            style="red",
-            markup=False,
-            highlight=False,
+            "red",
         )
 
 
-def _verdict_table(report: LineReport) -> object:
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
+def _print_verdict(report: LineReport) -> None:
+    from rich.text import Text
 
-    shown = Table(title="verdict", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("where", "quantity"):
-        shown.add_column(heading, overflow="fold")
-    for heading in ("value", "by the rule", "limit", "margin"):
-        shown.add_column(heading, justify="right", overflow="fold")
-    shown.add_column("verdict")
+    rows: list[tuple[str | Text, ...] | str] = []
     title = ""
     for row in report.verdict:
         if row.status == "not judged" and row.value is None:
             continue
         if row.texts[0] != title:
             title = row.texts[0]
-            shown.add_row(f"[bold]{escape(title)}[/]")
-        _, where, quantity, value, by_rule, limit, margin, status, *_ = map(escape, row.texts)
-        mark = f"[{_MARKS[row.status]}]{status}[/]"
-        shown.add_row(where, quantity, value, by_rule, limit, margin, mark)
-    return shown
+            rows.append(title)
+        _, where, quantity, *numbers, status = row.texts[:8]
+        place = f"{quantity}, {where}" if where else quantity
+        rows.append((place, *numbers, Text(status, _MARKS[row.status])))
+    headings = ("quantity, where", "value", "by the\nrule", "limit", "margin", "verdict")
+    show(headings, rows, title="verdict")
 
 
 def as_json(report: LineReport) -> str:

@@ -1,19 +1,22 @@
 """Options that several commands have in common, as decorators of their functions.
 
 Every option says in which unit its numbers are; with another unit behind them they are taken so,
-such as `--speed-rpm 300rad/s` or `--held joint_angle=0.5rad`.
+such as `--speed 300rad/s` or `--held joint_angle=0.5rad`.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import click
+from click.shell_completion import CompletionItem
 
 from .. import units
 from ..errors import CardanError
+from . import names
 
 Decorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -45,8 +48,77 @@ class Quantity(click.ParamType):  # type: ignore[type-arg, unused-ignore]
             self.fail(str(error), param, ctx)
 
 
+class Quantities(click.ParamType):  # type: ignore[type-arg, unused-ignore]
+    """A number whose unit depends on a joint: it stays a text until that is known."""
+
+    name = "value"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str:
+        """Return a text that begins like a number."""
+        text = str(value).strip()
+        if not text[:1].isdigit() and text[:1] not in "+-.":
+            self.fail(f"{text!r} is not a number with a unit", param, ctx)
+        return text
+
+
+class Written(click.ParamType):  # type: ignore[type-arg, unused-ignore]
+    """The path of a file or directory to be written, which is refused before all computing."""
+
+    name = "path"
+
+    def __init__(
+        self, *, directory: bool = False, suffixes: tuple[str, ...] = (), dash: bool = False
+    ) -> None:
+        """Keep what is written.
+
+        Args:
+            directory: a directory, which is made with those above it, instead of a file.
+            suffixes: of the names that a file may have; any if empty.
+            dash: whether `-` stands for standard output.
+        """
+        self._directory, self._suffixes, self._dash = directory, suffixes, dash
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Path:
+        """Return the path."""
+        path = Path(str(value))
+        if self._dash and str(value) == "-":
+            return path
+        if problem := self._problem(path):
+            self.fail(f"{path}: cannot be written: {problem}", param, ctx)
+        return path
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Let the shell complete paths."""
+        return [CompletionItem(incomplete, type="dir" if self._directory else "file")]
+
+    def _problem(self, path: Path) -> str:
+        """Return what keeps a path from being written, as far as can be told beforehand."""
+        try:
+            if self._suffixes and path.suffix.lower() not in self._suffixes:
+                return f"its name ends in none of {', '.join(self._suffixes)}"
+            if path.exists() and path.is_dir() != self._directory:
+                return "it is a directory" if path.is_dir() else "it is a file"
+            if path.exists():
+                return "" if os.access(path, os.W_OK) else "it may not be changed"
+            above = path.parent
+            while self._directory and not above.exists() and above != above.parent:
+                above = above.parent
+            if not above.is_dir():
+                missing = "is not a directory" if above.exists() else "does not exist"
+                return f"{above} {missing}"
+            return "" if os.access(above, os.W_OK) else f"nothing may be written to {above}"
+        except (OSError, ValueError) as error:  # Characters that no name of a file has, for one.
+            return str(error)
+
+
 def repeated(flag: str, name: str, metavar: str, text: str) -> Decorator:
-    """Return an option that may be given several times.
+    """Return an option that may be given several times; names of joints are completed.
 
     Args:
         flag: of the option, with its dashes.
@@ -54,30 +126,67 @@ def repeated(flag: str, name: str, metavar: str, text: str) -> Decorator:
         metavar: form of one of them, for the help.
         text: of the help, without a full stop.
     """
+    complete = {"JOINT": names.complete_joint, "NAME": names.complete_limit}.get(
+        metavar.partition("=")[0].strip("[]")
+    )
     return click.option(
-        flag, name, multiple=True, metavar=metavar, help=f"{text}; may be repeated."
+        flag,
+        name,
+        multiple=True,
+        metavar=metavar,
+        help=f"{text}; may be repeated.",
+        shell_complete=complete,
     )
 
 
 def speed(text: str, nargs: int = 1) -> Decorator:
     """Return the option of speeds of the drive [rad/s]; `text` is its help."""
-    return click.option(
-        "--speed-rpm", "speed", type=Quantity("speed", "rpm"), nargs=nargs, help=text
-    )
+    return click.option("--speed", "speed", type=Quantity("speed", "rpm"), nargs=nargs, help=text)
 
 
-def written(flag: str, name: str, text: str) -> Decorator:
+def written(flag: str, name: str, text: str, *suffixes: str, dash: bool = False) -> Decorator:
     """Return an option that takes the path of a file to be written.
 
     Args:
         flag: of the option, with its dashes.
         name: of the argument that gets the path; None if it is not given.
         text: of the help.
+        suffixes: that the file may have, in lower case; any without.
+        dash: whether `-` stands for standard output.
     """
-    return click.option(flag, name, type=click.Path(dir_okay=False, path_type=Path), help=text)
+    return click.option(
+        flag, name, type=Written(suffixes=suffixes, dash=dash), metavar="FILE", help=text
+    )
 
 
-source = click.argument("source", metavar="NAME_OR_FILE")
+def directory(flag: str, name: str, text: str, default: Path | None = None) -> Decorator:
+    """Return an option that takes a directory to write to; arguments as of `written`."""
+    return click.option(
+        flag,
+        name,
+        type=Written(directory=True),
+        metavar="DIRECTORY",
+        default=default,
+        show_default=default is not None,
+        help=text,
+    )
+
+
+def as_json(text: str) -> Decorator:
+    """Return the flag that prints JSON; `text` is its help."""
+    return click.option("--json", "as_json", is_flag=True, help=text)
+
+
+source = click.argument(
+    "source", metavar="NAME_OR_FILE", shell_complete=names.complete_source(names.mechanisms)
+)
+line = click.argument(
+    "source",
+    metavar="NAME_OR_FILE",
+    required=False,
+    shell_complete=names.complete_source(names.lines),
+)
+drive = repeated("--drive", "drive", "JOINT", "Driven joint, the sensible one without")
 held = repeated("--held", "held", "JOINT=VALUE", "Joint that is held [°, slides: m]")
 loads = repeated("--load", "loads", "JOINT=VALUE", "Effort on a joint [N·m, slides: N]")
 gravity = click.option(
@@ -92,9 +201,7 @@ strict = click.option(
     default=True,
     help="Refuse inertias that no body has, and misspelled words.",
 )
-figures = click.option(
-    "--figures",
-    "directory",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Directory for the figures as SVG and PNG.",
+figures = directory("--figures", "directory", "Directory for the figures as SVG and PNG.")
+open_browser = click.option(
+    "--open/--no-open", "open_browser", default=True, help="Open a browser."
 )

@@ -45,6 +45,8 @@ from ..studies.parameters import Line, Parameters, checked_parameters, samples, 
 from ..studies.study import Study, study
 from ..studies.sweeps import Sweeps
 from ..units import read_any
+from .group import Failure, Interrupted
+from .tables import say, show
 
 if TYPE_CHECKING:
     from contextlib import ExitStack
@@ -88,7 +90,8 @@ def run(
 
     Raises:
         CardanError: as `study`, its plan and its run do, or the file says something else.
-        ClickException: something is there already, the file cannot be read, or Ctrl-C.
+        Failure: something is there already, the file cannot be read.
+        Interrupted: Ctrl-C; what is finished stays.
     """
     from contextlib import ExitStack
 
@@ -97,7 +100,7 @@ def run(
         made = read(file, store=store, client=client, workers=workers)
         is_begun = made.store.found() is not None
         if is_begun and not (resume or retry or dry_run):
-            raise click.ClickException(
+            raise Failure(
                 f"{made.store} holds results: --resume goes on with it, --store names another one"
             )
         plan = made.plan()
@@ -107,7 +110,7 @@ def run(
         try:
             made.run(retry=retry)
         except KeyboardInterrupt:
-            raise click.ClickException(
+            raise Interrupted(
                 f"stopped; what is finished is in {made.store}: --resume goes on"
             ) from None
         _tell(made)
@@ -126,13 +129,13 @@ def read(
 
     Raises:
         ArgumentError: the file says something else, or a number has no unit.
-        ClickException: it cannot be read.
+        Failure: it cannot be read.
         CardanError: as `load`, `Scene` and `study` do.
     """
     try:
         told = tomlkit.parse(file.read_text(encoding="utf-8")).unwrap()
     except (OSError, UnicodeDecodeError, TOMLKitError) as error:
-        raise click.ClickException(f"{file}: cannot be read ({error})") from error
+        raise Failure(f"{file}: cannot be read ({error})") from error
     _refuse_unknown("the file", told, _TABLES)
     place = store or told.get("store")
     if not isinstance(place, str):
@@ -279,33 +282,26 @@ def _connected(address: str, stack: ExitStack) -> Any:
     try:
         from distributed import Client
     except ImportError as error:
-        raise click.ClickException('Dask is missing: pip install "cardan-dyn[study]"') from error
+        raise Failure('Dask is missing: pip install "cardan-dyn[study]"') from error
     try:
         return stack.enter_context(Client(address, timeout=20))
     except (OSError, ValueError) as error:
-        raise click.ClickException(f"no Dask scheduler answers at {address} ({error})") from error
+        raise Failure(f"no Dask scheduler answers at {address} ({error})") from error
 
 
 def _tell(made: Study) -> None:
     """Print how results are spread, and what failed."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    data, console = made.dataset, Console()
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("result", "least", "mean", "greatest"):
-        table.add_column(heading, justify="left" if heading == "result" else "right")
+    data, rows = made.dataset, []
     for name, item in data.data_vars.items():
         if name != "state":
             numbers = (float(item.min()), float(item.mean()), float(item.max()))
             unit = item.attrs.get("units", "")
-            label = f"{name} \\[{unit}]" if unit else str(name)
-            table.add_row(label, *(f"{number:.6g}" for number in numbers))
-    console.print(table)
+            label = f"{name} [{unit}]" if unit else str(name)
+            rows.append((label, *(f"{number:.6g}" for number in numbers)))
+    show(("result", "least", "mean", "greatest"), rows)
     failures = made.failures
     if len(failures):
-        console.print(f"{len(failures)} cases failed; --retry computes them once more")
+        say(f"{len(failures)} cases failed; --retry computes them once more")
         for kind, group in failures.groupby("type"):
-            console.print(f"{len(group)} × {kind}: {group.message.iloc[0]}", markup=False)
+            say(f"{len(group)} × {kind}: {group.message.iloc[0]}")
     click.echo(f"Results: {made.store}")

@@ -21,10 +21,9 @@ from ..vibration.results.forced_response import forced_response
 from ..vibration.results.periodic_motion import search_of
 from ..vibration.results.resonance import numbered_campbell
 from .quantities import efforts, positions
+from .tables import say, show
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ..viewer.viewing import View
 
 _RAD_PER_S = np.pi / 30.0
@@ -137,12 +136,10 @@ def run(scene: Scene, found: CriticalSpeeds, drawn: Drawn) -> None:
         ArgumentError: a figure cannot be written.
         CardanError: as `forced_response` and `floquet` do.
     """
-    from rich.console import Console
-
     if drawn.as_json:
         click.echo(as_json(found))
     else:
-        print_table(found, Console())
+        print_table(found)
     if (directory := drawn.directory) is None:
         return
     save_figures(scene, found, directory, drawn.chart)
@@ -210,30 +207,22 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     return view(swing, moments=False, forces=False, traces=False, duration=4.0, title=title)
 
 
-def print_table(found: CriticalSpeeds, console: Console) -> None:
+def print_table(found: CriticalSpeeds) -> None:
     """Print critical speeds, ascending."""
-    from rich import box
-    from rich.table import Table
-
     ends = f"{found.low / _RAD_PER_S:.4g} to {found.high / _RAD_PER_S:.4g} 1/min"
     name = found.scene.mechanism.name
     if not len(found):
-        console.print(f"{name}: no critical speed from {ends}", highlight=False)
+        say(f"{name}: no critical speed from {ends}")
         for remark in found.remarks:
-            console.print(remark, highlight=False, markup=False)
+            say(remark)
         return
-    shown = Table(
-        title=f"{name}: critical speeds from {ends}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-    )
     headings = ("1/min", "critical by", "Hz", "Q", "severity", "from", "to 1/min")
-    for index, heading in enumerate(headings):
-        shown.add_column(heading, justify="left" if index == 1 else "right", no_wrap=index != 1)
-    for row in found:
-        shown.add_row(*_cells(row))
-    console.print(shown)
+    show(
+        headings,
+        [_cells(row) for row in found],
+        title=f"{name}: critical speeds from {ends}",
+        texts=(1,),
+    )
     texts = [f"{_name(row)} {jumps}" for row in found if (jumps := row.jumps("1/min", _PER_MINUTE))]
     texts += found.remarks
     texts.append(
@@ -241,7 +230,7 @@ def print_table(found: CriticalSpeeds, console: Console) -> None:
         "from, to: half power of a resonance, edges of an instability"
     )
     for text in texts:
-        console.print(text, highlight=False, markup=False)
+        say(text)
 
 
 def as_json(found: CriticalSpeeds) -> str:
@@ -295,7 +284,7 @@ def _frequencies(scene: Scene) -> np.ndarray:
     found = campbell(scene, np.array([_SLOW * (scale or 1.0)])).frequency[0]
     swings = np.sort(found[np.isfinite(found) & (found > 0.0)])
     if not len(swings):
-        raise ArgumentError("no mode swings near rest: give the range of speeds, --speed-rpm")
+        raise ArgumentError("no mode swings near rest: give the range of speeds, --speed")
     return swings
 
 

@@ -7,17 +7,20 @@ from pathlib import Path
 import click
 
 from . import options
+from .names import complete_joint
 from .showing import export, serve
 
 
 @click.command()
 @options.source
-@click.option("--drive", metavar="JOINT", help="Joint that turns at constant speed.")
 @click.option(
-    "--free",
-    multiple=True,
+    "--drive",
     metavar="JOINT",
-    help="Free coordinate; those with springs in the description without. May be repeated.",
+    help="Joint that turns at constant speed.",
+    shell_complete=complete_joint,
+)
+@options.repeated(
+    "--free", "free", "JOINT", "Free coordinate, those with springs in the description without"
 )
 @options.held
 @options.loads
@@ -33,6 +36,7 @@ from .showing import export, serve
 @click.option(
     "--chart",
     metavar="JOINT=VALUE",
+    shell_complete=complete_joint,
     help="With --figures: a chart of stability up to this position of a held joint [°, slides: m].",
 )
 @click.option(
@@ -40,7 +44,7 @@ from .showing import export, serve
 )
 @options.written("--export", "file", "With --mode: write it as one HTML file instead.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --mode.")
-@click.option("--json", "as_json", is_flag=True, help="Print the critical speeds as JSON.")
+@options.as_json("Print the critical speeds as JSON.")
 @options.strict
 def vibration(
     source: str,
@@ -58,7 +62,9 @@ def vibration(
     as_json: bool,
     strict: bool,
 ) -> None:
-    """Find the critical speeds of a mechanism on springs, resonances and instabilities.
+    """Find the critical speeds of a mechanism on springs.
+
+    Resonances and instabilities, over a range of speed.
 
     NAME_OR_FILE is a bundled description or a file that states springs of joints, as
     elastic_thoma_rig does.

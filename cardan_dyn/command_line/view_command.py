@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import NamedTuple
 
+import click
+
 from ..mechanism.mechanism import Mechanism, load
-from ..results.sweep import Sweep
-from ..scene.usual_motion import default_sweep
+from ..scene.usual_motion import UsualMotion, usual_motion
 from ..viewer.commands import meshcat
 from ..viewer.viewing import View
 from ..viewer.viewing import view as draw
@@ -33,19 +34,18 @@ class MotionOptions(NamedTuple):
     gravity: tuple[float, float, float] | None = None
     samples: int = 721
 
-    def sweep(self, mechanism: Mechanism) -> Sweep:
-        """Return the sweep of a mechanism.
+    def motion(self, mechanism: Mechanism) -> UsualMotion:
+        """Return how a mechanism moves.
 
         Raises:
-            CardanError: as `default_sweep` does.
+            CardanError: as `usual_motion` does.
         """
-        return default_sweep(
+        return usual_motion(
             mechanism,
             drive=self.drive,
             held=positions(mechanism, self.held),
             loads=efforts(mechanism, self.loads) or None,
             gravity=self.gravity,
-            speed=self.speed,
             samples=self.samples,
         )
 
@@ -70,11 +70,13 @@ def scene_of(
 
     Raises:
         MissingExtraError: meshcat is not installed.
-        CardanError: as `load`, `default_sweep` and `view` do.
+        CardanError: as `load`, `usual_motion`, `Scene.sweep` and `view` do.
     """
     meshcat()  # A missing extra is reported before anything is computed.
+    moved = motion.motion(load(source, strict=strict))
+    click.echo(f"{moved.scene.mechanism.name}: {moved.said}", err=True)
     return draw(
-        motion.sweep(load(source, strict=strict)),
+        moved.sweep(motion.speed),
         joints=joints or None,
         duration=duration,
         frames=motion.samples,

@@ -102,7 +102,7 @@ def test_without_matplotlib_the_install_command_is_named(
 
     monkeypatch.setattr(builtins, "__import__", without)
     result = compare("--out", str(tmp_path))
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert 'pip install "cardan-dyn[viz]"' in result.output
     assert compare("--no-figures").exit_code == 0
 
@@ -110,7 +110,7 @@ def test_without_matplotlib_the_install_command_is_named(
 def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("", encoding="utf-8")
     result = compare("--out", str(tmp_path / "taken" / "comparison"))
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "cannot be written" in result.output
 
 
@@ -137,10 +137,10 @@ def test_options_of_view(tmp_path: Path) -> None:
         (("--joint", "elbow"), "no joint 'elbow'"),
     ):
         result = view("universal_joint", *wrong, "--export", str(file))
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert message in result.output
     result = view("universal_joint", "--export", str(tmp_path / "none" / "scene.html"))
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "cannot be written" in result.output
 
 
@@ -230,7 +230,7 @@ def test_hidden_parts_are_not_in_the_page(tmp_path: Path) -> None:
         file = tmp_path / f"{shown}.html"
         hidden = [word for kind in kinds if kind != shown for word in ("--hide", kind)]
         result = view("four_bar", "--samples", "3", *hidden, "--export", str(file))
-        assert result.exit_code == 0 and result.output == f"Scene: {file}\n"
+        assert result.exit_code == 0 and result.stdout == f"Scene: {file}\n"
         pages[shown] = file.read_text(encoding="utf-8")
     assert len(pages["visuals"]) > len(pages["nothing"]) + 1000
     assert "/labels/crank_bearing" in pages["labels"]
@@ -249,7 +249,7 @@ def test_inconsistent_inertias_are_shown_if_asked_for(tmp_path: Path) -> None:
     )
     arguments = (str(file), "--drive", "j", "--samples", "3", "--export", str(tmp_path / "o.html"))
     refused = view(*arguments)
-    assert refused.exit_code == 1 and "inertia" in refused.output
+    assert refused.exit_code == 2 and "inertia" in refused.output
     assert view(*arguments, "--no-strict").exit_code == 0
 
 
@@ -293,5 +293,5 @@ def test_without_meshcat_the_install_command_is_named(monkeypatch: pytest.Monkey
     meshcat.cache_clear()
     monkeypatch.setattr(builtins, "__import__", without)
     result = view("universal_joint")
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert 'pip install "cardan-dyn[viz]"' in result.output

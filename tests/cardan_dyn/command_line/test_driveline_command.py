@@ -64,7 +64,7 @@ def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_json_with_other_speed_limits_and_forks() -> None:
-    options = ("--speed-rpm", "3000", "--torque-nm", "50", "--limit", "residual_angle=1e-4 rad")
+    options = ("--speed", "3000", "--torque", "50", "--limit", "residual_angle=1e-4 rad")
     plain = json.loads(run("truck", "--json", *options).output)
     best = json.loads(run("truck", "--json", *options, "--optimise-phases").output)
     teeth = json.loads(run("truck", "--json", *options, "--teeth", "4").output)
@@ -111,8 +111,8 @@ def test_messages(arguments: tuple[str, ...], message: str) -> None:
 def test_a_line_without_speed_asks_for_it(tmp_path: Path) -> None:
     path = tmp_path / "line.toml"
     random_line(1, 1).to_toml(path)
-    assert "give --speed-rpm" in run(str(path)).output
-    result = run(str(path), "--speed-rpm", "100", "--torque-nm", "5")
+    assert "give --speed" in run(str(path)).output
+    result = run(str(path), "--speed", "100", "--torque", "5")
     assert result.exit_code == 0 and "one joint" in result.output
     assert DriveLine.from_toml(path).speed is None
 

@@ -63,7 +63,7 @@ def test_a_run_keeps_results_and_goes_on_only_when_asked(file: Path) -> None:
     np.testing.assert_allclose(data.speed, [0.0, 50.0 * np.pi])
     np.testing.assert_allclose(data.peak[:, 0], 100.0 * np.tan(angles), rtol=1e-9)
     refused = invoke(file, "--workers", "1")
-    assert refused.exit_code == 1
+    assert refused.exit_code == 2
     assert "--resume goes on" in refused.output
     again = invoke(file, "--workers", "1", "--resume")
     assert again.exit_code == 0
@@ -91,7 +91,7 @@ def test_what_a_file_says_wrongly_is_said(file: Path, old: str, new: str, said: 
     assert old in text
     file.write_text(text.replace(old, new), encoding="utf-8")
     result = invoke(file, "--dry-run")
-    assert result.exit_code == 1, result.output
+    assert result.exit_code == 2, result.output
     import re
 
     assert re.search(said, " ".join(result.output.split())), result.output
@@ -153,7 +153,7 @@ def test_numbers_of_another_kind_are_refused(file: Path, old: str, new: str, sai
     assert old in text
     file.write_text(text.replace(old, new), encoding="utf-8")
     result = invoke(file, "--dry-run", "--workers", 1)
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert said in " ".join(result.output.split())
 
 

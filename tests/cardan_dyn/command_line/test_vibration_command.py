@@ -46,7 +46,7 @@ def test_resonance_of_a_linear_line(rig: Path) -> None:
     """ω_n/2 by the second order; the amplitude there is κ/(2ζ), a little more at its peak."""
     ends = 8.0 * PER_MINUTE, 12.0 * PER_MINUTE
     found = run(
-        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", *ends, "--json")
+        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed", *ends, "--json")
     )
     assert found.exit_code == 0, found.output
     content = json.loads(found.stdout)
@@ -65,7 +65,7 @@ def test_table_figures_and_mode(rig: Path, tmp_path: Path) -> None:
     ends = 9.0 * PER_MINUTE, 11.0 * PER_MINUTE
     directory, page = tmp_path / "figures", tmp_path / "mode.html"
     found = run(
-        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", *ends),
+        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed", *ends),
         *("--figures", directory, "--mode", 1, "--export", page),
     )
     assert found.exit_code == 0, found.output
@@ -76,7 +76,7 @@ def test_table_figures_and_mode(rig: Path, tmp_path: Path) -> None:
 
 
 def test_nothing_critical_is_said(rig: Path) -> None:
-    found = run(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", 10, 20)
+    found = run(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed", 10, 20)
     assert found.exit_code == 0, found.output
     assert "torsional_line: no critical speed from 10 to 20 1/min" in found.output
 
@@ -190,7 +190,7 @@ def test_charts_of_slides_have_metres(tmp_path: Path) -> None:
 def test_data_stand_alone_on_standard_output(rig: Path, tmp_path: Path) -> None:
     page = tmp_path / "mode.html"
     found = run(
-        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", 10, 20, "--json"),
+        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed", 10, 20, "--json"),
         *("--mode", 1, "--export", page),
     )
     assert found.exit_code == 0, found.output
@@ -202,13 +202,13 @@ def test_data_stand_alone_on_standard_output(rig: Path, tmp_path: Path) -> None:
 def test_jumps_and_remarks_stand_below_the_table() -> None:
     """In 1/min, as the table; as JSON in rad/s."""
     arguments = ("torsional_line_front", "--held", "joint_angle=20", "--order", 2)
-    shown = run(*arguments, "--speed-rpm", 1060, 1066)
+    shown = run(*arguments, "--speed", 1060, 1066)
     assert shown.exit_code == 0, shown.output
     text = " ".join(shown.output.split())
     assert "2× mode 1 jumps at 1070.67 1/min while the speed rises (from 0.666), at 1057.0" in text
     assert "twist_in moves from -0.731 to 0.747 rad, beyond its limits -0.2 to 0.2" in text
     assert "fold" not in text
-    content = json.loads(run(*arguments, "--speed-rpm", 1055, 1075, "--json").stdout)
+    content = json.loads(run(*arguments, "--speed", 1055, 1075, "--json").stdout)
     (row,) = content["critical_speeds"]
     assert row["speed"] * PER_MINUTE == pytest.approx(1063.2, abs=0.05)
     assert row["rising"] * PER_MINUTE == pytest.approx(1070.67, abs=0.01)

@@ -11,5 +11,5 @@ def test_help_lists_the_options() -> None:
     assert "vibration" in CliRunner().invoke(main, ["--help"]).output
     found = CliRunner().invoke(main, ["vibration", "--help"])
     assert found.exit_code == 0
-    for option in ("--speed-rpm", "--order", "--free", "--figures", "--chart", "--mode", "--json"):
+    for option in ("--speed", "--order", "--free", "--figures", "--chart", "--mode", "--json"):
         assert option in found.output

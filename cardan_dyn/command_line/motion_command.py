@@ -1,0 +1,367 @@
+"""What `cardan-dyn sweep` and `simulate` do: wrenches over a motion, as a table and files."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+import numpy as np
+
+from .. import units
+from ..arrays import Array
+from ..elements.described import described_elements
+from ..errors import ArgumentError, MissingExtraError, SimulationError
+from ..mechanism.mechanism import Mechanism, load
+from ..scene.scene import Scene
+from ..scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
+from ..simulation.trajectory import Trajectory
+from .group import Interrupted
+from .quantities import assigned, efforts
+from .quantities import positions as positions_of
+from .tables import say, show
+
+if TYPE_CHECKING:
+    from ..results.sweep import Sweep
+
+_ENGINES = ("pyarrow", "fastparquet")
+_RAD_PER_S = np.pi / 30.0
+"""One revolution per minute [rad/s]."""
+_NOTHING = 1e-9
+"""Force, moment or place [N, N·m, ° or s] that is printed as zero: rounding of those around it."""
+_MOST_DRAWN = 8
+"""Joints that a figure shows unless others are named: more lines cannot be told apart."""
+
+
+class Outputs(NamedTuple):
+    """Files that are written; None for those that are not, `-` for standard output."""
+
+    csv: Path | None = None
+    json: Path | None = None
+    parquet: Path | None = None
+    plot: Path | None = None
+
+    def check(self) -> None:
+        """Refuse what lacks a package, before anything is computed.
+
+        Raises:
+            MissingExtraError: a package is missing.
+            ArgumentError: two files go to standard output.
+        """
+        if self.csv == self.json == Path("-"):
+            raise ArgumentError(
+                "--csv - and --json - would be printed into each other; name a file"
+            )
+        if (self.csv or self.json or self.parquet) and find_spec("pandas") is None:
+            raise MissingExtraError('pandas is missing: pip install "cardan-dyn[study]"')
+        if self.parquet and not any(map(find_spec, _ENGINES)):
+            raise MissingExtraError("Parquet files need pyarrow: pip install pyarrow")
+        if self.plot is not None:
+            from ..figures import style  # noqa: F401  # It says what is missing.
+
+    @property
+    def printed(self) -> bool:
+        """Whether data are printed, so that everything else goes to standard error."""
+        return Path("-") in (self.csv, self.json)
+
+    def write(self, result: Sweep | Trajectory, joints: tuple[str, ...]) -> None:
+        """Write the files of a result.
+
+        Raises:
+            ArgumentError: one cannot be written.
+            MissingExtraError: an extra is not installed.
+        """
+        for path, suffix in ((self.csv, ".csv"), (self.json, ".json")):
+            if path == Path("-"):
+                with tempfile.TemporaryDirectory() as folder:
+                    file = result.save(Path(folder) / f"result{suffix}")
+                    click.echo(file.read_text(encoding="utf-8"), nl=False)
+            elif path is not None:
+                click.echo(f"Written: {result.save(path)}", err=self.printed)
+        if self.parquet is not None:
+            frame = result.to_dataframe()
+            told = frame.attrs.pop("units")
+            named = {name: f"{name} [{told[name]}]" if told[name] else name for name in frame}
+            frame.attrs.clear()
+            frame.rename(columns=named).to_parquet(self.parquet)
+            click.echo(f"Written: {self.parquet}", err=self.printed)
+        if self.plot is not None:
+            drawn = joints or tuple(result.outputs)[:_MOST_DRAWN]
+            if hasattr(result, "events"):
+                figure = result.plot.over_time(list(drawn))
+            else:
+                figure = result.plot(*drawn)
+            figure.savefig(self.plot)
+            click.echo(f"Drawn: {self.plot}", err=self.printed)
+
+
+def sweep_of(
+    source: str,
+    outputs: Outputs,
+    *,
+    drive: tuple[str, ...],
+    ends: tuple[str, str] | None,
+    samples: int,
+    speed: str | None,
+    acceleration: str | None,
+    held: tuple[str, ...],
+    loads: tuple[str, ...],
+    gravity: tuple[float, float, float] | None,
+    joints: tuple[str, ...],
+    strict: bool,
+) -> None:
+    """Sweep a mechanism, print the greatest wrenches and write files; see `motion_options`.
+
+    Raises:
+        CardanError: as `load`, `Scene` and `Scene.sweep` do, or an option has another form.
+    """
+    outputs.check()
+    mechanism = load(source, strict=strict)
+    motion = usual_motion(
+        mechanism,
+        drive=drive,
+        held=positions_of(mechanism, held),
+        loads=efforts(mechanism, loads) if loads else None,
+        gravity=gravity,
+        samples=samples,
+    )
+    scene, at, said = motion.scene, motion.positions, motion.said
+    if joints:
+        scene = scene.replace(outputs=joints)
+    if ends is not None:
+        at, said = _between(motion, ends, samples)
+    rates = _rates(motion, speed, acceleration, ends is not None)
+    swept = scene.sweep(at, rates["speed"], rates["acceleration"])
+    if not outputs.printed:
+        say(f"{mechanism.name}: {said}; {samples} positions, {_how_fast(motion, rates)}")
+        _say_what_acts(scene)
+        name = swept.drives[0]
+        place = swept.motion.position(name)
+        if slides(swept.mechanism, name):
+            _print_extremes(swept, place, f"{name} [m]")
+        else:
+            _print_extremes(swept, np.rad2deg(place), f"{name} [°]")
+    outputs.write(swept, joints)
+
+
+def simulation_of(
+    source: str,
+    outputs: Outputs,
+    *,
+    duration: float,
+    free: tuple[str, ...],
+    drive: tuple[str, ...],
+    positions: tuple[str, ...],
+    speeds: tuple[str, ...],
+    held: tuple[str, ...],
+    loads: tuple[str, ...],
+    gravity: tuple[float, float, float] | None,
+    elements: bool,
+    rtol: float,
+    joints: tuple[str, ...],
+    strict: bool,
+) -> None:
+    """Simulate a mechanism, print what came out and write files; see `motion_options`.
+
+    Raises:
+        Interrupted: Ctrl-C; all was printed and written up to there.
+        SimulationError: it could not go on; likewise.
+        CardanError: as `load`, `Scene` and `Scene.simulate` do, or an option has another form.
+    """
+    outputs.check()
+    mechanism = load(source, strict=strict)
+    driven = _speeds(mechanism, drive, "--drive")
+    scene, why = _free_scene(mechanism, free, driven, held, loads, gravity)
+    acting = described_elements(mechanism) if elements else []
+    scene = scene.replace(elements=acting, **({"outputs": joints} if joints else {}))
+    options: dict[str, Any] = {"motion": driven} if driven else {}
+    if positions:
+        options["position"] = positions_of(mechanism, positions, "--at")
+    if speeds:
+        options["speed"] = _speeds(mechanism, speeds, "--initial")
+    failure = None
+    try:
+        found = scene.simulate(duration, rtol=rtol, **options)
+    except SimulationError as error:
+        if not isinstance(error.trajectory, Trajectory):
+            raise
+        found, failure = error.trajectory, error
+    if not outputs.printed:
+        with_elements = f", with {len(acting)} springs, dampers or brakes" if acting else ""
+        say(
+            f"{mechanism.name}: {', '.join(scene.free)} free{why}{with_elements}; "
+            f"{found.time[-1]:.6g} s by {found.method}"
+        )
+        _say_what_acts(scene)
+        for name in scene.free:
+            say(f"{name}: {_course(found.sweep, name)}")
+        if np.isfinite(found.energy_residual):
+            say(f"energy balance: {found.energy_residual:.1e} of what moves")
+        for note in found.notes:
+            say(note, "yellow")
+        _print_extremes(found.sweep, found.time, "time [s]")
+    outputs.write(found, joints)
+    if failure is not None:
+        raise failure
+    if found.reason == "interrupted":
+        raise Interrupted(f"interrupted at {found.time[-1]:.6g} s of {duration:g} s")
+
+
+def _free_scene(
+    mechanism: Mechanism,
+    free: tuple[str, ...],
+    driven: Mapping[str, float],
+    held: tuple[str, ...],
+    loads: tuple[str, ...],
+    gravity: tuple[float, float, float] | None,
+) -> tuple[Scene, str]:
+    """Return a scene with free joints, and why they are free, in brackets."""
+    at = positions_of(mechanism, held)
+    if driven and not free:
+        # What is driven excites what stands on springs.
+        free = tuple(
+            name for name in mechanism.joint_springs if name not in driven and name not in at
+        )
+    scene = default_scene(
+        mechanism,
+        drive=(*driven, *free),
+        held=at,
+        loads=efforts(mechanism, loads),
+        gravity=gravity,
+    )
+    rest = free or tuple(name for name in scene.drives if name not in driven)
+    why = "" if free or driven else " (what would be driven in a sweep)"
+    return scene.replace(free=list(rest), drive=list(driven) or None), why
+
+
+def _course(swept: Sweep, name: str) -> str:
+    """Return where a coordinate begins and ends, and how fast it is then."""
+    places, speeds = swept.motion.position(name), swept.motion.velocity(name)
+    if slides(swept.mechanism, name):
+        return (
+            f"from {places[0]:.6g} m to {places[-1]:.6g} m, "
+            f"between {places.min():.6g} and {places.max():.6g} m; at last {speeds[-1]:.6g} m/s"
+        )
+    first, last, least, most = np.rad2deg((places[0], places[-1], places.min(), places.max()))
+    return (
+        f"from {first:.6g}° to {last:.6g}°, between {least:.6g}° and {most:.6g}°; "
+        f"at last {speeds[-1] / _RAD_PER_S:.6g} rpm"
+    )
+
+
+def _between(motion: UsualMotion, ends: tuple[str, str], samples: int) -> tuple[Array, str]:
+    """Return positions of a single drive between two ends, and what is said of them."""
+    drives = motion.scene.drives
+    if len(drives) > 1:
+        raise ArgumentError(
+            f"--range is of a single drive, and {', '.join(drives)} are driven; hold all but one: "
+            f"{' '.join(f'--held {name}=…' for name in drives[1:3])}"
+        )
+    kind = ("length", "m") if slides(motion.scene.mechanism, drives[0]) else ("angle", "deg")
+    low, high = (units.read(text, kind[0], "--range", kind[1]) for text in ends)
+    shown = f"{low:.6g} to {high:.6g} m"
+    if kind[0] == "angle":
+        shown = f"{np.rad2deg(low):.6g}° to {np.rad2deg(high):.6g}°"
+    return np.linspace(low, high, samples), f"{drives[0]} from {shown}"
+
+
+def _rates(
+    motion: UsualMotion, speed: str | None, acceleration: str | None, has_range: bool
+) -> dict[str, float]:
+    """Return speed and acceleration of the drive [rad/s or m/s, rad/s² or m/s²]."""
+    drives = motion.scene.drives
+    if len(drives) > 1 and (speed or acceleration):
+        raise ArgumentError(
+            "--speed and --acceleration are of a single drive; hold all but one: --held JOINT=VALUE"
+        )
+    if (speed or acceleration) and not (motion.turns or has_range):
+        raise ArgumentError(
+            f"{drives[0]} goes there and back, which no constant speed does; say from where to "
+            "where it moves: --range FROM TO"
+        )
+    slide = slides(motion.scene.mechanism, drives[0])
+    rates = {"speed": motion.speed if motion.turns or has_range else 0.0, "acceleration": 0.0}
+    if speed is not None:
+        kind = ("velocity", "m/s") if slide else ("speed", "rpm")
+        rates["speed"] = units.read(speed, kind[0], "--speed", kind[1])
+    if acceleration is not None:
+        kind = ("acceleration", "m/s²") if slide else ("angular_acceleration", "rad/s²")
+        rates["acceleration"] = units.read(acceleration, kind[0], "--acceleration", kind[1])
+    return rates
+
+
+def _how_fast(motion: UsualMotion, rates: Mapping[str, float]) -> str:
+    """Return in words how fast the drive moves."""
+    if not any(rates.values()):
+        return "quasi-static"
+    slide = slides(motion.scene.mechanism, motion.scene.drives[0])
+    speed, unit = rates["speed"], "m/s"
+    if not slide:
+        speed, unit = speed / _RAD_PER_S, "rpm"
+    text = f"at {speed:.6g} {unit}"
+    if rates["acceleration"]:
+        text += f", {rates['acceleration']:.6g} {'m/s²' if slide else 'rad/s²'}"
+    return text
+
+
+def _say_what_acts(scene: Scene) -> None:
+    """Print what holds and loads a scene, which may be that of a preset."""
+    texts = []
+    for name, value in scene.held.items():
+        slide = slides(scene.mechanism, name)
+        texts.append(f"{name} held at {value:.5g} m" if slide else
+                     f"{name} held at {_number(np.rad2deg(value))}°")  # fmt: skip
+    for name, effort in scene.loads.items():
+        if name in scene.mechanism.drivable:
+            unit = "N" if slides(scene.mechanism, name) else "N·m"
+            texts.append(f"{float(np.asarray(effort)):.5g} {unit} at {name}")
+    if np.any(scene.gravity):
+        texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")
+    if texts:
+        say("; ".join(texts))
+
+
+def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[str, float]:
+    """Return speeds [rad/s or m/s] from `JOINT=SPEED`."""
+    found = {}
+    for name, text in assigned(pairs, option, "JOINT=SPEED, as crank=1500rpm").items():
+        kind = ("velocity", "m/s") if slides(mechanism, name) else ("speed", "rpm")
+        found[name] = units.read(text, kind[0], f"{option} {name}", kind[1])
+    return found
+
+
+def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
+    """Print the greatest force and moment of every joint, and where they occur."""
+    unit = over.partition("[")[2].rstrip("]")
+    rows, is_open = [], False
+    for name in swept.outputs:
+        wrench = swept[name]
+        cells = [name + ("" if wrench.unique.all() else "*")]
+        is_open |= not wrench.unique.all()
+        for vectors in (wrench.force, wrench.moment):
+            sizes = np.linalg.norm(vectors, axis=-1)
+            worst = int(np.argmax(sizes))
+            cells += [_number(sizes[worst]), _number(places[worst])]
+        axial = (wrench.torsion, wrench.bending) if wrench.has_axis else ()
+        cells += [_number(values[np.argmax(np.abs(values))]) for values in axial] or ["–", "–"]
+        rows.append(cells)
+    at = f"at\n{unit}"
+    headings = "joint", "force\nN", at, "moment\nN·m", at, "torsion\nN·m", "bending\nN·m"
+    caption = f"Greatest values that the parent exerts on the child, and where: {over}."
+    if is_open:
+        caption += f" * Not determined by statics, chosen by {swept.rule}."
+    show(headings, rows, caption=caption)
+    efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
+    for column, name in enumerate(swept.drives):
+        values = efforts[:, column]
+        unit = "N" if slides(swept.mechanism, name) else "N·m"
+        say(f"drive {name}: {_number(values.min())} to {_number(values.max())} {unit}")
+    residuals = swept.loop_residual, swept.balance_residual, swept.power_residual
+    say("residuals: loops {:.1e}, balance {:.1e}, power {:.1e}".format(*residuals))
+
+
+def _number(value: float) -> str:
+    return f"{0.0 if abs(value) < _NOTHING else value:.5g}"

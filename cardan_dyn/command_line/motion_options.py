@@ -1,0 +1,118 @@
+"""The options of `cardan-dyn sweep` and `simulate`; what they do is imported when it is called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from . import options
+
+_PICTURES = (".png", ".svg", ".pdf")
+
+
+def _outputs(command: Any) -> Any:
+    """Add the options of what is written."""
+    for decorator in (
+        options.written("--plot", "plot", "Draw the joints: .png, .svg or .pdf.", *_PICTURES),
+        options.written("--parquet", "parquet", "Write a Parquet file.", ".parquet"),
+        options.written("--json", "json", "Write JSON; - prints it.", ".json", dash=True),
+        options.written("--csv", "csv", "Write a CSV file; - prints it.", ".csv", dash=True),
+        options.repeated("--joint", "joints", "JOINT", "Take only this joint"),
+    ):
+        command = decorator(command)
+    return command
+
+
+@click.command()
+@options.source
+@options.drive
+@click.option(
+    "--range",
+    "ends",
+    type=options.Quantities(),
+    nargs=2,
+    metavar="FROM TO",
+    help="Positions of a single drive [°, slides: m]; its whole range without.",
+)
+@click.option(
+    "--samples", type=click.IntRange(2), default=361, show_default=True, help="Count of positions."
+)
+@click.option(
+    "--speed",
+    type=options.Quantities(),
+    help="Of the drive [rpm, slides: m/s]; quasi-static without.",
+)
+@click.option(
+    "--acceleration", type=options.Quantities(), help="Of the drive [rad/s², slides: m/s²]."
+)
+@options.held
+@options.loads
+@options.gravity
+@_outputs
+@options.strict
+def sweep(
+    source: str,
+    csv: Path | None,
+    json: Path | None,
+    parquet: Path | None,
+    plot: Path | None,
+    **given: Any,
+) -> None:
+    """Sweep the drive: forces and moments of all joints.
+
+    NAME_OR_FILE is a bundled description or a URDF, MJCF or SDF file. Prints the greatest values of
+    every joint and where they occur, of what the parent exerts on the child.
+    """
+    from .motion_command import Outputs, sweep_of
+
+    sweep_of(source, Outputs(csv, json, parquet, plot), **given)
+
+
+@click.command()
+@options.source
+@click.option(
+    "--time", "duration", type=options.Quantity("time", "s"), required=True, help="Duration [s]."
+)
+@options.repeated("--free", "free", "JOINT", "Joint whose motion is found, a sensible one without")
+@options.repeated(
+    "--drive", "drive", "JOINT=SPEED", "Joint that is driven at constant speed [rpm, slides: m/s]"
+)
+@options.repeated("--at", "positions", "JOINT=VALUE", "Position at the start [°, slides: m]")
+@options.repeated(
+    "--initial", "speeds", "JOINT=SPEED", "Speed of a free joint at the start [rpm, slides: m/s]"
+)
+@options.held
+@options.loads
+@options.gravity
+@click.option(
+    "--elements/--no-elements",
+    default=True,
+    help="With the springs, damping and friction that the description states for joints.",
+)
+@click.option(
+    "--rtol",
+    type=float,
+    default=1e-10,
+    show_default=True,
+    help="Relative tolerance of steps, a number.",
+)
+@_outputs
+@options.strict
+def simulate(
+    source: str,
+    csv: Path | None,
+    json: Path | None,
+    parquet: Path | None,
+    plot: Path | None,
+    **given: Any,
+) -> None:
+    """Simulate how free joints move: forces and moments.
+
+    NAME_OR_FILE is a bundled description or a URDF, MJCF or SDF file. Ctrl-C ends the simulation;
+    what was found so far is printed and written.
+    """
+    from .motion_command import Outputs, simulation_of
+
+    simulation_of(source, Outputs(csv, json, parquet, plot), **given)

@@ -1,0 +1,233 @@
+"""`cardan-dyn sweep` and `simulate`: what they print and write, of bundled and other files."""
+
+from __future__ import annotations
+
+import builtins
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas
+import pytest
+from click.testing import CliRunner, Result
+from testkit.ball_rods import as_balls
+from testkit.planar_linkages import five_bar
+
+import cardan_dyn as cd
+from cardan_dyn.command_line import main
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(item) for item in arguments], catch_exceptions=False)
+
+
+@pytest.fixture
+def foreign(tmp_path: Path) -> Path:
+    path = tmp_path / "rods.urdf"
+    path.write_text(as_balls(), encoding="utf-8")
+    return path
+
+
+def test_a_sweep_prints_where_wrenches_are_greatest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    found = run("sweep", "slider_crank", "--samples", 73)
+    assert found.exit_code == 0, found.output
+    expected = cd.Scene(
+        cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -1000.0}
+    ).sweep(np.linspace(0.0, 2.0 * np.pi, 73))
+    assert "crank_bearing turns once; 73 positions, quasi-static" in found.output
+    assert "-1000 N at piston_guide" in found.output
+    force = np.linalg.norm(expected["crank_pin"].force, axis=-1)
+    (line,) = (line for line in found.output.splitlines() if line.startswith("crank_pin"))
+    cells = line.split()
+    assert float(cells[1]) == pytest.approx(force.max(), rel=1e-4)
+    assert float(cells[2]) == pytest.approx(5.0 * int(np.argmax(force)), abs=1e-3)
+    low, high = expected.drive_effort.min(), expected.drive_effort.max()
+    assert f"drive crank_bearing: {low:.5g} to {high:.5g} N·m" in found.output
+
+
+def test_units_of_every_value(tmp_path: Path) -> None:
+    file = tmp_path / "out.csv"
+    options = ("--range", "0.1rad", 30, "--samples", 3, "--speed", "100rad/s", "--csv", file)
+    assert run("sweep", "slider_crank", *options, "--load", "piston_guide=-1kN").exit_code == 0
+    frame = pandas.read_csv(file)
+    ends = [0.1, (0.1 + np.pi / 6.0) / 2.0, np.pi / 6.0]
+    np.testing.assert_allclose(frame["position [rad]"], ends)
+    np.testing.assert_allclose(frame["speed [rad/s]"], 100.0)
+    assert (
+        run("sweep", "slider_crank", "--range", 0, 90, "--speed", 955, "--csv", file).exit_code == 0
+    )
+    np.testing.assert_allclose(pandas.read_csv(file)["speed [rad/s]"], 955.0 * np.pi / 30.0)
+    held = ("--drive", "piston_guide", "--range", "-10mm", -0.02, "--speed", 1.5)
+    refused = run("sweep", "slider_crank", *held)
+    assert refused.exit_code == 2 and "dead point" in refused.output
+
+
+def test_data_go_to_the_output_alone() -> None:
+    found = run("sweep", "four_bar", "--samples", 5, "--joint", "crank_pin", "--csv", "-")
+    frame = pandas.read_csv(io.StringIO(found.stdout))
+    assert len(frame) == 5 and "crank_pin.force_x [N]" in frame
+    assert "rocker_pin.force_x [N]" not in frame
+    told = json.loads(run("sweep", "four_bar", "--samples", 5, "--json", "-").stdout)
+    assert len(told["columns"]["drive_effort"]) == 5
+    both = run("sweep", "four_bar", "--json", "-", "--csv", "-")
+    assert both.exit_code == 2 and "into each other" in both.output
+
+
+def test_files_of_every_kind(tmp_path: Path) -> None:
+    files = {f"--{name}": tmp_path / f"out.{name}" for name in ("csv", "json")}
+    files["--plot"] = tmp_path / "out.png"
+    options = [item for pair in files.items() for item in pair]
+    found = run("sweep", "universal_joint", "--samples", 9, *options)
+    assert found.exit_code == 0, found.output
+    assert all(path.stat().st_size > 500 for path in files.values())
+    assert "joint_angle held at 35°" in found.output
+
+
+def test_a_foreign_file_chooses_its_drive(foreign: Path, tmp_path: Path) -> None:
+    found = run("sweep", foreign, "--samples", 9, "--gravity", 0, 0, -9.81)
+    assert found.exit_code == 0, found.output
+    assert "driven at a joint at the ground" in " ".join(found.output.split())
+    assert "residuals: loops" in found.output
+
+
+def test_several_drives_swing_or_are_held(tmp_path: Path) -> None:
+    path = tmp_path / "five_bar.urdf"
+    path.write_text(five_bar().to_urdf(), encoding="utf-8")
+    found = run("sweep", path, "--drive", "A", "--drive", "D", "--samples", 9)
+    assert found.exit_code == 0 and "A, D swing out of phase" in found.output
+    refused = run("sweep", path, "--drive", "A", "--drive", "D", "--range", 0, 10)
+    assert refused.exit_code == 2 and "--held D=…" in refused.output
+    assert "single drive" in run("sweep", path, "--drive", "A", "--drive", "D", "--speed", 5).output
+    held = run("sweep", path, "--drive", "A", "--held", "D=0", "--range", -5, 5, "--samples", 5)
+    assert held.exit_code == 0, held.output
+
+
+@pytest.mark.parametrize("command", ["sweep", "simulate"])
+def test_outputs_that_cannot_be_written_are_refused_before_anything_is_read(
+    command: str, tmp_path: Path
+) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("", encoding="utf-8")
+    options = ("--time", "1") if command == "simulate" else ()
+    for flag, path, said in (
+        ("--csv", taken / "out.csv", "is not a directory"),
+        ("--csv", tmp_path / "missing" / "out.csv", "does not exist"),
+        ("--csv", tmp_path / "out.txt", ".csv"),
+        ("--json", tmp_path, ".json"),
+        ("--plot", tmp_path / "out.bmp", ".png"),
+    ):
+        found = run(command, "no such mechanism", *options, flag, path)
+        assert found.exit_code == 2
+        assert said in " ".join(found.output.split()), found.output
+
+
+def test_what_a_file_needs_is_asked_for_before_anything_is_read(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("cardan_dyn.command_line.motion_command.find_spec", lambda name: None)
+    found = run("sweep", "no such mechanism", "--parquet", tmp_path / "out.parquet")
+    assert found.exit_code == 2 and "pandas is missing" in found.output
+    real = builtins.__import__
+
+    def without(name: str, *rest: Any, **more: Any) -> Any:
+        if name.startswith("matplotlib"):
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    found = run("sweep", "no such mechanism", "--plot", tmp_path / "out.png")
+    assert found.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nonsense",), "nonsense"),
+        (("four_bar", "--drive", "crank"), "crank_bearing"),
+        (("four_bar", "--speed", "fast"), "not a number with a unit"),
+        (("four_bar", "--speed", "3 stone"), "stone"),
+        (("four_bar", "--range", "0", "x"), "not a number"),
+        (("four_bar", "--load", "crank_pin"), "JOINT=VALUE"),
+        (("four_bar", "--drive", "rocker_bearing", "--speed", "3"), "there and back"),
+        (("slider_crank", "--drive", "piston_guide"), "dead point"),
+        (("universal_joint", "--held", "joint_angle=90"), "joint_angle"),
+        (("four_bar", "--samples", "1"), "x>=2"),
+    ],
+)
+def test_errors_are_messages(arguments: tuple[str, ...], said: str) -> None:
+    found = run("sweep", *arguments)
+    assert found.exit_code == 2
+    assert said in found.output and "Traceback" not in found.output
+
+
+def test_a_simulation_prints_and_writes_its_course(tmp_path: Path) -> None:
+    file, picture = tmp_path / "out.csv", tmp_path / "out.svg"
+    options = ("--time", "0.2s", "--at", "crank_bearing=90", "--gravity", 0, -9.81, 0)
+    found = run("simulate", "four_bar", *options, "--csv", file, "--plot", picture)
+    assert found.exit_code == 0, found.output
+    expected = cd.Scene(
+        cd.load("four_bar"), free="crank_bearing", gravity=[0.0, -9.81, 0.0]
+    ).simulate(0.2, position=np.pi / 2.0)
+    frame = pandas.read_csv(file)
+    assert frame["position [rad]"].iloc[-1] == pytest.approx(expected.position[-1], rel=1e-9)
+    assert f"to {np.rad2deg(expected.position[-1]):.6g}°" in found.output
+    assert picture.stat().st_size > 1000
+
+
+def test_initial_speeds_and_driven_joints() -> None:
+    found = run("simulate", "four_bar", "--time", 0.05, "--initial", "crank_bearing=60rpm")
+    assert found.exit_code == 0, found.output
+    rig = ("simulate", "elastic_thoma_rig", "--time", 0.02, "--drive", "bearing_in=1000rpm")
+    found = run(*rig)
+    assert found.exit_code == 0, found.output
+    assert "tilt_z, tilt_y free, with 4 springs" in " ".join(found.output.split())
+    assert "springs" not in run(*rig, "--no-elements").output
+
+
+def test_foreign_files_are_simulated(foreign: Path) -> None:
+    found = run("simulate", foreign, "--time", 0.1, "--gravity", 0, 0, -9.81)
+    assert found.exit_code == 0, found.output
+    assert "energy balance" in found.output
+
+
+def test_a_simulation_that_is_interrupted_prints_and_writes_what_it_found(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The third step is where Ctrl-C comes."""
+    from cardan_dyn.simulation.progress import Progress
+
+    count = 0
+
+    def press(progress: Progress, time: float) -> None:
+        nonlocal count
+        count += 1
+        if count == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Progress, "step", press)
+    file = tmp_path / "out.csv"
+    rig = ("simulate", "elastic_thoma_rig", "--time", 5, "--drive", "bearing_in=1000")
+    found = run(*rig, "--csv", file)
+    assert found.exit_code == 130
+    assert "interrupted at" in found.output and "Traceback" not in found.output
+    assert 3 <= len(pandas.read_csv(file)) < 20
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "--time"),
+        (("--time", "3 stone"), "stone"),
+        (("--time", "-1"), "duration"),
+        (("--time", "1", "--free", "elbow"), "elbow"),
+        (("--time", "1", "--initial", "crank_bearing"), "JOINT=SPEED"),
+        (("--time", "1", "--drive", "crank_bearing=1"), "free"),
+    ],
+)
+def test_errors_of_simulations_are_messages(arguments: tuple[str, ...], said: str) -> None:
+    found = run("simulate", "four_bar", *arguments)
+    assert found.exit_code == 2
+    assert said in found.output and "Traceback" not in found.output
