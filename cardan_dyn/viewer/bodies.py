@@ -124,7 +124,7 @@ class Bodies:
         travel = {
             item.joint: travel_of(
                 *(item, items, self._attachments[item.other], self._span(item, body), rod)
-            )
+            )._replace(is_free=not (self._stands(body) or self._stands(item.other)))
             for body, items in self._attachments.items()
             for item in items
             if item.kind == "slide" and not item.is_child
@@ -221,6 +221,9 @@ class Bodies:
             radius: of the scene [m].
         """
         self._draw_shapes(drawing, radius)
+        stand_in = [self._link_of_body[item.body] for item in self._defaults if item.body]
+        if self.notes and stand_in:
+            self.notes += (f"made up from joints: {', '.join(dict.fromkeys(stand_in))}",)
         for item in self._defaults:
             drawing.place(item.path, self._pose(item.body))
             color = self._color(item.body)

@@ -76,12 +76,14 @@ class Travel(NamedTuple):
         high: greatest coordinate.
         behind: of the parent's farthest joint on the axis, against it; 0 without one.
         ahead: likewise of the child's, from the child's side; 0 without one.
+        is_free: whether both sides move, so that a tube may lead there.
     """
 
     low: float = 0.0
     high: float = 0.0
     behind: float = 0.0
     ahead: float = 0.0
+    is_free: bool = True
 
 
 _KINDS = {
@@ -227,7 +229,10 @@ class Body:
             end = point + arm + _BEYOND * rod * arm / length
             disc = forms.rod(_FLANGE * rod, -_FLANGE_HALF * rod, _FLANGE_HALF * rod)
             flange = forms.moved(disc, forms.upright(arm), end)
-            return Parts((flange,)) + self._bar(point, end) + self._fittings(end, False)
+            # Where nothing holds it in the joint's point, another shaft may be there.
+            held = any(abs(arm @ item.axis) < _PARALLEL * length for item in turning)
+            bar = self._bar(point if held else point + 0.5 * arm, end)
+            return Parts((flange,)) + bar + self._fittings(end, False)
         if len(self._all) > 1 or length < _ARM * rod:
             hubs = [self._stub(item) for item in turning[:1] if len(self._all) == 1]
             return sum(hubs, self._fittings(point + _across(self._all[0].axis), True))
@@ -361,12 +366,12 @@ def telescope(
     """
     if item.kind != "slide":
         return None
-    low, high, behind, ahead = travel[item.joint]
+    low, high, behind, ahead, is_free = travel[item.joint]
     sign = 1.0
     if low + high + ahead - behind < 0.0:
         low, high, behind, ahead, sign = -high, -low, -behind, -ahead, -1.0
     least, greatest = low + ahead - behind, high + ahead - behind
-    if least < _TELESCOPE * rod:
+    if not is_free or least < _TELESCOPE * rod:
         return None
     axis, tube = sign * item.axis, 0.75 * least
     if not item.is_child:

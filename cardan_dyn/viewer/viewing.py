@@ -67,7 +67,8 @@ def view(
             equidistant times; an equilibrium; or a configuration, which has no wrenches to be
             drawn.
         joints: whose arrows, axes and names are drawn; all outputs of the sweep if not given.
-        visuals: draw the shapes of the links; lines between the joints where there are none.
+        visuals: draw the shapes that the description gives its links; those without one, or all of
+            them without this, are made up from their joints.
         moments: draw torsion and bending.
         forces: draw forces.
         axes: draw the joint axes, those of loops marked.

@@ -36,6 +36,8 @@ function materialOf(item) {
     const material = new THREE.MeshLambertMaterial({
       opacity, transparent: opacity < 1 || onTop, depthTest: !onTop,
       depthWrite: opacity === 1 && !onTop,
+      // Triangles of meshes may be turned either way.
+      side: opacity === 1 && !onTop ? THREE.DoubleSide : THREE.FrontSide,
     });
     material.userData = { css: item.color, onTop };
     materials.set(key, material);
@@ -136,7 +138,7 @@ function recolor() {
 
 // What of a scene can be switched: name, first steps of its paths, what it is called.
 const PARTS = [
-  ["shapes", ["mechanism"], "Shapes"],
+  ["shapes", ["mechanism", "bearings"], "Shapes"],
   ["moments", ["torsion", "bending"], "Moments"],
   ["forces", ["force"], "Forces"],
   ["loads", ["loads"], "Loads"],

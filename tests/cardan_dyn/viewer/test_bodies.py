@@ -9,8 +9,11 @@ import pytest
 
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
+from scipy.spatial.transform import Rotation
+from testkit.drawn import placed
+
 import cardan_dyn as cd
-from cardan_dyn.viewer.bodies import Bodies
+from cardan_dyn.viewer.bodies import GROUND, PALETTE, Bodies
 from cardan_dyn.viewer.commands import Drawing
 
 SAMPLES = np.arange(0, 25, 2)
@@ -43,16 +46,117 @@ def test_each_shape_is_drawn_once_under_its_body(loaded_turn: cd.Sweep) -> None:
     assert all(path.startswith("/mechanism/") for path in drawn)
 
 
-def test_rods_stand_for_bodies_without_visuals() -> None:
+def test_bodies_without_visuals_have_shapes_between_their_joints() -> None:
     turn = cd.Scene(cd.load("four_bar"), drive="crank_bearing").sweep([0.0, 1.0])
     bodies = Bodies(turn, np.arange(2), visuals=False)
     assert bodies.shapes == []
     drawing = Drawing(1.0)
     bodies.draw(drawing, 1.0)
-    rods = paths(drawing)
-    # Base, crank, coupler and rocker have two joints each, and a rod to each of them.
-    assert len(rods) == 8
-    assert len({path.rsplit("/", 1)[0] for path in rods}) == 4
+    assert {path.rpartition("/")[0] for path in paths(drawing)} == {
+        *("/mechanism/crank", "/mechanism/coupler", "/mechanism/rocker"),
+        *("/bearings/crank_bearing", "/bearings/rocker_bearing"),
+    }
+    # Each link reaches both of its joints, and little beyond; so does what the camera sees.
+    seen = bodies.points()
+    for link, joints in (
+        ("crank", ("crank_bearing", "crank_pin")),
+        ("coupler", ("crank_pin", "rocker_pin")),
+        ("rocker", ("rocker_pin", "rocker_bearing")),
+    ):
+        cloud = world(drawing, f"/mechanism/{link}/shape")
+        ends = np.array([turn.origin(name)[0] for name in joints])
+        gaps = np.linalg.norm(cloud[:, None] - ends, axis=2)
+        assert np.max(np.min(gaps, axis=0)) < 0.03  # Forks hold pins that are 8 mm thick.
+        low, high = np.min(ends, axis=0) - 0.03, np.max(ends, axis=0) + 0.03
+        assert np.all((cloud > low) & (cloud < high))
+        assert np.all(cloud > np.min(seen, axis=0) - 1e-9)
+        assert np.all(cloud < np.max(seen, axis=0) + 1e-9)
+
+
+def world(drawing: Drawing, path: str) -> np.ndarray:
+    """Return the points of an object at the first sample."""
+    (item,) = (item for item in drawing.objects if item.path == path)
+    node = placed(drawing, path.rpartition("/")[0])
+    turn = Rotation.from_quat(node["quaternion"]).as_matrix()
+    return np.asarray(item.geometry.vertices @ turn.T + node["position"])
+
+
+def test_colors_are_those_of_links_whatever_else_is_drawn() -> None:
+    ball = "<visual><geometry><sphere radius='0.01'/></geometry></visual>"
+    text = """<robot name="r"><link name="a"/><link name="b">{}</link><link name="c"/>
+      <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
+      <axis xyz="0 0 1"/></joint>
+      <joint name="k" type="continuous"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/>
+      <axis xyz="0 0 1"/></joint></robot>"""
+    colors = []
+    for shape in ("", ball):
+        turn = cd.Scene(cd.load(text.format(shape)), drive=["j", "k"]).sweep([[0, 0], [1, 1]])
+        drawing = Drawing(1.0)
+        Bodies(turn, np.arange(2), visuals=True).draw(drawing, 1.0)
+        colors.append({item.path: item.color.css for item in drawing.objects})
+    assert colors[0]["/mechanism/b/shape"] == colors[1]["/mechanism/b/b 0"] == PALETTE[1].css
+    assert colors[0]["/mechanism/c/shape"] == colors[1]["/mechanism/c/shape"] == PALETTE[2].css
+    assert colors[0]["/bearings/j/shape"] == GROUND.css
+
+
+def linear(css: str) -> np.ndarray:
+    """Return red, green and blue in proportion to their light."""
+    values = np.array([int(css[at : at + 2], 16) / 255 for at in (1, 3, 5)])
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def lab(light: np.ndarray) -> np.ndarray:
+    """Return colours in CIELAB, whose distances are those that eyes see."""
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    x, y, z = np.cbrt(np.clip(light, 0.0, 1.0) @ np.transpose(to_xyz) / [0.9505, 1.0, 1.089]).T
+    return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=1)
+
+
+# Red, green and blue as eyes without one kind of cones see them (Machado, Oliveira and Fernandes,
+# IEEE Transactions on Visualization and Computer Graphics 15, 2009, severity 1).
+PROTAN = [
+    [0.152286, 1.052583, -0.204868],
+    [0.114503, 0.786281, 0.099216],
+    [-0.003882, -0.048116, 1.051998],
+]
+DEUTAN = [
+    [0.367322, 0.860646, -0.227968],
+    [0.280085, 0.672501, 0.047413],
+    [-0.01182, 0.04294, 0.968881],
+]
+
+
+def test_the_palette_is_seen_by_all_eyes_on_both_backgrounds() -> None:
+    light = np.array([linear(color.css) for color in (*PALETTE, GROUND)])
+    luminance = light @ [0.2126, 0.7152, 0.0722]
+    for background in ("#f0f4f9", "#191e25"):
+        other = linear(background) @ [0.2126, 0.7152, 0.0722]
+        ratio = (np.maximum(luminance, other) + 0.05) / (np.minimum(luminance, other) + 0.05)
+        assert np.min(ratio) >= 2.9
+    for eyes in (np.eye(3), PROTAN, DEUTAN):
+        seen = lab(light[:-1] @ np.transpose(eyes))
+        neighbours = np.linalg.norm(seen - np.roll(seen, -1, axis=0), axis=1)
+        assert np.min(neighbours) > 15.0
+
+
+def test_missing_meshes_are_noted_with_what_stands_in() -> None:
+    mesh = "<visual><geometry><mesh filename='/none/b.stl'/></geometry></visual>"
+    turn = cd.Scene(
+        cd.load(
+            f"""<robot name="r"><link name="a"/><link name="b">{mesh}</link>
+      <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
+      <axis xyz="0 0 1"/></joint>
+      </robot>"""
+        ),
+        drive="j",
+    ).sweep([0.0, 1.0])
+    bodies = Bodies(turn, np.arange(2), visuals=True)
+    drawing = Drawing(1.0)
+    bodies.draw(drawing, 1.0)
+    missing, stand_in = bodies.notes
+    assert missing.startswith("a mesh was not found: '/none/b.stl' (link 'b'); looked in /")
+    assert stand_in == "made up from joints: b"
+    assert "/mechanism/b/shape" in paths(drawing)
 
 
 def test_loops_are_known_by_name(loaded_turn: cd.Sweep) -> None:

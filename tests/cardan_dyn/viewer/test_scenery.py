@@ -27,6 +27,8 @@ from cardan_dyn.viewer.scenery import (
 from cardan_dyn.viewer.still import Still
 
 SAMPLES = np.arange(25)
+BODIES = {"mechanism", "bearings"}
+"""Roots of what is drawn of bodies whatever is shown besides."""
 NONE = Parts(**dict.fromkeys((field.name for field in dataclasses.fields(Parts)), False))
 
 
@@ -52,19 +54,20 @@ def roots(scene: Scenery) -> set[str]:
     ],
 )
 def test_each_part_is_drawn_alone(part: str, expected: set[str], loaded_turn: cd.Sweep) -> None:
-    assert roots(scenery(loaded_turn, dataclasses.replace(NONE, **{part: True}))) == expected
+    drawn = roots(scenery(loaded_turn, dataclasses.replace(NONE, **{part: True})))
+    assert drawn == (expected if part == "visuals" else expected | BODIES)
 
 
 def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
     only_forces = dataclasses.replace(NONE, forces=True)
     # A torque alone: the joint passes no force.
     still = scenery(loaded_turn, only_forces)
-    assert roots(still) == set() and still.scales == ()
+    assert roots(still) == BODIES and still.scales == ()
     turn = cd.Scene(cd.load("four_bar"), drive="crank_bearing").sweep(
         np.linspace(0.0, 6.0, 25), speed=10.0
     )
     moving = scenery(turn, only_forces)
-    assert roots(moving) == {"mechanism", "force"}
+    assert roots(moving) == {*BODIES, "force"}
     assert moving.legend == ((FORCE.css, "force, at the joint", "force"),)
     greatest = max(np.max(np.linalg.norm(turn[name].force, axis=1)) for name in turn)
     (scale,) = moving.scales
@@ -87,7 +90,7 @@ def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
     turn = cd.Scene(mechanism, drive="guide", gravity=down).sweep(np.linspace(0.0, 1.0, 25))
     assert 0.0 < np.max(np.abs(turn["guide"].moment)) < 1e-12
     drawn = scenery(turn, dataclasses.replace(NONE, forces=True, moments=True))
-    assert roots(drawn) == {"force"}
+    assert roots(drawn) == {*BODIES, "force"}
 
 
 def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
