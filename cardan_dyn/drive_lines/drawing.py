@@ -28,8 +28,13 @@ _STUB = 0.22
 """Length of an end shaft that has none, relative to all intermediate shafts."""
 _ROOM = 0.06
 """Room around the line, relative to its length."""
-_NEAR = 0.12
-"""Distance of joints up to which their labels would overlap, relative to the line's length."""
+_FLATTEST = 0.04
+"""Least height of a view, relative to the line's length."""
+_FIRST, _ROW = 0.12, 0.38
+"""Distance of the first row of labels from the line, and height of a row, relative to the height of
+the line in its view."""
+_LETTER, _FILLED = 0.6, 0.82
+"""Mean width of a letter in font sizes, and part of a figure's width that its axes fill."""
 _SMALL = 8
 
 
@@ -55,10 +60,13 @@ def arrangement(
     """
     points = line_points(line)
     drawn = sheet(2, size=_SIZE, share_x=True, ax=ax, figsize=figsize)
+    height = max(
+        float(np.ptp(points[:, 1:], axis=0).max()), _FLATTEST * float(np.ptp(points[:, 0]))
+    )
     for panel, axis, label in zip(
         drawn.panels, (2, 1), ("up, side view [m]", "left, plan view [m]"), strict=True
     ):
-        _view(panel, line, points[:, [0, axis]], axis)
+        _view(panel, line, points[:, [0, axis]], axis, height)
         panel.set_ylabel(label)
     drawn.panels[-1].set_xlabel("forward [m]")
     return drawn.finish(title or line.name)
@@ -82,42 +90,68 @@ def line_points(line: LineData) -> Array:
     return np.vstack([first, found.centres, last])
 
 
-def _view(panel: Axes, line: LineData, points: Array, axis: int) -> None:
-    """Draw one view: points `(n + 2, 2)`."""
+def _view(panel: Axes, line: LineData, points: Array, axis: int, height: float) -> None:
+    """Draw one view: points `(n + 2, 2)`, in axes as high as the line and its labels."""
+    length = float(np.ptp(points[:, 0]))
+    middle = 0.5 * float(points[:, 1].min() + points[:, 1].max())
+    shafts = []
     for k, name in enumerate(line.shaft_names):
         style = line_style(k)
         panel.plot(*points[k : k + 2].T, linewidth=3.0, color=style["color"], zorder=2)
         offset = "" if k in (0, line.count) else f"\nfork {_degrees(line.fork_offsets[k - 1])}"
-        middle = points[k : k + 2].mean(axis=0)
-        panel.annotate(
-            name + offset,
-            middle,
-            xytext=(0, -26),
-            textcoords="offset points",
-            ha="center",
-            fontsize=_SMALL,
-            color=style["color"],
-        )
+        shafts.append((points[k : k + 2].mean(axis=0), name + offset, style["color"]))
     views = line.geometry.views[:, 1 if axis == 2 else 0]
-    near, raised = _NEAR * float(np.ptp(points[:, 0])), False
+    joints = []
     for k, centre in enumerate(points[1:-1]):
-        # Labels of joints that are close to each other stand above one another.
-        raised = k > 0 and not raised and centre[0] - points[k, 0] < near
         panel.plot(*centre, "o", markersize=9, mfc="white", mec="black", zorder=3)
-        panel.annotate(
-            f"β{k + 1} = {_degrees(line.joint_angles[k])}\nhere {_degrees(views[k])}",
-            centre,
-            xytext=(0, 38 if raised else 12),
-            textcoords="offset points",
-            ha="center",
-            fontsize=_SMALL,
-        )
+        text = f"β{k + 1} = {_degrees(line.joint_angles[k])}\nhere {_degrees(views[k])}"
+        joints.append((centre, text, "black"))
     places = _bearings(line)[:, [0, axis]]
     panel.plot(*places.T, "^", markersize=8, color="0.25", zorder=3)
-    length = float(np.ptp(points[:, 0]))
     panel.set_xlim(points[0, 0] - _ROOM * length, points[-1, 0] + _ROOM * length)
-    panel.margins(y=0.6)
+    low, high = middle - 0.5 * height, middle + 0.5 * height
+    above, below = (
+        _in_rows(panel, items, side, (low, high), (1.0 + 2.0 * _ROOM) * length)
+        for items, side in ((joints, 1.0), (shafts, -1.0))
+    )
+    panel.set_ylim(low - below * height, high + above * height)
     panel.set_aspect("auto")
+
+
+def _in_rows(
+    panel: Axes,
+    items: list[tuple[Array, str, Any]],
+    side: float,
+    ends: tuple[float, float],
+    length: float,
+) -> float:
+    """Write labels above (`side` 1) or below a line, in rows in which none covers another one.
+
+    Returns:
+        Height of all rows, relative to that of the line.
+    """
+    height = ends[1] - ends[0]
+    letter = _LETTER * _SMALL / (72.0 * _FILLED * float(panel.figure.get_figwidth())) * length
+    filled: list[float] = []
+    for point, text, color in sorted(items, key=lambda item: float(item[0][0])):
+        half = 0.5 * letter * max(map(len, text.split("\n")))
+        start = float(point[0]) - half
+        row = next((row for row, end in enumerate(filled) if end <= start), len(filled))
+        filled[row : row + 1] = [start + 2.0 * half + letter]
+        foot = ends[1] if side > 0.0 else ends[0]
+        at = foot + side * (_FIRST + _ROW * row) * height
+        panel.annotate(
+            text,
+            point,
+            xytext=(point[0], at),
+            ha="center",
+            va="bottom" if side > 0.0 else "top",
+            fontsize=_SMALL,
+            color=color,
+            arrowprops={"arrowstyle": "-", "color": "0.75", "linewidth": 0.7, "shrinkA": 1},
+            zorder=1,
+        )
+    return _FIRST + _ROW * max(len(filled), 1)
 
 
 def _bearings(line: LineData) -> Array:

@@ -70,7 +70,7 @@ def over_column(
         )
         if greatest > 1e-9 * scale:
             label_peaks(panel, curves[unit], unit if unit != "1" else "", at.unit, peaks)
-    at.name(panels[units[-1]])
+    drawn.over(at)
     return drawn.finish(title, 3, note)
 
 

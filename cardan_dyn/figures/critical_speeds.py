@@ -35,6 +35,10 @@ _HERTZ = 0.5 / np.pi
 _DECADES = 1e-6
 """Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding would stretch
 it."""
+_LETTER, _FILLED = 0.6, 0.75
+"""Mean width of a letter in font sizes, and part of a figure's width that its axes fill."""
+_ROW = 11
+"""Distance of rows of names [pt]."""
 KINDS = ("stable", "instability", "fold", "combination", "flutter", "no motion")
 """What a number in a chart of stability means, from 0."""
 _FILLS = (
@@ -194,10 +198,11 @@ def orders_over_speed(
         if name in given:
             turned = np.rad2deg(np.unwrap(ordinate(name, given[name], at)))
             panels[1].plot(at * PER_MINUTE, turned, **style)
+    rows = _rows_of(critical or {}, float(np.ptp(at)), drawn.figure.get_figwidth())
     for name, place in (critical or {}).items():
         for panel in panels:
             panel.axvline(place * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":")
-        _over(panels[0], place * PER_MINUTE, name)
+        _over(panels[0], place * PER_MINUTE, name, rows[name])
     for index, (name, points) in enumerate((peaks or {}).items()):
         places = np.asarray(points, dtype=float).reshape(-1, 2)
         places = places[(places[:, 0] >= at[0]) & (places[:, 0] <= at[-1])]
@@ -303,13 +308,26 @@ def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
     )
 
 
-def _over(axes: Axes, place: float, name: str) -> None:
-    """Write a name at the upper end of a vertical line."""
+def _rows_of(places: Mapping[str, float], span: float, width: float) -> dict[str, int]:
+    """Return in which row above the axes each name stands, so that none covers another one."""
+    letter = _LETTER * SMALL / (72.0 * _FILLED * width) * (span or 1.0)
+    ends: list[float] = []
+    rows: dict[str, int] = {}
+    for name, place in sorted(places.items(), key=lambda item: item[1]):
+        half = 0.5 * letter * (len(name) + 1)
+        free = (row for row, end in enumerate(ends) if end <= place - half)
+        rows[name] = next(free, len(ends))
+        ends[rows[name] : rows[name] + 1] = [place + half]
+    return rows
+
+
+def _over(axes: Axes, place: float, name: str, row: int) -> None:
+    """Write a name at the upper end of a vertical line, in a row."""
     axes.annotate(
         name,
         (place, 1.0),
         xycoords=("data", "axes fraction"),
-        xytext=(0, 3),
+        xytext=(0, 3 + _ROW * row),
         textcoords="offset points",
         ha="center",
         color="0.35",

@@ -10,12 +10,25 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .style import SMALL, Figure, Into, Size, abscissa, in_look, line_style, ordinate, sheet
+from .style import (
+    SMALL,
+    Figure,
+    Into,
+    Size,
+    abscissa,
+    in_look,
+    line_style,
+    ordinate,
+    sheet,
+    wrapped,
+)
 
 _COLOURS = "cividis"
 """A scale of colours that is even in grey as well."""
 _MISSING = "0.8"
 """Colour of cells without a value."""
+_LIMIT = 1
+"""Style of the line of a limit."""
 _LEVELS = 12
 """About how many lines of equal values are drawn."""
 _IN_A_ROW = 3
@@ -56,6 +69,7 @@ def value_map(
     across, up, cells = _over_two(x, y, values)
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
+    axes.set_facecolor(_MISSING)
     cells_drawn = axes.pcolormesh(across, up, cells.T, shading="nearest", cmap=_COLOURS)
     drawn.figure.colorbar(cells_drawn, ax=axes, label=labels[2])
     _name_missing(axes, cells)
@@ -104,6 +118,10 @@ def contour_map(
         axes.clabel(lines, fontsize=8)
     _draw_limit(axes, across, up, cells, limit, hatched=True)
     axes.set(xlabel=labels[0], ylabel=labels[1])
+    if not np.all(np.isfinite(cells)):
+        missing = np.where(np.isfinite(cells), np.nan, 0.0)
+        axes.pcolormesh(across, up, missing.T, shading="nearest", cmap=_grey(), zorder=0)
+        axes.grid(visible=False)
     _name_missing(axes, cells)
     return drawn.finish(_joined(labels[2], title, _limit_in_words(cells, limit)))
 
@@ -112,11 +130,17 @@ def _joined(*parts: str) -> str:
     return ", ".join(part for part in parts if part)
 
 
+def _grey() -> Any:
+    """Return a map of colours that knows one."""
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap([_MISSING])
+
+
 def _name_missing(axes: Any, cells: Array) -> None:
-    """Make grey what has no value, and say so in the legend."""
+    """Say in the legend that grey is what has no value."""
     if np.all(np.isfinite(cells)):
         return
-    axes.set_facecolor(_MISSING)
     missing = int(np.count_nonzero(~np.isfinite(cells)))
     axes.fill(
         [], [], facecolor=_MISSING, edgecolor="0.5", label=f"no result: {missing} of {cells.size}"
@@ -142,7 +166,7 @@ def _draw_limit(
         return
     low, high = float(finite.min()), float(finite.max())
     if low < limit <= high:
-        color = line_style(6)["color"]
+        color = line_style(_LIMIT)["color"]
         axes.contour(across, up, cells.T, levels=[limit], colors=color, linewidths=2.2)
     if hatched and limit < high:
         axes.contourf(across, up, cells.T, levels=[limit, high], colors="none", hatches=["///"])
@@ -241,10 +265,12 @@ def scatter(
         panels[index].plot(
             at, ordinate(label, values, at), ".", markersize=3, color=line_style(0)["color"]
         )
-        panels[index].set_xlabel(name)
+        panels[index].set_xlabel(wrapped(name, drawn.figure.get_figwidth() / columns - 0.4))
         panels[index].locator_params(axis="x", nbins=3)  # More of them run into each other.
+        # A common power of ten at the end of the axis would stand on its label.
+        panels[index].xaxis.set_major_formatter("{x:.3g}")
         if limit is not None:
-            panels[index].axhline(limit, color=line_style(6)["color"], linewidth=1.2)
+            panels[index].axhline(limit, color=line_style(_LIMIT)["color"], linewidth=1.2)
         if index % columns == 0:
             panels[index].set_ylabel(label)
     return drawn.finish(title)
@@ -300,7 +326,8 @@ def parallel_coordinates(
         axes.axvline(place, color="0.35", linewidth=0.9)
         for height, value, side in ((0.0, least, "top"), (1.0, most, "bottom")):
             axes.text(place, height, f"{value:.4g}", ha="center", va=side, fontsize=SMALL)
-    axes.set_xticks(range(len(names)), names)
+    width = (drawn.figure.get_figwidth() - 0.6) / len(names)
+    axes.set_xticks(range(len(names)), [wrapped(name, width) for name in names])
     axes.set_yticks([])
     axes.set_ylim(-0.08, 1.08)
     axes.grid(visible=False)

@@ -107,7 +107,7 @@ def energy_over_time(
     below.semilogy(time, np.maximum(residual, _LEAST_SHOWN), **style)
     above.set_ylabel("energy [J]")
     below.set_ylabel("residual of the balance [–]")
-    over("time", time, "s").name(below)
+    drawn.over(over("time", time, "s"))
     return drawn.finish(title, 3)
 
 

@@ -16,6 +16,8 @@ _FEWEST = 8
 """Points of a line from which on that is done: of fewer, each is seen."""
 _LETTER, _LINE, _GAP = 0.55, 1.25, 6.0
 """Mean width of a letter and height of a line in font sizes, and distance from the peak [pt]."""
+_ASIDE = 4.0
+"""Distance of a label at the end of the axes from that [pt]."""
 _SAME = 1e-9
 """Difference from an extreme, as a fraction of the greatest value, that is rounding: of extremes
 that return in every turn the first one is labelled."""
@@ -108,7 +110,7 @@ def _write(
     panel.annotate(
         text,
         at,
-        (0.0, side * _GAP),
+        ({"left": _ASIDE, "center": 0.0, "right": -_ASIDE}[lean], side * _GAP),
         textcoords="offset points",
         ha=lean,
         va="bottom" if side > 0.0 else "top",

@@ -100,6 +100,7 @@ LOOK: Any = {
     "pdf.fonttype": 42,
     "ps.fonttype": 42,
     "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-3, 5),
     "axes.formatter.use_mathtext": True,
     "axes.unicode_minus": True,
 }
@@ -195,9 +196,21 @@ class Sheet(NamedTuple):
         if self.is_new:
             legend(self.figure, columns, note=note, grows=self.may_grow)
             return self.figure
-        if columns:
+        if columns and self.figure.legends:
+            # Of a figure that has one for all axes, that tells of the new lines as well.
+            for former in list(self.figure.legends):
+                former.remove()
+            legend(self.figure, columns, note=note)
+        elif columns:
             _legend_within(self.panels, note)
         return self.figure
+
+    def over(self, at: Abscissa) -> None:
+        """Make an abscissa that of all axes, and write its label below the last."""
+        for panel in self.panels if not self.is_new else self.panels[-1:]:
+            at.name(panel)
+        for panel in self.panels[:-1]:
+            panel.set_xlabel("")
 
     def drawn(self, panel: int = 0) -> int:
         """Return how many named lines axes have, so that further ones are drawn otherwise."""

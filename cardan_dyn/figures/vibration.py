@@ -146,6 +146,7 @@ def orbits(
         axes.plot(path[:, 0], path[:, 1], **line_style(index), label=name)
         axes.plot(*path[:1].T, **{**point_style(index), "marker": "o"})
     axes.set_aspect("equal", adjustable="datalim")
+    axes.locator_params(nbins=5)
     axes.set(xlabel=labels[0], ylabel=labels[1])
     return drawn.finish(title, 2)
 

@@ -90,7 +90,7 @@ def wrench_panels(
         settle(panel, whole[unit])
         if _greatest(curve.get_ydata() for curve in curves) > _ROUNDING * whole[unit]:
             label_peaks(panel, curves, unit, at.unit, peaks)
-    at.name(drawn.panels[-1])
+    drawn.over(at)
     return drawn.finish(title, 4, sign_note(turn, bool(opened)))
 
 

@@ -51,6 +51,8 @@ def pin_forces(
                 marker="D",
                 color=color,
                 markerfacecolor=color if struck else "white",
+                clip_on=False,
+                zorder=3,
                 label=label,
             )
     axes.set_ylabel("force across the pin [N]")
