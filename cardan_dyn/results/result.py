@@ -52,16 +52,36 @@ class Result:
 
         return plot_of(self)
 
+    def to_csv(self, path: str | os.PathLike[str], *, header: bool = True) -> Path:
+        """Write all results to a text file for people and spreadsheets, and return its path.
+
+        `pandas.read_csv(path, comment="#", index_col=0)` reads the same numbers back (before
+        pandas 3, with `float_precision="round_trip"`).
+
+        Args:
+            path: of the file.
+            header: whether lines that begin with # stand above the names of the columns, with
+                what the result knows of itself: mechanism, drives, loads, residuals, the sign of
+                wrenches, and what of them is not unique and by which rule it was chosen. Without
+                them it is what `save` writes.
+
+        Raises:
+            ArgumentError: no path, or the file cannot be written.
+            MissingExtraError: pandas is not installed.
+        """
+        return self.table().to_csv(path, header=header)
+
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write all results to a file, and return its path.
 
         Args:
-            path: its suffix decides: `.csv` (units in the names of its columns), `.json` (numbers
-                that are missing are null, infinite ones texts that `float` reads) or `.nc`
-                (NetCDF; what has no entries is left out).
+            path: its suffix decides: `.csv` (units in the names of its columns; `to_csv` writes
+                more), `.json` (numbers that are missing are null, infinite ones texts that `float`
+                reads), `.parquet` (with pyarrow) or `.nc` (NetCDF; what has no entries is left
+                out).
 
         Raises:
             ArgumentError: no path, another suffix, or the file cannot be written.
-            MissingExtraError: pandas or xarray is not installed.
+            MissingExtraError: pandas, xarray or pyarrow is not installed.
         """
         return self.table().save(path)

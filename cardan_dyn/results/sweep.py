@@ -26,7 +26,8 @@ column per value. Flat names select by `frame.filter(like=".bending")`, plot by
 
 - `position`, `speed`, `acceleration`, `drive_effort`, `condition`; with several drives
   `leg_1.drive_position`, `leg_1.drive_effort` and so on,
-- `bearing_out.force_x` … `bearing_out.moment_z`, `.torsion`, `.bending`, `.axial`, `.shear`,
+- `bearing_out.force_x` … `bearing_out.moment_z`, `.force_magnitude`, `.moment_magnitude`,
+  `.torsion`, `.bending`, `.axial`, `.shear`,
 - `joint_angle.holding_effort`, `mesh.coupling_moment`, `load_bearing_out` where a load varies,
 - `spring.element_tension`, `motor.element_effort`, `rubber.element_wrench_force_x`,
   `spring.element_energy`, `spring.element_dissipation`, and `elastic_energy` of all,
@@ -84,6 +85,15 @@ _SCALARS = {
     "axial": ("N", "force along the joint axis; nan where a joint has none"),
     "shear": ("N", "size of the force across the joint axis; nan where a joint has none"),
 }
+_MAGNITUDES = {
+    "force_magnitude": ("N", "size of the force"),
+    "moment_magnitude": ("N·m", "size of the moment"),
+}
+_SIGN = (
+    "exerted by the parent link on the child link, at the joint's origin, in the joint's axes; "
+    "loads and efforts of drives at the joint are part of them"
+)
+"""What a wrench is, in one sentence, wherever wrenches are written down."""
 _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
 _MOST_EVALUATED = 100_000
@@ -515,9 +525,19 @@ class Sweep(MotionResult):
             wrenches = element("p", "Wrenches are not evaluated for a table of so many samples.")
         else:
             header = ("joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique")
+            told = f"Greatest values; wrenches are {_SIGN}."
+            if chosen := _not_unique(self):
+                told += f" Not determined by statics, {chosen}."
             wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
+            wrenches += element("p", told)
+        # That of the power is left out as well where the outputs leave out part of its flow.
+        idle = self.outputs and math.isnan(self.balance_residual)
+        unknown = "nothing acts" if idle else "not computed"
         residuals = (
-            (name.removesuffix("_residual"), f"{residual:.1e}")
+            (
+                name.removesuffix("_residual"),
+                unknown if math.isnan(residual) else f"{residual:.1e}",
+            )
             for name, residual in self.proven.residuals.items()
         )
         return f"<div>{title}{wrenches}{table(('residual', 'value'), residuals)}</div>"
@@ -630,6 +650,9 @@ def _wrenches(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
         vectors = np.stack([getattr(wrench, name) for wrench in wrenches], axis=-2)
         long_name = f"{label} of the parent on the child, in the joint's axes"
         yield name, Variable((*dims, "joint", "component"), vectors, unit, long_name)
+    for name, (unit, label) in _MAGNITUDES.items():
+        sizes = [getattr(wrench.magnitude, name.removesuffix("_magnitude")) for wrench in wrenches]
+        yield name, Variable((*dims, "joint"), np.stack(sizes, axis=-1), unit, label)
     for name, (unit, label) in _SCALARS.items():
         values = np.stack(
             [
@@ -844,6 +867,7 @@ def _attributes(sweep: Sweep) -> dict[str, Any]:
             ensure_ascii=False,
         ),
         "gravity": gravity,
+        "wrenches": _SIGN,
         "not_unique": _not_unique(sweep),
         **sweep.proven.residuals,
         "unproven": ", ".join(sweep.unproven),

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-SUFFIXES = (".csv", ".json", ".nc")
+SUFFIXES = (".csv", ".json", ".nc", ".parquet")
 
 
 class Variable(NamedTuple):
@@ -190,18 +190,37 @@ class Table:
             with writing(target):
                 table.to_netcdf(target, engine="scipy")
             return target
-        frame = self.to_dataframe()
         if target.suffix == ".csv":
-            units = frame.attrs["units"]
-            shown = {name: f"{name} [{units[name]}]" if units[name] else name for name in frame}
+            return self.to_csv(target, header=False)
+        frame = self.to_dataframe()
+        if target.suffix == ".parquet":
             with writing(target):
-                frame.rename(columns=shown).to_csv(target)
-        else:
-            told = _as_json({"columns": {name: frame[name].tolist() for name in frame}})
-            told |= _as_json(frame.attrs)
-            text = json.dumps(told, ensure_ascii=False, indent=1, allow_nan=False)
-            with writing(target):
-                target.write_text(text, encoding="utf-8")
+                try:
+                    frame.to_parquet(target)
+                except ImportError as error:
+                    raise MissingExtraError(
+                        "Parquet files need pyarrow: pip install pyarrow"
+                    ) from error
+            return target
+        told = _as_json({"columns": {name: frame[name].tolist() for name in frame}})
+        told |= _as_json(frame.attrs)
+        text = json.dumps(told, ensure_ascii=False, indent=1, allow_nan=False)
+        with writing(target):
+            target.write_text(text, encoding="utf-8")
+        return target
+
+    def to_csv(self, path: str | os.PathLike[str], *, header: bool = True) -> Path:
+        """Write a text file; see `Result.to_csv`."""
+        target, frame = file_path("path", path), self.to_dataframe()
+        units = frame.attrs["units"]
+        shown = {name: f"{name} [{units[name]}]" if units[name] else name for name in frame}
+        lines = []
+        if header:
+            told = {name: value for name, value in self.attributes.items() if value != ""}
+            lines = [f"# {name}: {' '.join(str(value).split())}\n" for name, value in told.items()]
+        with writing(target), target.open("w", encoding="utf-8", newline="") as file:
+            file.writelines(lines)
+            frame.rename(columns=shown).to_csv(file, lineterminator="\n")
         return target
 
     def _over_samples(self, variable: Variable) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -267,3 +268,72 @@ def test_summaries_tell_signs_choices_and_that_nothing_acts() -> None:
     efforts = universal(outputs=[])
     assert "drive efforts alone" in repr(efforts)
     assert "nan" not in repr(efforts)
+
+
+def test_notebooks_tell_signs_choices_and_that_nothing_acts() -> None:
+    shown = universal()._repr_html_()
+    assert "exerted by the parent link on the child link" in shown
+    assert "chosen by least norm: bearing_in (force xyz)" in shown
+    idle = universal(loads={})._repr_html_()
+    assert "<td>nothing acts</td>" in idle
+    assert "nan" not in idle
+    efforts = universal(outputs=[])._repr_html_()
+    assert "<td>not computed</td>" in efforts
+    assert "nan" not in efforts
+
+
+# Files
+
+
+def test_text_files_hold_units_signs_and_what_is_not_unique(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    turn = universal()
+    frame = turn.to_dataframe()
+    text = turn.to_csv(tmp_path / "turn.txt").read_text(encoding="utf-8")
+    lines = text.splitlines()
+    header = [line for line in lines if line.startswith("# ")]
+    assert lines[: len(header)] == header
+    assert "# mechanism: universal_joint" in header
+    assert any(line.startswith("# wrenches: exerted by the parent link on") for line in header)
+    (chosen,) = (line for line in header if line.startswith("# not_unique: "))
+    assert "chosen by least norm: bearing_in (force xyz), pin_in (force xyz)" in chosen
+    assert not any(line.startswith("# unproven") for line in header)
+    # As texts: readers of numbers of older pandas round once more.
+    read = pandas.read_csv(tmp_path / "turn.txt", comment="#", index_col=0, dtype=str)
+    units = frame.attrs["units"]
+    assert list(read) == [f"{name} [{units[name]}]" for name in frame]
+    np.testing.assert_array_equal(read.to_numpy().astype(float), frame.to_numpy())
+    bare = turn.to_csv(tmp_path / "bare.csv", header=False).read_bytes()
+    assert bare == turn.save(tmp_path / "turn.csv").read_bytes()
+    assert bare.decode() == "".join(f"{line}\n" for line in lines[len(header) :])
+    with pytest.raises(cd.ArgumentError, match="cannot be written"):
+        turn.to_csv(tmp_path / "missing" / "turn.csv")
+
+
+def test_parquet_files_hold_the_same_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pandas = pytest.importorskip("pandas")
+    turn = universal()
+
+    def without(*_: object, **__: object) -> None:
+        raise ImportError("no engine")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(pandas.DataFrame, "to_parquet", without)
+        with pytest.raises(cd.MissingExtraError, match="pip install pyarrow"):
+            turn.save(tmp_path / "turn.parquet")
+    pytest.importorskip("pyarrow")
+    read = pandas.read_parquet(turn.save(tmp_path / "turn.parquet"))
+    pandas.testing.assert_frame_equal(read, turn.to_dataframe(), check_exact=True)
+    assert read.attrs["units"]["bearing_out.force_x"] == "N"
+    assert read.attrs["unique"]["bearing_out"] == [False] * 3 + [True] * 3
+    assert "parent link on the child link" in read.attrs["wrenches"]
+
+
+def test_tables_have_magnitudes_of_joints_without_an_axis() -> None:
+    pytest.importorskip("pandas")
+    turn = cd.Scene(cd.load(as_balls()), drive="a", loads={"d": -3.0}).sweep([0.1, 0.2])
+    frame = turn.to_dataframe()
+    sizes = np.linalg.norm(turn["b"].force, axis=1)
+    np.testing.assert_allclose(frame["b.force_magnitude"], sizes, rtol=1e-14)
+    np.testing.assert_allclose(frame["b.moment_magnitude"], turn["b"].magnitude.moment)
+    assert np.all(np.isnan(frame["b.shear"]))

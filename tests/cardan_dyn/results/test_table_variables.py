@@ -72,8 +72,8 @@ def test_units_of_a_rotating_drive(joint: cd.Mechanism) -> None:
     units = {name: variable.unit for name, variable in item.items()}
     assert units == {
         **{"position": "rad", "speed": "rad/s", "acceleration": "rad/s²"},
-        **{"force": "N", "axial": "N", "shear": "N"},
-        **{"moment": "N·m", "torsion": "N·m", "bending": "N·m"},
+        **{"force": "N", "axial": "N", "shear": "N", "force_magnitude": "N"},
+        **{"moment": "N·m", "torsion": "N·m", "bending": "N·m", "moment_magnitude": "N·m"},
         **{"drive_effort": "N·m", "holding_effort": "N·m", "condition": "1"},
         **{"joint_position": "rad", "joint_velocity": "rad/s", "joint_acceleration": "rad/s²"},
     }
