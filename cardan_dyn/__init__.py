@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from .mechanism.configuration import Configuration
     from .mechanism.joints import Joint
     from .mechanism.mechanism import Mechanism, load
+    from .report.reporting import Report
     from .response.response import Response
     from .results.motion import Motion
     from .results.point_motion import PointMotion
@@ -96,6 +97,7 @@ _MODULES = {
     "Plan": ".scene.plan",
     "PointMotion": ".results.point_motion",
     "PointSpring": ".elements.point_spring",
+    "Report": ".report.reporting",
     "Response": ".response.response",
     "RodForce": ".results.rods",
     "Scene": ".scene.scene",
@@ -154,6 +156,7 @@ __all__ = [
     "Plan",
     "PointMotion",
     "PointSpring",
+    "Report",
     "Response",
     "RodForce",
     "Scene",

@@ -35,7 +35,7 @@ def template(name: str) -> Any:
             'the report page needs Jinja: pip install "cardan-dyn[viz]"'
         ) from error
     environment = Environment(loader=PackageLoader("cardan_dyn.report"), autoescape=True)
-    environment.filters["css_text"] = css_text
+    environment.filters |= {"css_text": css_text, "soft": soft}
     return environment.get_template(name)
 
 
@@ -107,3 +107,10 @@ def css_text(text: str) -> Any:
         for letter in text
     )
     return Markup(f'"{safe}"')
+
+
+def soft(text: object) -> Any:
+    """Return a text that may break behind underscores, as the names of joints and links have."""
+    from markupsafe import Markup, escape
+
+    return Markup(str(escape(text)).replace("_", "_<wbr>"))

@@ -1,0 +1,242 @@
+"""Reports on mechanisms: the cases that are chosen, numbers, texts and pages."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import hashlib
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.report.case import case_of
+from cardan_dyn.report.grids import Grid, place
+from cardan_dyn.report.mechanism_page import bearings
+from cardan_dyn.report.reporting import Report
+
+ROOF = """<robot name="roof"><link name="ground"/>
+<link name="left"><inertial><origin xyz="0.5 0 0.5"/><mass value="2"/>
+<inertia ixx="0.1" iyy="0.2" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="right"><inertial><origin xyz="-0.5 0 0.5"/><mass value="2"/>
+<inertia ixx="0.1" iyy="0.2" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="foot_left" type="continuous"><parent link="ground"/><child link="left"/>
+<origin xyz="0 0 0"/><axis xyz="0 1 0"/></joint>
+<joint name="foot_right" type="continuous"><parent link="ground"/><child link="right"/>
+<origin xyz="2 0 0"/><axis xyz="0 1 0"/></joint>
+<loop name="ridge" type="continuous"><predecessor link="left"><origin xyz="1 0 1"/></predecessor>
+<successor link="right"><origin xyz="-1 0 1"/></successor><axis xyz="0 1 0"/></loop></robot>"""
+PENDULUM = """<robot name="a&lt;b"><link name="ground"/><link name="rod"><inertial>
+<origin xyz="0 0 -0.5"/><mass value="2"/>
+<inertia ixx="0.2" iyy="0.2" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pivot" type="revolute"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="2" effort="1" velocity="1"/><dynamics damping="0.1" friction="0.5"/>
+</joint></robot>"""
+
+
+def by_name(report: Report) -> dict[tuple[str, str], Any]:
+    return {(item.owner, item.quantity): item for item in report.extremes}
+
+
+def test_structure_at_rest() -> None:
+    """Two rods of 2 kg that lean on each other: 2 mg at each foot's side, mg/2 across the ridge."""
+    mechanism = cd.load(ROOF)
+    found = by_name(
+        Report.of_case(mechanism, case_of(mechanism, gravity=(0.0, 0.0, -9.81)), date="2020-01-01")
+    )
+    weight = 2.0 * 9.81
+    assert found["ridge", "shear"].greatest == pytest.approx(weight / 2.0, rel=1e-12)
+    assert found["foot_left", "shear"].least == pytest.approx(weight * np.hypot(1.0, 0.5))
+    assert found["foot_left", "shear"].determined
+    assert not found["foot_left", "axial"].determined
+    assert {name for name, _ in found} == {"foot_left", "foot_right", "ridge"}
+
+
+def test_nothing_acts() -> None:
+    report = Report(cd.load(ROOF))
+    assert not report.acts and "Nothing acts" in str(report) and report.no_orders == "nothing moves"
+    assert np.isnan(report.judgement[1][1]) and "nothing to compare" in report.judgement[1][2]
+
+
+def test_range_is_shortened_at_dead_points() -> None:
+    mechanism = cd.load("four_bar")
+    case = case_of(
+        mechanism,
+        drive=("rocker_bearing",),
+        interval=(-4.0, 4.0),
+        loads={"crank_bearing": 3.0},
+        samples=50,
+    )
+    assert case.sweep is not None and len(case.sweep) == 50
+    low, high = cd.Scene(mechanism, drive="rocker_bearing").motion_range()
+    assert low < case.sweep.position[0] < low + 0.06 * (high - low)
+    assert high - 0.06 * (high - low) < case.sweep.position[-1] < high
+    assert "shortened" in case.said[-1] and place(low, False) in case.said[-1]
+
+
+def test_what_was_asked_is_computed() -> None:
+    case = case_of(
+        cd.load("four_bar"), interval=(0.1, 0.4), speed=12.0, gravity=(0.0, 0.0, -9.81), samples=7
+    )
+    assert case.sweep is not None
+    assert np.allclose(case.sweep.position, np.linspace(0.1, 0.4, 7))
+    assert np.all(case.sweep.speed == 12.0) and case.sweep.gravity[2] == -9.81
+    with pytest.raises(cd.ArgumentError, match="empty"):
+        case_of(cd.load("four_bar"), interval=(0.4, 0.1))
+    with pytest.raises(cd.ArgumentError, match="single drive"):
+        case_of(cd.load("stewart_platform"), interval=(0.0, 0.1))
+    with pytest.raises(cd.ModelError, match="crank"):
+        case_of(cd.load("four_bar"), drive=("crank",))
+
+
+def test_limits_of_trees_and_elements() -> None:
+    """Damping acts at a speed, and only where it is asked for."""
+    mechanism = cd.load(PENDULUM)
+    free = case_of(mechanism, interval=(-1.0, 2.0), speed=3.0)
+    damped = case_of(mechanism, interval=(-1.0, 2.0), speed=3.0, elements=True)
+    assert free.sweep is not None and damped.sweep is not None
+    difference = damped.sweep.drive_effort - free.sweep.drive_effort
+    assert np.allclose(difference, 0.1 * 3.0 + 0.5)
+    usual = case_of(mechanism).sweep
+    assert usual is not None and np.allclose(usual.position[[0, -1]], [-1.0, 2.0])
+    report = Report(damped.sweep)
+    assert "orders need whole turns" in report.no_orders
+    assert any("damping" in item for item in report.mechanism.warnings)
+
+
+def test_orders_of_a_universal_joint() -> None:
+    """The output's torsion is constant; the input's has even orders alone, of mean M₂ (Fourier)."""
+    report = Report(cd.load("universal_joint"))
+    orders = report.orders["bearing_in", "torsion", "N·m"]
+    # 1/ratio(φ) = (1 − sin²β cos²φ)/cos β, inverted: its mean is 1.
+    assert orders[0] == pytest.approx(100.0, rel=1e-12)
+    step = np.tan(np.radians(35.0) / 2.0) ** 2
+    assert orders[2:9:2] == pytest.approx([200.0 * step**k for k in (1, 2, 3, 4)], rel=1e-10)
+    assert not orders[1::2].any()
+
+
+def test_table_and_text(tmp_path: Path) -> None:
+    report = Report(cd.load("four_bar"))
+    frame = report.to_dataframe()
+    assert list(frame.columns[:6]) == [
+        *("owner", "quantity", "unit"),
+        *("greatest", "least", "determined"),
+    ]
+    item = by_name(report)["crank_bearing", "torsion"]
+    row = frame[(frame.owner == "crank_bearing") & (frame.quantity == "torsion")].iloc[0]
+    assert row.greatest == item.greatest
+    assert row.greatest_at_crank_bearing == item.greatest_at[0, 0]
+    assert report.save(tmp_path / "all.csv").read_text("utf-8").count("\n") == len(frame) + 1
+    text = str(report)
+    assert "*force" in text and "* not determined by statics, chosen by least norm" in text
+    assert "114.231°" in text and "to rounding" in text
+
+
+def test_refuses_other_things() -> None:
+    with pytest.raises(cd.ArgumentError, match="on a sweep, or on a mechanism"):
+        Report("four_bar")  # type: ignore[arg-type]
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.3})
+    grid = scene.sweep([0.0, 1.0], held={"joint_angle": [[0.1], [0.2]]})
+    with pytest.raises(cd.ArgumentError, match="one dimension"):
+        Report(grid)
+
+
+def test_fingerprint_is_that_of_the_file() -> None:
+    path = Path(__file__).parents[3] / "urdf" / "four_bar.urdf"
+    mechanism = cd.load(path)
+    source = mechanism.description.source
+    assert source is not None
+    assert Report(mechanism).sha256 == hashlib.sha256(source.text.encode("utf-8")).hexdigest()
+    assert Report(mechanism).sha256 != Report(cd.load(ROOF)).sha256
+
+
+def test_bearings_are_between_what_stands_and_what_moves() -> None:
+    report = Report(cd.load("universal_joint"))
+    assert report.sweep is not None
+    assert bearings(report.sweep) == ["bearing_in", "bearing_out"]
+
+
+def test_grid_keeps_all_digits() -> None:
+    grid = Grid("a", "b", ("x", "y [m]"), [("one, two", 1.0 / 3.0)])
+    assert grid.shown == [["one, two", "0.333333"]] and grid.numeric == [False, True]
+    data = grid.url.partition("base64,")[2]
+    rows = list(csv.reader(io.StringIO(base64.b64decode(data).decode("utf-8"))))
+    assert rows[0] == ["x", "y [m]"] and float(rows[1][1]) == 1.0 / 3.0
+
+
+class TestPage:
+    @pytest.fixture(autouse=True)
+    def _drawn(self) -> None:
+        pytest.importorskip("matplotlib", reason="the page has figures")
+        pytest.importorskip("jinja2", reason="the page is a template")
+
+    def page(self, report: Report, tmp_path: Path, scene: bool = False) -> str:
+        return report.save(tmp_path / "new" / "page.html", scene=scene).read_text("utf-8")
+
+    def test_stands_alone_and_is_reproducible(self, tmp_path: Path) -> None:
+        head = {"project": "Press <7>", "author": "A. B.", "date": "2026-01-02", "revision": "C"}
+        report = Report(cd.load("four_bar"), title="Four bars", **head)
+        text = self.page(report, tmp_path)
+        assert "Press &lt;7&gt;" in text and "2026-01-02" in text and "<h1>Four bars</h1>" in text
+        assert not re.search(r'(src|href)="(?!data:)', text)
+        assert report.sha256 in text and cd.__version__ in text
+        assert "Moving scene" not in text
+        assert text == self.page(Report(cd.load("four_bar"), title="Four bars", **head), tmp_path)
+        for link in ("links", "joints", "loops", "extremes", "efforts", "orders", "drives"):
+            assert f'download="four_bar_{link}.csv"' in text
+
+    def test_scene_has_a_name(self, tmp_path: Path) -> None:
+        pytest.importorskip("meshcat", reason="the page has a scene")
+        text = self.page(Report(cd.load("four_bar")), tmp_path, scene=True)
+        assert '<iframe title="Moving scene"' in text
+
+    @pytest.mark.parametrize("description", [ROOF, PENDULUM])
+    def test_whatever_is_described_has_a_page(self, description: str, tmp_path: Path) -> None:
+        mechanism = cd.load(description)
+        for gravity in (None, (0.0, 0.0, -9.81)):
+            report = Report.of_case(mechanism, case_of(mechanism, gravity=gravity, samples=31))
+            text = self.page(report, tmp_path)
+            assert ("Nothing acts" in text) == (gravity is None)
+            assert "There are none" in text
+
+    def test_what_is_left_out_is_said(self, tmp_path: Path) -> None:
+        text = self.page(Report(cd.load(PENDULUM)), tmp_path)
+        assert "damping or friction of 1 joint (pivot) left out" in text
+        assert "a&lt;b" in text and "<b>" not in text
+
+    def test_what_was_chosen_is_marked(self, tmp_path: Path) -> None:
+        text = self.page(Report(cd.load("four_bar")), tmp_path)
+        assert "force *" in text and "chosen by least norm among all wrenches" in text
+        text = self.page(Report(cd.load("stewart_platform")), tmp_path)
+        assert "All wrenches follow from the laws of motion alone." in text
+        assert "at sample" in text and "Positions of the drives at these samples" in text
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from testkit.browser import running_browser
+
+    with running_browser() as found:
+        yield found
+
+
+@pytest.mark.parametrize("name", ["four_bar", "stewart_platform"])
+def test_in_a_browser(browser: Any, tmp_path: Path, name: str) -> None:
+    """No sideways scrolling at any width, nothing serious that axe finds, no network."""
+    from testkit.accessibility import grave
+
+    path = Report(cd.load(name)).save(tmp_path / "page.html", scene=False)
+    for width, scheme in ((1280, "light"), (390, "dark")):
+        view = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        asked: list[str] = []
+        view.on("request", lambda request, asked=asked: asked.append(request.url))
+        view.goto(path.as_uri())
+        assert view.evaluate("document.documentElement.scrollWidth") <= width
+        assert not grave(view)
+        assert not [address for address in asked if address.startswith("http")]
+        view.close()
