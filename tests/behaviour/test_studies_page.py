@@ -23,6 +23,15 @@ def blocks() -> dict[str, str]:
     }
 
 
+def test_the_first_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {"__name__": "studies_page"}
+    code = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.S)[0]
+    exec(compile(code, str(PAGE), "exec"), names)
+    found = names["study"].dataset.bending
+    np.testing.assert_allclose(found, np.outer(np.tan(found.angle), found.torque), rtol=1e-12)
+
+
 @pytest.mark.slow
 def test_examples_run_one_after_the_other(blocks: dict[str, str], capsys: Any) -> None:
     names: dict[str, Any] = {"__name__": "studies_page"}
