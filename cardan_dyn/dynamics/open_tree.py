@@ -254,7 +254,7 @@ def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> A
         rotation: `(3, 3, N)` or `(3, 3, 1)` of the base in the world, for loads in world axes.
     """
     axes, position = placement(group.actions, group.batch.index_of[load.body])
-    point = position + np.einsum("ikn,k->in", axes, load.translation)
+    point = position + np.einsum("ikn,k->in", axes, load.place)
     if rotation is None:
         turn = np.einsum("ikn,kj->ijn", axes, load.rotation)
     else:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..arrays import Array
 from ..frozen import Record
@@ -22,13 +24,16 @@ class Wrench:
 
     Attributes:
         force: `(3,)` or `(..., 3)` [N].
-        moment: `(3,)` or `(..., 3)` [N·m], about the link's origin.
+        moment: `(3,)` or `(..., 3)` [N·m], about the point.
         frame: `link` or `world`: the axes of both.
+        point: `(3,)` at which the force acts, from the link's origin and in the link's axes
+            whatever the frame is: it moves with the link [m].
     """
 
     force: ArrayLike = (0.0, 0.0, 0.0)
     moment: ArrayLike = (0.0, 0.0, 0.0)
     frame: str = "link"
+    point: ArrayLike = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,9 +43,10 @@ class LinkLoad(Record):
     Attributes:
         body: index of the joint that moves the link (0-based).
         rotation, translation: `(3, 3)` and `(3,)` placement of the link in that body [m].
-        force, moment: `(..., 3)` [N, N·m], about the link's origin; while they are solved, `(N, 3)`
-            or `(1, 3)`.
+        force, moment: `(..., 3)` [N, N·m], about the point; while they are solved, `(N, 3)` or
+            `(1, 3)`.
         in_world: whether they are given in world axes instead of the link's.
+        point: `(3,)` at which the force acts, from the link's origin in its axes [m].
     """
 
     body: int
@@ -49,11 +55,17 @@ class LinkLoad(Record):
     force: Array
     moment: Array
     in_world: bool
+    point: Array = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def place(self) -> Array:
+        """Point at which the force acts, in the frame of the body `(3,)` [m]."""
+        return self.translation + self.rotation @ self.point
 
     @property
     def wrench(self) -> Wrench:
         """The wrench as a user would give it."""
-        return Wrench(self.force, self.moment, "world" if self.in_world else "link")
+        return Wrench(self.force, self.moment, "world" if self.in_world else "link", self.point)
 
     def of_samples(self, samples: slice) -> LinkLoad:
         """Return the load of some samples; a force or moment with one sample holds for all."""

@@ -340,8 +340,8 @@ def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> Li
         )
     force = _vectors(f"{label}.force", value.force)
     moment = _vectors(f"{label}.moment", value.moment)
-    in_world = value.frame == "world"
-    return LinkLoad(body - 1, frame.rotation, frame.translation, force, moment, in_world)
+    in_world, point = value.frame == "world", vector(f"{label}.point", value.point, 3)
+    return LinkLoad(body - 1, frame.rotation, frame.translation, force, moment, in_world, point)
 
 
 def _vectors(label: str, given: object) -> Array:

@@ -375,7 +375,8 @@ def _load_wrench(load: LinkLoad, placement: Array, frame: Array) -> Array:
     The link is placed `(4, 4)` in its body, whose frame is `(4, 3, N)`.
     """
     axes = np.einsum("cj,cin->jin", placement[:3, :3], frame[:3])
-    point = np.einsum("c,cin->in", placement[:3, 3], frame[:3]) + frame[3]
+    place = placement[:3, :3] @ load.point + placement[:3, 3]
+    point = np.einsum("c,cin->in", place, frame[:3]) + frame[3]
     force, moment = load.force.T, load.moment.T
     if not load.in_world:
         force, moment = (np.einsum("jn,jin->in", vector, axes) for vector in (force, moment))

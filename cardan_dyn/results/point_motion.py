@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from .plot import Plot
+
     Points: TypeAlias = "Iterable[str] | Mapping[str, str | tuple[str, ArrayLike] | PointMotion]"
     """Links, or names to links, `(link, xyz)` or what `point` returned."""
 
@@ -162,6 +164,15 @@ class PointMotion(Frozen, Result):
     def angular_acceleration(self) -> Array:
         """Angular acceleration of the link `(N, 3)` [rad/s²]."""
         return self._shaped(self._rates.spin_rate.T)
+
+    @property
+    def plot(self) -> Plot:
+        """Figures of its columns: `point.plot("coupler.position_y", x="coupler.position_x")`."""
+        from .plot import Plot  # Imported here: few scripts draw.
+
+        plot = Plot(self)
+        plot.first = tuple(f"{self.link}.position_{axis}" for axis in "xyz")
+        return plot
 
     def ratio(self, drive: int | str = 0) -> Array:
         """Return the velocity of the point per unit velocity of a drive `(N, 3)` [m/rad, m/m].

@@ -885,5 +885,5 @@ def _constant(name: str, load: Array | Wrench) -> Any:
             else f"see coordinate load_{name}_{quantity}"
             for quantity, samples in vectors.items()
         }
-        return {**values, "frame": load.frame}
+        return {**values, "frame": load.frame, "point": np.asarray(load.point).tolist()}
     return f"see coordinate load_{name}" if load.ndim else float(load)

@@ -306,6 +306,11 @@ class Forces:
                     np.array([getattr(load, part) for load in column])
                     for part in ("force", "moment")
                 )
+                if any(np.any(load.point != column[0].point) for load in column):
+                    raise ArgumentError(
+                        f"loads[{name!r}] returned wrenches at several points; a load acts at one "
+                        "point of its link: add what its moment changes where the force moves"
+                    )
                 links[name] = replace(column[0], force=force, moment=moment)
         return joints, links
 
@@ -332,7 +337,7 @@ def _along_coordinates(model: Any, data: Any, load: LinkLoad) -> Array:
     frame = data.oMi[joint]
     rotation = np.eye(3) if load.in_world else frame.rotation @ load.rotation
     force, moment = rotation @ load.force, rotation @ load.moment
-    origin = frame.act(load.translation)
+    origin = frame.act(load.place)
     jacobian = pinocchio.getJointJacobian(model, data, joint, pinocchio.ReferenceFrame.WORLD)
     wrench = np.concatenate([force, moment + np.cross(origin, force)])
     return np.asarray(jacobian.T @ wrench)

@@ -74,7 +74,8 @@ def _acting(
         motions = LinkMotions(sweep.mechanism, [name])
         rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
         link = motions.at(sweep.motion.rows[samples], rates[samples])[name]
-        at = np.broadcast_to(link.position + motions.corner, (len(samples), 3))
+        place = link.position + motions.corner + link.rotation @ np.asarray(load.point)
+        at = np.broadcast_to(place, (len(samples), 3))
         found = []
         for kind, values in (("force", load.force), ("moment", load.moment)):
             vector = _of_samples(np.asarray(values), samples, trailing=1)

@@ -460,6 +460,7 @@ def test_points_draw_themselves_over_each_other() -> None:
     (line,) = figure.axes[0].lines
     np.testing.assert_array_equal(line.get_xdata(), point.position[:, 0])
     np.testing.assert_array_equal(line.get_ydata(), point.position[:, 1])
+    assert len(point.plot().axes[0].lines) == 3
 
 
 @pytest.mark.parametrize(
