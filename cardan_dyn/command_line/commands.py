@@ -11,6 +11,7 @@ from .._version import __version__
 from . import options
 from .group import EXIT_CODES, MISSED, Commands
 from .motion_options import simulate, sweep
+from .report_options import report
 from .showing import export, serve
 from .vibration_options import vibration
 
@@ -344,6 +345,7 @@ def study(file: Path, **given: Any) -> None:
     run(file, **given)
 
 
+main.add_command(report)
 main.add_command(vibration)
 main.add_command(sweep)
 main.add_command(simulate)

@@ -17,6 +17,7 @@ from ..errors import (
     ArgumentError,
     AssemblyError,
     CardanError,
+    MobilityError,
     SingularConfigurationError,
 )
 from ..mechanism.mechanism import Mechanism
@@ -76,6 +77,10 @@ def case_of(
         CardanError: as `Scene` does, of what was given.
     """
     if not drives_of(mechanism).mobility:
+        if drive or held or interval:
+            raise MobilityError(
+                f"{mechanism.name} cannot move: there is nothing to be driven or held", mobility=0
+            )
         return _standing(mechanism, loads, gravity)
     try:
         motion = usual_motion(
@@ -97,12 +102,14 @@ def case_of(
         rate = speed or 0.0
     if interval is not None:
         low, high = interval
+        where = slides(scene.mechanism, scene.drives[0])
         if len(scene.drives) > 1:
             raise ArgumentError("a range is that of a single drive; hold all but one of them")
         if not low < high:
-            raise ArgumentError(f"the range from {low:g} to {high:g} is empty")
+            raise ArgumentError(
+                f"the range from {place(low, where)} to {place(high, where)} is empty"
+            )
         positions, rate = np.linspace(low, high, samples), motion.speed if speed is None else speed
-        where = slides(scene.mechanism, scene.drives[0])
         remarks = [f"As asked: {scene.drives[0]} from {place(low, where)} to {place(high, where)}."]
     if len(scene.drives) > 1:
         return Case(scene.sweep(positions), tuple(remarks))

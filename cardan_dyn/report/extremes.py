@@ -286,8 +286,9 @@ class _Between(Frozen):
         position = np.ravel(sweep.position)
         self.order = np.unique(position, return_index=True)[1]
         self._at = position[self.order]
-        self._slides = sweep.mechanism.drivable[sweep.coordinates[0]].slides
-        self._end = float(self._at[-1]) if self._slides else _end(self._at)
+        turns = not sweep.mechanism.drivable[sweep.coordinates[0]].slides
+        self._end = _end(self._at) if turns else float(self._at[-1])
+        self._is_turn = turns and abs(self._at[-1] - self._at[0] - 2.0 * np.pi) < _SAME
         self._scene, self._case, self._quantities, self._floor = scene, case, quantities, floor
         self._freeze()
 
@@ -328,7 +329,7 @@ class _Between(Frozen):
             greatest = float(np.max(best[own]))
             same = own[best[own] >= greatest - _SAME * abs(greatest)]
             spots = np.unique(where[same])
-            if not self._slides and spots[-1] - spots[0] > _TURN:
+            if self._is_turn and spots[-1] - spots[0] > _TURN:
                 spots = spots[:-1]  # The end of a turn is its start.
             found.append((greatest, spots[:, None]))
         return found

@@ -78,3 +78,8 @@ def place(value: float, slides: bool) -> str:
         return f"{round(1e3 * value, 4) + 0.0:.7g} mm"
     degrees = 0.0 if abs(value) < _ROUNDING else float(np.degrees(value))
     return f"{round(degrees, 3) + 0.0:.7g}°"
+
+
+def stem_of(name: str) -> str:
+    """Return a name as part of the names of files."""
+    return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)

@@ -22,7 +22,7 @@ from . import page
 from .described import described, mobility_grids, remarks_of
 from .extremes import Extreme
 from .findings import Findings
-from .grids import Grid, number, place
+from .grids import Grid, number, place, stem_of
 
 _MOST_DRAWN = 6
 """Joints of one figure: its lines and diagrams can still be told apart."""
@@ -49,7 +49,7 @@ def write(report: Findings, path: Path, with_scene: bool) -> Path:
     require_matplotlib()
     found, sweep = report.description, report.sweep
     content: dict[str, Any] = {
-        "stem": "".join(c if c.isalnum() or c in "-_" else "_" for c in report.mechanism.name),
+        "stem": stem_of(report.mechanism.name),
         "summary": _summary(report),
         "warnings": _warnings(report),
         "case": _case(report),

@@ -1,0 +1,59 @@
+"""The options of `cardan-dyn report`; what it does is imported when it is called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from . import options
+
+
+@click.command()
+@options.source
+@options.written("--out", "file", "The page; NAME_report.html without.", ".html", ".csv", ".json")
+@options.drive
+@click.option(
+    "--range",
+    "ends",
+    type=options.Quantities(),
+    nargs=2,
+    metavar="FROM TO",
+    help="Positions of a single drive [°, slides: m], shortened at dead points; its whole range "
+    "without.",
+)
+@click.option(
+    "--speed",
+    type=options.Quantities(),
+    help="Of a single drive [rpm, slides: m/s]; quasi-static without.",
+)
+@options.held
+@options.loads
+@options.gravity
+@click.option(
+    "--elements/--no-elements",
+    default=False,
+    help="With the springs, damping and friction that the description states for joints.",
+)
+@click.option(
+    "--samples", type=click.IntRange(2), default=721, show_default=True, help="Count of positions."
+)
+@click.option("--scene/--no-scene", default=True, help="Put the moving scene on the page.")
+@click.option("--title", default="", help="Of the page; the mechanism's name without.")
+@click.option("--project", default="", help="For the head of the page.")
+@click.option("--author", default="", help="Likewise.")
+@click.option("--date", default="", help="Likewise; today without.")
+@click.option("--revision", default="", help="Likewise.")
+@options.strict
+def report(source: str, file: Path | None, scene: bool, **given: Any) -> None:
+    """Report on a mechanism: the page that is filed.
+
+    NAME_OR_FILE is a bundled description or a URDF, MJCF or SDF file. Prints the greatest and least
+    wrenches of every joint, located between the samples, and writes a page with all of it: the
+    description, mobility and drives, figures, orders, the moving scene, residuals, versions. A name
+    that ends in .csv or .json takes the extremes alone.
+    """
+    from .report_command import run
+
+    run(source, file, with_scene=scene, **given)

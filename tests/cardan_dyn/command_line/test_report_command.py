@@ -1,0 +1,69 @@
+"""The command `report`: what it prints and writes, and how wrong options end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from cardan_dyn.command_line.commands import main
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, ["report", *map(str, arguments)])
+
+
+def test_numbers_are_printed_and_saved(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    file = tmp_path / "extremes.csv"
+    found = run("four_bar", "--range", "90", "3.0rad", "--samples", 40, "--out", file)
+    assert found.exit_code == 0, found.output
+    assert "As asked: crank_bearing from 90° to 171.887°." in found.output
+    assert "* not determined by statics" in found.output
+    frame = pandas.read_csv(file)
+    row = frame[(frame.owner == "rocker_pin") & (frame.quantity == "shear")].iloc[0]
+    assert f"{row.greatest:.6g} N at 171.887°" in found.output
+
+
+def test_page_has_what_was_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib", reason="the page has figures")
+    monkeypatch.chdir(tmp_path)
+    head = ("--project", "P 7", "--author", "A. B.", "--date", "2026-02-03", "--revision", "C")
+    case = ("--speed", "600rpm", "--gravity", 0, 0, -9.81, "--load", "rocker_bearing=-5")
+    found = run("four_bar", "--no-scene", "--samples", 91, *head, *case)
+    assert found.exit_code == 0, found.output
+    text = (tmp_path / "four_bar_report.html").read_text("utf-8")
+    for part in ("P 7", "A. B.", "2026-02-03", "600 1/min", "(0, 0, -9.81) m/s²", "-5"):
+        assert part in text
+    assert "<iframe" not in text
+
+
+def test_slides_are_in_metres(tmp_path: Path) -> None:
+    found = run(
+        *("slider_crank", "--drive", "piston_guide", "--out", tmp_path / "x.csv"),
+        *("--range", "-0.02", "-5mm", "--speed", "2"),
+    )
+    assert found.exit_code == 2 and "dead point" in found.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("four_bar", "--range", "3", "1"), "from 3° to 1° is empty"),
+        (("four_bar", "--range", "1m", "2m"), "unit"),
+        (("four_bar", "--drive", "crank"), "crank"),
+        (("four_bar", "--out", "/nowhere/x.html"), "/nowhere"),
+        (("four_bar", "--out", "x.pdf"), ".html"),
+        (("stewart_platform", "--range", "0", "0.1"), "single drive"),
+        (("nothing",), "no description"),
+    ],
+)
+def test_errors_are_messages(
+    arguments: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = run(*arguments)
+    assert found.exit_code == 2
+    assert said in found.output and "Traceback" not in found.output
+    assert not list(tmp_path.iterdir())
