@@ -34,4 +34,4 @@ function legible(css, ratio) {
   return known.get(key);
 }
 
-const TEXT = 4.7, INK = 3.2, BODY = 1.35;
+const TEXT = 4.7, INK = 3.2, BODY = 1.35, GLASS = 2.2;

@@ -10,13 +10,21 @@ const backwards = course.values && course.values[count - 1] < course.values[0];
 // The state of the mechanism, in words.
 const WORDS = { drive: "Drive", free: "Free", speed: "Speed", load: "Load", held: "Held",
   gravity: "Gravity" };
+const MOST_DRIVES = 4;
+let drivesTold = 0;
 const stateRows = told.state.map((row) => {
   const values = row.values ? array(row.values) : null;
   const [least, most] = values ? extent(values) : [row.value, row.value];
   const text = make("dd");
-  byId("state").append(make("dt", {}, WORDS[row.kind]), text);
+  // Of many drives the first ones are told at once, and the others if someone asks.
+  const late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
+  byId(late ? "more-state" : "state").append(make("dt", {}, WORDS[row.kind]), text);
   return { ...row, values, text, decimals: Math.max(decimalsOf(Math.max(-least, most)) - 1, 0) };
 });
+if (drivesTold > MOST_DRIVES) {
+  byId("more").hidden = false;
+  byId("more-title").textContent = `${drivesTold - MOST_DRIVES} more drives`;
+}
 function stateText(row, value) {
   let text = row.values ? withUnit(written(value, row.decimals), row.unit)
     : withUnit(rounded(value), row.unit);
@@ -90,8 +98,6 @@ function play() {
 function pause() {
   if (!playing) return;
   playing = false;
-  sharpness = 1;
-  setSharpness(sharpness);
   showPlaying();
   request();
 }
@@ -109,11 +115,10 @@ function fillSpeeds() {
   for (const { value } of options) {
     const share = real ? value / real : 0;
     const text = !real ? `× ${value}` : Math.abs(share - 1) < 1e-9 ? "real time"
-      : share < 1 ? `1 : ${rounded(1 / share)}` : `${rounded(share)} : 1`;
+      : share < 1 ? `${rounded(1 / share)}× slower` : `${rounded(share)}× faster`;
     select.append(make("option", { value: String(value), textContent: text }));
   }
   select.value = "1";
-  select.title = real ? "Time shown to real time" : "";
   select.addEventListener("change", () => { speed = Number(select.value); });
 }
 
@@ -357,6 +362,8 @@ window.scene = {
   play, pause, select, fit, look: lookAt, count, frames, choice,
   get playing() { return playing; },
   get place() { return place; },
+  // Whether all is drawn as finely as it can be.
+  get settled() { return !playing && !wanted && drawnWith === fine(); },
   // Shows the moment at a share of the course, at once, whatever was shown before.
   seek(share) {
     pause();

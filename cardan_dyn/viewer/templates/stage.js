@@ -126,7 +126,7 @@ const gridStep = roundStep(radius / 3);
 function recolor() {
   for (const material of materials.values()) {
     const { css, onTop } = material.userData;
-    material.color.set(legible(css, onTop ? INK : BODY));
+    material.color.set(legible(css, onTop ? INK : material.opacity < 1 ? GLASS : BODY));
     // Arrows shine by themselves, so that they have the colour that the panel tells.
     if (onTop) {
       material.emissive.copy(material.color).multiplyScalar(0.4);
@@ -143,14 +143,15 @@ const PARTS = [
   ["forces", ["force"], "Forces"],
   ["loads", ["loads"], "Loads"],
   ["axes", ["axes"], "Axes"],
-  ["traces", ["moment", "traces"], "Traces of moments"],
+  ["traces", ["moment", "traces"], "Whole moments and their traces"],
   ["elements", ["elements"], "Force elements"],
   ["names", [], "Names"],
   ["numbers", [], "Numbers at arrows"],
   ["grid", [], `Grid of ${lengthText(gridStep)}`],
 ].filter(([name, roots]) => ["names", "numbers", "grid"].includes(name)
   || roots.some((root) => nodes.has("/" + root)));
-const shown = Object.fromEntries(PARTS.map(([name]) => [name, name !== "grid"]));
+const shown = Object.fromEntries(
+  PARTS.map(([name]) => [name, !["traces", "grid"].includes(name)]));
 const BY_JOINT = ["torsion", "bending", "force", "moment", "traces", "axes"];
 const jointByNode = new Map(told.joints.map((item) => [item.node, item]));
 const bearings = new Set(data.bearings);

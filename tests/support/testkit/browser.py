@@ -36,7 +36,7 @@ class Page:
     def seek(self, moment: float) -> None:
         """Show the moment at a fraction of the course."""
         self.evaluate(f"scene.seek({moment})")
-        self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
+        self.page.wait_for_function("scene.settled")
 
     def picture(self, moment: float) -> np.ndarray:
         """Pixels `(h, w, 3)` at a fraction of the animation."""
