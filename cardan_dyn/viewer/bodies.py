@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from .default_shapes import (
     Travel,
     attachments_of,
     bearing,
+    cross,
     downwards,
     is_cross,
     rod_radius,
@@ -38,6 +40,8 @@ eyes, and each stands out from a light and from a dark background (WCAG 2.2: at 
 _WHITEST = 0.85
 """Share of a stated colour that is drawn: the viewer's lights together are brighter than one, and
 white would lose its shades."""
+_FLOOR_OPACITY = 0.35
+"""Opacity of a plane that states no colour: what is below it is seen as well."""
 _PIN_SHADE = 0.6
 """Share of a body's colour that its pins and balls have."""
 _CORNER_STRIDE = 8
@@ -86,7 +90,7 @@ class Bodies:
         corners = [
             self._swept(item.body, forms.corners(np.concatenate([v for v, _ in surfaces])))
             for item in self._defaults
-            if (surfaces := (*item.parts.link, *item.parts.pins))
+            if item.pose is None and (surfaces := (*item.parts.link, *item.parts.pins))
         ]
         return np.concatenate([stated, *corners])
 
@@ -94,7 +98,7 @@ class Bodies:
     def _stated_points(self) -> Array:
         """Points `(n, 3)` of joints and visuals [m]."""
         origins = (self._origin(name) for name in self._sweep.mechanism.joints)
-        drawn = {shape.body for shape in self.shapes}
+        drawn = self._drawn()
         centres = (
             self._swept(body, centre[None])
             for body in self._attachments
@@ -120,7 +124,7 @@ class Bodies:
             for body, items in self._attachments.items()
             if body and is_cross(items, self._centre(body), rod)
         )
-        drawn = {shape.body for shape in self.shapes}
+        drawn = self._drawn()
         travel = {
             item.joint: travel_of(
                 *(item, items, self._attachments[item.other], self._span(item, body), rod)
@@ -140,6 +144,39 @@ class Bodies:
             parts = Body(items, self._centre(body), crosses, travel, rod).parts()
             path = f"/mechanism/{node_name(self._link_of_body[body])}"
             found.append(_Default(path, body, parts))
+        return found + self._crosses({item.body for item in found}, rod)
+
+    def _drawn(self) -> set[int]:
+        """Return the bodies that have visuals; a floor alone holds no bearings."""
+        return {shape.body for shape in self.shapes if shape.kind != "plane"}
+
+    def _crosses(self, made_up: set[int], rod: float) -> list[_Default]:
+        """Return the crosses of universal joints that have no link for them.
+
+        Args:
+            made_up: bodies that have default shapes, of which a joint has at least one.
+            rod: radius of rods [m].
+        """
+        found = []
+        for body, items in self._attachments.items():
+            for item in items:
+                if item.kind != "cross" or not item.is_child or not {body, item.other} & made_up:
+                    continue
+                if not (self._known(body) and self._known(item.other)):
+                    continue
+                other = next(
+                    end for end in self._attachments[item.other] if end.joint == item.joint
+                )
+                turn, place = self._placement(body)
+                own = np.broadcast_to(turn @ item.axis, (len(self._samples), 3))
+                across = np.broadcast_to(self._placement(item.other)[0] @ other.axis, own.shape)
+                axes = np.stack([across, own, np.cross(across, own)], axis=2)
+                pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
+                path = f"/mechanism/{node_name(self._link_of_body[body])} {node_name(item.joint)}"
+                parts = cross(
+                    [np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])], np.zeros(3), rod
+                )
+                found.append(_Default(path, body, parts, pose))
         return found
 
     def _bearings(
@@ -225,8 +262,10 @@ class Bodies:
         if self.notes and stand_in:
             self.notes += (f"made up from joints: {', '.join(dict.fromkeys(stand_in))}",)
         for item in self._defaults:
-            drawing.place(item.path, self._pose(item.body))
+            drawing.place(item.path, item.pose or self._pose(item.body))
             color = self._color(item.body)
+            if item.pose is not None:
+                color = _shaded(color, _PIN_SHADE)
             for name, surfaces, shade in (
                 ("shape", item.parts.link, color),
                 ("pins", item.parts.pins, _shaded(color, _PIN_SHADE)),
@@ -273,11 +312,11 @@ class Bodies:
             node = f"/mechanism/{node_name(self._link_of_body[body])}"
             drawing.place(node, self._pose(body))
             for count, shape in enumerate(item for item in shapes if item.body == body):
-                color = (
-                    self._color(body)
-                    if shape.color is None
-                    else _shaded(Color(*shape.color), _WHITEST)
-                )
+                color = self._color(body)
+                if shape.color is not None:
+                    color = _shaded(Color(*shape.color), _WHITEST)
+                elif shape.kind == "plane":
+                    color = replace(color, opacity=_FLOOR_OPACITY)
                 geometry, placement = shape.drawn(radius)
                 path = f"{node}/{node_name(shape.link)} {count}"
                 drawing.add(path, geometry, color, placement)
@@ -288,11 +327,19 @@ class Bodies:
 
 
 class _Default(NamedTuple):
-    """What is drawn of a body without visuals, or of one of its bearings: node, body and parts."""
+    """What is drawn of a body without visuals, of a bearing on it, or of a cross that it holds.
+
+    Attributes:
+        path: of the node.
+        body: index of the body.
+        parts: in the frame of the node.
+        pose: of the node; that of the body if None.
+    """
 
     path: str
     body: int
     parts: Parts
+    pose: Pose | None = None
 
 
 def _shaded(color: Color, share: float) -> Color:

@@ -301,7 +301,12 @@ class _Builder:
         return True
 
     def _draw_trace(self, item: Vectors, scale: float) -> bool:
-        """Draw the moment and the trace of its tip in the joint; return whether it leaves one."""
+        """Draw the moment and the trace of its tip in the joint; return whether it leaves one.
+
+        A moment that stays along the axis leaves none: the arrow of its torsion says all of it.
+        """
+        if scale * np.max(np.linalg.norm(item.bending, axis=1)) < _SMALLEST_SHOWN * self._radius:
+            return False
         curve = scale * item.moment
         stride = max(1, len(curve) // _TRACE_POINTS)
         points = np.concatenate([curve[::stride], curve[-1:]])

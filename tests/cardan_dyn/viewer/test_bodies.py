@@ -99,6 +99,47 @@ def test_colors_are_those_of_links_whatever_else_is_drawn() -> None:
     assert colors[0]["/bearings/j/shape"] == GROUND.css
 
 
+def test_a_floor_alone_leaves_the_bearings_of_the_ground() -> None:
+    model = """<mujoco model="m"><worldbody><geom type="plane" size="0 0 1"/><body name="b">
+      <joint name="j" axis="0 1 0"/><inertial pos="0 0 -1" mass="1" diaginertia="1 1 1"/></body>
+      </worldbody></mujoco>"""
+    turn = cd.Scene(cd.load(model), drive="j").sweep([0.0, 1.0])
+    bodies = Bodies(turn, np.arange(2), visuals=True)
+    drawing = Drawing(1.0)
+    bodies.draw(drawing, 1.0)
+    assert {"/mechanism/world/world 0", "/bearings/j/shape", "/mechanism/b/shape"} <= set(
+        paths(drawing)
+    )
+    floor = next(item for item in drawing.objects if item.path == "/mechanism/world/world 0")
+    assert floor.color.opacity < 0.5
+    # It says nothing of the size of the scene.
+    assert np.max(np.abs(bodies.points())) < 1.5
+
+
+UNIVERSAL = """<robot name="u"><link name="a"/><link name="b"/><link name="c"/>
+<joint name="bearing" type="continuous"><parent link="a"/><child link="b"/>
+<axis xyz="1 0 0"/></joint>
+<joint name="u" type="universal"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/>
+<axis xyz="0 1 0"/><axis2 xyz="0 0 1"/></joint></robot>"""
+
+
+def test_a_universal_joint_has_a_cross_that_turns_with_both_sides() -> None:
+    names = ["bearing", "u.turn_1", "u.turn_2"]
+    positions = np.random.default_rng(3).uniform(-1.0, 1.0, (5, 3))
+    turn = cd.Scene(cd.load(UNIVERSAL), drive=names).sweep(positions)
+    drawing = Drawing(1.0)
+    Bodies(turn, np.arange(5), visuals=True).draw(drawing, 1.0)
+    pose = drawing.nodes["/mechanism/c u"]
+    axes = Rotation.from_quat(pose.quaternion).as_matrix()
+    # The first axis is carried by the input, the second one by the output.
+    for sample, (first, second, _) in enumerate(positions):
+        shaft = Rotation.from_rotvec([first, 0.0, 0.0])
+        np.testing.assert_allclose(axes[sample][:, 0], shaft.apply([0.0, 1.0, 0.0]), atol=1e-12)
+        carried = shaft * Rotation.from_rotvec([0.0, second, 0.0])
+        np.testing.assert_allclose(axes[sample][:, 1], carried.apply([0.0, 0.0, 1.0]), atol=1e-12)
+    np.testing.assert_allclose(pose.position, np.tile([1.0, 0.0, 0.0], (5, 1)), atol=1e-12)
+
+
 def linear(css: str) -> np.ndarray:
     """Return red, green and blue in proportion to their light."""
     values = np.array([int(css[at : at + 2], 16) / 255 for at in (1, 3, 5)])
