@@ -18,6 +18,7 @@ from ..figures.style import (
     in_look,
     line_style,
     sheet,
+    wrapped,
 )
 
 if TYPE_CHECKING:
@@ -221,6 +222,64 @@ def _columns(
     names: tuple[str, ...] | list[str], values: Array, first: int = 0
 ) -> list[tuple[str, Array]]:
     return [(name, values[:, index]) for index, name in enumerate(names) if index >= first]
+
+
+_MOST_ROOM = 100.0
+"""Room to a limit that bars show at most [%]: what is further from its limit is not looked at."""
+_BAR = 0.32
+"""Height of the figure per bar [inch]."""
+
+
+@in_look
+def margins(
+    verdict: Any, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
+    """Draw how much room the values of a verdict have to their limits, the least on top.
+
+    Bars to the left, which are hatched, miss their limits. Bars end at 100 %; the number says how
+    far they go.
+
+    Args:
+        verdict: of a line.
+        title: of the figure; the name of the line and the counts of its rows unless given.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ArgumentError: no row has a limit and a value, or more than one axes.
+    """
+    rows = sorted((row for row in verdict.rows if row.margin is not None), key=lambda r: r.margin)
+    if not rows:
+        raise ArgumentError("no row of the verdict has a value and a limit, so that none has room")
+    drawn = sheet(size=(8.4, 1.6 + _BAR * len(rows)), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
+    for place, row in enumerate(rows):
+        percent = 100.0 * float(row.margin)
+        missed = percent < 0.0
+        color = line_style(1 if missed else 0)["color"]
+        length = float(np.clip(percent, -_MOST_ROOM, _MOST_ROOM))
+        look = {"facecolor": "white" if missed else color, "hatch": "///" if missed else ""}
+        axes.barh(place, length, 0.6, edgecolor=color, **look)
+        axes.annotate(
+            f"{percent:+.0f} %",
+            (length, place),
+            (-4 if missed else 4, 0),
+            textcoords="offset points",
+            ha="right" if missed else "left",
+            va="center",
+            fontsize=_SMALL,
+        )
+    names = [f"{row.quantity}, {row.where}" if row.where else row.quantity for row in rows]
+    axes.set_yticks(range(len(rows)), [wrapped(name, 3.2, _SMALL) for name in names])
+    axes.tick_params(axis="y", labelsize=_SMALL)
+    axes.axvline(0.0, color="black", linewidth=0.9)
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    least = min(0.0, 100.0 * float(rows[0].margin))
+    axes.set_xlim(max(least, -_MOST_ROOM) - 22.0 * (least < 0.0), _MOST_ROOM + 22.0)
+    axes.set_xlabel("room to the limit, as a part of it [%]")
+    axes.grid(visible=False, axis="y")
+    return drawn.finish(title or f"{verdict.line}: {verdict.summary}")
 
 
 _RING_STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)

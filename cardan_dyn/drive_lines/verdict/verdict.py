@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from analytic.limits import Limit
 from analytic.rules import RULES
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     import pandas
 
+    from ...figures.style import Figure
     from ..line.data import LineData
     from .analysis import Analysis
     from .solving import LineSolver
@@ -69,6 +70,24 @@ class Verdict:
             for status in (PASS, FAIL, STATED, NOT_JUDGED)
         }
         return ", ".join(f"{count} {status}" for status, count in counts.items())
+
+    def plot(
+        self, *, title: str = "", ax: Any = None, figsize: tuple[float, float] | None = None
+    ) -> Figure:
+        """Draw how much room values have to their limits, the least on top.
+
+        Args:
+            title: of the figure; the name of the line and the counts of its rows unless given.
+            ax: axes to be drawn into instead of a new figure.
+            figsize: width and height of a new figure [inch].
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+            ArgumentError: no row has a limit and a value, or more than one axes.
+        """
+        from ..drawing import margins  # Imported here: few scripts draw.
+
+        return margins(self, title=title, ax=ax, figsize=figsize)
 
     def __iter__(self) -> Iterator[VerdictRow]:
         return iter(self.rows)

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+from testkit.drawings import check_texts
 from testkit.line_data import random_line
 
 from cardan_dyn import ArgumentError
+from cardan_dyn.drive_lines import DriveLine
 
 LINE = random_line(3, seed=0)
 
@@ -25,3 +27,18 @@ def test_many_designs_are_no_curve() -> None:
     found = LINE.analyse(speed=0, torque=200, positions=[0, 1], variants=designs)
     with pytest.raises(ArgumentError, match="the analysis is of many designs"):
         found.plot()
+
+
+def test_margins_of_a_verdict_are_bars() -> None:
+    verdict = DriveLine.from_toml("truck").verdict()
+    (axes,) = verdict.plot().axes
+    margins = sorted(100.0 * row.margin for row in verdict if row.margin is not None)
+    widths = [bar.get_width() for bar in axes.patches]
+    assert widths == pytest.approx(np.clip(margins, -100.0, 100.0))
+    told = [text.get_text() for text in axes.texts]
+    assert told == [f"{margin:+.0f} %" for margin in margins]
+    assert [bool(bar.get_hatch()) for bar in axes.patches] == [margin < 0.0 for margin in margins]
+    # The least margin stands on top.
+    assert axes.get_ylim()[0] > axes.get_ylim()[1]
+    assert verdict.summary in axes.get_title().replace("\n", " ")
+    check_texts(axes.figure)
