@@ -64,12 +64,8 @@ def over_column(
         panel.set_ylabel(ylabel if ylabel and len(units) == 1 else _unit_label(unit))
         scale = (scales or {}).get(unit, 0.0)
         settle(panel, scale)
-        greatest = max(
-            float(np.max(np.abs(np.nan_to_num(curve.get_ydata())), initial=0.0))
-            for curve in curves[unit]
-        )
-        if greatest > 1e-9 * scale:
-            label_peaks(panel, curves[unit], unit if unit != "1" else "", at.unit, peaks)
+        told = unit if unit != "1" else ""
+        label_peaks(panel, curves[unit], told, at.unit, peaks, scale)
     drawn.over(at)
     return drawn.finish(title, 3, note)
 

@@ -21,6 +21,8 @@ _ASIDE = 4.0
 _SAME = 1e-9
 """Difference from an extreme, as a fraction of the greatest value, that is rounding: of extremes
 that return in every turn the first one is labelled."""
+_ROUNDING = 1e-9
+"""Size of a line, as a fraction of what it is a part of, up to which it is rounding."""
 _FLAT = 1e-6
 """Range of a line, as a fraction of its greatest value, below which it has no peak."""
 _INSIDE = 0.6
@@ -28,7 +30,12 @@ _INSIDE = 0.6
 
 
 def label_peaks(
-    panel: Axes, lines: Sequence[Any], unit: str, at_unit: str, peaks: bool | None = None
+    panel: Axes,
+    lines: Sequence[Any],
+    unit: str,
+    at_unit: str,
+    peaks: bool | None = None,
+    scale: float = 0.0,
 ) -> None:
     """Mark extremes of lines, and write their values and places.
 
@@ -41,6 +48,7 @@ def label_peaks(
         at_unit: of the abscissa.
         peaks: mark the greatest and the least value of each line, or nothing if False; if None,
             the greater one by size, where there are few lines.
+        scale: size beside which lines are rounding, and have no peaks.
     """
     if peaks is False or (peaks is None and len(panel.get_lines()) > _MOST_LINES):
         return
@@ -48,6 +56,8 @@ def label_peaks(
     room = {1.0: False, -1.0: False}
     for line in lines:
         x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+        if np.max(np.abs(np.nan_to_num(y)), initial=0.0) <= _ROUNDING * scale:
+            continue
         for place in _extremes(y, both=bool(peaks), fewest=1 if peaks else _FEWEST):
             side = _side(y, place)
             panel.scatter(x[place], y[place], s=16, color=line.get_color(), zorder=3)

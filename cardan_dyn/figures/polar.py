@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from .style import (
     sheet,
     wrapped,
 )
-from .wrenches import MARK, determined, sign_note
+from .wrenches import MARK, along, determined, sign_note, together
 
 _AXES_OF = {
     "parent": "axes fixed in the parent",
@@ -70,8 +70,9 @@ def force_polar(
     """Draw the force in joints as polar diagrams, in the plane across the joint's axis.
 
     The curve joins the ends of the force vectors `(N, 3)` that the parent link exerts on the
-    child link; the origin is a cross, every quarter turn is labelled with the drive's angle. All
-    diagrams have one scale. A star marks what statics leaves open.
+    child link; the origin is a cross, every quarter turn is labelled with the drive's angle, of
+    one that slides both ends with its position. All diagrams have one scale. What is rounding
+    beside the whole wrenches is a point at the origin. A star marks what statics leaves open.
 
     Args:
         turn: the sweep, or a trajectory.
@@ -211,29 +212,33 @@ def _diagrams(
         ax=ax,
         figsize=figsize,
     )
-    angle = turn.motion.position(drive_of(turn, drive))
+    at = along(turn, drive_of(turn, drive))
+    marked = _ends(at.values) if at.unit == "m" else _quarters(np.deg2rad(at.values))
     letter, unit = _UNITS[quantity]
-    curves, opened, whole = [], False, 0.0
-    for joint, frame in shown:
-        wrench = turn.wrench(joint, frame)
-        vectors = getattr(wrench, quantity)
+    wrenches = [turn.wrench(joint, frame) for joint, frame in shown]
+    force, moment = (
+        max((float(np.max(np.abs(getattr(w, name)), initial=0.0)) for w in wrenches), default=0.0)
+        for name in ("force", "moment")
+    )
+    whole = together(force, moment, turn.mechanism.characteristic_length)[unit]
+    curves, opened = [], False
+    for wrench in wrenches:
         in_plane = plane or across(wrench.axis if wrench.has_axis else np.eye(3)[2])
-        ends, size = vectors[:, columns_of(in_plane)], float(np.max(np.abs(vectors), initial=0.0))
-        # What is rounding beside the whole vector is none of a curve.
-        ends = (
-            ends if np.max(np.abs(ends), initial=0.0) > _ROUNDING * size else np.zeros(ends.shape)
-        )
-        whole = max(whole, size)
-        chosen = not determined(wrench, quantity, columns_of(in_plane))
+        columns_drawn = columns_of(in_plane)
+        ends = getattr(wrench, quantity)[:, columns_drawn]
+        is_rounding = np.max(np.abs(ends), initial=0.0) <= _ROUNDING * whole
+        chosen = not determined(wrench, quantity, columns_drawn)
         opened |= chosen
-        curves.append((in_plane, ends, MARK if chosen else ""))
+        curves.append(
+            (in_plane, np.zeros(ends.shape) if is_rounding else ends, MARK if chosen else "")
+        )
     # One scale for all of them: diagrams of one figure are compared by their sizes.
     half = max((reach(ends) for _, ends, _ in curves), default=0.0) or 0.5 * _ROOM * (whole or 1.0)
     width = drawn.figure.get_figwidth() / columns - 0.4
     for panel, (joint, frame), (in_plane, ends, mark) in zip(
         drawn.panels, shown, curves, strict=True
     ):
-        diagram(panel, angle, ends, half)
+        diagram(panel, marked, ends, half)
         panel.set_title(wrapped(f"{joint}{mark}\n{_AXES_OF[frame]}", width))
         panel.set_xlabel(f"${letter}_{in_plane[0]}$ [{unit}]")
         panel.set_ylabel(f"${letter}_{in_plane[1]}$ [{unit}]")
@@ -246,19 +251,22 @@ def reach(ends: Array) -> float:
     return 0.5 * float(np.max(high - low)) * _ROOM
 
 
-def diagram(axes: Axes, angle: Array, ends: Array, half: float | None = None) -> None:
+def diagram(
+    axes: Axes, at: Array | Mapping[int, str], ends: Array, half: float | None = None
+) -> None:
     """Draw a curve about its origin, labelled with the drive's angles.
 
     Args:
         axes: to draw on.
-        angle: of the drive `(N,)` [rad].
+        at: angles of the drive `(N,)` [rad], of which quarters of a turn are labelled; or samples
+            to their labels.
         ends: of the vectors `(N, 2)`.
         half: the width of the axes, if not as large as the curve needs.
     """
     half = half or reach(ends) or 1.0
     axes.plot(*ends.T, **curve_style(0, len(ends)))
     axes.plot(0.0, 0.0, "+", color="black", markersize=12, markeredgewidth=1.4)
-    quarters = _quarters(angle)
+    quarters = at if isinstance(at, Mapping) else _quarters(at)
     marks = ends[list(quarters)]
     axes.plot(*marks.T, "o", **{"color": line_style(0)["color"], "markersize": 5})
     _annotate(axes, ends, _labels(ends, quarters, half / _ROOM))
@@ -269,18 +277,18 @@ def diagram(axes: Axes, angle: Array, ends: Array, half: float | None = None) ->
     axes.locator_params(nbins=5)
 
 
-def _labels(ends: Array, quarters: dict[int, int], size: float) -> list[tuple[Array, str]]:
+def _labels(ends: Array, quarters: Mapping[int, str], size: float) -> list[tuple[Array, str]]:
     """Return points `(2,)` of a curve and their labels; points that coincide share one.
 
     Args:
         ends: of the curve `(N, 2)`.
-        quarters: samples to degrees.
+        quarters: samples to their labels.
         size: of what the axes show; distances are small beside it or the curve.
     """
     extent = max(float(np.max(np.abs(ends))), size)
     labelled: list[tuple[Array, list[str]]] = []
-    for index, degrees in quarters.items():
-        point, label = ends[index], f"{degrees}°"
+    for index, label in quarters.items():
+        point = ends[index]
         for earlier, labels in labelled:
             if np.max(np.abs(earlier - point)) < _SAME_POINT * extent:
                 labels.append(label)
@@ -317,15 +325,21 @@ def _annotate(axes: Axes, ends: Array, labels: list[tuple[Array, str]]) -> None:
         )
 
 
-def _quarters(angle: Array) -> dict[int, int]:
-    """Return the samples nearest to the quarters of the first turn, and their degrees."""
+def _quarters(angle: Array) -> dict[int, str]:
+    """Return the samples nearest to the quarters of the first turn, and their labels."""
     quarters = {}
     for degrees in (0, 90, 180, 270):
         distance = np.abs(np.rad2deg(angle) - degrees)
         index = int(np.argmin(distance))
         if distance[index] < _LABELLED_WITHIN:
-            quarters[index] = degrees
+            quarters[index] = f"{degrees}°"
     return quarters
+
+
+def _ends(position: Array) -> dict[int, str]:
+    """Return the first and the last sample of a drive that slides, and their labels."""
+    places = dict.fromkeys((0, len(position) - 1))
+    return {index: f"{position[index]:.3g} m" for index in places}
 
 
 def across(axis: Array) -> str:

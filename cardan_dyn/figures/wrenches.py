@@ -88,8 +88,7 @@ def wrench_panels(
         unit = _ALL[quantity]
         panel.set_ylabel(f"{quantity}{star} [{unit}]")
         settle(panel, whole[unit])
-        if _greatest(curve.get_ydata() for curve in curves) > _ROUNDING * whole[unit]:
-            label_peaks(panel, curves, unit, at.unit, peaks)
+        label_peaks(panel, curves, unit, at.unit, peaks, whole[unit])
     drawn.over(at)
     return drawn.finish(title, 4, sign_note(turn, bool(opened)))
 

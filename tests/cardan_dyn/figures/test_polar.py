@@ -186,3 +186,29 @@ def test_a_trajectory_has_polar_diagrams(joint: cd.Mechanism) -> None:
     moment = spin.wrench("bearing_out", "parent").moment
     plane = ["xyz".index(axes.get_xlabel()[3]), "xyz".index(axes.get_ylabel()[3])]
     np.testing.assert_array_equal(np.transpose(axes.get_lines()[0].get_data()), moment[:, plane])
+
+
+def test_diagrams_of_one_figure_have_one_scale(joint_turn: cd.Sweep) -> None:
+    first, second = figures.moment_polar(joint_turn, "bearing_out", ["parent", "joint"]).axes
+    widths = [np.ptp([panel.get_xlim(), panel.get_ylim()], axis=1) for panel in (first, second)]
+    np.testing.assert_allclose(widths, widths[0][0])
+
+
+def test_rounding_is_a_point(joint_turn: cd.Sweep) -> None:
+    # The shafts carry moments of some 100 N·m alone; what they have of forces is rounding.
+    force = joint_turn.wrench("bearing_out", "parent").force
+    assert np.abs(force).max() < 1e-10
+    (panel,) = figures.force_polar(joint_turn, "bearing_out").axes
+    assert not np.any(panel.get_lines()[0].get_xydata())
+    assert np.ptp(panel.get_xlim()) > 1.0
+    # All quarters are one point, and have one label.
+    assert len(panel.texts) == 1
+
+
+def test_positions_of_slides_are_no_angles() -> None:
+    platform = cd.load("stewart_platform")
+    legs = [f"leg_{k}" for k in range(1, 7)]
+    turn = cd.Scene(platform, drive=legs).sweep(np.linspace(-0.02, 0.02, 5)[:, None] * np.ones(6))
+    (panel,) = figures.moment_polar(turn, "leg_1").axes
+    told = {part for text in panel.texts for part in text.get_text().split(", ")}
+    assert told == {"-0.02 m", "0.02 m"}
