@@ -6,6 +6,7 @@ looked at. Vectors are `(3, N)` in world axes.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,9 @@ from .frames import Frames, Offset
 from .mechanism import Mechanism
 
 _AT_REST = np.zeros((3, 1))
+_BLOCK = 4096
+"""Samples that are placed at a time: many of them take little more memory than their results, and
+frames, 96 bytes for every joint on the way, stay in the cache."""
 
 
 class Rates(NamedTuple):
@@ -80,10 +84,12 @@ class CarriedFrame:
         Args:
             x: `(N, size)` coordinates.
         """
-        frame = self._end.frame(self._frames.placed_along(x, self._path))
-        frame = np.broadcast_to(frame, (4, 3, len(x)))
-        points = frame[3].T + self._frames.corner
-        return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), points
+        rotations, points = np.empty((len(x), 3, 3)), np.empty((len(x), 3))
+        for block in _blocks(len(x)):
+            frame = self._end.frame(self._frames.placed_along(x[block], self._path))
+            rotations[block] = frame[:3].transpose(2, 1, 0)
+            points[block] = frame[3].T + self._frames.corner
+        return rotations, points
 
     def rates(self, x: Array, v: Array, a: Array | None = None) -> Rates:
         """Return how the point and the body move.
@@ -93,6 +99,15 @@ class CarriedFrame:
             v: `(N, nv)` joint velocities.
             a: `(N, nv)` joint accelerations; if None, those of the result mean nothing.
         """
+        rates = Rates(*np.empty((4, 3, len(x))))
+        for block in _blocks(len(x)):
+            found = self._rates(x[block], v[block], None if a is None else a[block])
+            for values, part in zip(rates, found, strict=True):
+                values[:, block] = part
+        return rates
+
+    def _rates(self, x: Array, v: Array, a: Array | None) -> Rates:
+        """Return the rates of a block of samples, `(3, N)` or `(3, 1)` each."""
         frames, placed = self._frames, self._frames.placed_along(x, self._path)
         rates, accelerates = Rates(_AT_REST, _AT_REST, _AT_REST, _AT_REST), a is not None
         for index in self._path:
@@ -117,7 +132,12 @@ class CarriedFrame:
                 rates = Rates(velocity, spin + own, acceleration, spin_rate + further)
         if self._path:
             rates = rates.at(_turned(self._arm, placed[self._path[-1]]), accelerates)
-        return Rates(*(np.broadcast_to(values, (3, len(x))) for values in rates))
+        return rates
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    """Iterate over blocks of samples."""
+    return (slice(first, first + _BLOCK) for first in range(0, count, _BLOCK))
 
 
 def _turned(vector: Array, frame: Array) -> Array:

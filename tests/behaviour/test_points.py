@@ -18,6 +18,7 @@ from testkit.drive_lines import two_lines
 from testkit.mixed_chain import link, rows
 
 import cardan_dyn as cd
+from cardan_dyn.mechanism.frames import Frames
 from cardan_dyn.results.point_motion import PointMotion
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
@@ -224,6 +225,65 @@ def test_the_coupler_curve_of_a_four_bar_is_that_of_its_closed_form() -> None:
                 assert abs(found[index, 2]) < 1e-15
 
 
+FIVE_BAR = f"""<robot name="five_bar"><link name="base"/>{
+    "".join(f'<link name="{name}"/>' for name in ("left", "right", "left_rod", "right_rod"))
+}
+  <joint name="q1" type="continuous"><parent link="base"/><child link="left"/>
+    <origin xyz="-0.1 0 0"/><axis xyz="0 0 1"/></joint>
+  <joint name="q2" type="continuous"><parent link="base"/><child link="right"/>
+    <origin xyz="0.1 0 0"/><axis xyz="0 0 1"/></joint>
+  <joint name="elbow_1" type="continuous"><parent link="left"/><child link="left_rod"/>
+    <origin xyz="0.2 0 0"/><axis xyz="0 0 1"/></joint>
+  <joint name="elbow_2" type="continuous"><parent link="right"/><child link="right_rod"/>
+    <origin xyz="0.2 0 0"/><axis xyz="0 0 1"/></joint>
+  <loop name="tip" type="revolute"><predecessor link="left_rod"><origin xyz="0.25 0 0"/>
+    </predecessor><successor link="right_rod"><origin xyz="0.25 0 0"/></successor>
+    <axis xyz="0 0 1"/></loop></robot>"""
+
+
+def test_the_tip_of_a_five_bar_moves_on_the_circle_that_its_drives_were_made_for() -> None:
+    """Drives of the inverse problem, differentiated with fifty digits; the tip is on a circle."""
+
+    def drives(t: Any) -> tuple[Any, Any]:
+        x = mpmath.mpf("0.05") * mpmath.cos(2 * mpmath.pi * t)
+        y = mpmath.mpf("0.28") + mpmath.mpf("0.05") * mpmath.sin(2 * mpmath.pi * t)
+        found = []
+        for side in (1, -1):
+            across = x + side * mpmath.mpf("0.1")
+            far = mpmath.sqrt(across**2 + y**2)
+            inner = (mpmath.mpf("0.2") ** 2 + far**2 - mpmath.mpf("0.25") ** 2) / (2 * far) * 5
+            found.append(mpmath.atan2(y, across) + side * mpmath.acos(inner))
+        return found[0], found[1]
+
+    times = (0.0, 0.25, 0.625, 0.875)
+    with mpmath.workdps(50):
+        position, speed, acceleration = (
+            np.array(
+                [
+                    [
+                        float(mpmath.diff(lambda t, k=k: drives(t)[k], mpmath.mpf(time), order))
+                        for k in range(2)
+                    ]
+                    for time in times
+                ]
+            )
+            for order in range(3)
+        )
+    np.testing.assert_allclose(position[0], [1.9848129005862, 0.715744556202147], rtol=1e-13)
+    scene = cd.Scene(
+        cd.load(FIVE_BAR), drive=["q1", "q2"], near={"q1": position[0, 0], "q2": position[0, 1]}
+    )
+    turn = scene.sweep(position, speed, acceleration)
+    angle = 2.0 * np.pi * np.array(times)
+    out = 0.05 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    along = 0.05 * np.stack([-np.sin(angle), np.cos(angle), 0.0 * angle], axis=1)
+    for name in ("left_rod", "right_rod"):
+        tip = turn.point(name, (0.25, 0.0, 0.0))
+        np.testing.assert_allclose(tip.position - np.array([0.0, 0.28, 0.0]), out, atol=1e-15)
+        np.testing.assert_allclose(tip.velocity, 2.0 * np.pi * along, atol=1e-14)
+        np.testing.assert_allclose(tip.acceleration, -((2.0 * np.pi) ** 2) * out, atol=1e-13)
+
+
 def test_designs_and_grids_keep_their_shape() -> None:
     scene = universal()
     designs = scene.sweep(TURN[:7], speed=2.0, held={"joint_angle": [[0.1], [0.2], [0.3]]})
@@ -418,6 +478,32 @@ def test_points_of_a_simulation_need_no_wrenches_until_they_accelerate() -> None
     # A pendulum of inertia 1 + 5 kg·m² whose centre is at (2, 1).
     moment = -9.81 * (2.0 * np.cos(angle) - np.sin(angle))
     np.testing.assert_allclose(point.angular_acceleration[:, 2], moment / 6.0, atol=1e-9)
+
+
+def test_only_the_joints_on_the_way_are_placed_some_samples_at_a_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    turn = four_bar().sweep(np.linspace(0.0, 6.0, 10_000), speed=3.0)
+    placed: list[tuple[int, int]] = []
+    place = Frames._place
+
+    def counted(frames: Frames, into: Any, index: int, x: np.ndarray, *rest: Any) -> None:
+        placed.append((index, len(x)))
+        place(frames, into, index, x, *rest)
+
+    monkeypatch.setattr(Frames, "_place", counted)
+    crank = turn.point("crank", POINT)
+    assert {index for index, _ in placed} == {0}
+    assert sum(count for _, count in placed) == 10_000
+    assert max(count for _, count in placed) < 5000
+    placed.clear()
+    _ = crank.velocity, crank.angular_velocity
+    assert sum(count for _, count in placed) == 10_000
+    placed.clear()
+    _ = crank.acceleration, crank.angular_acceleration, crank.position
+    assert sum(count for _, count in placed) == 10_000
+    one = four_bar().sweep(turn.position[-3:], speed=3.0).point("crank", POINT)
+    np.testing.assert_allclose(crank.acceleration[-3:], one.acceleration, atol=1e-13)
 
 
 def test_points_stand_in_tables_by_name(tmp_path: Path) -> None:
