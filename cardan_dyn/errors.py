@@ -195,20 +195,27 @@ class NoAttributeError(AttributeError):
         kind: the class that does not have it.
     """
 
-    def __init__(self, kind: type, name: str) -> None:
+    def __init__(self, kind: type, name: str, own: Iterable[str] = ()) -> None:
+        """Make the error.
+
+        Args:
+            kind: see the attribute.
+            name: that was tried.
+            own: names of attributes that the object has besides those of its class.
+        """
         # With a name and without an object, Python adds no suggestion of its own.
         super().__init__(kind, name, name=name)
-        self.kind, self._tried = kind, name
+        self.kind, self._tried, self._own = kind, name, tuple(own)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return NoAttributeError, (self.kind, self._tried)
+        return NoAttributeError, (self.kind, self._tried, self._own)
 
     def __str__(self) -> str:
         message = f"{self.kind.__name__} has no attribute {self._tried!r}"
         meant = guessed(self._tried, getattr(self.kind, "_meant", {}))
         if meant:
             return f"{message}; {meant}"
-        names = [name for name in dir(self.kind) if not name.startswith("_")]
+        names = [name for name in (*dir(self.kind), *self._own) if not name.startswith("_")]
         similar = _similar(self._tried, names)
         return f"{message}{similar}" if similar else f"{message}; see dir()"
 

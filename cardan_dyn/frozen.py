@@ -14,13 +14,9 @@ _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 
 
-class Frozen:
-    """Base class of objects whose attributes cannot be set or deleted once `_freeze` was called.
+class Hinting:
+    """Base class of objects that tell what is meant by attributes that they do not have."""
 
-    Constructors call it last, and may leave setting attributes to it, which is faster.
-    """
-
-    _is_frozen = False
     _meant: ClassVar[Mapping[str, str]] = {}
     """Names that people try, those that mean the same separated by blanks, to what is meant."""
 
@@ -30,7 +26,16 @@ class Frozen:
             if hasattr(type(self), name):
                 # A property raised an AttributeError, which is told as it is.
                 return object.__getattribute__(self, name)
-            raise NoAttributeError(type(self), name)
+            raise NoAttributeError(type(self), name, self.__dict__)
+
+
+class Frozen(Hinting):
+    """Base class of objects whose attributes cannot be set or deleted once `_freeze` was called.
+
+    Constructors call it last, and may leave setting attributes to it, which is faster.
+    """
+
+    _is_frozen = False
 
     def _freeze(self, **attributes: object) -> None:
         self.__dict__.update(attributes, _is_frozen=True)

@@ -12,7 +12,7 @@ import os
 from collections.abc import Mapping
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,6 +51,14 @@ class Response(Frozen):
     Attributes:
         proof: how well it holds.
     """
+
+    _meant: ClassVar[Mapping[str, str]] = {
+        "run solve evaluate at": "response.sweep(positions, speed=...), or response.uniform(count)",
+        "wrench force forces moment torque torques motion position": "sweeps of it have these: "
+        "response.sweep(positions)['joint'].force",
+        "point orientation rod_force": "response.sweep(positions).point('link')",
+        "to_dataframe to_xarray to_csv": "response.uniform(count).to_dataframe()",
+    }
 
     def __init__(self, solver: ProblemSolver, data: ResponseData) -> None:
         """Make the response.

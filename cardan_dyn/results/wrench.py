@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from functools import cached_property, lru_cache, partial
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from ..arrays import Array
 from ..checks import numbers, vector
 from ..errors import ArgumentError, ModelError
-from ..frozen import Record, read_only
+from ..frozen import Hinting, Record, read_only
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -177,7 +177,7 @@ def _not(unique: object) -> str:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JointWrench:
+class JointWrench(Hinting):
     """The wrench **exerted by the parent link on the child link**, at the joint origin.
 
     The parent of a loop's joint is its predecessor, the child its successor. Loads and drive
@@ -190,6 +190,27 @@ class JointWrench:
         point: the point about which the moment is taken, from the joint's origin in these axes,
             `(3,)` or `(N, 3)` [m]; None where it is that origin. See `at`.
     """
+
+    _meant: ClassVar[Mapping[str, str]] = {
+        "torque torques tau moments m": ".moment `(N, 3)`, .torsion along the axis, .bending "
+        "across",
+        "forces f": ".force `(N, 3)`",
+        "fx fy fz x y z": ".force[..., 0] and so on, in the axes of .frame",
+        "mx my mz": ".moment[..., 0] and so on, in the axes of .frame",
+        "norm size resultant abs total": ".magnitude.force and .magnitude.moment",
+        "radial transverse lateral": ".shear is the size of the force across the axis",
+        "thrust tension normal": ".axial is the force along the axis",
+        "bend bending_moment": ".bending",
+        "twist torsional": ".torsion",
+        "bearings supports": ".bearing_forces((a, b))",
+        "translate shift move about": ".at(point) is the same wrench about another point",
+        "rotate in_frame to_frame world in_world to_world parent": "sweep.wrench(joint, 'world') "
+        "has other axes: parent, world or those of a link",
+        "plot": "sweep.plot('joint')",
+        "values data array to_numpy to_array": ".force and .moment are arrays",
+        "to_dataframe to_xarray to_csv save": "sweep.to_dataframe() and the like hold all joints",
+        "max maximum peak": "np.max(wrench.magnitude.moment), and the like",
+    }
 
     joint: str
     frame: str
@@ -233,7 +254,9 @@ class JointWrench:
 
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])
-        force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in self.magnitude)
+        # Near singular configurations of a trajectory, wrenches are not known.
+        known = (size[np.isfinite(size)] for size in self.magnitude)
+        force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in known)
         acts = f"force up to {force} N, moment up to {moment} N·m"
         if force == moment == "0" and self.moment.size:
             acts = "nothing acts"
@@ -267,13 +290,15 @@ class JointWrench:
         values = np.concatenate([self.force, moment], axis=-1)
         arm = read_only(place)
 
-        def flags() -> Array:
-            if self._sweep is None or np.all(self._flags()):
-                return self._flags()
-            maps, are_forces = self._maps(arm), np.repeat([True, False], 3)
-            return read_only(self._sweep.unique_sums(self.joint, maps, are_forces))
-
+        flags = partial(self._flags_at, arm)
         return replace(self, _components=StoredComponents(values), _flags=flags, point=arm)
+
+    def _flags_at(self, point: Array) -> Array:
+        """Return which components are unique about another point, see `point`."""
+        if self._sweep is None or np.all(self._flags()):
+            return self._flags()
+        maps, are_forces = self._maps(point), np.repeat([True, False], 3)
+        return read_only(self._sweep.unique_sums(self.joint, maps, are_forces))
 
     def _place(self, point: ArrayLike | Placed) -> Array:
         """Return a point from the joint's origin, in the axes of `frame`."""

@@ -224,11 +224,13 @@ def test_no_message_is_longer_than_a_paragraph() -> None:
                     assert len(str(error)) < 1200, (name, drive)
 
 
-@pytest.mark.parametrize("kind", [cd.Scene, cd.Mechanism, cd.Sweep, cd.Trajectory])
+@pytest.mark.parametrize(
+    "kind", [cd.Scene, cd.Mechanism, cd.Sweep, cd.Trajectory, cd.Response, cd.JointWrench]
+)
 def test_what_is_meant_by_other_names_is_told_of_names_that_do_not_exist(kind: type) -> None:
     tried = [name for names in kind._meant for name in names.split()]  # type: ignore[attr-defined]
     assert not [name for name in tried if hasattr(kind, name)]
-    assert {"run", "solve", "dof"} <= set(tried)
+    assert ({"to_dataframe"} if kind is cd.JointWrench else {"run", "solve"}) <= set(tried)
     assert len(set(tried)) == len(tried)
 
 
@@ -241,6 +243,9 @@ def test_people_who_try_other_names_are_told_which_they_mean() -> None:
         (scene.mechanism, "dof", r"cd\.describe\(mechanism\)"),
         (turn, "torque", r"Sweep has no attribute 'torque'; result\['joint'\]\.moment"),
         (turn, "positon", r"did you mean 'position'"),
+        (turn, "condtion", r"did you mean 'condition'"),
+        (turn["pin_in"], "torque", r"JointWrench has no attribute 'torque'; \.moment"),
+        (turn["pin_in"], "momnet", r"did you mean 'moment'"),
     ]
     for item, name, told in tried:
         with pytest.raises(AttributeError, match=told):

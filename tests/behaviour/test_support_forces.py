@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -231,6 +233,22 @@ def test_flags_follow_a_wrench_to_another_point() -> None:
     assert along.unique[3:].tolist() == axis.tolist()
     assert wrench.at((0.0, 0.0, 0.0)).unique.tolist() == wrench.unique.tolist()
     assert not np.any(along.unique[:3])
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda item: pickle.loads(pickle.dumps(item))]
+)
+def test_copies_are_the_same_wrenches(copied: Any) -> None:
+    turn = universal()
+    wrench = turn.wrench("bearing_out", "parent").at((0.1, 0.2, 0.3))
+    again = copied(wrench)
+    np.testing.assert_array_equal(again.moment, wrench.moment)
+    np.testing.assert_array_equal(again.unique, wrench.unique)
+    assert repr(again) == repr(wrench)
+    forces = wrench.bearing_forces((0.1, 0.2))
+    np.testing.assert_array_equal(copied(forces).force_a, forces.force_a)
+    rod = cd.Scene(cd.load(as_balls()), drive="a", loads={"d": -3.0}).sweep(0.1).rod_force("rod")
+    np.testing.assert_array_equal(copied(rod).tension, rod.tension)
 
 
 def test_other_points_are_refused() -> None:
