@@ -113,6 +113,7 @@ def test_attributes_are_numbers_and_texts(turn: cd.Sweep, grid: cd.Sweep) -> Non
                 "force": "see coordinate load_shaft_out_force",
                 "moment": [1.0, 2.0, 3.0],
                 "frame": "world",
+                "point": [0.0, 0.0, 0.0],
             },
         }
         assert attributes["gravity"] == [0.0, 0.0, -9.81]
