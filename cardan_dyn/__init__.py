@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from .simulation.events import Event
     from .simulation.trajectory import Trajectory
     from .studies.study import study
+    from .time_left import progress
     from .viewer.viewing import View, view
 
 _MODULES = {
@@ -113,6 +114,7 @@ _MODULES = {
     "describe": ".scene.describe",
     "described_elements": ".elements.described",
     "load": ".mechanism.mechanism",
+    "progress": ".time_left",
     "study": ".studies.study",
     "view": ".viewer.viewing",
     "write": ".scene.assembling",
@@ -176,6 +178,7 @@ __all__ = [
     "drive_lines",
     "figures",
     "load",
+    "progress",
     "studies",
     "study",
     "vibration",

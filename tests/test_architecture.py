@@ -8,7 +8,7 @@ PACKAGE = ROOT / "cardan_dyn"
 
 FLOORS = (
     ("_version", "arrays", "errors"),
-    ("checks", "frozen", "markup", "units"),
+    ("checks", "frozen", "markup", "time_left", "units"),
     ("figures",),
     ("description",),
     ("mechanism",),

@@ -17,6 +17,7 @@ from ..errors import ArgumentError
 from ..frozen import read_only
 from ..results.result import Result
 from ..results.table import Table
+from ..time_left import Task
 from .arguments import scene_of, speed_of
 from .joint_arguments import Lengths, Stiffnesses
 from .row_tables import variable
@@ -158,13 +159,16 @@ def scan_map(
     for key in designs:
         if key not in scene.held:
             raise ArgumentError(f"{key!r} is not held by the scene, and cannot take positions")
-    scans = []
-    for index in range(counts.pop()):
-        design = scene.replace(held={key: values[index] for key, values in designs.items()})
-        scanner = Scanner(
-            design, name, bearings, clearance, stiffness, radius, damping_ratio, start, rotor
-        )
-        scans.append(tuple(scanner.scan(value)[name] for value in every))
+    scans: list[tuple[JointScan, ...]] = []
+    count = counts.pop()
+    with Task("scans", count) as task:
+        for index in range(count):
+            design = scene.replace(held={key: values[index] for key, values in designs.items()})
+            scanner = Scanner(
+                design, name, bearings, clearance, stiffness, radius, damping_ratio, start, rotor
+            )
+            scans.append(tuple(scanner.scan(value)[name] for value in every))
+            task.tell(len(scans))
     kept = {key: read_only(values) for key, values in designs.items()}
     named = scene.mechanism.coordinates.named
     units = {key: "m" if named[key].slides else "rad" for key in designs}

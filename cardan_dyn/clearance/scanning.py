@@ -22,6 +22,7 @@ from ..checks import flag
 from ..elements.contact_laws import LinearContact
 from ..errors import ArgumentError, CardanError
 from ..frozen import read_only
+from ..time_left import Task
 from .arguments import damping_ratio_of, made_of, scene_of, speed_of, start_of
 from .comparing import compare
 from .forces import ForceCourse, ForceSource, Swing
@@ -416,29 +417,31 @@ def _verified(
     """Return reversals beside simulations, and joints of which there is none to why."""
     items: list[ComparedReversal] = []
     failed: dict[str, str] = {}
-    for name in scanned.ranking:
-        joint = scanned[name]
-        if joint.worst is None:
-            continue
-        pins = list(joint.clearance)
-        if joint.radius and len(joint.bearings) < 2 * len(pins):
-            failed[name] = "a simulation opens both bearings of a pin"
-            continue
-        try:
-            simulation = simulate(
-                scene,
-                scanned.speed,
-                joints=pins,
-                clearance=joint.clearance,
-                law={pin: _law(joint, pin) for pin in pins},
-                radius=joint.radius or None,
-                rotor=rotor,
-                turns=_VERIFIED * period / (2.0 * np.pi),
-                rtol=_VERIFIED_TO,
-            )
-            items += compare(scanned, simulation)
-        except CardanError as error:
-            failed[name] = str(error)
+    with Task("simulating joints", len(scanned.ranking)) as task:
+        for done, name in enumerate(scanned.ranking):
+            task.tell(done)
+            joint = scanned[name]
+            if joint.worst is None:
+                continue
+            pins = list(joint.clearance)
+            if joint.radius and len(joint.bearings) < 2 * len(pins):
+                failed[name] = "a simulation opens both bearings of a pin"
+                continue
+            try:
+                simulation = simulate(
+                    scene,
+                    scanned.speed,
+                    joints=pins,
+                    clearance=joint.clearance,
+                    law={pin: _law(joint, pin) for pin in pins},
+                    radius=joint.radius or None,
+                    rotor=rotor,
+                    turns=_VERIFIED * period / (2.0 * np.pi),
+                    rtol=_VERIFIED_TO,
+                )
+                items += compare(scanned, simulation)
+            except CardanError as error:
+                failed[name] = str(error)
     return ScanComparison(items), failed
 
 

@@ -55,7 +55,7 @@ def simulate(
     position: float | None = None,
     max_touches: int = 100_000,
     rtol: float = 1e-10,
-    progress: bool | Callable[[float], object] = False,
+    progress: bool | Callable[[float], object] | None = None,
 ) -> ContactSimulation:
     """Simulate a mechanism whose pins have clearance in their bushes.
 
@@ -82,7 +82,8 @@ def simulate(
         position: of the drive where it begins [rad]; far from reversals of forces if None.
         max_touches: of pins and walls after which it ends with what it has.
         rtol: relative tolerance of each step.
-        progress: True for a bar, or a function of the fraction done.
+        progress: whether to show how far it is; in terminals and notebooks if None. Or a function
+            of the fraction done.
 
     Raises:
         ArgumentError: a value is out of range, or the scene has several drives.

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..proof.residuals import Residuals
+from ..time_left import Task
 from .inverse_dynamics import Solution, refuse_overflow
 from .velocity_ratios import VelocityRatios
 
@@ -49,12 +50,14 @@ def collected(
 
     def solved(blocks: range) -> Evidence:
         evidence = Evidence()
-        for index in blocks:
-            block = solve(index)
-            rows.put(spans[index], kept(block, keeps_rates))
-            evidence.add(block, positions_of(index))
-            if block.velocity_ratios is not None:
-                evidence.moved = block.velocity_ratios.moved
+        with Task("sweep", len(blocks)) as task:
+            for index in blocks:
+                block = solve(index)
+                rows.put(spans[index], kept(block, keeps_rates))
+                evidence.add(block, positions_of(index))
+                if block.velocity_ratios is not None:
+                    evidence.moved = block.velocity_ratios.moved
+                task.tell(index - blocks.start + 1)
         return evidence
 
     if len(shares) == 1:

@@ -613,7 +613,7 @@ class Scene(Prescribed):
         settle: bool = False,
         events: Any = (),
         max_touches: int = 100_000,
-        progress: bool | Callable[[float], object] = False,
+        progress: bool | Callable[[float], object] | None = None,
     ) -> Trajectory:
         """Simulate how the free coordinates of the scene move.
 
@@ -640,8 +640,9 @@ class Scene(Prescribed):
             settle: start where the fast modes of stiff springs rest, near the given start.
             events: `Event`, or functions like those of loads that pass through zero.
             max_touches: touches of pins with clearance (`PinContact`) after which it ends.
-            progress: True for a bar, or a function of the fraction done, or of that and of what is
-                to be said, such as that steps are many and when they would end.
+            progress: whether to show how far it is; in terminals and notebooks if None. Or a
+                function of the fraction done, or of that and of what is to be said, such as that
+                steps are many and when they would end.
 
         Raises:
             ArgumentError: a value is not finite or out of range, start values that contradict each

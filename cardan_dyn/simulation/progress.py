@@ -1,4 +1,4 @@
-"""Progress: how far a simulation got, as a bar or as calls of a function."""
+"""Progress: how far a simulation got, as a line with the time left or as calls of a function."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 from ..checks import described
 from ..errors import ArgumentError
+from ..time_left import Task
 
 _MANY = 100_000
 """Steps of a simulation from which on it is said how many there will be, and when it would end."""
@@ -26,8 +27,8 @@ class Progress:
         """Make it.
 
         Args:
-            wanted: True for a bar, a function of the fraction done, or of that and of what is said
-                beside it, or False.
+            wanted: True or False, None for where somebody looks (see `time_left`); or a function
+                of the fraction done, or of that and of what is said beside it.
             duration: of the simulation [s].
 
         Raises:
@@ -35,12 +36,12 @@ class Progress:
         """
         self._duration = duration
         self._function = wanted if callable(wanted) else None
-        self._has_bar = wanted is True
-        self._bar: Any = None
+        self._wanted = wanted
+        self._task: Task | None = None
         self.notes: tuple[str, ...] = ()
         self._takes_note = self._function is not None and _takes_two(self._function)
         self._steps, self._mark = 0, (0.0, clock.monotonic())
-        if self._function is None and not isinstance(wanted, bool):
+        if self._function is None and not (wanted is None or isinstance(wanted, bool)):
             raise ArgumentError(f"progress is {described(wanted)}, expected a bool or a function")
 
     def show(self, time: float) -> None:
@@ -49,11 +50,10 @@ class Progress:
             self._function(time / self._duration, "; ".join(self.notes))
         elif self._function is not None:
             self._function(time / self._duration)
-        elif self._has_bar:
-            if self._bar is None:
-                self._start_bar()
-            said = "; ".join(("simulating", *self.notes))
-            self._bar.update(self._task, completed=time, description=said)
+        elif self._wanted is not False:
+            if self._task is None:
+                self._task = Task("simulation", self._duration, self._wanted)
+            self._task.tell(time, "; ".join(self.notes))
 
     def step(self, time: float) -> None:
         """Show that a step reached a time [s], and reckon how many there will be."""
@@ -72,17 +72,10 @@ class Progress:
             self._mark = time, now
         self.show(time)
 
-    def _start_bar(self) -> None:
-        from rich.progress import Progress as Bar  # Few simulations show one.
-
-        self._bar = Bar()
-        self._task = self._bar.add_task("simulating", total=self._duration)
-        self._bar.start()
-
     def close(self) -> None:
-        """Take the bar off."""
-        if self._bar is not None:
-            self._bar.stop()
+        """Take the line off."""
+        if self._task is not None:
+            self._task.close()
 
 
 def _takes_two(function: Any) -> bool:

@@ -142,7 +142,7 @@ def setup_of(
     settle: Any = False,
     events: Any = (),
     max_touches: Any = 100_000,
-    progress: Any = False,
+    progress: Any = None,
 ) -> Setup:
     """Return a simulation after all its arguments were checked, but for the method.
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+from ..time_left import Task, is_watched
 
 Told = Callable[[int, int], None]
 """Takes the number of cases that are done and that failed, of all."""
@@ -12,53 +15,28 @@ Told = Callable[[int, int], None]
 
 @contextmanager
 def shown(wanted: bool | Told | None, total: int, done: int, note: str = "") -> Iterator[Told]:
-    """Show a bar in a terminal or notebook.
+    """Show a line in a terminal or notebook.
 
     Args:
-        wanted: True or False; a function that is told instead; None for a bar where somebody looks.
+        wanted: True or False; a function that is told instead; None for where somebody looks.
         total: number of cases.
         done: of them, before anything is computed.
-        note: what is said above the bar.
+        note: what is said above it.
     """
     if callable(wanted):
         yield wanted
         return
-    if wanted is None:
-        wanted = sys.stderr.isatty() or "ipykernel" in sys.modules
-    if not wanted:
-        yield lambda done, failed: None
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        ProgressColumn,
-        Task,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-    from rich.text import Text
+    if note and (is_watched() if wanted is None else wanted):
+        print(note, file=sys.stderr)
+    begun = time.monotonic()
+    with Task("study", total - done, wanted) as task:
 
-    class Rate(ProgressColumn):
-        """Cases per second."""
+        def told(now: int, failed: int) -> None:
+            def said() -> str:
+                rate = (now - done) / max(time.monotonic() - begun, 1e-9)
+                text = f"{now:,} of {total:,} cases, {rate:.3g}/s"
+                return f"{text}, {failed:,} failed" if failed else text
 
-        def render(self, task: Task) -> Text:
-            return Text(f"{task.speed:.3g}/s" if task.speed else "")
-
-    columns = (
-        TextColumn("{task.completed:,.0f} of {task.total:,.0f} cases"),
-        BarColumn(),
-        TextColumn("{task.percentage:.0f} %"),
-        Rate(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[failed]}", style="red"),
-    )
-    with Progress(*columns, console=Console(stderr="ipykernel" not in sys.modules)) as bar:
-        if note:
-            bar.console.print(note, markup=False)
-        task = bar.add_task("", total=total, completed=done, failed="")
-
-        def told(done: int, failed: int) -> None:
-            bar.update(task, completed=done, failed=f"{failed} failed" if failed else "")
+            task.tell(now - done, said)
 
         yield told

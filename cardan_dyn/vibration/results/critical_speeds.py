@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from ...checks import flag, positives
 from ...errors import ArgumentError
 from ...results.plot import Plot
 from ...results.table import Table
+from ...time_left import Task
 from ..model.modes import sense_name
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import speeds_of
@@ -318,8 +319,10 @@ def _resonances(
 ) -> list[tuple[CriticalSpeed, Resonance]]:
     """Return the resonances that lie between two speeds."""
     found = []
-    for order in orders:
-        for mode in range(modes.frequency.shape[1]):
+    waves = list(product(orders, range(modes.frequency.shape[1])))
+    with Task("resonances", len(waves)) as task:
+        for done, (order, mode) in enumerate(waves):
+            task.tell(done)
             for crossing in crossings(search, modes, order, mode):
                 # One beyond an end may lean into the range.
                 if not (low - _ASIDE * abs(low) <= crossing.speed <= high + _ASIDE * abs(high)):

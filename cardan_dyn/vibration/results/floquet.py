@@ -14,6 +14,7 @@ from ...dynamics.workers import in_order, shares_of
 from ...errors import ArgumentError
 from ...results.plot import Plot, own_options
 from ...results.table import Table
+from ...time_left import Task
 from ..model.rotating_scene import rotating_scene, speeds_of
 from ..motions.correction import refuse_unheld
 from ..motions.search import MotionSearch
@@ -216,12 +217,14 @@ def floquet(
 
     def work(share: range) -> list[_Done]:
         found = []
-        for design in share:
-            rotating = first
-            if designs:
-                places = {name: float(values[design]) for name, values in designs.items()}
-                rotating = rotating_scene(scene.replace(held=places))
-            found.append(_of_design(MotionSearch(rotating, max_amplitude), speeds, edges))
+        with Task("stability", len(share)) as task:
+            for design in share:
+                rotating = first
+                if designs:
+                    places = {name: float(values[design]) for name, values in designs.items()}
+                    rotating = rotating_scene(scene.replace(held=places))
+                found.append(_of_design(MotionSearch(rotating, max_amplitude), speeds, edges))
+                task.tell(len(found))
         return found
 
     done = [item for part in in_order(work, shares_of(count, workers)) for item in part]
