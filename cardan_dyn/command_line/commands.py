@@ -174,6 +174,25 @@ def view(
 @click.option("--teeth", type=click.IntRange(2), help="Forks can be turned by 360°/TEETH alone.")
 @options.written("--page", "page", "Write one HTML page with data, figures and verdict.")
 @click.option("--scene/--no-scene", default=True, help="Put the turning scene on the page.")
+@click.option(
+    "--units",
+    type=click.Choice(["si", "imperial"]),
+    default="si",
+    show_default=True,
+    help="Units of the page.",
+)
+@click.option(
+    "--language",
+    type=click.Choice(["en", "de"]),
+    default="en",
+    show_default=True,
+    help="Language of the page.",
+)
+@click.option("--project", metavar="TEXT", help="What the page says at its head; see [report].")
+@click.option("--customer", metavar="TEXT", help="Likewise.")
+@click.option("--author", metavar="TEXT", help="Likewise.")
+@click.option("--revision", metavar="TEXT", help="Likewise.")
+@click.option("--date", metavar="YYYY-MM-DD", help="Likewise; today without.")
 @options.figures
 @click.option("--view", "watch", is_flag=True, help="Watch the line turn, in a browser.")
 @options.written("--export", "file", "Write the turning scene as one HTML file.")
@@ -190,6 +209,13 @@ def driveline(
     teeth: int | None,
     page: Path | None,
     scene: bool,
+    units: str,
+    language: str,
+    project: str | None,
+    customer: str | None,
+    author: str | None,
+    revision: str | None,
+    date: str | None,
     directory: Path | None,
     watch: bool,
     file: Path | None,
@@ -220,6 +246,13 @@ def driveline(
         limits=limits,
         optimise=optimise_phases,
         teeth=teeth,
+        title_block={
+            "project": project,
+            "customer": customer,
+            "author": author,
+            "revision": revision,
+            "date": date,
+        },
     )
     run(
         found,
@@ -228,6 +261,8 @@ def driveline(
         directory=directory,
         file=file,
         as_text=not as_json,
+        language=language,
+        units=units,
     )
     if watch:
         from ..report.drive_line_page import scene as turning

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import click
 import numpy as np
 
-from ..drive_lines import DriveLine
+from ..drive_lines import DriveLine, TitleBlock
+from ..drive_lines.wording import Wording
 from ..errors import ArgumentError
-from ..report.drive_line_page import (
-    LineReport,
+from ..report.drive_line_page import LineReport, save_figures, scene, write
+from ..report.line_tables import (
+    Listing,
     best_forks,
-    joint_rows,
-    phasing_rows,
+    joint_listing,
+    phasing_listing,
     phasing_text,
-    save_figures,
-    scene,
-    shaft_rows,
-    write,
+    shaft_listing,
 )
 from . import quantities
 from .showing import export
@@ -37,6 +38,8 @@ def run(
     directory: Path | None,
     file: Path | None,
     as_text: bool,
+    language: str = "en",
+    units: str = "si",
 ) -> None:
     """Print a report and write what is wanted.
 
@@ -47,6 +50,8 @@ def run(
         directory: of the figures.
         file: path of the turning scene.
         as_text: print tables; JSON otherwise.
+        language: of the page, see `Wording`.
+        units: of the page, likewise.
 
     Raises:
         MissingExtraError: an extra is not installed.
@@ -60,7 +65,7 @@ def run(
         save_figures(report, directory)
         click.echo(f"Figures: {directory}", err=not as_text)
     if page is not None:
-        write(report, page, with_scene=with_scene)
+        write(report, page, with_scene=with_scene, language=language, units=units)
         click.echo(f"Page: {page}", err=not as_text)
     if file is not None:
         export(scene(report), file, aside=not as_text)
@@ -74,6 +79,7 @@ def report_on(
     limits: tuple[str, ...],
     optimise: bool,
     teeth: int | None,
+    title_block: Mapping[str, str | None] = MappingProxyType({}),
 ) -> LineReport:
     """Return the report on a line.
 
@@ -85,6 +91,7 @@ def report_on(
         limits: as NAME=VALUE, see `quantities.limits` and `DriveLine.verdict`.
         optimise: take the best forks.
         teeth: on which forks can be turned; they are free unless given.
+        title_block: fields of `TitleBlock` that replace those of the file; None leaves them.
 
     Raises:
         ArgumentError: there is no speed or torque.
@@ -94,6 +101,9 @@ def report_on(
     line = DriveLine.from_toml(source)
     changes = {"speed": speed, "torque": torque}
     line = line.replace(**{name: value for name, value in changes.items() if value is not None})
+    said = {name: value for name, value in title_block.items() if value is not None}
+    if said:
+        line = line.replace(report=dataclasses.replace(line.report or TitleBlock(), **said))
     phasing = best_forks(line, teeth)
     if optimise and phasing is not None:
         line = phasing.line
@@ -109,14 +119,12 @@ def report_on(
 
 def print_report(report: LineReport) -> None:
     """Print joints, shafts, forks and the verdict."""
-    line = report.line
-    shaft_headings = ("shaft", "length", "side", "plan", "fork\noffset", "tube", "bearings\nat")
-    show(shaft_headings, shaft_rows(line), title=f"{line.name}: shafts", texts=(0, 5, 6))
-    joint_headings = ("joint", "size", "side", "plan", "angle β", "plane\noffset", "fork\nphase")
-    show(joint_headings, joint_rows(line), title="joints")
-    say(phasing_text(report.phasing))
+    wording = Wording()
+    for listing in (shaft_listing(report.line, wording), joint_listing(report.line, wording)):
+        _show(listing, f"{report.line.name}: ")
+    say(phasing_text(report.phasing, wording))
     if report.phasing is not None and report.phasing.value < report.phasing.given_value:
-        show(("shaft", "given", "best"), phasing_rows(report.phasing), title="forks")
+        _show(phasing_listing(report.phasing, wording))
     _print_verdict(report)
     say(f"Verdict: {report.verdict.summary}")
     for text in report.verdict.remarks:
@@ -127,6 +135,12 @@ def print_report(report: LineReport) -> None:
             f"FAIL {place}: {row.quantity} {row.texts[3]}, limit {row.texts[5]} ({row.source})",
             "red",
         )
+
+
+def _show(listing: Listing, lead: str = "") -> None:
+    texts = tuple(range(listing.left))
+    headings = [heading.replace(" [", "\n[") for heading in listing.header]
+    show(headings, listing.rows, title=lead + listing.caption, texts=texts)
 
 
 def _print_verdict(report: LineReport) -> None:

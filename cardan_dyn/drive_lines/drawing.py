@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import textwrap
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ModelError
 from ..figures.style import (
     Axes,
     Figure,
@@ -20,57 +22,107 @@ from ..figures.style import (
     sheet,
     wrapped,
 )
+from .line.supports import Support, spline_distance, supports
+from .wording import Wording
 
 if TYPE_CHECKING:
     from .line.data import LineData
 
-_SIZE = (8.4, 6.0)
-_STUB = 0.22
+_WIDTH = 6.8
+"""Width of the arrangement on paper [inch]."""
+_PANEL = 6.0
+"""Width of its axes without their labels [inch]."""
+_TALLEST = 3.0
+"""Greatest height of a line in one view [inch]."""
+_STUB = 0.12
 """Length of an end shaft that has none, relative to all intermediate shafts."""
-_ROOM = 0.06
+_ROOM = 0.04
 """Room around the line, relative to its length."""
-_FLATTEST = 0.04
-"""Least height of a view, relative to the line's length."""
-_FIRST, _ROW = 0.12, 0.38
-"""Distance of the first row of labels from the line, and height of a row, relative to the height of
-the line in its view."""
-_LETTER, _FILLED = 0.6, 0.82
-"""Mean width of a letter in font sizes, and part of a figure's width that its axes fill."""
 _SMALL = 8
+_LETTER = 0.6
+"""Width of a letter, relative to the size of the font; those of browsers are no wider."""
+_LINE_PITCH = 1.25
+"""Distance of lines of text, relative to the size of the font."""
+_LONGEST_NAME = 18
+"""Letters of a name in one line."""
+_MARKER = 7.0
+"""Size of a bearing [pt]."""
+_GAP = 8.0
+"""Between labels, and between them and the line [pt]."""
 
 
 @in_look
 def arrangement(
-    line: LineData, *, title: str = "", ax: Into = None, figsize: Size | None = None
+    line: LineData,
+    *,
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
+    wording: Wording | None = None,
 ) -> Figure:
-    """Draw a line at rest, seen from its right side and from above.
+    """Draw a line at rest, seen from its right side and from above, to one scale.
 
-    Across the line the scale is larger than along it. Joints are circles with their joint angles β,
-    and with their bends in this view; bearings are triangles; intermediate shafts are told with
-    their fork offsets.
+    Shafts are drawn in the diameter of their tubes and crosses in their span, else in a size that
+    goes with the line. Forks stand as they do while the pin of the input fork is horizontal.
+    Splines have sleeves; bearings are triangles, filled where they are locating; joints of constant
+    velocity are balls. Joints are told with their joint angles β and their bends in this view,
+    shafts with their lengths in the side view and with their fork offsets in the plan view.
 
     Args:
         line: the line.
         title: of the figure; the name of the line unless given.
         ax: two axes to be drawn into instead of a new figure.
         figsize: width and height of a new figure [inch].
+        wording: language and units; English and SI unless given.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         ArgumentError: other than two axes.
     """
-    points = line_points(line)
-    drawn = sheet(2, size=_SIZE, share_x=True, ax=ax, figsize=figsize)
-    height = max(
-        float(np.ptp(points[:, 1:], axis=0).max()), _FLATTEST * float(np.ptp(points[:, 0]))
-    )
-    for panel, axis, label in zip(
-        drawn.panels, (2, 1), ("up, side view [m]", "left, plan view [m]"), strict=True
-    ):
-        _view(panel, line, points[:, [0, axis]], axis, height)
-        panel.set_ylabel(label)
-    drawn.panels[-1].set_xlabel("forward [m]")
-    return drawn.finish(title or line.name)
+    wording = wording or Wording()
+    unit = wording.measure("length").factor
+    points = line_points(line) * unit
+    parts = solids(line)
+    extent = np.concatenate([points, *(part.points.reshape(-1, 3) * unit for part in parts)])
+    low, high = extent.min(axis=0), extent.max(axis=0)
+    room = _ROOM * float(high[0] - low[0])
+    tall = float(max(high[1] - low[1], high[2] - low[2]))
+    # Units per inch, so that neither view is wider or taller than its room.
+    scale = max((high[0] - low[0] + 2.0 * room) / _PANEL, tall / _TALLEST)
+    middle = (low + high) / 2.0
+    xlim = middle[0] - scale * _PANEL / 2.0, middle[0] + scale * _PANEL / 2.0
+    views = []
+    for axis in (2, 1):
+        above = _rows(_joint_labels(line, points, axis, wording), xlim, scale)
+        below = _rows(_shaft_labels(line, points, axis, wording), xlim, scale)
+        views.append((axis, above, below))
+    heights = [
+        (high[axis] - low[axis]) / scale + (_height(above) + _height(below) + 4 * _GAP) / 72.0
+        for axis, above, below in views
+    ]
+    size = (_WIDTH, sum(heights) + 1.2)
+    drawn = sheet(2, size=size, share_x=True, ax=ax, figsize=figsize)
+    if drawn.is_new:
+        drawn.panels[0].get_gridspec().set_height_ratios(heights)
+    length = wording.unit("length")
+    for panel, (axis, above, below) in zip(drawn.panels, views, strict=True):
+        _view(panel, line, parts, points, axis, unit, scale)
+        name, side = ("side view", "up") if axis == 2 else ("plan view", "left")
+        panel.set_ylabel(f"{wording(name)}\n{wording(side)}{length}")
+        panel.set_xlim(*xlim)
+        half = (high[axis] - low[axis]) / 2.0 + scale * _GAP / 72.0
+        tops = middle[axis] + half, middle[axis] - half
+        _write(panel, above, tops[0], scale, 1.0)
+        _write(panel, below, tops[1], scale, -1.0)
+        panel.set_ylim(
+            tops[1] - scale * (_height(below) + _GAP) / 72.0,
+            tops[0] + scale * (_height(above) + _GAP) / 72.0,
+        )
+        panel.set_aspect("equal")
+        panel.xaxis.set_major_formatter(_ticks(wording))
+        panel.yaxis.set_major_formatter(_ticks(wording))
+    drawn.panels[-1].set_xlabel(wording("forward") + length)
+    return drawn.finish(title or line.name, 0)
 
 
 def line_points(line: LineData) -> Array:
@@ -80,7 +132,7 @@ def line_points(line: LineData) -> Array:
     """
     found = line.geometry
     inner = found.lengths[1:-1]
-    stub = _STUB * float(inner.sum()) if inner.size else 1.0
+    stub = _STUB * float(inner.sum()) if inner.size else 6.0 * nominal_diameter(line)
     ends = []
     for end in (0, -1):
         length = float(found.lengths[end])
@@ -91,84 +143,343 @@ def line_points(line: LineData) -> Array:
     return np.vstack([first, found.centres, last])
 
 
-def _view(panel: Axes, line: LineData, points: Array, axis: int, height: float) -> None:
-    """Draw one view: points `(n + 2, 2)`, in axes as high as the line and its labels."""
-    length = float(np.ptp(points[:, 0]))
-    middle = 0.5 * float(points[:, 1].min() + points[:, 1].max())
-    shafts = []
-    for k, name in enumerate(line.shaft_names):
-        style = line_style(k)
-        panel.plot(*points[k : k + 2].T, linewidth=3.0, color=style["color"], zorder=2)
-        offset = "" if k in (0, line.count) else f"\nfork {_degrees(line.fork_offsets[k - 1])}"
-        shafts.append((points[k : k + 2].mean(axis=0), name + offset, style["color"]))
-    views = line.geometry.views[:, 1 if axis == 2 else 0]
-    joints = []
-    for k, centre in enumerate(points[1:-1]):
-        panel.plot(*centre, "o", markersize=9, mfc="white", mec="black", zorder=3)
-        text = f"β{k + 1} = {_degrees(line.joint_angles[k])}\nhere {_degrees(views[k])}"
-        joints.append((centre, text, "black"))
-    places = _bearings(line)[:, [0, axis]]
-    panel.plot(*places.T, "^", markersize=8, color="0.25", zorder=3)
-    panel.set_xlim(points[0, 0] - _ROOM * length, points[-1, 0] + _ROOM * length)
-    low, high = middle - 0.5 * height, middle + 0.5 * height
-    above, below = (
-        _in_rows(panel, items, side, (low, high), (1.0 + 2.0 * _ROOM) * length)
-        for items, side in ((joints, 1.0), (shafts, -1.0))
-    )
-    panel.set_ylim(low - below * height, high + above * height)
-    panel.set_aspect("auto")
+class _Label(NamedTuple):
+    """A text at a place along the line [in units of the drawing], and what of the line it tells."""
+
+    at: float
+    text: str
+    target: float
 
 
-def _in_rows(
-    panel: Axes,
-    items: list[tuple[Array, str, Any]],
-    side: float,
-    ends: tuple[float, float],
-    length: float,
-) -> float:
-    """Write labels above (`side` 1) or below a line, in rows in which none covers another one.
-
-    Returns:
-        Height of all rows, relative to that of the line.
-    """
-    height = ends[1] - ends[0]
-    letter = _LETTER * _SMALL / (72.0 * _FILLED * float(panel.figure.get_figwidth())) * length
-    filled: list[float] = []
-    for point, text, color in sorted(items, key=lambda item: float(item[0][0])):
-        half = 0.5 * letter * max(map(len, text.split("\n")))
-        start = float(point[0]) - half
-        row = next((row for row, end in enumerate(filled) if end <= start), len(filled))
-        filled[row : row + 1] = [start + 2.0 * half + letter]
-        foot = ends[1] if side > 0.0 else ends[0]
-        at = foot + side * (_FIRST + _ROW * row) * height
-        panel.annotate(
-            text,
-            point,
-            xytext=(point[0], at),
-            ha="center",
-            va="bottom" if side > 0.0 else "top",
-            fontsize=_SMALL,
-            color=color,
-            arrowprops={"arrowstyle": "-", "color": "0.75", "linewidth": 0.7, "shrinkA": 1},
-            zorder=1,
+def _joint_labels(line: LineData, points: Array, axis: int, wording: Wording) -> list[_Label]:
+    bends = line.geometry.views[:, 1 if axis == 2 else 0]
+    return [
+        _Label(
+            point[0],
+            f"β{k} = {_angle(line.joint_angles[k - 1], wording)}\n"
+            + wording("here {angle}", angle=_angle(bends[k - 1], wording)),
+            point[axis],
         )
-    return _FIRST + _ROW * max(len(filled), 1)
+        for k, point in enumerate(points[1:-1], 1)
+    ]
 
 
-def _bearings(line: LineData) -> Array:
-    """Return the places of all bearings `(m, 3)` [m]."""
-    found = line.geometry
-    places = np.zeros((0, 3))
+def _shaft_labels(line: LineData, points: Array, axis: int, wording: Wording) -> list[_Label]:
+    found = []
+    for k, name in enumerate(line.shaft_names):
+        middle = points[k : k + 2].mean(axis=0)
+        text = "\n".join(textwrap.wrap(name, _LONGEST_NAME) or [name])
+        length = float(line.geometry.lengths[k])
+        if axis == 2 and np.isfinite(length):
+            text += "\n" + wording.with_unit(wording.fixed(length, "length"), "length")
+        elif axis == 1 and 0 < k < line.count:
+            offset = _angle(line.fork_offsets[k - 1], wording)
+            text += "\n" + wording("fork {angle}", angle=offset)
+        found.append(_Label(middle[0], text, middle[axis]))
+    return found
+
+
+def _angle(angle: float, wording: Wording) -> str:
+    return wording.with_unit(wording.fixed(float(angle), "angle"), "angle")
+
+
+def _rows(labels: list[_Label], xlim: tuple[float, float], scale: float) -> list[list[_Label]]:
+    """Return labels in rows, away from the line, in which none is over another."""
+    rows: list[list[_Label]] = []
+    ends: list[float] = []
+    for label in labels:
+        longest = max(map(len, label.text.split("\n")))
+        half = scale * _LETTER * _SMALL * longest / 2.0 / 72.0
+        at = min(max(label.at, xlim[0] + half), max(xlim[1] - half, xlim[0] + half))
+        free = (row for row, end in enumerate(ends) if at - half > end)
+        row = next(free, len(rows))
+        if row == len(rows):
+            rows.append([])
+            ends.append(0.0)
+        rows[row].append(label._replace(at=at))
+        ends[row] = at + half + scale * _GAP / 72.0
+    return rows
+
+
+def _height(rows: list[list[_Label]]) -> float:
+    """Return the height of rows of labels [pt]."""
+    lines = (max(label.text.count("\n") + 1 for label in row) for row in rows)
+    return sum(_SMALL * _LINE_PITCH * count + _GAP for count in lines)
+
+
+def _write(panel: Axes, rows: list[list[_Label]], start: float, scale: float, way: float) -> None:
+    """Write rows of labels from a height on upwards (1) or downwards (-1), led to their places."""
+    for index, row in enumerate(rows):
+        height = start + way * scale * _height(rows[:index]) / 72.0
+        for label in row:
+            panel.annotate(
+                label.text,
+                (label.at, label.target),
+                (label.at, height),
+                ha="center",
+                va="bottom" if way > 0.0 else "top",
+                fontsize=_SMALL,
+                arrowprops={"arrowstyle": "-", "linewidth": 0.6, "color": "0.6", "shrinkB": 5},
+                linespacing=_LINE_PITCH,
+                zorder=6,
+            )
+
+
+def _view(
+    panel: Axes,
+    line: LineData,
+    parts: list[Solid],
+    points: Array,
+    axis: int,
+    unit: float,
+    scale: float,
+) -> None:
+    """Draw one view of the solids, those behind first, and the bearings."""
+    chosen = [0, axis]
+    # Seen from the right side, what lies to the left is behind; from above, what lies below.
+    depth, nearness = (1, -1.0) if axis == 2 else (2, 1.0)
+    for part in sorted(parts, key=lambda part: nearness * float(part.points[:, depth].mean())):
+        panel.fill(
+            *(hull(part.points[:, chosen]) * unit).T,
+            facecolor=part.color,
+            edgecolor="0.15",
+            linewidth=0.6,
+            zorder=2,
+        )
+    for k in range(len(points) - 1):
+        ends = points[k : k + 2, chosen]
+        panel.plot(*ends.T, color="0.35", linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=4)
+    for item in supports_or_none(line):
+        place, radius = _bearing_place(line, item)
+        panel.plot(
+            place[0] * unit,
+            (place[axis] - radius) * unit - scale * _MARKER / 2.0 / 72.0,
+            marker="^",
+            markersize=_MARKER,
+            color="black",
+            markerfacecolor="black" if item.locating else "white",
+            linestyle="none",
+            zorder=5,
+        )
+
+
+class Solid(NamedTuple):
+    """A convex part of the drawing: points `(p, 3)` [m] whose hull it is, and its colour."""
+
+    points: Array
+    color: str
+
+
+def solids(line: LineData) -> list[Solid]:
+    """Return what a line is drawn of: shafts, forks, crosses, sleeves, at rotation zero."""
+    found, points = line.geometry, line_points(line)
+    shapes: list[Solid] = []
+    radii = shaft_radii(line)
+    spans = joint_radii(line, radii)
+    front, rear = fork_pins(line)
     for k, shaft in enumerate(line.shafts):
-        for item in shaft.bearings:
-            along = -item.distance if k == 0 else item.distance
-            place = found.centres[max(k - 1, 0)] + along * found.directions[k]
-            places = np.vstack([places, place])
-    return places
+        axis, color = found.directions[k], _tint(line_style(k)["color"])
+        length = float(np.linalg.norm(points[k + 1] - points[k]))
+        begin, end = 0.0, length
+        for at_rear in (False, True):
+            joint = k if at_rear else k - 1
+            if not 0 <= joint < line.count:
+                continue
+            span = spans[joint]
+            depth = min(_FORK_DEPTH * span, 0.45 * length)
+            centre = found.centres[joint]
+            way = -axis if at_rear else axis
+            if line.even[joint]:
+                if at_rear:
+                    shapes.append(Solid(_ball(centre, span), _tint("#666666")))
+                depth = 0.8 * span
+            else:
+                pin = (rear if at_rear else front)[k]
+                shapes += _fork(centre, way, pin, span, depth, radii[k], color)
+                shapes.append(
+                    Solid(_rod(centre - span * pin, centre + span * pin, 0.2 * span), "0.85")
+                )
+            if at_rear:
+                end = length - 0.8 * depth
+            else:
+                begin = 0.8 * depth
+        start = points[k]
+        if end > begin:
+            body = _rod(start + begin * axis, start + end * axis, radii[k])
+            shapes.append(Solid(body, color))
+        if shaft.spline is not None:
+            place = spline_distance(line, k)
+            half = 0.5 * (shaft.spline.profile or 3.0 * radii[k])
+            low, high = max(place - half, begin), min(place + half, end)
+            if high > low:
+                sleeve = _rod(start + low * axis, start + high * axis, 1.2 * radii[k])
+                shapes.append(Solid(sleeve, color))
+    return shapes
 
 
-def _degrees(angle: float) -> str:
-    return f"{np.degrees(angle):.2f}°".replace("-0.00", "0.00")
+def fork_pins(line: LineData) -> tuple[Array, Array]:
+    """Return directions of the pins in the forks of all shafts at rotation zero, `(n + 1, 3)` each.
+
+    First those of the forks at their fronts, then at their rears. The input shaft has no front
+    fork, the output shaft no rear one: these are NaN.
+    """
+    frames, rotations = line.geometry.frames, line.zero.rotations
+    front, rear = np.full((2, line.count + 1, 3), np.nan)
+    for k in range(line.count + 1):
+        # The pin of the front fork is along z, that of the input fork along y.
+        angle = float(rotations[k]) + (np.pi / 2 if k else 0.0)
+        offset = float(line.fork_offsets[k - 1]) if 0 < k < line.count else 0.0
+        for pins, turn in ((front, angle), (rear, angle + offset)):
+            pins[k] = frames[k] @ [0.0, np.cos(turn), np.sin(turn)]
+    front[0], rear[-1] = np.nan, np.nan
+    return front, rear
+
+
+def shaft_radii(line: LineData) -> list[float]:
+    """Return the radius of each shaft [m]; one that goes with the line without a tube."""
+    plain = nominal_diameter(line) / 2.0
+    return [shaft.tube.outer_diameter / 2.0 if shaft.tube else plain for shaft in line.shafts]
+
+
+def nominal_diameter(line: LineData) -> float:
+    """Return a diameter that goes with a line [m], for shafts without a tube."""
+    tubes = [shaft.tube.outer_diameter for shaft in line.shafts if shaft.tube]
+    spans = [joint.cross_span for joint in line.joints if joint.cross_span]
+    if tubes or spans:
+        return 0.7 * min([*tubes, *spans])
+    lengths = line.geometry.lengths[1:-1]
+    if not lengths.size:
+        return _PLAIN_DIAMETER
+    return float(min(_SLENDER * lengths.sum(), _SHORT * lengths.min()))
+
+
+def joint_radii(line: LineData, radii: list[float]) -> list[float]:
+    """Return half the span of each cross [m]; one that goes with its shafts unless given."""
+    return [
+        joint.cross_span / 2.0 or _NOMINAL_SPAN * max(radii[k : k + 2])
+        for k, joint in enumerate(line.joints)
+    ]
+
+
+_FORK_DEPTH = 1.15
+"""Distance from a joint to the foot of its forks, relative to half the span of the cross."""
+_NOMINAL_SPAN = 1.25
+"""Half the span of a cross, relative to the radius of the thicker shaft."""
+_PLAIN_DIAMETER = 0.06
+"""Of shafts of a line of which no length is known [m]."""
+_SLENDER, _SHORT = 0.045, 0.3
+"""Diameter of shafts without a tube, relative to the length of all between joints and to the
+shortest of them."""
+_CORNERS = 20
+"""Of a circle."""
+
+
+def _fork(
+    centre: Array, way: Array, pin: Array, span: float, depth: float, radius: float, color: str
+) -> list[Solid]:
+    """Return a fork: two arms and a foot, which stands off from its joint along `way`."""
+    normal = np.cross(way, pin)
+    arms = []
+    for side in (-1.0, 1.0):
+        near, far = centre - 0.32 * span * way, centre + depth * way
+        inner, outer = 0.7 * span * side * pin, span * side * pin
+        thick = 0.34 * span * normal
+        corners = [
+            place + across + up
+            for place in (near, far)
+            for across in (inner, outer)
+            for up in (-thick, thick)
+        ]
+        arms.append(Solid(np.array(corners), color))
+    wide = 0.34 * span * normal
+    foot = [
+        centre + along * way + across * span * pin + up
+        for along in (0.75 * depth, depth)
+        for across in (-1.0, 1.0)
+        for up in (-wide, wide)
+    ]
+    neck = _rod(centre + 0.8 * depth * way, centre + depth * way, min(radius, span))
+    return [*arms, Solid(np.array(foot), color), Solid(neck, color)]
+
+
+def _rod(start: Array, end: Array, radius: float) -> Array:
+    """Return points `(p, 3)` whose hull is a cylinder."""
+    axis = (end - start) / np.linalg.norm(end - start)
+    one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    one /= np.linalg.norm(one)
+    two = np.cross(axis, one)
+    turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    ring = radius * (np.outer(np.cos(turn), one) + np.outer(np.sin(turn), two))
+    return np.concatenate([start + ring, end + ring])
+
+
+def _ball(centre: Array, radius: float) -> Array:
+    """Return points `(p, 3)` whose hull is nearly a ball."""
+    turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    height = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _CORNERS // 2 + 1)
+    rings = [
+        np.stack(
+            [
+                np.cos(up) * np.cos(turn),
+                np.cos(up) * np.sin(turn),
+                np.full_like(turn, np.sin(up)),
+            ],
+            axis=1,
+        )
+        for up in height
+    ]
+    return centre + radius * np.concatenate(rings)
+
+
+def hull(points: Array) -> Array:
+    """Return the convex hull of points `(p, 2)`, counterclockwise; by Andrew's monotone chain."""
+    listed = sorted({(float(x), float(y)) for x, y in points})
+
+    def half(items: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+        chain: list[tuple[float, float]] = []
+        for x, y in items:
+            while len(chain) > 1:
+                (x1, y1), (x2, y2) = chain[-2:]
+                if (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1) > 0.0:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    return np.array(half(listed) + half(list(reversed(listed))) or listed)
+
+
+def _tint(color: str) -> Any:
+    """Return a colour mixed with white."""
+    from matplotlib.colors import to_rgb
+
+    return tuple(0.55 + 0.45 * part for part in to_rgb(color))
+
+
+def supports_or_none(line: LineData) -> tuple[Support, ...]:
+    """Return what carries a line; nothing if its bearings do not hold it."""
+    try:
+        return supports(line).bearings
+    except ModelError:
+        return ()
+
+
+def _bearing_place(line: LineData, item: Support) -> tuple[Array, float]:
+    """Return where a bearing is `(3,)`, and the radius of its shaft [m]."""
+    found, k = line.geometry, item.shaft
+    along = -item.distance if k == 0 else item.distance
+    place = found.centres[max(k - 1, 0)] + along * found.directions[k]
+    return place, shaft_radii(line)[k]
+
+
+def _ticks(wording: Wording) -> Any:
+    """Return what writes ticks with the decimal sign of the language."""
+    from matplotlib.ticker import FuncFormatter
+
+    def written(value: float, _: int) -> str:
+        return wording.given(value)
+
+    return FuncFormatter(written)
 
 
 @in_look

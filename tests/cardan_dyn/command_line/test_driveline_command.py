@@ -36,7 +36,7 @@ def test_prints_data_forks_and_verdict() -> None:
     assert result.exit_code == 0
     for text in (
         "coupling_shaft",
-        "3.640°",
+        "3.640",
         "residual angle from 1.414° to 0.029°",
         "Fork couples",
     ):

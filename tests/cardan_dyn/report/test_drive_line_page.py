@@ -1,12 +1,15 @@
-"""Drive-line page: what is on it, that it stands alone, and what its tables say."""
+"""Drive-line page: what is on it, that it stands alone, that its numbers are the API's."""
 
 from __future__ import annotations
 
 import dataclasses
 import html
 import json
+import math
 import re
+from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -17,13 +20,119 @@ pytest.importorskip("meshcat", reason="the page has a scene")
 from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.command_line.driveline_command import as_json
-from cardan_dyn.drive_lines import DriveLine, ShaftJoint
+from cardan_dyn.drive_lines import DriveLine, ShaftJoint, TitleBlock
+from cardan_dyn.drive_lines.wording import Wording
 from cardan_dyn.report import drive_line_page as page
+from cardan_dyn.report import line_figures, line_tables
+
+STYLES = [(language, units) for language in ("en", "de") for units in ("si", "imperial")]
+# What one of these is in SI units and radians, from the definitions of NIST SP 811.
+UNITS = {
+    "": 1.0,
+    "%": 0.01,
+    "mm": 1e-3,
+    "in": 0.0254,
+    "°": math.pi / 180.0,
+    "min⁻¹": 2.0 * math.pi / 60.0,
+    "rpm": 2.0 * math.pi / 60.0,
+    "°/min": math.pi / 180.0 * 2.0 * math.pi / 60.0,
+    "rad/s²": 1.0,
+    "N·m": 1.0,
+    "lbf·ft": 1.3558179483314004,
+    "N": 1.0,
+    "lbf": 4.4482216152605,
+    "kg": 1.0,
+    "lb": 0.45359237,
+    "kg·m²": 1.0,
+    "lb·ft²": 0.042140110093804806,
+    "kg/m³": 1.0,
+    "lb/in³": 27679.904710203125,
+    "GPa": 1e9,
+    "Mpsi": 6.894757293168361e9,
+    "MPa": 1e6,
+    "ksi": 6.894757293168361e6,
+    "N/mm": 1e3,
+    "lbf/in": 175.12683524647636,
+    "N·m/rad": 1.0,
+    "lbf·ft/rad": 1.3558179483314004,
+    "h": 3600.0,
+    "g·mm": 1e-6,
+    "oz·in": 0.028349523125 * 0.0254,
+}
+NUMBER = re.compile(
+    r"([≤≥+]? ?)(−?\d+(?:\u202f\d{3})*(?:[.,]\d+)?)(?:\u202f×\u202f10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?\xa0?(.*)"
+)
+RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+FOUR = 5.01e-4
+"""Relative error of a number of four significant digits."""
 
 
-def reported(line: DriveLine) -> page.LineReport:
-    line = line.replace(speed=100.0, torque=200.0)
-    return page.LineReport(line, line.analyse(), line.verdict(), page.best_forks(line))
+class Table(NamedTuple):
+    """A table of a page: texts of its caption, header and rows."""
+
+    caption: str
+    header: list[str]
+    rows: list[list[str]]
+
+
+class Tables(HTMLParser):
+    """Reads the tables of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[Table] = []
+        self._cell: list[str] | None = None
+        self._is_head = False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        if tag == "table":
+            self.found.append(Table("", [], []))
+        elif tag in ("thead", "tbody"):
+            self._is_head = tag == "thead"
+        elif tag == "tr" and not self._is_head:
+            self.found[-1].rows.append([])
+        elif tag in ("td", "th", "caption"):
+            self._cell = []
+
+    def handle_data(self, data: str) -> None:
+        if self._cell is not None:
+            self._cell.append(data)
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in ("td", "th", "caption"):
+            return
+        text = "".join(self._cell or [])
+        self._cell = None
+        if tag == "caption":
+            self.found[-1] = self.found[-1]._replace(caption=text)
+        elif self._is_head:
+            self.found[-1].header.append(text)
+        else:
+            self.found[-1].rows[-1].append(text)
+
+
+def read(text: str, unit: str | None = None) -> float:
+    """A number of a page in SI units; its unit is read behind it unless given."""
+    found = NUMBER.fullmatch(text)
+    assert found is not None, text
+    digits = found[2].replace("\u202f", "").replace(",", ".").replace("−", "-")
+    power = int((found[3] or "0").translate(RAISED))
+    return float(digits) * 10.0**power * UNITS[found[4] if unit is None else unit]
+
+
+def column(table: Table, index: int) -> list[float]:
+    """A column of numbers in SI units; NaN where there is none."""
+    unit = re.search(r" \[(.*)\]$", table.header[index])
+    return [
+        math.nan if row[index] == "–" else read(row[index], unit[1] if unit else "")
+        for row in table.rows
+    ]
+
+
+def reported(line: DriveLine, speed: float = 100.0, torque: float = 200.0) -> page.LineReport:
+    line = line.replace(speed=speed, torque=torque)
+    return page.LineReport(line, line.analyse(), line.verdict(), line_tables.best_forks(line))
 
 
 @pytest.fixture(scope="module")
@@ -32,27 +141,211 @@ def report() -> page.LineReport:
     return reported(line)
 
 
-def test_page_stands_alone(report: page.LineReport, tmp_path: Path) -> None:
-    text = page.write(report, tmp_path / "new" / "line.html", with_scene=False).read_text("utf-8")
-    assert "&lt;line&gt;" in text and "<line>" not in text
+@pytest.fixture(scope="module", params=["truck", "pto", "heavy", "one", "missed"])
+def judged(request: pytest.FixtureRequest) -> page.LineReport:
+    if request.param == "missed":
+        worn = [ShaftJoint(largest_angle=0.01, rated_torque=50.0, torque_limit=90.0)] * 2
+        line = double_shaft((0.0, 0.2, 0.05)).replace(application="vehicle", joints=worn)
+        return reported(line, 900.0, 4321.5)
+    if request.param == "heavy":
+        return reported(random_line(5, 1, mass=True))
+    if request.param == "one":
+        return reported(random_line(1, 1))
+    line = DriveLine.from_toml(request.param)
+    analysis = line.analyse(speed=line.speed or 56.5, torque=line.torque or 796.0)
+    return page.LineReport(line, analysis, line.verdict(), line_tables.best_forks(line))
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages without figures, which take longer than all the rest."""
+    monkeypatch.setattr(page.LineReport, "drawn", lambda *_: [("a", "a", None)])
+    monkeypatch.setattr(page.page, "image", lambda _: "data:,")
+
+
+def written(report: page.LineReport, path: Path, style: tuple[str, str] = ("en", "si")) -> str:
+    target = path / "line.html"
+    page.write(report, target, with_scene=False, language=style[0], units=style[1])
+    return target.read_text("utf-8")
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("style", STYLES)
+def test_numbers_of_the_verdict(
+    judged: page.LineReport, style: tuple[str, str], tmp_path: Path
+) -> None:
+    caption = Wording(*style)("Values, limits and reserves")
+    text = written(judged, tmp_path, style)
+    (table,) = [item for item in Tables(text).found if item.caption == caption]
+    shown = [row for row in table.rows if len(row) == 7]
+    rows = [row for row in judged.verdict if row.value is not None]
+    assert len(shown) == len(rows)
+    decimal = {"en": ",", "de": "."}[style[0]]
+    for cells, row in zip(shown, rows, strict=True):
+        where, _, value, by_rule, limit, reserve, status = cells
+        assert row.where in where
+        exact = (row.value, row.rule_value, row.limit.value if row.limit else None)
+        for told, expected in zip((value, by_rule, limit), exact, strict=True):
+            assert (told == "") == (expected is None)
+            if expected is not None:
+                # Below that, a number is the rounding of zero.
+                assert read(told) == pytest.approx(expected, rel=FOUR, abs=2e-9)
+                assert decimal not in told and " " not in told.lstrip("≤≥ ")
+        if row.limit is not None:
+            assert limit[0] == {"least": "≥"}.get(row.limit.bound, "≤")
+        if row.margin is not None and row.limit and row.limit.value:
+            assert read(reserve) == pytest.approx(row.margin, abs=0.00501)
+        elif row.margin is not None:
+            assert read(reserve) == pytest.approx(row.margin, rel=FOUR)
+        assert status == Wording(style[0])(row.status)
+    for row in judged.verdict.failed:
+        assert Wording(*style).sentence(row.quantity) in html.unescape(text)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("style", STYLES)
+def test_numbers_of_the_geometry_and_the_analysis(
+    judged: page.LineReport, style: tuple[str, str], tmp_path: Path
+) -> None:
+    words = Wording(*style)
+    tables = {item.caption: item for item in Tables(written(judged, tmp_path, style)).found}
+    line, found, analysis = judged.line, judged.line.geometry, judged.analysis
+    place = {"si": 5.01e-5, "imperial": 0.000501 * 0.0254}[style[1]]
+    degree = math.radians(0.000501)
+
+    def agrees(name: str, index: int, expected: Any, error: float = 0.0) -> None:
+        told = np.array(column(tables[words(name)], index))
+        bound = {"abs": error} if error else {"rel": FOUR, "abs": 2e-9}
+        assert told == pytest.approx(np.asarray(expected), nan_ok=True, **bound)
+
+    agrees("Shafts: geometry", 1, found.lengths, place)
+    sides = np.arctan2(found.directions[:, 1:].T, found.directions[:, 0])
+    agrees("Shafts: geometry", 2, sides[1], degree)
+    agrees("Shafts: geometry", 3, sides[0], degree)
+    agrees("Shafts: geometry", 4, [math.nan, *line.fork_offsets, math.nan], degree)
+    agrees("Joints: angles", 3, found.joint_angles, degree)
+    agrees("Joints: angles", 4, found.plane_offsets, degree)
+    phases = column(tables[words("Joints: angles")], 5)
+    # A fork is the same after half a turn.
+    assert np.sin(np.subtract(phases, found.fork_phases)) == pytest.approx(0.0, abs=degree)
+    for axis in range(3):
+        agrees("Joints: places of their centres", 1 + axis, found.centres[:, axis], place)
+    forces = analysis.total
+    agrees("Motion over a turn", 1, np.abs(analysis.angle_error).max(axis=0)[1:])
+    agrees("Motion over a turn", 2, analysis.ratio.min(axis=0)[1:])
+    agrees("Motion over a turn", 3, analysis.ratio.max(axis=0)[1:])
+    agrees("Greatest moments over a turn", 1, np.abs(forces.torsion_in).max(axis=0))
+    agrees("Greatest moments over a turn", 4, forces.bending_out.max(axis=0))
+    agrees("Bearing forces over a turn", 1, forces.bearing_radial.max(axis=0))
+    force = 1e-9 * float(forces.bearing_radial.max())
+    along = np.array(column(tables[words("Bearing forces over a turn")], 3))
+    expected = np.abs(forces.bearing_axial).max(axis=0)
+    assert along == pytest.approx(expected, rel=FOUR, abs=force)
+
+
+FIELDS = {
+    "Tubes": ("tube", ["outer_diameter", "wall", "density", "modulus", "shear_modulus"]),
+    "Splines": ("spline", ["distance", "friction", "radius", "travel", "compressed", "longest"]),
+    "Duty cycle": ("", ["share", "speed", "torque"]),
+    "Joints: data": ("", ["cross_mass", "cross_span", "rated_torque", "largest_angle"]),
+}
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("style", STYLES)
+def test_all_data_of_the_line_are_on_the_page(
+    judged: page.LineReport, style: tuple[str, str], tmp_path: Path
+) -> None:
+    words, line = Wording(*style), judged.line
+    text = written(judged, tmp_path, style)
+    tables = Tables(text).found
+    compared = 0
+    for caption, (part, names) in FIELDS.items():
+        parts: list[Any] = {
+            "Duty cycle": list(line.duty_cycle),
+            "Joints: data": list(line.joints),
+        }.get(
+            caption,
+            [getattr(shaft, part) for shaft in line.shafts if part and getattr(shaft, part)],
+        )
+        for name in names:
+            values = [getattr(item, name) for item in parts]
+            label = words(name.replace("_", " "))
+            columns = [
+                (item, index)
+                for item in tables
+                if item.caption == words(caption)
+                for index, title in enumerate(item.header)
+                if title.partition(" [")[0] == label
+            ]
+            if all(value in (None, 0.0) for value in values):
+                assert not columns
+                continue
+            ((table, index),) = columns
+            expected = np.array([math.nan if value is None else value for value in values])
+            # What is given has six digits at least.
+            assert np.array(column(table, index)) == pytest.approx(
+                expected, rel=5.01e-6, nan_ok=True
+            )
+            compared += 1
+    assert compared >= (4 if line.name in ("truck", "pto") else 0)
+    (bearings,) = [item for item in tables if item.caption == words("Bearings")]
+    assert column(bearings, 2) == pytest.approx([item.distance for item in line.bearings], rel=1e-5)
+    # The file of the line is on the page, and open.
+    assert "<details" not in text
+    (file,) = re.findall(r'<pre class="file">(.*?)</pre>', text, re.S)
+    assert DriveLine.from_toml(html.unescape(file)) == line
+
+
+@pytest.mark.usefixtures("plain")
+def test_no_english_sentence_is_left_on_a_german_page(
+    judged: page.LineReport, tmp_path: Path
+) -> None:
+    text = written(judged, tmp_path, ("de", "si"))
+    text = re.sub(
+        r'<span class="source" lang="en">.*?</span>|<pre.*?</pre>|<style.*?</style>',
+        "",
+        text,
+        flags=re.S,
+    )
+    rules = text.index("Regeln der Beurteilung")
+    shown = html.unescape(re.sub(r"<[^>]*>", " ", text[:rules]))
+    assert not re.findall(r".*\b(?:the|give|of|not|is|and|with|on|at|its|this)\b.*", shown)
+
+
+def test_page_stands_alone_and_is_reproducible(report: page.LineReport, tmp_path: Path) -> None:
+    line = report.line.replace(report=TitleBlock(project="A & B", date="2026-01-31"))
+    told = dataclasses.replace(report, line=line)
+    text = written(told, tmp_path / "new")
+    assert "&lt;line&gt;" in text and "<line>" not in text and "A &amp; B" in text
+    assert "2026-01-31" in text and 'lang="en"' in text
     assert not re.search(r'(src|href)="(?!data:)', text)
-    assert text.count("data:image/svg+xml;base64,") == 2
+    assert text.count("data:image/svg+xml;base64,") == 4
     for row in report.verdict:
-        if row.value is not None:
-            assert row.texts[3].split()[0] in text
-        else:
-            assert row.quantity in text
-    assert "[[shafts]]" in text and "Turning scene" not in text
-    assert f"{report.analysis.loop_residual:.1e}" in text
+        assert row.quantity in html.unescape(text)
+    assert "Turning scene" not in text
+    assert f"{report.analysis.loop_residual:.0e}" in text
+    again = reported(report.line)
+    assert written(dataclasses.replace(again, line=line), tmp_path) == text
+    german = written(told, tmp_path, ("de", "si"))
+    assert "31.01.2026" in german and '<html lang="de">' in german
 
 
+def test_a_page_without_a_date_has_that_of_the_build(
+    report: page.LineReport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
+    assert ("Date", "2001-09-09") in page.title_rows(TitleBlock(), Wording())
+
+
+@pytest.mark.usefixtures("plain")
 def test_unusual_data_are_remarked_on(tmp_path: Path) -> None:
     line = double_shaft((0.0, 0.1, 0.0)).replace(name="long")
     shafts = [line.shafts[0], dataclasses.replace(line.shafts[1], length=1200.0), line.shafts[2]]
     found = reported(line.replace(shafts=shafts))
     (remark,) = found.verdict.remarks
-    text = page.write(found, tmp_path / "line.html", with_scene=False).read_text("utf-8")
-    assert remark in html.unescape(text)
+    assert remark in html.unescape(written(found, tmp_path))
+    assert "ist ungewöhnlich" in written(found, tmp_path, ("de", "si"))
     assert json.loads(as_json(found))["remarks"] == [remark]
 
 
@@ -61,44 +354,45 @@ def test_scene_is_part_of_the_page(report: page.LineReport, tmp_path: Path) -> N
     assert "Turning scene" in text and "support_C1" in text and len(text) > 1_000_000
 
 
-def test_figures_are_saved(report: page.LineReport, tmp_path: Path) -> None:
+def test_figures_are_saved(tmp_path: Path) -> None:
     plain = reported(double_shaft((0.0, 0.1, 0.0)))
     paths = page.save_figures(plain, tmp_path / "figures")
+    names = ("arrangement", "motion", "forces", "orders")
     assert [path.name for path in paths] == [
-        "drive_line_arrangement.svg",
-        "drive_line_arrangement.png",
-        "drive_line_over_angle.svg",
-        "drive_line_over_angle.png",
+        f"drive_line_{name}.{kind}" for name in names for kind in ("svg", "png")
     ]
-    assert all(path.stat().st_size > 10_000 for path in paths)
+    assert all(path.stat().st_size > 8_000 for path in paths)
 
 
-def test_tables_of_data(report: page.LineReport) -> None:
-    line = report.line
-    shafts, joints = page.shaft_rows(line), page.joint_rows(line)
-    assert [row[0] for row in shafts] == list(line.shaft_names)
-    assert shafts[1][1] == f"{line.shafts[1].length * 1e3:.1f} mm"
-    assert shafts[1][2] == f"{np.degrees(line.shafts[1].slope_side):.3f}°"
-    assert joints[2][4] == f"{np.degrees(line.joint_angles[2]):.3f}°"
-    extremes = page.extreme_rows(report.analysis)
-    assert extremes[2][1] == f"{report.analysis.total.bearing_radial[:, 2].max():.4g} N"
+def test_orders_are_those_of_a_series() -> None:
+    turn = np.radians(np.arange(360.0))
+    values = (
+        3.0 + 2.0 * np.cos(2 * turn + 0.3)[:, None] * [1.0, -5.0] + 0.1 * np.sin(4 * turn)[:, None]
+    )
+    found = line_figures.amplitudes(values)
+    assert found[1] == pytest.approx([2.0, 10.0], rel=1e-12)
+    assert found[3] == pytest.approx([0.1, 0.1], rel=1e-12)
+    assert found[[0, 2, 4, 5, 6, 7]] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_forks_in_words(report: page.LineReport) -> None:
-    assert "global optimum" in page.phasing_text(report.phasing)
-    assert len(page.phasing_rows(report.phasing)) == 2
+    words = Wording()
+    assert "global optimum" in line_tables.phasing_text(report.phasing, words)
+    assert report.phasing is not None
+    assert len(line_tables.phasing_listing(report.phasing, words).rows) == 2
     best = reported(double_shaft((0.0, 0.1, 0.0)))
-    assert "as well as they can" in page.phasing_text(best.phasing)
+    assert "as well as they can" in line_tables.phasing_text(best.phasing, words)
     single = random_line(1, 1)
-    assert page.best_forks(single) is None
-    assert "one joint" in page.phasing_text(None) and page.phasing_rows(None) == []
+    assert line_tables.best_forks(single) is None
+    assert "one joint" in line_tables.phasing_text(None, words)
 
 
 def test_what_all_rows_of_a_rule_say_is_said_once(report: page.LineReport) -> None:
-    groups = page.verdict_groups(report.verdict)
+    words = Wording()
+    groups = line_tables.verdict_groups(report.verdict, words)
     assert sum(len(group.rows) + len(group.missing) for group in groups) == len(report.verdict)
+    told = {text for group in groups for text in group.shared}
+    assert told
     for group in groups:
-        for row, remarks in group.rows:
-            shared = {f"! {text}" for text in group.shared}
-            assert not shared & set(remarks)
-            assert shared | set(remarks) == set(row.remarks)
+        for row in group.rows:
+            assert not {f"! {text}" for text in group.shared} & set(row.remarks)
