@@ -15,8 +15,8 @@ else:
     Array = np.ndarray  # Without NumPy's module of types, which nothing else needs.
 """An array of floats, unless a docstring says otherwise; docstrings give shapes and units."""
 
-_NEXT, _BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
-"""Axes after and before x, y and z in cyclic order."""
+_LEFT, _RIGHT = np.array([1, 2, 0, 2, 0, 1]), np.array([2, 0, 1, 1, 2, 0])
+"""Components whose products a cross product adds, and three that it takes off."""
 _FACTORS = np.array([[3, 2, 1, 0], [2, 3, 0, 1], [1, 0, 3, 2], [0, 1, 2, 3]])
 _FACTOR_SIGNS = np.array([[1, -1, 1, 1], [1, 1, -1, 1], [-1, 1, 1, 1], [-1, -1, -1, 1.0]])
 """Which components of a quaternion multiply those of another one, and with which signs."""
@@ -24,9 +24,8 @@ _FACTOR_SIGNS = np.array([[1, -1, 1, 1], [1, 1, -1, 1], [-1, 1, 1, 1], [-1, -1, 
 
 def cross(a: Array, b: Array) -> Array:
     """Return cross products of `(3, …)` arrays along the first axis, faster than `np.cross`."""
-    result = a.take(_NEXT, 0) * b.take(_BEFORE, 0)
-    result -= a.take(_BEFORE, 0) * b.take(_NEXT, 0)
-    return np.asarray(result)
+    products = a.take(_LEFT, 0) * b.take(_RIGHT, 0)
+    return np.asarray(products[:3] - products[3:])
 
 
 def quaternion_product(a: Array, b: Array) -> Array:

@@ -415,15 +415,25 @@ class Offset(NamedTuple):
         return np.asarray(np.matmul(self.transposed, frame.reshape(4, -1)).reshape(frame.shape))
 
 
+_ACROSS = (
+    (slice(1, 3), slice(2, 0, -1)),
+    (slice(2, None, -2), slice(0, 3, 2)),
+    (slice(0, 2), slice(1, None, -1)),
+)
+"""Rows y and z, z and x, x and y of a frame, and the same the other way round."""
+
+
 class Turn:
     """A turn about an axis of the frame before it."""
 
     def __init__(self, axis: Array) -> None:
         """Keep what the axis `(3,)`, a unit vector in that frame, decides."""
         along = int(np.argmax(np.abs(axis)))
-        self._along, self._second, self._third = along, (along + 1) % 3, (along + 2) % 3
-        self._sign = float(axis[along])
-        self._is_along = axis[self._second] == 0.0 and axis[self._third] == 0.0
+        self._is_along = np.count_nonzero(axis) == 1
+        # The two axes after the one of the turn, in cyclic order, and in the opposite one.
+        self._across: slice = _ACROSS[along][0]
+        self._back: slice = _ACROSS[along][1]
+        self._signs = float(axis[along]) * np.array([[[1.0]], [[-1.0]]])
         x, y, z = axis
         self._linear = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
         self._quadratic = np.ascontiguousarray(self._linear @ self._linear)
@@ -437,15 +447,13 @@ class Turn:
             cosine: `(N,)` of the angle.
             sine: `(N,)` of the angle.
         """
-        frame[3] = start[3]
         if self._is_along:
-            if self._sign != 1.0:
-                sine = sine * self._sign
-            second, third = start[self._second], start[self._third]
-            frame[self._along] = start[self._along]
-            np.add(cosine * second, sine * third, out=frame[self._second])
-            np.subtract(cosine * third, sine * second, out=frame[self._third])
+            frame[:] = start
+            across = frame[self._across]
+            across *= cosine
+            across += start[self._back] * (sine * self._signs)
             return
+        frame[3] = start[3]
         # Rodrigues: R = 1 + sin K + (1 - cos) K², applied to the three axes of the frame.
         axes = start[:3].reshape(3, -1)
         linear = (self._linear @ axes).reshape(3, 3, -1)

@@ -82,7 +82,10 @@ class Constraints:
         self._unit_ratios = np.eye(len(motion.drives))
         self._held_rates = [item.rate for item in held]
         self._held_scale = self.rate_scale[self._held_rates, None]
-        self._prescribed = [self._columns_and_scale(items) for items in (driven, held)]
+        prescribed = [*driven, *held]
+        self._prescribed_columns = np.array([item.column for item in prescribed], dtype=int)
+        # What the errors of angles and slides are divided by.
+        self._prescribed_scale = self.rate_scale[[item.rate for item in prescribed]]
         self._lay_out_couplings(description, coordinates)
         self._signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
         self._around = [np.flatnonzero(signs) for signs in self._signs]
@@ -94,11 +97,6 @@ class Constraints:
             for loop, signs in enumerate(self._signs)
             if np.all(motion.known[twists.rates[signs[twists.owners] != 0.0]])
         ]
-
-    def _columns_and_scale(self, items: list[ElementaryMotion]) -> tuple[Array, Array]:
-        """Return the columns of turns and slides in a row, and what their errors are divided by."""
-        columns = np.array([item.column for item in items], dtype=int)
-        return columns, self.rate_scale[[item.rate for item in items]]
 
     @property
     def known_coupling_factors(self) -> Array:
@@ -163,14 +161,14 @@ class Constraints:
             slip = self._slips_of_columns.times(positions.T)
             slip -= self._offsets[self.couplings][:, None]
             worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=0))
-        for (columns, scale), prescribed in zip(
-            self._prescribed, (claim.positions, claim.held), strict=True
-        ):
-            if columns.size:
-                error = np.abs(claim.x.take(columns, 1) - prescribed) / scale
-                # A position of many turns is known only up to the rounding of its great number.
-                error /= np.maximum(1.0, np.abs(prescribed) / scale)
-                np.maximum(worst, error.max(axis=1), out=worst)
+        columns, drives = self._prescribed_columns, len(self._drive_rates)
+        if columns.size:
+            prescribed = np.empty((len(claim.x), columns.size))
+            prescribed[:, :drives], prescribed[:, drives:] = claim.positions, claim.held
+            error = np.abs(claim.x.take(columns, 1) - prescribed)
+            # A position of many turns is known only up to the rounding of its great number.
+            error /= np.maximum(self._prescribed_scale, np.abs(prescribed))
+            np.maximum(worst, np.maximum.reduce(error, axis=1), out=worst)
         return worst
 
     def _loop_error(self, state: State) -> Array:
@@ -195,9 +193,10 @@ class Constraints:
         have to be zero, or the error is infinite.
         """
         unit = np.abs(claim.velocity_ratios.take(self._drive_rates, 1) - self._unit_ratios)
-        worst = np.asarray(unit.max(axis=(1, 2)))
+        worst = np.asarray(np.maximum.reduce(unit, axis=(1, 2)))
         if not claim.has_rates:
-            if claim.v.any() or (claim.a is not claim.v and claim.a.any()):
+            still = claim.a is claim.v or not np.count_nonzero(claim.a)
+            if not still or np.count_nonzero(claim.v):
                 worst[:] = np.inf
             return worst
         for rates, prescribed in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
@@ -216,7 +215,7 @@ class Constraints:
         worst = np.zeros(rates.shape[1])
         if self._held_rates:
             moving = np.abs(rates.take(self._held_rates, 0)) / self._held_scale
-            np.maximum(worst, moving.max(axis=0), out=worst)
+            np.maximum(worst, np.maximum.reduce(moving, axis=0), out=worst)
         if self.couplings:
             slip = np.abs(self._slips_of_rates.times(rates)) / self._slip_scale
             np.maximum(worst, slip.max(axis=0), out=worst)
@@ -248,13 +247,13 @@ class Constraints:
             around = self._around[loop]
             signs = self._signs[loop][around]
             difference = np.matmul(signs, relative.take(around, 0).reshape(len(around), -1))
-            linear, angular = difference.reshape(relative.shape[1:])
+            difference = difference.reshape(relative.shape[1:])
             last = self._frames.last[self._frames.tree + loop]
             if last >= 0:  # The gap opens at the loop's joint, not at the corner.
-                linear = linear + cross(angular, state.motion_frames[last, 3])
-            gaps = np.maximum.reduce(np.abs(linear), axis=-2)
+                difference[0] += cross(difference[1], state.motion_frames[last, 3])
+            gaps, angles = np.maximum.reduce(np.abs(difference), axis=-2)
             np.maximum(worst, gaps / self._length, out=worst)
-            np.maximum(worst, np.maximum.reduce(np.abs(angular), axis=-2), out=worst)
+            np.maximum(worst, angles, out=worst)
         return worst
 
     def greatest_rate(self, rates: Array) -> Array:

@@ -64,4 +64,4 @@ class EffortBalance:
             difference = np.concatenate((difference, inner))
         difference -= given.take(self._rates, 0)
         difference *= self._scale
-        return np.asarray(np.abs(difference).max(axis=0, initial=0.0))
+        return np.asarray(np.maximum.reduce(np.abs(difference), axis=0, initial=0.0))

@@ -141,6 +141,7 @@ class FreeBodies:
         self._massive = MassiveBodies(frames, dict(enumerate(frames.bodies)), length)
         self._described = {link.name: link for link in description.links}
         self._constraints = Constraints(description, coordinates, twists, length, setup.motion)
+        self._rate_scale = self._constraints.rate_scale[:, None]
         self._efforts = EffortBalance(twists, self._sorted, self._constraints.rate_scale)
         known = setup.motion.known
         # The drives' efforts are all solved if the wrenches at their joints are, or if none is:
@@ -167,7 +168,7 @@ class FreeBodies:
             self._twists, constraints.loops, factors, self._passives, self._length
         )
 
-    def prove_flags(self, x: Array, unique: Array, condition: float = 1.0) -> None:
+    def prove_flags(self, x: Array, unique: Array, condition: Array | float = 1.0) -> None:
         """Refuse flags of uniqueness that self-stresses contradict.
 
         Flags that were proven before are not proven again.
@@ -175,7 +176,7 @@ class FreeBodies:
         Args:
             x: `(N, size)` coordinates of the samples that they hold for.
             unique: `(J, 6)` which components of the claimed wrenches are flagged unique.
-            condition: greatest condition number of the closure equations.
+            condition: condition numbers of the closure equations.
 
         Raises:
             AccuracyError: a component flagged unique changes under a self-stress, or one flagged
@@ -183,11 +184,17 @@ class FreeBodies:
         """
         flags = unique.tobytes()
         if flags not in self._proven_flags:
-            prove_flags(self._stress, x, unique, self.claimed, condition)
+            prove_flags(self._stress, x, unique, self.claimed, float(np.max(condition)))
             self._proven_flags.add(flags)
 
     def check(self, claim: Claim) -> Residuals:
         """Return the residuals of a claim."""
+        # What overflows is refused by those who judge residuals.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._residuals(claim)
+
+    def _residuals(self, claim: Claim) -> Residuals:
+        """See `check`."""
         state = self._twists.state(claim.x)
         wrenches = self._joint_wrenches(state, claim)
         rates = self._rates(state, claim)
@@ -202,7 +209,8 @@ class FreeBodies:
         power = _power(loads, rates.unit)
         of_drives = _power(exerted, rates.unit)
         power_imbalance, power_scale = power + of_drives, np.abs(power) + np.abs(of_drives)
-        greatest = (np.abs(loads) * constraints.rate_scale[:, None]).max(axis=0, initial=0.0)
+        sizes = np.abs(loads) * self._rate_scale
+        greatest = np.maximum.reduce(sizes, axis=0, initial=0.0)
         inertia = np.zeros(len(claim.x))
         for applied in self._applied(state, claim, rates, elements):
             net[applied.bodies] += applied.wrenches
@@ -270,7 +278,8 @@ class FreeBodies:
                 loops = None if drives == 1 else constraints.moved_loops(relative)
                 np.maximum(violation, constraints.opening(state, relative, loops), out=violation)
             scale = constraints.greatest_rate(flat).reshape(-1, count)
-            np.maximum(error, ratio(violation, scale).max(axis=0), out=error)
+            worst = np.maximum.reduce(ratio(violation, scale), axis=0)
+            np.maximum(error, worst, out=error)
         if not claim.has_rates:
             return _Rates(unit, error, None, None)
         v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
@@ -289,7 +298,7 @@ class FreeBodies:
         self, state: State, claim: Claim, rates: _Rates, elements: ElementLoads | None
     ) -> Iterator[_Applied]:
         """Yield loads and elements on links, weights and inertia together, what factors add."""
-        forceless = not claim.has_rates and not claim.gravity.any()
+        forceless = not (claim.has_rates or np.count_nonzero(claim.gravity))
         massive = None if forceless or not self._massive else self._massive
         pushed = [] if elements is None else elements.wrenches
         if not claim.link_loads and massive is None and not pushed:

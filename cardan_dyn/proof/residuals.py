@@ -188,12 +188,13 @@ class Residuals(NamedTuple):
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
-        if not self.inertia.any():
+        if not np.count_nonzero(self.inertia):
             return np.ones(len(self.inertia))
         remaining = np.maximum(self.wrench, self.applied)
         remaining = np.where(remaining > 0.0, remaining, self.inertia)
         terms = self.inertia if self.elastic is None else self.inertia + self.elastic
-        return 1.0 + ratio(terms, remaining)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return 1.0 + ratio(terms, remaining)
 
     def proven(self, loop_error: Array, unproven: tuple[str, ...]) -> Proven:
         """Return the worst of all samples.
@@ -313,7 +314,8 @@ def _is_small(error: Array, scale: Array) -> Array:
 
 def _refuse(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> NoReturn:
     """Raise the error for a residual `(N,)` that exceeds the tolerance times its scale."""
-    relative, bad = ratio(error, scale), ~_is_small(error, scale)
+    with np.errstate(over="ignore", invalid="ignore"):
+        relative, bad = ratio(error, scale), ~_is_small(error, scale)
     worst = int(np.argmax(np.where(bad, np.nan_to_num(relative, nan=np.inf), -1.0)))
     at = f"drive position {as_text(positions[worst])}"
     if not np.isfinite(relative[worst]) or not np.isfinite(scale[worst]):
@@ -336,10 +338,13 @@ def _worst(error: Array, scale: Array) -> float:
     """Return the greatest relative error, nan where there is nothing to compare."""
     if not scale.any() and not error.any():
         return float("nan")
-    return float(ratio(error, scale).max())
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(ratio(error, scale).max())
 
 
 def ratio(numerator: Array, denominator: Array) -> Array:
-    """Return quotients: zero for the numerator zero, very great if only the denominator is."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        return np.where(numerator == 0.0, 0.0, numerator / (denominator + _LEAST_SCALE))
+    """Return quotients: zero for the numerator zero, very great if only the denominator is.
+
+    They may overflow: callers tell NumPy not to warn of it.
+    """
+    return np.asarray(np.where(numerator == 0.0, 0.0, numerator / (denominator + _LEAST_SCALE)))

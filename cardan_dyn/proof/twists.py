@@ -13,8 +13,8 @@ import numpy as np
 from ..arrays import Array
 from ..mechanism.frames import Frames
 
-_NEXT, _BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
-"""Axes after and before x, y and z in cyclic order."""
+_LEFT, _RIGHT = np.array([1, 2, 0, 2, 0, 1]), np.array([2, 0, 1, 1, 2, 0])
+"""Components whose products a cross product adds, and three that it takes off."""
 
 
 class State(NamedTuple):
@@ -159,6 +159,5 @@ def cross(a: Array, b: Array) -> Array:
 
     `np.cross` would need that axis to be moved, and makes more copies.
     """
-    result = a.take(_NEXT, -2) * b.take(_BEFORE, -2)
-    result -= a.take(_BEFORE, -2) * b.take(_NEXT, -2)
-    return np.asarray(result)
+    products = a.take(_LEFT, -2) * b.take(_RIGHT, -2)
+    return np.asarray(products[..., :3, :] - products[..., 3:, :])

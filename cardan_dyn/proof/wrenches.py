@@ -58,7 +58,7 @@ def greatest_size(wrenches: Array, length: float, points: Array | None = None) -
         wrenches = wrenches.copy()
         wrenches[:, 1] -= cross(points, wrenches[:, 0])
     greatest = _greatest_square(wrenches, length)
-    if _LEAST_SQUARE < greatest.max() < _GREATEST_SQUARE:
+    if _LEAST_SQUARE < np.maximum.reduce(greatest) < _GREATEST_SQUARE:
         return np.asarray(np.sqrt(greatest))
     # Squares overflow, or vanish, long before the wrenches do.
     sizes = np.asarray(np.abs(wrenches).max(axis=(0, 1, 2)))
@@ -73,7 +73,6 @@ def _greatest_square(wrenches: Array, length: float) -> Array:
 
     It is infinite where squares overflow, and zero where they vanish.
     """
-    with np.errstate(over="ignore", under="ignore"):
-        squares = np.einsum("bkin,bkin->kbn", wrenches, wrenches)
-        squares[0] *= length**2
-    return np.asarray(squares.max(axis=(0, 1)))
+    squares = np.einsum("bkin,bkin->kbn", wrenches, wrenches)
+    squares[0] *= length**2
+    return np.asarray(np.maximum.reduce(squares, axis=(0, 1)))
