@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 
 _STIFF = 1e-10
 """Eigenvalues of the elastic energy up to this part of the greatest one count as zero.
@@ -39,7 +39,7 @@ class SelfStress(NamedTuple):
     joints: Array
     spread: Array
 
-    def rows(self, indices: slice | list[int] = slice(None)) -> Array:
+    def rows(self, indices: slice | list[int] | Array = slice(None)) -> Array:
         """Return what they add to the wrenches of some joints, as one matrix `(N, 6 J, k)`.
 
         Args:
@@ -56,7 +56,8 @@ class SelfStress(NamedTuple):
     def size(self) -> Array:
         """Return `(J, 6)` the greatest change of each component per unit of self-stress."""
         # One axis after the other: over both at once it takes ten times as long.
-        return np.asarray(np.abs(self.spread).max(axis=0).max(axis=2))
+        sizes = np.maximum.reduce(np.abs(self.spread), axis=0)
+        return np.asarray(np.maximum.reduce(sizes, axis=2))
 
 
 class IndeterminacyRule(Protocol):
@@ -88,6 +89,20 @@ class IndeterminacyRule(Protocol):
         ...
 
 
+class _Counted(NamedTuple):
+    """The joints loaded by a self-stress whose wrenches a norm counts.
+
+    Attributes:
+        indices: in `SelfStress.joints`.
+        own: the same, as a slice if there are no gaps.
+        joints: these joints, likewise.
+    """
+
+    indices: list[int]
+    own: slice | Array
+    joints: slice | Array
+
+
 class LeastNorm:
     """Least sum of squares over all joints: of moments, and of forces times a length.
 
@@ -109,6 +124,8 @@ class LeastNorm:
         """
         self._squared_lengths = np.repeat([length, 1.0], 3)[:, None] ** 2
         self._counted = counted
+        # By the joints that self-stresses load, which are those of groups.
+        self._known: dict[bytes, _Counted] = {}
 
     def amounts(
         self,
@@ -117,18 +134,19 @@ class LeastNorm:
         rotations: dict[int, Array],
     ) -> list[Array]:
         """See `IndeterminacyRule.amounts`."""
-        indices = [self._counted_indices(item) for item in self_stresses]
+        counted = [self._counted_of(item) for item in self_stresses]
         blocks: dict[tuple[int, int], Array] = {}
         right: dict[int, Array] = {}
-        for index, (item, chosen) in enumerate(zip(self_stresses, indices, strict=True)):
-            rows = item.rows(chosen)
+        for index, (item, chosen) in enumerate(zip(self_stresses, counted, strict=True)):
+            rows = item.rows(chosen.own)
             weighted = self._weighted_transpose(rows)
-            loaded = wrenches[:, item.joints[chosen]]
-            loaded = loaded.reshape(len(loaded), 6 * len(chosen), loaded.shape[3])
+            loaded = wrenches[:, chosen.joints]
+            loaded = loaded.reshape(len(loaded), rows.shape[1], loaded.shape[3])
             right[index] = -(weighted @ loaded)
             blocks[index, index] = weighted @ rows
         if len(self_stresses) == 1:
             return [_inverse(blocks[0, 0]) @ right[0]]
+        indices = [chosen.indices for chosen in counted]
         for first, second, shared in _connections(self_stresses, indices):
             in_first, in_second = (list(column) for column in zip(*shared, strict=True))
             rows = self_stresses[second].rows(in_second)
@@ -137,9 +155,16 @@ class LeastNorm:
         amounts = _solve_sparse(blocks, right)
         return [amounts[index] for index in range(len(self_stresses))]
 
-    def _counted_indices(self, item: SelfStress) -> list[int]:
-        """Return the indices in `SelfStress.joints` of those whose wrenches are counted."""
-        return [index for index, joint in enumerate(item.joints.tolist()) if joint in self._counted]
+    def _counted_of(self, item: SelfStress) -> _Counted:
+        """Return which of the joints that a self-stress loads are counted."""
+        key = item.joints.tobytes()
+        found = self._known.get(key)
+        if found is None:
+            joints = enumerate(item.joints.tolist())
+            indices = np.array([k for k, joint in joints if joint in self._counted], dtype=int)
+            own, counted = consecutive(indices), consecutive(item.joints[indices])
+            found = self._known[key] = _Counted(indices.tolist(), own, counted)
+        return found
 
     def _weighted_transpose(self, rows: Array) -> Array:
         """Return rows `(N, 6 J, k)` with squared lengths applied, transposed: `(N, k, 6 J)`."""
@@ -313,10 +338,12 @@ def influence(self_stresses: list[SelfStress], size: int, length: float) -> Arra
         length: characteristic length, that forces are multiplied with [m].
     """
     result = np.zeros((size, 6))
-    for item in self_stresses:
+    for index, item in enumerate(self_stresses):
         changes = item.size()
         changes[:, :3] *= length
-        result[item.joints] = np.maximum(result[item.joints], changes)
+        if index:
+            changes = np.maximum(result[item.joints], changes)
+        result[item.joints] = changes
     return result
 
 

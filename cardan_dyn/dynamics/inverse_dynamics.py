@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -79,8 +80,8 @@ class Inputs(NamedTuple):
             has_rates: see the attribute; None if there are no other samples.
         """
         if has_rates is None:
-            has_rates = bool(acting.speeds.any() or acting.accelerations.any())
-        held = np.array([list(problem.held.values())], dtype=float)
+            has_rates = acting.has_rates
+        held = problem.held_row
         if targets.varied:
             held = np.repeat(held, targets.size, axis=0)
             names = list(problem.held)
@@ -164,16 +165,19 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        return {name for name in FINITE if not np.isfinite(getattr(self, name)).all()}
+        with np.errstate(over="ignore", invalid="ignore"):
+            # A sum is finite only if all its terms are, and takes less than looking at each.
+            suspected = {n for n in FINITE if not math.isfinite(getattr(self, n).sum())}
+        return {name for name in suspected if not np.isfinite(getattr(self, name)).all()}
 
-    def reduced(self, outputs: list[int], prescribed: Array) -> Solution:
+    def reduced(self, outputs: list[int] | slice, prescribed: Array) -> Solution:
         """Return what a sweep keeps.
 
         Args:
             outputs: indices of the wrenches that are results.
             prescribed: velocity coordinates of the drives, then of the held joints.
         """
-        wrenches, efforts = self.wrenches[:, outputs], self.efforts[:, prescribed]
+        wrenches, efforts = self.wrenches[:, outputs], self.efforts.take(prescribed, 1)
         return self._replace(wrenches=wrenches, efforts=efforts)
 
     def prove(self, positions: Array) -> None:
@@ -253,8 +257,8 @@ class InverseDynamics:
             AccuracyError: see `FreeBodies.prove_flags`.
         """
         if self._claimed:
-            unique = solution.unique[self._claimed_indices]
-            self.bodies.prove_flags(solution.x, unique, float(np.max(solution.closure_condition)))
+            unique = solution.unique.take(self._claimed_indices, 0)
+            self.bodies.prove_flags(solution.x, unique, solution.closure_condition)
 
     def solve(self, state: ClosedState, inputs: Inputs) -> Solution:
         """Return motion, reactions and residuals at closed positions.
@@ -262,7 +266,7 @@ class InverseDynamics:
         The residuals are not judged yet, see `Solution.prove`.
         """
         rates = self.joint_rates(state, inputs.speeds, inputs.accelerations)
-        has_dynamics = self.has_mass and (inputs.has_rates or bool(inputs.gravity.any()))
+        has_dynamics = self.has_mass and (inputs.has_rates or np.count_nonzero(inputs.gravity) > 0)
         dynamics = (rates.v, rates.a) if has_dynamics else None
         links = list(inputs.link_loads.values())
         added: Array | float = 0.0
@@ -338,7 +342,7 @@ class InverseDynamics:
                 accelerations=inputs.accelerations,
                 held=inputs.held,
                 velocity_ratios=rates.velocity_ratios,
-                wrenches=reactions.wrenches[:, self._claimed_indices],
+                wrenches=reactions.wrenches.take(self._claimed_indices, 1),
                 exerted=exerted,
                 couplings=couplings,
                 loads=inputs.loads,
@@ -387,12 +391,12 @@ class InverseDynamics:
         """
         kinematics = self._kinematics
         velocity_ratios, depends = kinematics.velocity_ratios(state), kinematics.depends
-        if speeds.any():
+        if np.count_nonzero(speeds):
             v = (velocity_ratios @ speeds[:, :, None])[:, :, 0]
             a = kinematics.accelerations(state, v, accelerations)
             return JointRates(velocity_ratios, v, a, depends)
         v = np.zeros(velocity_ratios.shape[:2])
-        if accelerations.any():
+        if np.count_nonzero(accelerations):
             # At zero speed, accelerations have the same ratios as velocities.
             a = (velocity_ratios @ accelerations[:, :, None])[:, :, 0]
             return JointRates(velocity_ratios, v, a, depends)
@@ -413,7 +417,8 @@ class InverseDynamics:
 
 def _coupling_moments(reactions: Reactions, loops: int, count: int) -> Array:
     """Return `(N, G)` moments of the couplings, which follow the loops among closure forces."""
-    return np.concatenate([np.zeros((count, 0)), *reactions.closure_forces[loops:]], axis=1)
+    moments = reactions.closure_forces[loops:]
+    return np.concatenate(moments, axis=1) if moments else np.zeros((count, 0))
 
 
 def refuse_overflow(names: Collection[str]) -> None:

@@ -371,7 +371,8 @@ class ProblemSolver(Frozen):
         else:
             solution = work.all(workers)
         self.inverse_dynamics.prove_flags(solution)
-        self.refuse_indeterminate(solution.unique[self.problem.output_indices])
+        if self.problem.strict:
+            self.refuse_indeterminate(solution.unique[self.problem.output_indices])
         return solution
 
     def inertial_efforts(
@@ -486,7 +487,7 @@ class _Work:
         self._solver, self._assembled, self._acting = solver, assembled, acting
         self._has_rates: bool | None = None
         if len(assembled.spans) > 1:
-            self._has_rates = bool(acting.speeds.any() or acting.accelerations.any())
+            self._has_rates = acting.has_rates
         self._prescribed = solver.problem.prescribed_columns
         self._outputs = solver.problem.output_indices
 

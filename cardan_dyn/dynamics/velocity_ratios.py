@@ -7,6 +7,7 @@ differ from zero are kept, in rows.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -37,8 +38,7 @@ class VelocityRatios(NamedTuple):
         """
         count, *shape = dense.shape
         if depends is None:
-            moved = np.arange(shape[0] * shape[1]).reshape(shape)
-            return VelocityRatios(read_only(dense.reshape(count, -1)), read_only(moved))
+            return VelocityRatios(read_only(dense.reshape(count, -1)), _all_moved(*shape))
         moved = np.where(depends, np.cumsum(depends).reshape(shape) - 1, -1)
         return VelocityRatios(read_only(dense[:, depends]), read_only(moved))
 
@@ -71,6 +71,12 @@ class VelocityRatios(NamedTuple):
         """Return the ratios of all samples of several blocks."""
         values = np.concatenate([block.values for block in blocks])
         return VelocityRatios(read_only(values), blocks[0].moved)
+
+
+@lru_cache
+def _all_moved(coordinates: int, drives: int) -> Array:
+    """Return `VelocityRatios.moved` where no ratio is always zero."""
+    return read_only(np.arange(coordinates * drives).reshape(coordinates, drives))
 
 
 def _restored(values: Array, moved: Array) -> VelocityRatios:

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..elements.link_loads import LinkLoad
 from ..errors import MobilityError, choices
-from ..frozen import FrozenDict, Record, frozen
+from ..frozen import FrozenDict, Record, frozen, read_only
 from ..mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -123,6 +123,11 @@ class Problem(Record):
         passive[self.prescribed_columns] = False
         return np.nonzero(passive)[0]
 
+    @cached_property
+    def held_row(self) -> Array:
+        """Positions of the held joints, `(1, h)` [rad or m]."""
+        return read_only(np.array([list(self.held.values())], dtype=float))
+
     @property
     def wanted_bodies(self) -> set[int] | None:
         """Bodies (0-based) whose joint wrenches are wanted, None for all."""
@@ -168,9 +173,11 @@ class Problem(Record):
         return self.mechanism.model.njoints - 1 + fixed.index(joint)
 
     @cached_property
-    def output_indices(self) -> list[int]:
-        """Index of every output among all wrenches."""
-        return [self.wrench_index(name) for name in self.outputs]
+    def output_indices(self) -> list[int] | slice:
+        """Index of every output among all wrenches; a slice, which makes no copies, of all."""
+        indices = [self.wrench_index(name) for name in self.outputs]
+        count = self.mechanism.model.njoints - 1 + sum(x.is_fixed for x in self.mechanism.loops)
+        return slice(None) if indices == list(range(count)) else indices
 
 
 def _equal(first: object, second: object) -> bool:

@@ -166,6 +166,11 @@ class Acting(NamedTuple):
             shapes[f"inertia[{name!r}]"] = factor.shape
         return shapes
 
+    @property
+    def has_rates(self) -> bool:
+        """Whether any drive moves or accelerates at any sample."""
+        return bool(np.count_nonzero(self.speeds) or np.count_nonzero(self.accelerations))
+
     def flat(self, shape: tuple[int, ...], span: slice = slice(None)) -> Acting:
         """Return the same with arrays over `(N,)`, or `(1,)` where all samples have one value.
 

@@ -296,9 +296,9 @@ class GroupSolver:
                     return state.with_samples(few, later)
                 # So a sample ends where it does whatever others are beside it.
                 step[is_exact] = scaled[is_exact] = 0.0
-            sizes = scaled.max(axis=1)
+            sizes = np.maximum.reduce(scaled, axis=1)
             correction = correction + sizes
-            worst = float(sizes.max())
+            worst = float(np.maximum.reduce(sizes))
             if worst > LONGEST_STEP:
                 step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
             if not math.isfinite(worst):

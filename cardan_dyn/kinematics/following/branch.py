@@ -103,11 +103,21 @@ class BranchTable:
         return float(self.positions[0]), float(self.positions[-1])
 
     @cached_property
-    def _curves(self) -> Array:
-        """Polynomials `(6, K - 1, size)` between neighbouring nodes."""
-        return self.rows.of(slice(-1)).quintics(
-            np.diff(self.positions), self.rows.of(slice(1, None))
-        )
+    def _known_curves(self) -> dict[Hashable, Array]:
+        """What `_curves` has made."""
+        return {}
+
+    def _curves(self, columns: Array | slice) -> Array:
+        """Return polynomials `(6, K - 1, k)` of some coordinates between neighbouring nodes."""
+        key: Hashable
+        key = (columns.start, columns.stop) if isinstance(columns, slice) else columns.tobytes()
+        if key not in self._known_curves:
+            here, there = (
+                Rows(*(values[nodes, columns] for values in self.rows))
+                for nodes in (slice(-1), slice(1, None))
+            )
+            self._known_curves[key] = here.quintics(np.diff(self.positions), there)
+        return self._known_curves[key]
 
     def with_nodes(self, rows: Rows) -> BranchTable:
         """Return a table that also holds new nodes, given in any order."""
@@ -140,8 +150,11 @@ class BranchTable:
         low = self.positions[left]
         width = self.positions[left + 1] - low
         share = (positions - low) / width
-        if len(positions) >= self.size:
-            return quintic(self._curves[:, :, columns], left, share)
+        # Made for many samples, or once few at a time add up to many.
+        served = vars(self).get("_served", 0) + len(positions)
+        vars(self)["_served"] = served
+        if served >= self.size:
+            return quintic(self._curves(columns), left, share)
         here, there = (
             Rows(*(values[nodes][:, columns] for values in self.rows)) for nodes in (left, left + 1)
         )
@@ -391,11 +404,17 @@ class Branch:
                 return True
         return False
 
+    def may_refine(self, node_limit: int) -> bool:
+        """Return whether `refine` would do anything: every call tries each interval again.
+
+        Therefore nothing is done before the limit has doubled since the last call.
+        """
+        return node_limit >= 2 * self._refined_to
+
     def refine(self, kinematics: Kinematics, node_limit: int) -> None:
         """Halve intervals until guesses are exact to rounding, or there are `node_limit` nodes.
 
-        Guesses are made safe in any case, even with more nodes. Nothing is done before the limit
-        has doubled since the last call: every call tries each interval again.
+        Guesses are made safe in any case, even with more nodes. See `may_refine`.
 
         Args:
             kinematics: with the rows that are known to be independent.
@@ -404,7 +423,7 @@ class Branch:
         Raises:
             SingularConfigurationError: the branch cannot be resolved.
         """
-        if node_limit < 2 * self._refined_to:
+        if not self.may_refine(node_limit):
             return
         self._refined_to = node_limit
         is_open = np.ones(self._table.size - 1, dtype=bool)

@@ -168,19 +168,20 @@ class DriveMotion:
         """
         self._samples_served += max(targets.size, _SAMPLES_PER_CALL)
         branch = self.branch
-        own = kinematics.part([self._index], self.groups)
-        branch.refine(own, node_limit=self._samples_served // _SAMPLES_PER_NODE)
+        node_limit = self._samples_served // _SAMPLES_PER_NODE
+        if branch.may_refine(node_limit):
+            branch.refine(kinematics.part([self._index], self.groups), node_limit)
         position, (every,) = self._positions(targets), followed.values
         for first in range(0, targets.size, BLOCK_SIZE):
             block = slice(first, first + BLOCK_SIZE)
             periods = every[block]
             where, is_there = position[block], followed.is_there[block]
-            if not is_there.all():
+            if np.count_nonzero(is_there) < len(is_there):
                 where = np.where(is_there, where, self._start)
             within = where - periods[:, 0] * (branch.period or 0.0)
             x[block, self._columns] = branch.values(within, self._columns)
             # Zeros that are never written take no memory.
-            if periods.any():
+            if np.count_nonzero(periods):
                 turns[block, self._columns] = periods * branch.windings[self._columns]
 
     def _positions(self, targets: Targets) -> Array:

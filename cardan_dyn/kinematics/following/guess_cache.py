@@ -132,7 +132,7 @@ class GuessCache:
                 # What was followed is let go as soon as it is written.
                 part.write(followed.pop(0), targets, x, turns, self.kinematics)
             self._set_drives(x, targets)
-            if turns[:, self._columns].any():
+            if np.count_nonzero(turns[:, self._columns]):
                 turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
             is_exact = all(part.is_exact for part in self._parts)
