@@ -100,7 +100,7 @@ def test_labels_neither_cover_each_other_nor_are_cut(
         for where in ("bearings", "all"):
             page.page.select_option("#where", where) if page.page.is_visible("#where") else None
             for moment in MOMENTS:
-                page.seek(moment)
+                page.evaluate(f"scene.seek({moment})")
                 found = page.evaluate(BOXES)
                 boxes = np.array(found["labels"]).reshape(-1, 4)
                 most = max(most, len(boxes))
@@ -171,6 +171,7 @@ def test_the_slider_shows_the_drive_in_degrees(four_bar: Page) -> None:
     assert four_bar.page.get_attribute("#slider", "aria-label") == "crank_bearing in degrees"
     assert four_bar.evaluate("scene.place") == pytest.approx(30.0, abs=1e-6)
     # The scene is there as well: the crank stands a quarter of a turn from its start.
+    four_bar.page.wait_for_function("scene.settled")
     assert "crank_bearing 90°" in four_bar.page.inner_text("#state")
     turn = four_bar.evaluate(
         "(() => { const now = scene.node('/mechanism/crank').quaternion.clone(); scene.seek(0);"
@@ -308,6 +309,24 @@ def test_a_page_waits_where_people_want_no_motion(
     page.wait_for_timeout(300)
     assert page.evaluate("scene.frames.count") == count
     page.close()
+
+
+def test_a_scene_that_nobody_sees_stands_still(
+    opened: Opener, files: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """As in a report: further down than the window shows."""
+    outer = tmp_path / "outer.html"
+    frame = f'<iframe src="{files("four_bar").as_uri()}" width="900" height="600"></iframe>'
+    outer.write_text(f'<!DOCTYPE html><title>t</title><div style="height: 3000px"></div>{frame}')
+    page = opened(outer, scene=False).page
+    inner = page.frames[1]
+    inner.wait_for_function("window.scene && !onScreen")
+    inner.wait_for_timeout(200)  # A frame that was asked for before.
+    count = inner.evaluate("scene.frames.count")
+    inner.wait_for_timeout(300)
+    assert inner.evaluate("scene.playing") and inner.evaluate("scene.frames.count") == count
+    page.evaluate("scrollTo(0, 3000)")
+    inner.wait_for_function(f"scene.frames.count > {count} + 2")
 
 
 def test_on_a_small_screen_the_panel_stands_below_and_folds(

@@ -45,8 +45,15 @@ function frame(time) {
   drawNow();
   frames.count += 1;
   frames.cost += performance.now() - start;
-  if (playing) request();
+  if (playing && onScreen) request();
 }
+
+// What nobody sees, such as a scene further down in a report, need not move.
+let onScreen = true;
+new IntersectionObserver((entries) => {
+  onScreen = entries[entries.length - 1].isIntersecting;
+  if (onScreen) request();
+}).observe(canvas);
 
 // Once nothing changes any more, all is drawn as finely as it can be.
 function settle() {
