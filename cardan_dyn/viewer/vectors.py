@@ -17,14 +17,6 @@ _APART = 0.14
 _APART_ENOUGH = 0.99
 """Fraction of that distance that still counts: a gap of exactly one step must not fail by
 rounding."""
-_LABEL_DISTANCE, _LABEL_GAP = 0.32, 0.1
-"""Least distance of a label from its joint, and from its moments, as fractions of that radius."""
-_BESIDE_SHAFT = 0.2
-"""Distance of the moments from the joint, as a fraction of that radius, beyond which the label
-stands above the shaft: further along the axis it would lie on the shaft."""
-_STEEP = 0.7
-"""Vertical component of a unit axis above which it counts as upright (45°), where a label above
-the joint would lie on the shaft as well."""
 _STANDING = 1e-9
 """Change of a rotation matrix below which a body stands still; its rounding is some 1e-16."""
 _TURNING = 1e-6
@@ -43,7 +35,6 @@ class Vectors:
         anchor: `(N, 3)` point of the joint's axis at which moments are drawn [m]: beside the
             centre of mass of its child, as several joints may share one origin. A moment is the
             same everywhere on a body.
-        label: `(N, 3)` where the name stands [m].
         force: `(N, 3)` [N].
         torsion: `(N, 3)` part of the moment along the axis [N·m].
         bending: `(N, 3)` part of the moment across it [N·m].
@@ -56,7 +47,6 @@ class Vectors:
     axis: Array
     rotation: Array
     anchor: Array
-    label: Array
     force: Array
     torsion: Array
     bending: Array
@@ -105,7 +95,6 @@ def collect(
                 axis=axis,
                 rotation=rotation,
                 anchor=origin + offset * axis,
-                label=_label(origin, axis, offset, radius),
                 force=_turned(rotation, force),
                 torsion=_turned(rotation, along),
                 bending=_turned(rotation, moment - along),
@@ -141,15 +130,6 @@ def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius:
         if min(gaps, default=radius) > _APART_ENOUGH * _APART * radius:
             return candidate
     return offset
-
-
-def _label(origin: Array, axis: Array, offset: float, radius: float) -> Array:
-    """Return where the name of a joint stands `(N, 3)` [m]: clear of its shaft and its moments."""
-    beyond = _LABEL_DISTANCE * radius
-    if abs(offset) > _BESIDE_SHAFT * radius and abs(axis[0, 2]) < _STEEP:
-        return np.asarray(origin + offset * axis + [0.0, 0.0, beyond])
-    side = -1.0 if offset < 0.0 else 1.0
-    return np.asarray(origin + side * max(beyond, abs(offset) + _LABEL_GAP * radius) * axis)
 
 
 def _turns(sweep: Sweep | Still, joint: Joint, samples: Array) -> bool:
