@@ -216,6 +216,7 @@ def test_joints_and_links_are_selected_in_the_list_and_in_the_scene(four_bar: Pa
     page.click("#list >> text=crank_pin")
     assert selected(four_bar) == ["crank_pin"]
     assert page.inner_text("#chosen-title") == "crank_pin"
+    page.wait_for_function("scene.settled")
     assert "crank_pin" in [item["text"] for item in four_bar.evaluate("scene.labels()")]
     page.focus("#list")
     page.keyboard.press("ArrowDown")
@@ -225,6 +226,7 @@ def test_joints_and_links_are_selected_in_the_list_and_in_the_scene(four_bar: Pa
     assert page.inner_text("#chosen-title") == "rocker"
     page.click("#details >> text=rocker_bearing")
     assert selected(four_bar) == ["rocker_bearing"]
+    page.wait_for_function("scene.settled")
     # The name of the other bearing, then the middle of the coupler, in the scene.
     name = "scene.labels().find((item) => item.text === 'crank_bearing').box"
     left, top, right, bottom = four_bar.evaluate(name)

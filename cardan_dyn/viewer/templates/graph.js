@@ -82,11 +82,13 @@ function graphOf(joint, unit, drawn) {
     draw("text", { x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = text;
     if (value === 0) draw("line", { class: "zero", x1: LEFT, x2: wide - RIGHT, y1: y(0), y2: y(0) }, svg);
   }
-  for (const { value, text } of ticks(first, last, 5, course.unit)) {
-    const anchor = x(value) > wide - RIGHT - 14 ? "end" : "middle";
+  const along = ticks(first, last, 5, course.unit);
+  along.forEach(({ value, text }, index) => {
+    const unit = course.unit === "°" || index === along.length - 1 ? course.unit : "";
+    const anchor = x(value) > wide - RIGHT - 16 ? "end" : "middle";
     draw("text", { x: anchor === "end" ? wide - 2 : x(value), y: HIGH - 6, "text-anchor": anchor },
-      svg).textContent = withUnit(text, course.unit === "°" ? "°" : "");
-  }
+      svg).textContent = withUnit(text, unit);
+  });
   const curves = drawn.map((item) => {
     const stroke = { d: curveOf(item.values, x, y) };
     if (item.dash) stroke["stroke-dasharray"] = item.dash;
