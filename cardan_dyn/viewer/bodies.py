@@ -24,6 +24,7 @@ from .default_shapes import (
     downwards,
     is_cross,
     rod_radius,
+    sleeve_on,
     travel_of,
 )
 from .still import Still
@@ -77,7 +78,11 @@ class Bodies:
         self._link_of_body: dict[int, str] = {}
         for name, (body, _) in mechanism.links.items():
             self._link_of_body.setdefault(body, name)
-        self._order = {body: index for index, body in enumerate(sorted(self._link_of_body))}
+        # Those with a mass first, among which massless ones would break the turn of colours.
+        ordered = sorted(
+            self._link_of_body, key=lambda body: (body > 0 and self._centre(body) is None, body)
+        )
+        self._order = {body: index for index, body in enumerate(ordered)}
         self._attachments = attachments_of(mechanism)
         shapes, self.notes = shapes_of(mechanism) if visuals else ([], ())
         self.shapes = [shape for shape in shapes if self._known(shape.body)]
@@ -134,17 +139,27 @@ class Bodies:
             if item.kind == "slide" and not item.is_child
         }
         down = downwards(self._attachments.get(0, ()))
+        sleeves = {
+            body: item
+            for body, items in self._attachments.items()
+            if body not in drawn and self._known(body) and self._centre(body) is None
+            if (item := sleeve_on(items, rod)) is not None
+        }
         found: list[_Default] = []
         for body, items in self._attachments.items():
             if body in drawn or body not in self._link_of_body or not self._known(body):
                 continue
             if self._stands(body):
-                found += self._bearings(body, items, down, crosses, travel, rod)
+                found += self._housings(body, items, down, sleeves, rod)
+            if body in sleeves:
+                continue
+            if self._stands(body):
+                found += self._bearings(body, items, down, crosses, travel, sleeves, rod)
                 continue
             parts = Body(items, self._centre(body), crosses, travel, rod).parts()
             path = f"/mechanism/{node_name(self._link_of_body[body])}"
             found.append(_Default(path, body, parts))
-        return found + self._crosses({item.body for item in found}, rod)
+        return found + self._crosses({item.body for item in found} - {0, *sleeves}, rod)
 
     def _drawn(self) -> set[int]:
         """Return the bodies that have visuals; a floor alone holds no bearings."""
@@ -186,19 +201,41 @@ class Bodies:
         down: Array,
         crosses: frozenset[int],
         travel: dict[str, Travel],
+        sleeves: dict[int, Attachment],
         rod: float,
     ) -> list[_Default]:
         """Return the bearings of what moves on a body that stands still."""
         found = []
         turn = self._placement(body)[0][0].T
         for item in items:
-            if self._stands(item.other) or not self._known(item.other):
+            if self._stands(item.other) or not self._known(item.other) or item.other in sleeves:
                 continue
             way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
             span = travel.get(item.joint, Travel())
             joint = self._sweep.mechanism.joints[item.joint]
             along = beside(self._sweep.mechanism, joint, np.inf)
             parts = bearing(item, turn @ down, way, along, crosses, span, rod)
+            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
+        return found
+
+    def _housings(
+        self,
+        body: int,
+        items: list[Attachment],
+        down: Array,
+        sleeves: dict[int, Attachment],
+        rod: float,
+    ) -> list[_Default]:
+        """Return housings on a body that stands still, of sleeves in which shafts turn."""
+        found = []
+        turn = self._placement(body)[0][0].T
+        for item in items:
+            shaft = sleeves.get(item.other)
+            if body in sleeves or shaft is None:
+                continue
+            axis = turn @ self._placement(item.other)[0][0] @ shaft.axis
+            seat = item._replace(kind="turn", axis=axis)
+            parts = bearing(seat, turn @ down, axis, 0.0, frozenset(), Travel(), rod)
             found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
         return found
 

@@ -467,6 +467,20 @@ def is_cross(attachments: Sequence[Attachment], centre: Array | None, rod: float
     return len(_distinct([item.axis for item in attachments])) > 1
 
 
+def sleeve_on(attachments: Sequence[Attachment], rod: float) -> Attachment | None:
+    """Return the joint in which a shaft turns in a body that is nothing but a sleeve about it.
+
+    Its other joints are its seats, beside that joint on its axis; None for another body.
+    """
+    turning = [item for item in attachments if item.kind == "turn" and not item.is_child]
+    others = [item for item in attachments if item.kind in ("ball", "cross")]
+    if len(turning) != 1 or not others or len(attachments) != len(others) + 1:
+        return None
+    arms = [item.point - turning[0].point for item in others]
+    on_axis = all(np.linalg.norm(np.cross(arm, turning[0].axis)) < rod for arm in arms)
+    return turning[0] if on_axis else None
+
+
 def nodes_of(attachments: Sequence[Attachment], rod: float) -> list[list[Attachment]]:
     """Return attachments that share a point, by point."""
     nodes: list[list[Attachment]] = []

@@ -1,5 +1,9 @@
 from xml.etree import ElementTree
 
+import numpy as np
+import pytest
+
+from cardan_dyn.description.visuals import visuals_of
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
 from cardan_dyn.drive_lines.line.closed_chain import cross_visuals, shaft_visuals
 
@@ -21,7 +25,7 @@ def span(visual: ElementTree.Element) -> tuple[float, float]:
 
 
 def test_shafts_lie_between_their_joints() -> None:
-    (first,), (middle,), (last,) = (shaft_visuals(LINE, index) for index in range(3))
+    (first, *_), (middle, *_), (last, *_) = (shaft_visuals(LINE, index) for index in range(3))
     assert span(first) == (-0.3, -0.06)
     assert span(middle) == (0.1, 0.8)
     assert span(last) == (0.08, 0.4)
@@ -32,3 +36,44 @@ def test_crosses_have_two_pins() -> None:
     lengths = [v.find("geometry/cylinder").get("length") for v in cross_visuals(LINE, 1)]
     assert lengths == ["0.12", "0.12"]
     assert len(cross_visuals(DriveLine(shafts=[Shaft(), Shaft()]), 1)) == 2
+
+
+def inside(point: np.ndarray, sizes: tuple[float, ...], placement: np.ndarray) -> np.ndarray:
+    """Whether points `(n, 3)` are in a box."""
+    local = (point - placement[:3, 3]) @ placement[:3, :3]
+    return np.all(np.abs(local) <= np.array(sizes) / 2.0 + 1e-9, axis=-1)
+
+
+@pytest.mark.parametrize("name", ["truck", "rolling_mill"])
+def test_forks_hold_the_ends_of_their_crosses_as_the_line_turns(name: str) -> None:
+    line = DriveLine.from_toml(name)
+    visuals, messages = visuals_of(line.mechanism.description)
+    assert messages == []
+    turn = line.scene().sweep(np.linspace(0.0, 5.0, 7))
+    ears = [item for item in visuals if item.kind == "box"]
+    crosses = [item for item in visuals if item.link.startswith("cross_")]
+    assert len(ears) == 4 * line.count and len(crosses) == 2 * line.count
+    for pin in crosses:
+        for end in (-0.45, 0.45):
+            at = turn.point(
+                pin.link, pin.placement[:3, 3] + end * pin.size[1] * pin.placement[:3, 2]
+            )
+            holding = 0
+            for ear in ears:
+                origin = turn.point(ear.link).position
+                rotation = turn.orientation(ear.link)
+                local = np.einsum("nji,nj->ni", rotation, at.position - origin)
+                is_inside = inside(local, ear.size, ear.placement)
+                assert np.all(is_inside) or not np.any(is_inside)
+                holding += bool(is_inside[0])
+            assert holding == 1
+
+
+def test_a_joint_of_constant_velocity_has_a_housing_in_place_of_forks() -> None:
+    line = DriveLine(
+        shafts=[Shaft(bearings=[Bearing(distance=0.3)]), Shaft(bearings=[Bearing(distance=0.3)])],
+        joints=[ShaftJoint(kind="constant_velocity")],
+    )
+    visuals = [item for index in range(2) for item in shaft_visuals(line, index)]
+    kinds = [item.find("geometry")[0].tag for item in visuals]
+    assert sorted(kinds) == ["cylinder", "cylinder", "sphere"]

@@ -140,6 +140,24 @@ def test_a_universal_joint_has_a_cross_that_turns_with_both_sides() -> None:
     np.testing.assert_allclose(pose.position, np.tile([1.0, 0.0, 0.0], (5, 1)), atol=1e-12)
 
 
+def test_housings_of_a_drive_line_stand_where_its_bearings_are() -> None:
+    line = cd.drive_lines.DriveLine.from_toml("rolling_mill")
+    turn = line.scene().sweep([0.0, 1.0])
+    drawing = Drawing(1.0)
+    Bodies(turn, np.arange(2), visuals=True).draw(drawing, 1.0)
+    housings = [path for path in paths(drawing) if path.startswith("/bearings/")]
+    supports = [name for name in turn.mechanism.joints if name.startswith("support_")]
+    assert len(supports) == 4
+    assert sorted(housings) == sorted(f"/bearings/{name}/shape" for name in supports)
+    for name in supports:
+        cloud = world(drawing, f"/bearings/{name}/shape")
+        # The housing is about its bearing, and its foot is below.
+        middle = cloud[:, :2].min(axis=0) / 2.0 + cloud[:, :2].max(axis=0) / 2.0
+        np.testing.assert_allclose(middle, turn.origin(name)[0, :2], atol=0.05)
+        assert cloud[:, 2].max() > turn.origin(name)[0, 2] > cloud[:, 2].min() + 0.2
+    assert not any("sleeve" in path or "place" in path for path in paths(drawing))
+
+
 def linear(css: str) -> np.ndarray:
     """Return red, green and blue in proportion to their light."""
     values = np.array([int(css[at : at + 2], 16) / 255 for at in (1, 3, 5)])
