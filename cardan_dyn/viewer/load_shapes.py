@@ -15,6 +15,9 @@ from .vectors import beside
 
 _ARC_RADIUS = 0.16
 """Radius of the arc of the greatest moment, as a fraction of the radius of the scene."""
+_DRIVE, _DRIVE_ARC, _BESIDE = 0.22, 0.17, 0.15
+"""Length of the arrow of a slide that is driven and of gravity, radius of the arc of a turn that is
+driven, and distance of gravity from the mechanism, likewise."""
 _LEAST = 0.35
 """Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
 
@@ -60,6 +63,66 @@ def draw_loads(
                 drawing.add(path, mesh(forms.arc_arrow()), color)
                 points.append(at)
     return np.concatenate(points)
+
+
+def draw_drives(
+    drawing: Drawing, sweep: Sweep, samples: Array, radius: float, color: Color
+) -> Array:
+    """Draw the sense in which each drive grows: an arc about its axis, or an arrow along it.
+
+    The nodes are `/drive/NAME`, all of one size.
+
+    Returns:
+        Points `(n, 3)` that the camera has to see [m]; none where nothing was drawn.
+    """
+    points = [np.zeros((0, 3))]
+    for name in sweep.drives:
+        coordinate = sweep.mechanism.drivable[name]
+        joint = sweep.mechanism.joints[coordinate.joint]
+        try:
+            origin, rotation = (
+                sweep.origin(joint.name)[samples],
+                sweep.rotation(joint.name)[samples],
+            )
+        except ModelError:
+            continue
+        axis = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
+        axis = np.broadcast_to(axis, origin.shape)
+        if not np.all(np.isfinite(origin)):
+            continue
+        along = beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
+        path, turn = f"/drive/{node_name(name)}", forms.towards(axis)
+        length = (_DRIVE if coordinate.slides else _DRIVE_ARC) * radius
+        drawing.place(path, Pose.of(origin + along, turn, np.full(1, length)))
+        shape = forms.arrow(forms.ARROW_RADIUS) if coordinate.slides else forms.arc_arrow()
+        drawing.add(path, mesh(shape), color)
+        points += [origin + along + length * axis] if coordinate.slides else [origin + along]
+    return np.concatenate(points)
+
+
+def draw_gravity(
+    drawing: Drawing, gravity: Array, points: Array, radius: float, color: Color
+) -> Array:
+    """Draw gravity as one arrow beside a mechanism, at `/loads/gravity`.
+
+    Args:
+        drawing: what it is drawn on.
+        gravity: `(3,)` [m/s²].
+        points: `(n, 3)` between which the mechanism moves [m].
+        radius: of the scene [m].
+        color: of the arrow.
+
+    Returns:
+        Points `(2, 3)` that the camera has to see [m].
+    """
+    direction = gravity / np.linalg.norm(gravity)
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    tail = np.array([low[0] - _BESIDE * radius, low[1], 0.5 * (low[2] + high[2])])
+    tail = tail - 0.5 * _DRIVE * radius * direction
+    length = np.full(1, _DRIVE * radius)
+    drawing.place("/loads/gravity", Pose.of(tail, forms.towards(direction[None]), length))
+    drawing.add("/loads/gravity", mesh(forms.arrow(forms.ARROW_RADIUS)), color)
+    return np.stack([tail, tail + length * direction])
 
 
 def _acting(

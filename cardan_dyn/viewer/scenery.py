@@ -26,6 +26,8 @@ FORCE = Color.of("#5e35b1", on_top=True, layer=6)
 AXIS = Color.of("#5f6b7a", opacity=0.75, on_top=True, layer=1)
 LOOP = Color.of("#0091b3", opacity=0.9, on_top=True, layer=2)
 LOAD = Color.of("#b71c1c", on_top=True, layer=7)
+DRIVE = Color.of("#00695c", opacity=0.9, on_top=True, layer=2)
+GRAVITY = Color.of("#455a64", on_top=True, layer=2)
 _LABEL = Color.of("#333333")
 
 # Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
@@ -158,6 +160,8 @@ def build(sweep: Sweep | Still, joints: tuple[str, ...], parts: Parts, samples: 
         builder.draw_elements(sweep, samples)
     if parts.loads and isinstance(sweep, Sweep):
         builder.draw_loads(sweep, samples)
+        builder.draw_drives(sweep, samples)
+        builder.draw_gravity(sweep, points)
     on_ground = bodies.on_ground()
     bearings = tuple(name for name in joints if name in on_ground) or joints
     return replace(builder.scenery(), notes=bodies.notes, bearings=bearings)
@@ -271,6 +275,24 @@ class _Builder:
         drawn = draw_loads(self.drawing, sweep, samples, self._radius, LOAD)
         if len(drawn):
             self._legend.append(Meaning(LOAD.css, "load", "loads"))
+            self._include(drawn)
+
+    def draw_drives(self, sweep: Sweep, samples: Array) -> None:
+        """Draw in which sense drives grow."""
+        from .load_shapes import draw_drives
+
+        drawn = draw_drives(self.drawing, sweep, samples, self._radius, DRIVE)
+        if len(drawn):
+            self._legend.append(Meaning(DRIVE.css, "drive: sense in which it grows", "drive"))
+            self._include(drawn)
+
+    def draw_gravity(self, sweep: Sweep, points: Array) -> None:
+        """Draw gravity, if it is the same at all samples."""
+        from .load_shapes import draw_gravity
+
+        if sweep.gravity.ndim == 1 and np.any(sweep.gravity):
+            drawn = draw_gravity(self.drawing, sweep.gravity, points, self._radius, GRAVITY)
+            self._legend.append(Meaning(GRAVITY.css, "gravity", "loads"))
             self._include(drawn)
 
     def _draw_components(self, vectors: list[Vectors], scale: float) -> set[str]:

@@ -142,6 +142,7 @@ const PARTS = [
   ["moments", ["torsion", "bending"], "Moments"],
   ["forces", ["force"], "Forces"],
   ["loads", ["loads"], "Loads"],
+  ["drive", ["drive"], "Drive"],
   ["axes", ["axes"], "Axes"],
   ["traces", ["moment", "traces"], "Whole moments and their traces"],
   ["elements", ["elements"], "Force elements"],

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
+from scipy.spatial.transform import Rotation
 from testkit.drawn import placed
 from testkit.kinematics import at_zero
 
@@ -50,7 +51,7 @@ def roots(scene: Scenery) -> set[str]:
         ("axes", {"axes"}),
         ("traces", {"moment", "traces"}),
         ("labels", {"labels"}),
-        ("loads", {"loads"}),
+        ("loads", {"loads", "drive"}),
     ],
 )
 def test_each_part_is_drawn_alone(part: str, expected: set[str], loaded_turn: cd.Sweep) -> None:
@@ -99,7 +100,7 @@ def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
     assert "torsion" in legend[TORSION.css] and "bending" in legend[BENDING.css]
     assert legend[LOOP.css] == "joint that closes a loop" and legend[LOAD.css] == "load"
     assert {item.part for item in scene.legend} == {
-        *("axes", "torsion", "bending", "moment", "loads"),
+        *("axes", "torsion", "bending", "moment", "loads", "drive"),
     }
     colors = {item.text: item.color for item in scene.drawing.labels}
     assert set(colors) == set(loaded_turn.outputs)
@@ -141,3 +142,39 @@ def test_bearings_of_a_still_are_on_the_ground() -> None:
     still = Still(cd.assemble(cd.load("four_bar"), near={"crank_bearing": 0.7}))
     scene = build(still, still.outputs, Parts(), np.arange(1))
     assert scene.bearings == ("crank_bearing", "rocker_bearing")
+
+
+def test_drives_and_gravity_are_arrows() -> None:
+    mechanism = cd.load("stewart_platform")
+    legs = [f"leg_{k}" for k in range(1, 7)]
+    turn = cd.Scene(mechanism, drive=legs, gravity=(0.0, 3.0, -4.0)).sweep(np.zeros((25, 6)))
+    scene = scenery(turn, dataclasses.replace(NONE, loads=True))
+    drawn = {item.path for item in scene.drawing.objects}
+    assert {"/loads/gravity", *(f"/drive/{leg}" for leg in legs)} <= drawn
+    for path, direction in (
+        ("/loads/gravity", np.array([0.0, 0.6, -0.8])),
+        ("/drive/leg_1", turn.rotation("leg_1")[0] @ mechanism.joints["leg_1"].axis),
+    ):
+        arrow = Rotation.from_quat(placed(scene.drawing, path)["quaternion"])
+        np.testing.assert_allclose(arrow.apply([0.0, 0.0, 1.0]), direction, atol=1e-12)
+    # Gravity stands beside the mechanism, and the camera sees it.
+    tail = placed(scene.drawing, "/loads/gravity")["position"]
+    assert tail[0] < min(turn.origin(name)[0, 0] for name in mechanism.joints)
+    assert np.min(scene.points[:, 0]) == pytest.approx(tail[0])
+
+
+def test_a_drive_that_turns_is_an_arc_about_its_axis(loaded_turn: cd.Sweep) -> None:
+    scene = scenery(loaded_turn, dataclasses.replace(NONE, loads=True))
+    pose = placed(scene.drawing, "/drive/bearing_in")
+    axis = Rotation.from_quat(pose["quaternion"]).apply([0.0, 0.0, 1.0])
+    joint = loaded_turn.mechanism.joints["bearing_in"]
+    np.testing.assert_allclose(axis, loaded_turn.rotation("bearing_in")[0] @ joint.axis, atol=1e-12)
+    assert "/loads/gravity" not in {item.path for item in scene.drawing.objects}
+
+
+def test_a_moment_along_its_axis_leaves_no_trace() -> None:
+    turn = cd.Scene(
+        cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -60.0}
+    ).sweep(np.linspace(0.0, 6.0, 25))
+    assert np.ptp(turn["crank_bearing"].torsion) > 1.0
+    assert roots(scenery(turn, dataclasses.replace(NONE, traces=True))) == BODIES
