@@ -524,9 +524,13 @@ def over_angle(
         panel.ticklabel_format(axis="y", useOffset=False)
         panel.legend(fontsize=_SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
     angle_axis(drawn.panels[-1], "rotation of the input shaft [°]", analysis.position)
+    return drawn.finish(title or analysis.name, 0, open_note(analysis))
+
+
+def open_note(analysis: Any) -> str:
+    """Return what statics leaves open in a line, for a figure of its forces; empty if nothing."""
     opened = "; ".join(analysis.indeterminate)
-    note = f"forces of bearings are not all determined by statics: {opened}" if opened else ""
-    return drawn.finish(title or analysis.name, 0, note)
+    return f"not all forces are determined by statics: {opened}" if opened else ""
 
 
 def _columns(

@@ -215,6 +215,82 @@ def plot_parallel(
     )
 
 
+class StudyPlot:
+    """Draws a study: `study.plot("force")`, in the way that fits its parameters.
+
+    Args:
+        study: with a dataset.
+    """
+
+    def __init__(self, study: Any) -> None:
+        self._study = study
+
+    def __call__(self, name: str = "", **options: Any) -> Figure:
+        """Draw a result: over samples as points, over a grid as a map, over one axis as a line.
+
+        Args:
+            name: of the result, the first one that is a number per case if empty.
+            options: of `plot_scatter` or `plot_map`; over one axis, `title`, `ax` and `figsize`.
+
+        Raises:
+            ArgumentError: as there.
+        """
+        data = self._study.dataset
+        name = name or self._first(data)
+        values = _numbers(data, name)
+        parameters = _parameters(data)
+        if any(column.dims != (label,) for label, column in parameters.items()):
+            return plot_scatter(data, name, **options)
+        if len(values.dims) > 1:
+            chosen = [options[name] for name in ("x", "y") if name in options]
+            rest = [str(dim) for dim in values.dims if dim not in (*chosen, *options)]
+            # What is none of both axes is looked at in the middle of its values, unless given.
+            for dim in rest[2 - len(chosen) :]:
+                options[dim] = data[dim].values[data.sizes[dim] // 2]
+            return plot_map(data, name, **options)
+        from ..figures.columns import over_column
+        from ..figures.style import in_look, over
+
+        column = next(iter(parameters.values()))
+        at = over(str(column.name), np.asarray(column), column.attrs.get("units", ""))
+        drawn = {name: (np.asarray(values, dtype=float), values.attrs.get("units", "") or "1")}
+        return in_look(over_column)(at, drawn, **options)
+
+    def map(self, name: str, **options: Any) -> Figure:
+        """Draw a result over two parameters, see `plot_map`."""
+        return plot_map(self._study.dataset, name, **options)
+
+    def contours(self, name: str, **options: Any) -> Figure:
+        """Draw lines of equal values of a result, see `plot_contours`."""
+        return plot_contours(self._study.dataset, name, **options)
+
+    def tornado(self, name: str, **options: Any) -> Figure:
+        """Draw what each parameter moves, see `plot_tornado`."""
+        return plot_tornado(self._study.dataset, name, **options)
+
+    def scatter(self, name: str, **options: Any) -> Figure:
+        """Draw a result over each parameter, see `plot_scatter`."""
+        return plot_scatter(self._study.dataset, name, **options)
+
+    def parallel(self, *names: str, **options: Any) -> Figure:
+        """Draw each case as a line over all parameters, see `plot_parallel`."""
+        return plot_parallel(self._study.dataset, *names, **options)
+
+    def __repr__(self) -> str:
+        names = ("map", "contours", "tornado", "scatter", "parallel")
+        return f"<Figures of a Study: plot(), {', '.join(f'plot.{name}' for name in names)}>"
+
+    @staticmethod
+    def _first(data: xarray.Dataset) -> str:
+        """Return the first result that is a number per case."""
+        own = {block["dim"] for block in _told(data)}
+        for name, values in data.data_vars.items():
+            is_number = values.dtype.kind in "biuf" and {str(dim) for dim in values.dims} <= own
+            if is_number and name != "state":
+                return str(name)
+        raise ArgumentError(f"no result is a number per case: {choices(map(str, data.data_vars))}")
+
+
 class SobolIndices(NamedTuple):
     """What parts of a result's variance parameters cause.
 

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from .looking import StudyPlot
+
 _MOST_CASES = 100_000_000
 """Cases from which on a study is taken for a mistake, unless it says that it is not."""
 _STARTED = 6.0
@@ -189,6 +191,13 @@ class Study:
         if told is None:
             raise CardanError("nothing was computed yet: run() the study")
         return self.store.dataset([*self.parameters.units, *told["schema"]["coordinates"]])
+
+    @property
+    def plot(self) -> StudyPlot:
+        """Figures: `study.plot("force")`, `study.plot.tornado("force")`; they need extra `viz`."""
+        from .looking import StudyPlot  # Imported here: few scripts draw.
+
+        return StudyPlot(self)
 
     @property
     def failures(self) -> pandas.DataFrame:

@@ -184,6 +184,13 @@ class LinePlot(Plot):
 
         return over_angle(self._result, **own_options(options))
 
+    def _draw(self, at: Any, drawn: Mapping[str, Any], known: Any, **options: Any) -> Figure:
+        from ..drawing import open_note
+
+        are_forces = any(unit in ("N", "N·m") for _, unit in drawn.values())
+        note = open_note(self._result) if are_forces else ""
+        return super()._draw(at, drawn, known, **{**options, "note": note})
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Analysis(Result, Record):

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from testkit.drawings import check_texts
@@ -42,3 +44,14 @@ def test_margins_of_a_verdict_are_bars() -> None:
     assert axes.get_ylim()[0] > axes.get_ylim()[1]
     assert verdict.summary in axes.get_title().replace("\n", " ")
     check_texts(axes.figure)
+
+
+def test_what_statics_leaves_open_is_said() -> None:
+    found = DriveLine.from_toml("truck").analyse()
+    assert not found.indeterminate and not found.plot().get_supxlabel()
+    opened = dataclasses.replace(found, indeterminate=("the bearings of axle share a moment",))
+    assert "the bearings of axle share a moment" in opened.plot().get_supxlabel()
+    (legend,) = opened.plot("centre.bearing_radial").legends
+    assert "the bearings of axle" in legend.get_title().get_text().replace("\n", " ")
+    (legend,) = opened.plot("axle.ratio").legends
+    assert not legend.get_title().get_text()

@@ -205,3 +205,31 @@ def test_dimensions_whose_names_are_no_arguments_are_named_as_they_are_given() -
     data = cd.study(result, {name: [1.0, 2.0] for name in names}, workers=1).run().dataset
     with pytest.raises(cd.ArgumentError, match=r'\*\*\{"held\.c": …\}'):
         studies.plot_contours(data, "value", x="held.a", y="held.b")
+
+
+def test_studies_draw_themselves(grid: studies.Study, sampled: studies.Study) -> None:
+    axes, colours = grid.plot().axes
+    # Over the first two parameters, the third one in its middle.
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("angle [°]", "length [m]")
+    assert colours.get_ylabel() == "force [N]" and "count = 2" in axes.get_title()
+    axes, _ = grid.plot("force", x="count", y="length", angle=0.3).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("count", "length [m]")
+    axes, _ = grid.plot("force", y="angle").axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("length [m]", "angle [°]")
+    assert [axes.get_xlabel() for axes in sampled.plot("value").axes] == ["x1", "x2", "x3"]
+    tornado = studies.plot_tornado(grid.dataset, "force").axes[0]
+    widths = [bar.get_width() for bar in grid.plot.tornado("force").axes[0].patches]
+    assert widths == [bar.get_width() for bar in tornado.patches]
+    assert "plot.parallel" in repr(grid.plot)
+
+
+def test_one_parameter_is_a_line() -> None:
+    def growth(angle: float) -> dict[str, float]:
+        return {"force": angle**2}
+
+    values = np.linspace(0.0, 0.5, 6)
+    found = cd.study(growth, {"angle": (values, "rad")}, units={"force": "N"}, workers=1).run()
+    (axes,) = found.plot().axes
+    np.testing.assert_allclose(axes.lines[0].get_xdata(), np.rad2deg(values))
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), values**2)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("angle [°]", "[N]")
