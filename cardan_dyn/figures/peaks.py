@@ -25,6 +25,9 @@ _ROUNDING = 1e-9
 """Size of a line, as a fraction of what it is a part of, up to which it is rounding."""
 _FLAT = 1e-6
 """Range of a line, as a fraction of its greatest value, below which it has no peak."""
+_MOST_PARTS = 64
+"""Parts of a step between samples that are looked at, at most."""
+_ON_WHITE = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
 _INSIDE = 0.6
 """Part of the width of a figure that its axes fill at least."""
 
@@ -39,7 +42,8 @@ def label_peaks(
 ) -> None:
     """Mark extremes of lines, and write their values and places.
 
-    A label that would cover another one is left out, its mark is not.
+    A label that would cover another one is left out, its mark is not; over a line it is written
+    only where it was asked for, on white.
 
     Args:
         panel: axes with a linear scale.
@@ -62,7 +66,7 @@ def label_peaks(
             side = _side(y, place)
             panel.scatter(x[place], y[place], s=16, color=line.get_color(), zorder=3)
             text = f"{_number(y[place])}{_follows(unit)} at {_number(x[place])}{_follows(at_unit)}"
-            if _write(panel, text, (x[place], y[place]), side, x, written):
+            if _write(panel, text, (x[place], y[place]), side, x, written, asked=bool(peaks)):
                 room[side] = True
     low, high = panel.get_ylim()
     beyond = (_LINE * SMALL + 2.0 * _GAP) / _height(panel) * (high - low)
@@ -97,8 +101,10 @@ def _write(
     side: float,
     x: Array,
     written: list[tuple[float, float, float, float]],
+    *,
+    asked: bool,
 ) -> bool:
-    """Write a label above or below a point, unless it would cover another one."""
+    """Write a label above or below a point, unless it would cover another one, or a line."""
     low, high = (float(end) for end in (np.nanmin(x), np.nanmax(x)))
     bottom, top = panel.get_ylim()
     width = _INSIDE * panel.figure.get_figwidth() * 72.0
@@ -116,6 +122,10 @@ def _write(
         for other in written
     ):
         return False
+    scale = (width / ((high - low) or 1.0), _height(panel) / ((top - bottom) or 1.0))
+    covers = any(_crosses(line, box, (low, bottom), scale) for line in panel.get_lines())
+    if covers and not asked:
+        return False
     written.append(box)
     panel.annotate(
         text,
@@ -125,8 +135,34 @@ def _write(
         ha=lean,
         va="bottom" if side > 0.0 else "top",
         fontsize=SMALL,
+        bbox={**_ON_WHITE} if covers else None,
     )
     return True
+
+
+def _crosses(
+    line: Any,
+    box: tuple[float, float, float, float],
+    origin: tuple[float, float],
+    scale: tuple[float, float],
+) -> bool:
+    """Return whether a line crosses a box [pt]."""
+    x, y = (
+        (np.asarray(values, dtype=float) - start) * per_unit
+        for values, start, per_unit in zip(line.get_data(), origin, scale, strict=True)
+    )
+    if len(x) < 2:
+        return False
+    # Between samples a line goes on: each step is looked at in parts of a letter's height.
+    steps = np.nan_to_num(np.hypot(np.diff(x), np.diff(y)), nan=0.0)
+    parts = min(_MOST_PARTS, 1 + int(np.max(steps, initial=0.0) / SMALL))
+    along = np.linspace(0.0, 1.0, parts, endpoint=False)
+    across, up = (
+        (values[:-1, None] + np.diff(values)[:, None] * along).ravel() for values in (x, y)
+    )
+    # The box of a label stands off its own line by the gap.
+    inside = (across > box[0]) & (across < box[1]) & (up > box[2] + 1.0) & (up < box[3] - 1.0)
+    return bool(np.any(inside))
 
 
 def _height(panel: Axes) -> float:

@@ -192,3 +192,19 @@ def test_looks_of_users_do_not_change_figures(one_position: cd.Sweep) -> None:
     (line,) = figure.axes[0].lines
     assert line.get_linewidth() == style.LOOK["lines.linewidth"]
     assert figure.legends[0].get_texts()[0].get_fontsize() == style.LOOK["font.size"]
+
+
+def test_labels_of_peaks_leave_lines_alone() -> None:
+    from cardan_dyn.figures.columns import over_column
+
+    at = style.over("way", np.linspace(0.0, 1.0, 101), "m")
+    # The peak of the lower line lies right below the upper one.
+    hump = 1.0 + 0.5 * np.sin(np.pi * at.values)
+    columns = {"upper": (1.03 * hump, "N"), "lower": (hump, "N")}
+    (axes,) = over_column(at, columns).axes
+    assert [text.get_text() for text in axes.texts] == ["1.545 N at 0.5 m"]
+    assert len(axes.collections) == 2
+    (axes,) = over_column(at, columns, peaks=True).axes
+    assert {text.get_text() for text in axes.texts} >= {"1.545 N at 0.5 m", "1.5 N at 0.5 m"}
+    on_white = [text for text in axes.texts if text.get_bbox_patch() is not None]
+    assert "1.5 N at 0.5 m" in [text.get_text() for text in on_white]
