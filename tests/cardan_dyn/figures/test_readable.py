@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -14,7 +15,8 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_texts
 
 import cardan_dyn as cd
-from cardan_dyn import drive_lines
+from cardan_dyn import clearance, drive_lines, figures
+from cardan_dyn.drive_lines import drawing as line_drawing
 from cardan_dyn.figures import critical_speeds, designs, style, vibration
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 73)
@@ -208,3 +210,35 @@ def test_labels_of_peaks_leave_lines_alone() -> None:
     assert {text.get_text() for text in axes.texts} >= {"1.545 N at 0.5 m", "1.5 N at 0.5 m"}
     on_white = [text for text in axes.texts if text.get_bbox_patch() is not None]
     assert "1.5 N at 0.5 m" in [text.get_text() for text in on_white]
+
+
+def _drawing_functions() -> dict[str, Callable[..., Any]]:
+    rooms = (figures, clearance.drawing, line_drawing, critical_speeds, designs, vibration)
+    return {
+        f"{room.__name__}.{name}": function
+        for room in rooms
+        for name, function in vars(room).items()
+        if inspect.isfunction(function)
+        and not name.startswith("_")
+        and inspect.unwrap(function).__annotations__.get("return") == "Figure"
+    }
+
+
+def test_every_figure_takes_axes_a_size_and_a_title() -> None:
+    found = _drawing_functions()
+    assert len(found) > 25
+    for name, function in found.items():
+        parameters = inspect.signature(function).parameters
+        assert {"ax", "figsize", "title"} <= set(parameters), name
+        assert parameters["ax"].kind is inspect.Parameter.KEYWORD_ONLY, name
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_figures_of_two_axes_need_two(joint_turn: cd.Sweep, count: int) -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots(count)
+    with pytest.raises(cd.ArgumentError, match=f"ax has {count} axes, and 2 are drawn"):
+        figures.over_angle(joint_turn, "bearing_out", ax=axes)
+    with pytest.raises(cd.ArgumentError, match=f"ax has {count} axes, and 2 are drawn"):
+        figures.ratio_and_angle_error({"joint": joint_turn}, ax=axes)
