@@ -69,6 +69,10 @@ _CLOSED = 1e-12
 _ROUNDED = 2e-15
 """Error of a drive's position by which it may be off however little it moves [rad or m]."""
 
+_SPIN_OFF = 1e-9
+"""Difference of a ball's spin from that of its angles' speeds, as a fraction of it, above which
+these are not known: half of the digits of a double and more are lost."""
+
 _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it..."""
 _FAINT = 1e-9
@@ -744,15 +748,34 @@ class Trajectory(MotionResult):
 
     @property
     def joint_velocities(self) -> Array:
-        """Velocities `(N, nv)`, likewise; NaN where angles of a ball have no speed, see `speed`."""
-        rows = self._rows
-        return rows.v if rows.exist is None else np.where(rows.exist, rows.v, np.nan)
+        """Velocities `(N, nv)`, likewise; NaN where those of a ball's angles are not known."""
+        known, v = self._known_rates, self._rows.v
+        return v if known is None else np.where(known, v, np.nan)
 
     @property
     def joint_accelerations(self) -> Array:
         """Accelerations `(N, nv)`, proven as wrenches are; NaN where velocities or these are."""
-        accelerations, exist = self.motion.a, self._rows.exist
-        return accelerations if exist is None else np.where(exist, accelerations, np.nan)
+        known, a = self._known_rates, self.motion.a
+        return a if known is None else np.where(known, a, np.nan)
+
+    @cached_property
+    def _known_rates(self) -> Array | None:
+        """Which velocities say how the bodies move `(N, nv)`; None if all of them do.
+
+        Where the outer axes of a ball coincide, its angles may have no speeds, or lose their digits
+        in those of the body.
+        """
+        rows, bodies = self._rows, self._rows.bodies
+        if bodies is None:
+            return rows.exist
+        known = np.ones(rows.v.shape, dtype=bool) if rows.exist is None else rows.exist.copy()
+        for ball in bodies.mechanism.balls:
+            angles, rates = slice(ball.column, ball.column + 3), slice(ball.rate, ball.rate + 3)
+            for index, spin in enumerate(bodies.v[:, rates]):
+                off = ball.spin(rows.x[index, angles], rows.v[index, rates]) - spin
+                if not np.max(np.abs(off)) <= _SPIN_OFF * np.max(np.abs(spin)):
+                    known[index, rates] = False
+        return known
 
     def given(self) -> Table:
         """Return times and the motion of drives and free coordinates."""

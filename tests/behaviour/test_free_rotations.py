@@ -224,6 +224,25 @@ def test_speeds_that_do_not_exist_are_marked() -> None:
     assert found.energy_residual < 1e-9
 
 
+@pytest.mark.parametrize("miss", [0.0, 1e-12, 1e-9, 1e-3])
+def test_points_near_a_right_angle_move_as_the_body_does_or_are_marked(miss: float) -> None:
+    """Without moments, angular momentum stays; where angles cannot tell the speed, it is nan."""
+    speeds = np.array([miss, 2.0, -0.7 * miss])
+    found = simulated("spherical", np.zeros(3), speeds, np.zeros(3), np.zeros(3))
+    near = np.array([-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6])
+    at = found.at(np.concatenate([np.linspace(0.0, 3.0, 100), 0.25 * np.pi + near]))
+    point = at.point("body", (0.1, 0.2, 0.3))
+    own = np.einsum("nji,nj->ni", point.orientation, point.angular_velocity)
+    momentum = np.einsum("nij,nj->ni", point.orientation, INERTIA * own)
+    known = np.all(np.isfinite(momentum), axis=1)
+    assert np.count_nonzero(~known) <= 6 * (miss > 0.0)
+    expected = INERTIA * spin_of("spherical", np.zeros(3), speeds)
+    np.testing.assert_allclose(momentum[known], [expected] * np.sum(known), atol=1e-8)
+    swept = np.cross(point.angular_velocity, point.position)
+    np.testing.assert_allclose(point.velocity, swept, atol=1e-12)
+    assert np.all(np.isfinite(point.position))
+
+
 def test_copies_read_the_same_angles() -> None:
     speeds = np.array([1e-5, 2.0, 0.0])
     found = simulated("spherical", np.zeros(3), speeds, np.zeros(3), np.zeros(3))
