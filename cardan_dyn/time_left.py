@@ -144,6 +144,6 @@ def duration(seconds: float) -> str:
 def _columns() -> int:
     """Return the width of where it is shown."""
     try:
-        return os.get_terminal_size(sys.stderr.fileno()).columns
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
     except (OSError, ValueError, AttributeError):
         return 80

@@ -190,6 +190,7 @@ def simulation_of(
             raise
         found, failure = error.trajectory, error
     if not outputs.printed:
+        swept = found.sweep
         with_elements = f", with {len(acting)} springs, dampers or brakes" if acting else ""
         say(
             f"{mechanism.name}: {', '.join(scene.free)} free{why}{with_elements}; "
@@ -197,12 +198,12 @@ def simulation_of(
         )
         _say_what_acts(scene)
         for name in scene.free:
-            say(f"{name}: {_course(found.sweep, name)}")
+            say(f"{name}: {_course(swept, name)}")
         if np.isfinite(found.energy_residual):
             say(f"energy balance: {found.energy_residual:.1e} of what moves")
         for note in found.notes:
             say(note, "yellow")
-        _print_extremes(found.sweep, found.time, "time [s]")
+        _print_extremes(swept, found.time, "time [s]")
     outputs.write(found, joints)
     if failure is not None:
         raise failure

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
 from collections.abc import Callable
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -60,17 +60,21 @@ def joints(source: str) -> list[str]:
 
 @cache
 def limits() -> list[str]:
-    """Return the names of the limits of verdicts, from the sources that list them."""
-    analytic = find_spec("analytic")
-    assert analytic is not None and analytic.origin is not None
+    """Return the names of the limits of verdicts, from the source that lists them."""
     case = _PACKAGE / "drive_lines" / "verdict" / "case.py"
-    found = []
-    for path, variable in ((Path(analytic.origin).parent / "limits.py", "LIMITS"), (case, "OWN")):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == variable:
-                tables = [item for item in ast.walk(node) if isinstance(item, ast.Dict)]
-                found += [key.value for key in tables[0].keys if isinstance(key, ast.Constant)]
-    return sorted(map(str, found))
+    found: set[str] = set()
+    for node in ast.parse(case.read_text(encoding="utf-8")).body:
+        if not isinstance(node, (ast.Assign, ast.AnnAssign)):
+            continue
+        target = ast.unparse(node.targets[0] if isinstance(node, ast.Assign) else node.target)
+        named = node.value
+        if isinstance(named, ast.Dict) and target == "_BY_APPLICATION":
+            inside = [item for value in named.values for item in ast.walk(value)]
+            found |= {str(item.value) for item in inside if isinstance(item, ast.Constant)}
+        elif named is not None and target == "OWN":
+            tables = [item for item in ast.walk(named) if isinstance(item, ast.Dict)]
+            found |= {str(item.value) for item in tables[0].keys if isinstance(item, ast.Constant)}
+    return sorted(found)
 
 
 def complete_source(of: Callable[[], dict[str, Path]]) -> Completer:
@@ -89,9 +93,10 @@ def complete_joint(
     ctx: click.Context, param: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
     """Complete names of joints of the mechanism before them; `=` and a value follow some."""
-    source = ctx.params.get("source")
     ends = "=" if "=" in (param.make_metavar(ctx) or "") else ""
-    found = joints(source) if isinstance(source, str) else []
+    # An option that still lacks its value keeps the others from being read.
+    words = [ctx.params.get("source"), *os.environ.get("COMP_WORDS", "").split()[2:]]
+    found = next((names for word in words if word and (names := joints(word))), [])
     return [CompletionItem(f"{name}{ends}") for name in found if name.startswith(incomplete)]
 
 

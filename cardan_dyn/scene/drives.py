@@ -186,7 +186,7 @@ class Drives(Frozen, Mapping[str, Drive]):
             elif item.name in self.held:
                 role = f"; held at {self.held[item.name]:.4g}"
             elif item.instead_of and item.determines:
-                more = f" or {len(item.instead_of) - 1} others" * (len(item.instead_of) > 1)
+                more = f" or {len(item.instead_of) - 1} more" * (len(item.instead_of) > 1)
                 role = f"; instead of {item.instead_of[0]}{more}"
             lines.append(f"  {item.name.ljust(width)}  {item}{role}")
         return "\n".join(lines)

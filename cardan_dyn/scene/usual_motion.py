@@ -27,7 +27,7 @@ scene would be refused."""
 _JOINT_SWING = 0.3
 """Amplitude of each of several drives, as a fraction of its limits: these say nothing of which
 combinations of positions the loops allow, so it stays well inside."""
-_SMALLER_SWINGS = (1.0, 0.3, 0.1, 0.03)
+_SMALLER_SWINGS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
 """Parts of that amplitude that are tried around the start where the loops do not allow it."""
 _ROUNDING = 1e-12
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+import cardan_dyn as cd
 from cardan_dyn.command_line import main
+from cardan_dyn.command_line.names import about, joints, limits, lines, mechanisms
+from cardan_dyn.drive_lines.verdict.case import KNOWN
 
 SCRIPT = """
 import sys
@@ -49,7 +53,18 @@ def test_help_and_version_load_nothing_that_computes(option: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "found"), [("cardan-dyn vi", "vibration"), ("cardan-dyn view --hi", "--hide")]
+    ("words", "found"),
+    [
+        ("cardan-dyn vi", "vibration"),
+        ("cardan-dyn view --hi", "--hide"),
+        ("cardan-dyn sweep four", "four_bar"),
+        ("cardan-dyn driveline tr", "truck"),
+        ("cardan-dyn check some", "file"),
+        ("cardan-dyn sweep four_bar --drive rocker", "rocker_pin"),
+        ("cardan-dyn vibration thoma_rig --drive bear", "bearing_in"),
+        ("cardan-dyn simulate needle_drive --held need", "needle_guide="),
+        ("cardan-dyn driveline truck --limit resid", "residual_angle="),
+    ],
 )
 def test_completion_loads_nothing_that_computes(words: str, found: str) -> None:
     printed, packages = loaded(
@@ -59,3 +74,24 @@ def test_completion_loads_nothing_that_computes(words: str, found: str) -> None:
     )
     assert found in printed
     assert not packages & COMPUTES
+
+
+def test_joints_of_other_files_are_completed_in_all_notations(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(
+        '<mujoco><worldbody><body><joint type="hinge" name="elbow"/></body></worldbody></mujoco>',
+        encoding="utf-8",
+    )
+    assert joints(str(path)) == ["elbow"]
+    assert joints(str(tmp_path)) == joints("nothing") == []
+    for name in mechanisms():
+        assert set(cd.load(name).joint_names) <= set(joints(name))
+
+
+def test_limits_that_are_completed_are_those_that_there_are() -> None:
+    assert set(limits()) == set(KNOWN)
+
+
+def test_head_lines_of_bundled_files_say_what_they_are() -> None:
+    for path in (*mechanisms().values(), *lines().values()):
+        assert 10 < len(about(path)) < 150
