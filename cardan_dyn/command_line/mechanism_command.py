@@ -9,7 +9,7 @@ import click
 import numpy as np
 from rich.text import Text
 
-from ..errors import CardanError, as_text
+from ..errors import CardanError, as_text, choices
 from ..mechanism.mechanism import Mechanism, load
 from ..scene.describe import describe
 from ..scene.drives import Drive, Drives
@@ -99,7 +99,7 @@ def _print_check(
     loops = f"{len(mechanism.loops)} loop{'s' * (len(mechanism.loops) != 1)}"
     say(f"{mechanism.name}: {len(mechanism.joints)} joints, {loops}")
     for text in wrong:
-        say(f"wrong: {text}", "yellow")
+        say(f"warning: {text}", "yellow")
     if report is not None:
         for line in _determined(report):
             say(line)
@@ -142,7 +142,10 @@ def _determined(report: MechanismReport) -> list[str]:
             f"not determined by statics, {redundant} redundant closure equations; sweeps choose "
             "the least norm, or go by compliance="
         )
-        lines += [f"  {name}: {components}" for name, components in open_at.items()]
+        alike: dict[str, list[str]] = {}
+        for name, components in open_at.items():
+            alike.setdefault(components, []).append(name)
+        lines += [f"  {components} at {choices(of)}" for components, of in alike.items()]
     singular = [component for component in report.components if component.is_singular_at_zero]
     lines += [f"singular at zero: {component.names}" for component in singular]
     return lines

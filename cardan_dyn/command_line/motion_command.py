@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import units
 from ..arrays import Array
+from ..checks import writing
 from ..elements.described import described_elements
 from ..errors import ArgumentError, MissingExtraError, SimulationError
 from ..mechanism.mechanism import Mechanism, load
@@ -27,7 +28,6 @@ from .tables import say, show
 if TYPE_CHECKING:
     from ..results.sweep import Sweep
 
-_ENGINES = ("pyarrow", "fastparquet")
 _RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
 _NOTHING = 1e-9
@@ -57,7 +57,7 @@ class Outputs(NamedTuple):
             )
         if (self.csv or self.json or self.parquet) and find_spec("pandas") is None:
             raise MissingExtraError('pandas is missing: pip install "cardan-dyn[study]"')
-        if self.parquet and not any(map(find_spec, _ENGINES)):
+        if self.parquet and find_spec("pyarrow") is None:
             raise MissingExtraError("Parquet files need pyarrow: pip install pyarrow")
         if self.plot is not None:
             from ..figures import style  # noqa: F401  # It says what is missing.
@@ -74,27 +74,22 @@ class Outputs(NamedTuple):
             ArgumentError: one cannot be written.
             MissingExtraError: an extra is not installed.
         """
-        for path, suffix in ((self.csv, ".csv"), (self.json, ".json")):
+        files = (self.csv, ".csv"), (self.json, ".json"), (self.parquet, ".parquet")
+        for path, suffix in files:
             if path == Path("-"):
                 with tempfile.TemporaryDirectory() as folder:
                     file = result.save(Path(folder) / f"result{suffix}")
                     click.echo(file.read_text(encoding="utf-8"), nl=False)
             elif path is not None:
                 click.echo(f"Written: {result.save(path)}", err=self.printed)
-        if self.parquet is not None:
-            frame = result.to_dataframe()
-            told = frame.attrs.pop("units")
-            named = {name: f"{name} [{told[name]}]" if told[name] else name for name in frame}
-            frame.attrs.clear()
-            frame.rename(columns=named).to_parquet(self.parquet)
-            click.echo(f"Written: {self.parquet}", err=self.printed)
         if self.plot is not None:
             drawn = joints or tuple(result.outputs)[:_MOST_DRAWN]
             if hasattr(result, "events"):
                 figure = result.plot.over_time(list(drawn))
             else:
                 figure = result.plot(*drawn)
-            figure.savefig(self.plot)
+            with writing(self.plot):
+                figure.savefig(self.plot)
             click.echo(f"Drawn: {self.plot}", err=self.printed)
 
 

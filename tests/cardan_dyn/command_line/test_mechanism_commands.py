@@ -76,6 +76,12 @@ def test_a_check_tells_drives_and_ranges(name: str) -> None:
             assert item["range"] == pytest.approx(list(expected.range))
 
 
+def test_what_statics_leave_open_is_said_once_for_all_joints_alike() -> None:
+    found = " ".join(run("check", "four_bar").output.split())
+    assert "force z, moment xy at crank_bearing, crank_pin, rocker_bearing, rocker_pin" in found
+    assert "motion and statics determine all wrenches" in run("check", "stewart_platform").output
+
+
 def test_ranges_are_in_degrees_and_metres() -> None:
     rocker = cd.describe(cd.load("four_bar")).drives["rocker_bearing"].range
     assert rocker is not None
@@ -99,7 +105,7 @@ def test_foreign_files_are_checked(tmp_path: Path) -> None:
     assert refused.exit_code == 2 and "inertia" in refused.output
     found = run("check", panda.locate(), "--no-strict")
     assert found.exit_code == 0, found.output
-    assert "wrong:" in found.output and "panda_joint7" in found.output
+    assert "warning:" in found.output and "panda_joint7" in found.output
 
 
 def test_what_cannot_be_swept_misses_the_check(tmp_path: Path) -> None:

@@ -86,6 +86,15 @@ def test_files_of_every_kind(tmp_path: Path) -> None:
     assert "joint_angle held at 35°" in found.output
 
 
+def test_parquet_files_hold_what_csv_files_hold(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    csv, parquet = tmp_path / "out.csv", tmp_path / "out.parquet"
+    found = run("sweep", "four_bar", "--samples", 5, "--csv", csv, "--parquet", parquet)
+    assert found.exit_code == 0, found.output
+    efforts = pandas.read_csv(csv).filter(like="drive_effort").to_numpy()
+    np.testing.assert_allclose(pandas.read_parquet(parquet).filter(like="drive_effort"), efforts)
+
+
 def test_a_foreign_file_chooses_its_drive(foreign: Path, tmp_path: Path) -> None:
     found = run("sweep", foreign, "--samples", 9, "--gravity", 0, 0, -9.81)
     assert found.exit_code == 0, found.output
