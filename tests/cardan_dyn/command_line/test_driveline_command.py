@@ -51,7 +51,7 @@ def test_prints_data_forks_and_verdict() -> None:
 
 @pytest.mark.slow
 def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
-    page, figures, scene = tmp_path / "a" / "b.html", tmp_path / "f", tmp_path / "s.html"
+    page, figures, scene = tmp_path / "b.html", tmp_path / "f", tmp_path / "s.html"
     result = run(
         "paper_machine",
         *("--page", str(page), "--no-scene", "--figures", str(figures), "--export", str(scene)),
@@ -124,3 +124,19 @@ def test_view_serves_the_turning_line(monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.exit_code == 0 and "Scene: http" in result.output
     assert len(served) == 1
     served[0].close()
+
+
+@pytest.mark.slow
+def test_says_on_the_page_whose_it_is_in_other_words_and_units(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    result = run(
+        *("pto", "--page", str(page), "--no-scene", "--language", "de", "--units", "imperial"),
+        *("--project", "Mäher <7>", "--customer", "Hof Nord", "--author", "A. B."),
+        *("--revision", "C", "--date", "2026-01-31"),
+    )
+    assert result.exit_code == 0
+    text = page.read_text("utf-8")
+    for told in ("Mäher &lt;7&gt;", "Hof Nord", "A. B.", "31.01.2026", "lbf·ft", "Beurteilung"):
+        assert told in text
+    wrong = CliRunner().invoke(cli.main, ["driveline", "pto", "--date", "31.1.2026"])
+    assert wrong.exit_code and "such as 2026-01-31" in str(wrong.output) + str(wrong.exception)
