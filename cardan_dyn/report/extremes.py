@@ -28,6 +28,10 @@ _EQUAL = 1e-14
 _STEPS = 34
 """Steps of the golden section. Each leaves 0.618 of the interval between two samples, together
 1e-7: of an interval of 1°, what the square root of rounding allows to be told at all."""
+_FIRST = 12
+"""Steps after which the rest is a parabola: of intervals of 1e-4 rad the third power is rounding."""
+_SMOOTH = 1e-2
+"""Part of its height by which a parabola may miss a value: kinks miss by some tenths of it."""
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 _MOST_PLACES = 8
 """Samples that are extreme within their neighbours, and between which the extreme is sought."""
@@ -272,6 +276,37 @@ def _of_samples(at: Array, values: Array) -> tuple[float, Array]:
     return greatest, at[apart[:_MOST_PLACES]]
 
 
+class _Golden(NamedTuple):
+    """Golden sections: K intervals, two positions within each, and the values there.
+
+    Attributes:
+        at: `(4, K)` low end, left, right, high end.
+        values: `(4, K)`; NaN at ends that were not computed.
+    """
+
+    at: Array
+    values: Array
+
+
+def _vertex(state: _Golden) -> tuple[Array, Array, Array]:
+    """Return vertices of parabolas through the best of three points, their values and heights.
+
+    NaN where a value is missing or the parabola has no vertex between the points.
+    """
+    falls = state.values[1] >= state.values[2]
+    at, values = (np.where(falls, part[:3], part[1:]) for part in (state.at, state.values))
+    before, after = at[0] - at[1], at[2] - at[1]
+    low, high = values[0] - values[1], values[2] - values[1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        bend = (low / before - high / after) / (before - after)
+        slope = low / before - bend * before
+        step = -0.5 * slope / bend
+        inside = (bend < 0.0) & (step > before) & (step < after)
+        predicted = values[1] + step * (slope + bend * step)
+    height = np.where(inside, values[1] - np.minimum(values[0], values[2]), np.nan)
+    return np.where(inside, at[1] + step, np.nan), predicted, height
+
+
 class _Between(Frozen):
     """Seeks extremes between the samples of a sweep with one drive and constant rates and loads."""
 
@@ -319,7 +354,7 @@ class _Between(Frozen):
         varies = np.ptp(values, axis=1)[rows] > self._floor[rows]
         inside = np.flatnonzero(varies & (high > low))
         if len(inside):
-            at, value = self._golden(low[inside], high[inside], rows[inside], sign)
+            at, value = self._located(low[inside], high[inside], rows[inside], sign)
             # Of what differs by rounding alone the sample counts: its position is a round number.
             better = value > best[inside] + _EQUAL * np.abs(best[inside])
             best[inside[better]], where[inside[better]] = value[better], at[better]
@@ -334,21 +369,50 @@ class _Between(Frozen):
             found.append((greatest, spots[:, None]))
         return found
 
-    def _golden(self, low: Array, high: Array, rows: Array, sign: float) -> tuple[Array, Array]:
-        """Return where the quantities of these rows are greatest between two positions each."""
+    def _located(self, low: Array, high: Array, rows: Array, sign: float) -> tuple[Array, Array]:
+        """Return where the quantities of these rows are greatest between two positions each.
+
+        Golden sections narrow the interval; where values then lie on a parabola, its vertex is it.
+        """
+        state = self._started(low, high, rows, sign)
+        for _ in range(_FIRST):
+            state = self._narrowed(state, rows, sign)
+        vertex, predicted, height = _vertex(state)
+        at = np.where(np.isfinite(vertex), vertex, state.at[1])
+        value = self._values(at, rows, sign)
+        smooth = np.abs(value - predicted) <= _SMOOTH * height
+        others = np.flatnonzero(~smooth)
+        if len(others):
+            rest = _Golden(state.at[:, others], state.values[:, others])
+            for _ in range(_STEPS - _FIRST):
+                rest = self._narrowed(rest, rows[others], sign)
+            best = np.argmax(rest.values[1:3], axis=0) + 1
+            own = np.arange(len(others))
+            at[others], value[others] = rest.at[best, own], rest.values[best, own]
+        return at, value
+
+    def _started(self, low: Array, high: Array, rows: Array, sign: float) -> _Golden:
         left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
         both = self._values(np.concatenate([left, right]), np.tile(rows, 2), sign)
-        of_left, of_right = both[: len(rows)], both[len(rows) :]
-        for _ in range(_STEPS):
-            falls = of_left >= of_right
-            low, high = np.where(falls, low, left), np.where(falls, right, high)
-            kept, of_kept = np.where(falls, left, right), np.where(falls, of_left, of_right)
-            new = np.where(falls, high - _GOLDEN * (high - low), low + _GOLDEN * (high - low))
-            of_new = self._values(new, rows, sign)
-            left, of_left = np.where(falls, new, kept), np.where(falls, of_new, of_kept)
-            right, of_right = np.where(falls, kept, new), np.where(falls, of_kept, of_new)
-        is_left = of_left >= of_right
-        return np.where(is_left, left, right), np.where(is_left, of_left, of_right)
+        unknown = np.full(len(rows), np.nan)
+        values = np.stack([unknown, *np.split(both, 2), unknown])
+        return _Golden(np.stack([low, left, right, high]), values)
+
+    def _narrowed(self, state: _Golden, rows: Array, sign: float) -> _Golden:
+        """Return the part of each interval in which the greatest value lies."""
+        falls = state.values[1] >= state.values[2]
+        kept, of_kept = (np.where(falls, part[:3], part[1:]) for part in (state.at, state.values))
+        low, inner, high = kept
+        width = high - low
+        new = np.where(falls, high - _GOLDEN * width, low + _GOLDEN * width)
+        of_new = self._values(new, rows, sign)
+        at = np.where(falls, [low, new, inner, high], [low, inner, new, high])
+        values = np.where(
+            falls,
+            [of_kept[0], of_new, of_kept[1], of_kept[2]],
+            [of_kept[0], of_kept[1], of_new, of_kept[2]],
+        )
+        return _Golden(at, values)
 
     def _values(self, at: Array, rows: Array, sign: float) -> Array:
         """Return `sign` times the quantity of each row at a position of its own."""

@@ -26,6 +26,8 @@ from .grids import Grid, number, place, stem_of
 
 _MOST_DRAWN = 6
 """Joints of one figure: its lines and diagrams can still be told apart."""
+_MOST_COLUMNS = 8
+"""Numbers that stand beside each other in a row of a table on paper."""
 _FRAMES = 181
 """Positions of the moving scene."""
 _COURSES = {
@@ -332,6 +334,13 @@ def _places(report: Findings, acting: list[Extreme]) -> Grid | None:
     )
     caption = f"Positions of the drives at these samples, of 0 … {len(sweep) - 1}"
     values = [(str(index), *map(float, sweep.position[index])) for index in rows]
+    if len(units) > _MOST_COLUMNS:
+        listed = [
+            (str(index), ", ".join(number(float(value)) for value in sweep.position[index]))
+            for index in rows
+        ]
+        order = ", ".join(header[1:])
+        return Grid("positions", f"{caption}: {order}", ("sample", "positions"), listed)
     return Grid("positions", caption, header, values)
 
 
@@ -403,7 +412,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
 
 def _order_parts(report: Findings) -> dict[str, Any]:
     """Return the table and the figure of orders."""
-    rows = [
+    rows: list[tuple[Any, ...]] = [
         (owner, quantity, unit, *map(float, amplitudes))
         for (owner, quantity, unit), amplitudes in report.orders.items()
         # The size of the whole force says nothing beside its parts along and across the axis.
@@ -415,13 +424,16 @@ def _order_parts(report: Findings) -> dict[str, Any]:
     drawn = [row for row in rows if row[1] == "drive effort"] or rows[:1]
     name, quantity, unit = drawn[0][:3]
     figure, axes = axes_grid(size=(7.2, 3.4))
-    axes.bar(range(9), drawn[0][3:], 0.6, color=line_style(0)["color"])
+    axes.bar(range(1, 9), drawn[0][4:], 0.6, color=line_style(0)["color"])
     axes.set_xlabel("order: swings per revolution of the drive [–]")
     axes.set_ylabel(f"amplitude [{unit}]")
-    axes.set_xticks(range(9))
+    axes.set_xticks(range(1, 9))
     return {
         "orders": Grid("orders", "Amplitudes by order", header, rows),
-        "order_figure": (page.image(figure), f"Orders of {name}, {quantity}."),
+        "order_figure": (
+            page.image(figure),
+            f"Orders of {name}, {quantity}, about a mean of {number(drawn[0][3])} {unit}.",
+        ),
     }
 
 
