@@ -32,6 +32,16 @@ BOXES = """(ids => {
       (id) => box(document.getElementById(id))) };
 })()"""
 
+# Triangles of the greatest mesh, and the corners of the box about those of its points it uses.
+EXTENT = """(() => {
+  const { geometry } = meshes.reduce((most, item) =>
+    item.geometry.index.count > most.geometry.index.count ? item : most);
+  const box = new THREE.Box3(), at = new THREE.Vector3();
+  for (const index of geometry.index.array) {
+    box.expandByPoint(at.fromBufferAttribute(geometry.attributes.position, index));
+  }
+  return [geometry.index.count / 3, [...box.min.toArray(), ...box.max.toArray()]]; })()"""
+
 Opener = Callable[..., Page]
 
 
@@ -311,6 +321,68 @@ def test_a_page_waits_where_people_want_no_motion(
     page.wait_for_timeout(300)
     assert page.evaluate("scene.frames.count") == count
     page.close()
+
+
+def test_a_frame_draws_each_object_once_and_measures_nothing(four_bar: Page) -> None:
+    """Boxes of the page are measured when it changes: that in each frame would halve their rate."""
+    calls, reads, asked, objects = four_bar.evaluate(
+        """(() => {
+      let reads = 0, asked = 0;
+      const measure = Element.prototype.getBoundingClientRect, ask = renderer.render;
+      Element.prototype.getBoundingClientRect = function () { reads++; return measure.call(this); };
+      renderer.render = (...all) => { asked++; ask.call(renderer, ...all); };
+      for (let index = 0; index < 10; index++) { step(0.02); drawNow(); }
+      Element.prototype.getBoundingClientRect = measure;
+      renderer.render = ask;
+      return [renderer.info.render.calls, reads, asked, meshes.length]; })()"""
+    )
+    assert reads == 0 and asked == 10
+    assert 0 < calls <= objects
+
+
+def test_meshes_are_coarser_in_motion_only_where_a_machine_is_too_slow(
+    opened: Opener, tmp_path: Path
+) -> None:
+    """A wavy sheet of 80 000 triangles turns: fewer of them move, at the same place."""
+    side = 200
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, side + 1), np.linspace(0.0, 1.0, side + 1))
+    points = np.stack([x, y, 0.05 * np.sin(9.0 * x)], axis=-1)
+    corner = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    triangles = np.concatenate(
+        [np.stack([corner[0], corner[k], corner[k + 1]], axis=2).reshape(-1, 9) for k in (1, 2)]
+    )
+    facets = np.zeros(
+        len(triangles),
+        dtype=[
+            ("normal", "<f4", 3),
+            ("corners", "<f4", 9),
+            ("attribute", "<u2"),
+        ],
+    )
+    facets["corners"] = triangles
+    count = np.array([len(triangles)], dtype="<u4").tobytes()
+    (tmp_path / "sheet.stl").write_bytes(bytes(80) + count + facets.tobytes())
+    mechanism = tmp_path / "sheet.urdf"
+    mechanism.write_text(
+        '<robot name="r"><link name="a"/><link name="b"><visual><geometry>'
+        '<mesh filename="sheet.stl"/></geometry></visual></link>'
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
+    )
+    turn = cd.Scene(cd.load(mechanism), drive="j").sweep(np.linspace(0.0, 1.0, 5))
+    page = opened(cd.view(turn).export(tmp_path / "scene.html"))
+    page.seek(0.0)
+    full, box = page.evaluate(EXTENT)
+    assert full > 36_000
+    light, light_box = page.evaluate(f"(useCoarse(true), {EXTENT})")
+    assert 5_000 < light <= 36_000
+    np.testing.assert_allclose(light_box, box, atol=0.02)
+    page.evaluate("(drawnWith = 0, settle())")
+    assert page.evaluate(EXTENT)[0] == full  # At rest all of them are there again.
+    # Fewer pixels come first.
+    slow = "(pace(100), [motionSharpness, isTooSlow])"
+    levels = [page.evaluate(slow) for _ in range(40)]
+    assert levels[0] == [1, False] and levels[-1] == [0.6, True]
+    assert all(sharpness == 0.6 for sharpness, too_slow in levels if too_slow)
 
 
 def test_a_scene_that_nobody_sees_stands_still(

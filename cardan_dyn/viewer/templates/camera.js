@@ -18,7 +18,7 @@ const isSoftware = (() => {
 const fine = () => Math.min(Math.max(window.devicePixelRatio || 1, FINE),
   Math.sqrt(MOST_PIXELS / (size.width * size.height)));
 let motionSharpness = isSoftware ? 1 : FINE;    // pixels per pixel of the window while something moves
-let drawnWith = 0;
+let drawnWith = 0, isTooSlow = false;
 const orbit = { target: new THREE.Vector3(), distance: 1, azimuth: 0, elevation: 0 };
 let touched = false, wanted = false, lastTime = 0;
 
@@ -35,6 +35,7 @@ function frame(time) {
   wanted = false;
   const start = performance.now();
   setSharpness(Math.min(motionSharpness, fine()));
+  useCoarse(isTooSlow);
   clearTimeout(rest);
   if (!playing) rest = setTimeout(settle, REST);
   if (playing) {
@@ -59,6 +60,7 @@ new IntersectionObserver((entries) => {
 function settle() {
   if (playing || drawnWith === fine()) return;
   setSharpness(fine());
+  useCoarse(false);
   drawNow();
 }
 
@@ -69,14 +71,14 @@ function drawNow() {
   layoutLabels();
 }
 
-// Fewer pixels while a slow machine plays.
+// Fewer pixels while a slow machine plays, and fewer triangles if that does not help.
 let slowFrames = 0;
 function pace(milliseconds) {
   slowFrames = milliseconds > SLOW ? slowFrames + 1 : Math.max(0, slowFrames - 2);
-  if (slowFrames > 6 && motionSharpness > COARSEST) {
-    motionSharpness = Math.max(COARSEST, 0.75 * motionSharpness);
-    slowFrames = 0;
-  }
+  if (slowFrames <= 6) return;
+  slowFrames = 0;
+  if (motionSharpness > COARSEST) motionSharpness = Math.max(COARSEST, 0.75 * motionSharpness);
+  else isTooSlow = true;
 }
 function setSharpness(value) {
   if (value === drawnWith) return;

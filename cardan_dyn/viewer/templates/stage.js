@@ -74,6 +74,54 @@ for (const item of data.scene.nodes) {
   }
 }
 
+// Coarser meshes, for motion where a machine is too slow: all vertices in a cell are one of them.
+const MOST_IN_MOTION = 36000, FINE_ENOUGH = 300;
+function coarser(geometry, most) {
+  const corners = geometry.index.array, at = geometry.attributes.position;
+  geometry.computeBoundingBox();
+  const { min, max } = geometry.boundingBox;
+  const long = Math.max(max.x - min.x, max.y - min.y, max.z - min.z) || 1;
+  let kept = [];
+  for (let cells = Math.sqrt(most) + 4; cells > 2; cells *= 0.8) {
+    const first = new Map(), same = new Uint32Array(at.count);
+    for (let index = 0; index < at.count; index++) {
+      const cell = [at.getX(index) - min.x, at.getY(index) - min.y, at.getZ(index) - min.z]
+        .reduce((key, along) => key * 1024 + Math.floor(along / long * cells), 0);
+      if (!first.has(cell)) first.set(cell, index);
+      same[index] = first.get(cell);
+    }
+    kept = [];
+    for (let index = 0; index < corners.length; index += 3) {
+      const [a, b, c] = [same[corners[index]], same[corners[index + 1]], same[corners[index + 2]]];
+      if (a !== b && b !== c && c !== a) kept.push(a, b, c);
+    }
+    if (kept.length <= 3 * most) break;
+  }
+  const result = new THREE.BufferGeometry();
+  result.setAttribute("position", at);
+  result.setIndex(kept);
+  result.computeVertexNormals();
+  return result;
+}
+
+let coarse = null, isCoarse = false;
+function useCoarse(wished) {
+  if (wished === isCoarse) return;
+  isCoarse = wished;
+  if (!coarse) {
+    const sizes = meshes.map(({ geometry }) => geometry.index.count / 3);
+    const share = MOST_IN_MOTION / sizes.reduce((sum, size) => sum + size, 0), made = new Map();
+    coarse = meshes.map((mesh, index) => {
+      const full = mesh.geometry, drawn = mesh.userData.path.startsWith("/mechanism/");
+      if (share < 1 && drawn && sizes[index] > FINE_ENOUGH && !made.has(full)) {
+        made.set(full, coarser(full, Math.max(share * sizes[index], FINE_ENOUGH)));
+      }
+      return { mesh, full, light: made.get(full) || full };
+    });
+  }
+  for (const { mesh, full, light } of coarse) mesh.geometry = wished ? light : full;
+}
+
 const from = new THREE.Quaternion(), to = new THREE.Quaternion();
 function pose(place) {
   const low = Math.min(Math.floor(place), Math.max(count - 2, 0)), share = place - low;
