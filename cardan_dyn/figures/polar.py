@@ -202,6 +202,8 @@ def _diagrams(
 ) -> Figure:
     """Draw a force or a moment, `quantity`, with one diagram per joint and frame."""
     shown = [(joint, frame) for joint in names(joints) for frame in names(frames)]
+    if not shown:
+        raise ArgumentError("name a joint and axes whose diagram is drawn")
     columns = min(len(shown), 3 if len(shown) > 4 else 2)
     rows = -(-len(shown) // columns)
     drawn = sheet(

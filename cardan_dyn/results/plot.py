@@ -471,6 +471,17 @@ class MotionPlot(Plot):
             )
         return super()._abscissa(x, label, table, known)
 
+    def _column(self, name: str, known: Mapping[str, tuple[Array, str]]) -> tuple[Array, str]:
+        if name not in known:
+            turn = self._result
+            if name in turn.mechanism.joints:
+                turn.wrench(name)  # Says that it was not asked for.
+            raise ArgumentError(
+                f"no column {name!r}; columns: {choices(known, name)}; joints: "
+                f"{choices(turn.outputs, name)}"
+            )
+        return super()._column(name, known)
+
     def _scales(self, known: Mapping[str, tuple[Array, str]]) -> dict[str, float]:
         from ..figures.wrenches import together
 
@@ -550,6 +561,8 @@ class MotionPlot(Plot):
                 whole, _, component = quantity.partition("_")
                 if quantity in UNITS and turn[owner].has_axis:
                     known = determined(turn[owner], quantity)
+                elif whole in ("force", "moment") and component == "magnitude":
+                    known = determined(turn[owner], whole)
                 elif whole in ("force", "moment") and component in ("x", "y", "z"):
                     known = determined(turn[owner], whole, ["xyz".index(component)])
                 else:

@@ -161,6 +161,18 @@ def test_wrong_options_are_refused(
         turn.plot("drive_effort", **options)
 
 
+def test_what_was_not_asked_for_is_said(joint: cd.Mechanism, turn: cd.Sweep) -> None:
+    held = {"joint_angle": 0.5}
+    scene = cd.Scene(joint, drive="bearing_in", held=held, outputs=["bearing_in"])
+    part = scene.sweep(POSITIONS)
+    with pytest.raises(cd.ModelError, match="'bearing_out' was not asked for"):
+        part.plot("bearing_out")
+    with pytest.raises(cd.ArgumentError, match=r"joints: .*did you mean 'bearing_out'"):
+        turn.plot("bearing_ot")
+    with pytest.raises(cd.ArgumentError, match="name a joint and axes"):
+        cd.figures.moment_polar(turn, [])
+
+
 def test_what_is_no_column_is_refused(turn: cd.Sweep) -> None:
     with pytest.raises(cd.ArgumentError, match="no column 'bending'; columns: "):
         turn.plot("bending")
@@ -191,6 +203,11 @@ def test_stars_mark_what_statics_leaves_open(turn: cd.Sweep) -> None:
     assert [text.get_text() for text in legend.get_texts()] == [
         "main_shaft.bending *",
         "main_shaft.torsion",
+    ]
+    (legend,) = drive.plot("main_shaft.force_magnitude", "main_shaft.force_x").legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "main_shaft.force_magnitude *",
+        "main_shaft.force_x",
     ]
     (legend,) = turn.plot("bearing_out").legends
     assert "*" not in legend.get_title().get_text()
