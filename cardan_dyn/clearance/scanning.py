@@ -439,6 +439,11 @@ def _verified(
                     turns=_VERIFIED * period / (2.0 * np.pi),
                     rtol=_VERIFIED_TO,
                 )
+                if simulation.trajectory.reason == "interrupted":
+                    # By Ctrl-C, which is meant for those that follow as well.
+                    rest = (item for item in scanned.ranking[done:] if scanned[item].worst)
+                    failed |= dict.fromkeys(rest, "interrupted")
+                    break
                 items += compare(scanned, simulation)
             except CardanError as error:
                 failed[name] = str(error)

@@ -272,3 +272,23 @@ def test_scenes_that_cannot_strike(joint: cd.Mechanism, found: Scan) -> None:
         found["needle_guide"]
     with pytest.raises(ModelError, match="'nothing'"):
         found["nothing"]
+
+
+def test_ctrl_c_ends_all_simulations_and_keeps_the_estimates(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    count = 0
+
+    def press(progress: object, time: float) -> None:
+        nonlocal count
+        count += 1
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cardan_dyn.simulation.progress.Progress.step", press)
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    found = cd.clearance.scan(scene, 300.0, clearance=1e-4, stiffness=1e8, verify=True)
+    assert count == 1
+    striking = [name for name in found.ranking if found[name].worst]
+    assert len(striking) > 1 and found.verified is not None and not len(found.verified)
+    text = " ".join((str(found), *found.notes, *map(str, found.left_out.values())))
+    assert "interrupted" in text
