@@ -58,7 +58,7 @@ def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
     )
     assert result.exit_code == 0
     assert "Drive line paper_machine" in page.read_text("utf-8")
-    assert len(list(figures.iterdir())) == 4
+    assert len(list(figures.iterdir())) == 8  # Four figures, as SVG and PNG.
     assert "paper_machine" in scene.read_text("utf-8")
 
 
