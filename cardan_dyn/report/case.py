@@ -22,7 +22,7 @@ from ..errors import (
 )
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
-from ..scene.drives import drives_of
+from ..scene.describe import describe
 from ..scene.scene import Scene
 from ..scene.usual_motion import slides, usual_motion
 from .grids import place
@@ -76,7 +76,8 @@ def case_of(
         ArgumentError: an interval of several drives, or an empty one.
         CardanError: as `Scene` does, of what was given.
     """
-    if not drives_of(mechanism).mobility:
+    found = describe(mechanism)
+    if found.mobility <= len(found.idle_rods):  # Rods that spin about their lines need no drive.
         if drive or held or interval:
             raise MobilityError(
                 f"{mechanism.name} cannot move: there is nothing to be driven or held", mobility=0

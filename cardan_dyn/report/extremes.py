@@ -29,7 +29,7 @@ _STEPS = 34
 """Steps of the golden section. Each leaves 0.618 of the interval between two samples, together
 1e-7: of an interval of 1°, what the square root of rounding allows to be told at all."""
 _FIRST = 12
-"""Steps after which the rest is a parabola: of intervals of 1e-4 rad the third power is rounding."""
+"""Steps after which the rest is a parabola: the third power of 1e-4 rad is rounding."""
 _SMOOTH = 1e-2
 """Part of its height by which a parabola may miss a value: kinks miss by some tenths of it."""
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)

@@ -28,6 +28,11 @@ _LEAST_ORDER = 1e-9
 """Amplitudes up to this part of the greatest of a quantity are what rounding leaves of none."""
 _WIDTH = 10
 """Width of a column of numbers in a text."""
+_MOST_DIGITS = 15
+FEW_DIGITS = 7
+"""Right digits of the greatest wrenches from which on six can be shown without a word."""
+_WELL = 1e6
+"""Condition number up to which nothing has to be said: ten digits are right."""
 GOOD, POOR = 1e-12, 1e-9
 """Residuals: below the first, nothing but rounding; above the second, close to what is refused."""
 
@@ -134,7 +139,39 @@ class Findings(Result, Frozen):
             for name, value in self.sweep.proven.residuals.items()
         ]
         condition = float(np.max(self.sweep.condition))
-        return (*rows, ("condition", condition, _digits(condition)))
+        return (*rows, ("condition", condition, _digits(condition, self.digits)))
+
+    @cached_property
+    def digits(self) -> int:
+        """How many digits of the greatest wrenches are right, by the condition where they are."""
+        if self.sweep is None or not self.acts:
+            return _MOST_DIGITS
+        length, each = self.mechanism.characteristic_length, []
+        for wrench in self.sweep.values():
+            force, moment = (np.linalg.norm(v, axis=-1) for v in (wrench.force, wrench.moment))
+            each.append(np.maximum(force * length, moment))
+        sizes = np.max(each, axis=0, initial=0.0)
+        condition = np.where(np.isfinite(self.sweep.condition), self.sweep.condition, np.inf)
+        # Where wrenches vanish, their condition says nothing of the greatest.
+        with np.errstate(invalid="ignore"):
+            rounding = np.nan_to_num(condition * sizes, nan=0.0, posinf=np.inf).max(initial=0.0)
+        greatest = float(sizes.max(initial=0.0))
+        if not greatest:
+            return _MOST_DIGITS
+        part = float(np.finfo(float).eps) * max(1.0, float(rounding) / greatest)
+        return int(np.clip(-np.log10(part), 0, _MOST_DIGITS))
+
+    @property
+    def doubt(self) -> str:
+        """What to think of wrenches of which few digits are right; empty where many are."""
+        if self.digits >= FEW_DIGITS:
+            return ""
+        return (
+            f"Only some {self.digits} digits of the greatest wrenches are right: the mechanism is "
+            "close to a singular configuration, or loops nearly depend on each other, as where "
+            "dimensions are written with few digits. What is greatest follows from small "
+            "differences of these."
+        )
 
     def has_axis(self, joint: str) -> bool:
         """Return whether a joint of the sweep has an axis."""
@@ -212,6 +249,8 @@ class Findings(Result, Frozen):
             if len(item.greatest_at):
                 between += f" at {first}; {down} at {last}"
             lines.append(f" {mark}{item.quantity.ljust(width)} {between}")
+        if self.digits < FEW_DIGITS:
+            lines.append(f"! {self.doubt}")
         if self.chosen:
             lines.append(f"* not determined by statics, chosen by {self.sweep.rule}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
@@ -263,15 +302,13 @@ def _judged(value: float, what: str) -> str:
     return f"{what}; near the limit of 1e-8: look at the condition"
 
 
-def _digits(condition: float) -> str:
-    if not np.isfinite(condition):
-        return "singular somewhere"
-    digits = int(np.clip(15.6 - np.log10(max(condition, 1.0)), 0, 15))
-    if condition < 1e6:
-        return f"well conditioned: some {digits} digits are right"
-    if condition < 1e10:
-        return f"some {digits} digits are right"
-    return (
-        f"close to a singular configuration, or wrenches pass through zero: some {digits} digits "
-        "are right there"
-    )
+def _digits(condition: float, digits: int) -> str:
+    """Return what a condition number means."""
+    right = f"some {digits} digits of the greatest wrenches are right"
+    if digits < FEW_DIGITS:
+        return (
+            f"close to a singular configuration, or loops that nearly depend on each other: {right}"
+        )
+    if condition < _WELL:
+        return f"well conditioned: {right}"
+    return f"wrenches pass through zero, or nearly singular configurations: {right}"

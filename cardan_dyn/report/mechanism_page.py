@@ -129,6 +129,8 @@ def _warnings(report: Findings) -> list[str]:
         more = len(report.chosen) - 6
         listed = ", ".join(report.chosen[:6]) + (f" and {more} more" if more > 0 else "")
         found.append(f"Statics does not determine, so that {report.sweep.rule} chose: {listed}.")
+    if report.doubt:
+        found.append(report.doubt)
     if report.description.is_counted:
         found.append("Ranks were counted, not measured.")
     return found
@@ -273,8 +275,8 @@ def _extremes(report: Findings) -> dict[str, Any]:
     header = ("quantity", "unit", "greatest", at, "least", f"{at} ")
     located = any(item.located for item in acting)
     text = (
-        "Extremes were sought between the samples, at positions solved for it; they are exact to "
-        "the digits shown."
+        "Extremes were sought between the samples, at positions solved for it"
+        f"{'.' if report.doubt else ', and are exact to the digits shown.'}"
         if located
         else "Extremes are those of the samples."
         if report.drives

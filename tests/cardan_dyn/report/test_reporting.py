@@ -240,3 +240,26 @@ def test_in_a_browser(browser: Any, tmp_path: Path, name: str) -> None:
         assert not grave(view)
         assert not [address for address in asked if address.startswith("http")]
         view.close()
+
+
+def test_few_digits_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The condition where wrenches are great counts, not where they vanish."""
+    report = Report(cd.load("thoma_rig"))
+    assert report.sweep is not None and report.sweep.condition.max() > 1e15
+    assert report.digits >= 10 and not report.doubt
+    report = Report(cd.load("four_bar"))
+    assert report.digits >= 14
+    monkeypatch.setitem(report.sweep.__dict__, "condition", np.full(721, 1e12))
+    worse = Report(report.sweep)
+    assert worse.digits in (3, 4) and "loops nearly depend" in str(worse)
+
+
+def test_drives_are_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ranges of drives take most of the time of large mechanisms."""
+    from cardan_dyn.scene import usual_motion
+
+    calls = []
+    original = usual_motion.drives_of
+    monkeypatch.setattr(usual_motion, "drives_of", lambda *at: calls.append(at) or original(*at))
+    case_of(cd.load(PENDULUM), samples=5)
+    assert len(calls) == 1
