@@ -10,6 +10,7 @@ zero and about which axes joints turn is found once, so that few samples are pla
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -83,6 +84,8 @@ class Frames:
         last: per joint, the index of its last motion, whose frame is the joint's; where it has
             none (a `fixed` loop), of the one that moves its predecessor.
         fixed_placement: per joint without motion, its `(4, 4)` placement in that frame.
+        alike: the motions in sets that are placed together, in an order in which each comes after
+            those that carry it.
         tree: how many joints the tree has; the loops follow them.
         links: link to the index of its body, -1 for the world, and its `(4, 4)` placement there.
         corner: `(3,)` the point about which moments are taken, so that no digits are lost far from
@@ -108,14 +111,7 @@ class Frames:
     def _lay_out(self) -> None:
         """Find what placing the frames needs and no position changes."""
         self._starts = [self._offset(motion.before, motion.placement) for motion in self.motions]
-        self._turns = {
-            index: Turn(motion.axis)
-            for index, motion in enumerate(self.motions)
-            if motion.kind == "turn"
-        }
-        self._angle_columns = np.array(
-            [self.motions[index].column for index in self._turns], dtype=int
-        )
+        self.alike = [Alike.of(places, self.motions, self._starts) for places in self._places()]
         self._fixed = {
             joint: self._offset(self.last[joint], placement)
             for joint, placement in self.fixed_placement.items()
@@ -124,6 +120,31 @@ class Frames:
         lasts = [self.last[body] if body >= 0 else -1 for body in bodies]
         self._ends = list(map(self._offset, lasts, self.ends))
         self._are_motions = not self._fixed and self.last == list(range(len(self.motions)))
+
+    def _places(self) -> list[list[int]]:
+        """Return the motions (index) that are placed together, those after which others come first.
+
+        They are alike on several legs of a robot: as far from the world, in equal steps.
+        """
+        depth: list[int] = []
+        kinds: dict[tuple[object, ...], list[int]] = {}
+        for index, (motion, start) in enumerate(zip(self.motions, self._starts, strict=True)):
+            depth.append(depth[motion.before] + 1 if motion.before >= 0 else 0)
+            axis = tuple(motion.axis.tolist()) if motion.kind == "turn" else ()
+            key = motion.kind, axis, motion.before < 0, start.transposed is None
+            kinds.setdefault((depth[-1], *key), []).append(index)
+        places: list[list[int]] = []
+        for found in kinds.values():
+            places.append([])
+            for index in found:
+                longer = [*places[-1], index]
+                before = [self.motions[k].before for k in longer]
+                if stepped(longer) is None or (before[0] >= 0 and stepped(before) is None):
+                    places.append([index])
+                else:
+                    places[-1] = longer
+        places.sort(key=lambda indices: depth[indices[0]])
+        return places
 
     def _offset(self, motion: int, placement: Array) -> Offset:
         """Return a `(4, 4)` placement in the frame of a motion, -1 for the world."""
@@ -217,10 +238,8 @@ class Frames:
         in world axes.
         """
         result = np.empty((len(self.motions), 4, 3, len(x)))
-        angles = x.T.take(self._angle_columns, 0)
-        turned = iter(zip(np.cos(angles), np.sin(angles), strict=True))
-        for index in range(len(self.motions)):
-            self._place(result, index, x, next(turned) if index in self._turns else None)
+        for alike in self.alike:
+            alike.place(result, x)
         return result
 
     def joint(self, x: Array, index: int) -> tuple[Array, Array]:
@@ -245,13 +264,14 @@ class Frames:
             last = self.motions[last].before
         return path[::-1]
 
-    def placed_along(self, x: Array, path: list[int]) -> dict[int, Array]:
-        """Return the frames `(4, 3, N)` of the motions of a path at rows `x (N, size)`."""
-        frames: dict[int, Array] = {}
+    def placed_along(self, x: Array, path: list[int]) -> Array:
+        """Return the frames of all motions at rows `x (N, size)`, of which those of a path count.
+
+        See `placed`. What is not written takes no memory.
+        """
+        frames = np.empty((len(self.motions), 4, 3, len(x)))
         for motion in path:
-            angle = x[:, self.motions[motion].column]
-            frames[motion] = np.empty((4, 3, len(x)))
-            self._place(frames, motion, x, (np.cos(angle), np.sin(angle)))
+            Alike.of([motion], self.motions, self._starts).place(frames, x)
         return frames
 
     def turned(self, x: Array, index: int) -> Array:
@@ -262,37 +282,17 @@ class Frames:
             index: of the joint.
         """
         frame = np.broadcast_to(np.eye(4, 3)[:, :, None], (4, 3, len(x)))
-        for place, motion in enumerate(self.motions):
+        for motion in self.motions:
             if motion.joint != index or motion.kind == "slide":
                 continue
             start, frame = frame, np.empty((4, 3, len(x)))
             if motion.kind == "turn":
                 angle = x[:, motion.column]
-                self._turns[place].write(frame, start, np.cos(angle), np.sin(angle))
+                Turn(motion.axis).write(frame, start, np.cos(angle), np.sin(angle))
             else:
                 q = np.ascontiguousarray(x[:, motion.column : motion.column + 4].T)
                 frame[:3] = np.einsum("ijn,ikn->jkn", rotations(q), start[:3])
         return np.ascontiguousarray(frame[:3].transpose(2, 1, 0))
-
-    def _place(
-        self,
-        frames: Array | dict[int, Array],
-        index: int,
-        x: Array,
-        turn: tuple[Array, Array] | None,
-    ) -> None:
-        """Write the frame of a motion into `frames`, which spares a copy of it."""
-        motion, frame, start = self.motions[index], frames[index], self._starts[index].frame(frames)
-        if motion.kind == "turn" and turn is not None:
-            self._turns[index].write(frame, start, *turn)
-        elif motion.kind == "ball":
-            frame[3] = start[3]
-            q = np.ascontiguousarray(x[:, motion.column : motion.column + 4].T)
-            frame[:3] = np.einsum("ijn,ikn->jkn", rotations(q), start[:3])
-        else:
-            frame[:3] = start[:3]
-            direction = motion.axis @ start[:3].reshape(3, -1)
-            frame[3] = start[3] + direction.reshape(3, -1) * x[:, motion.column]
 
     def ended(self, frames: Array, loop: int) -> Array:
         """Return the frame of a loop's successor where the loop joins it.
@@ -401,7 +401,7 @@ class Offset(NamedTuple):
         same = np.array_equal(placement, _IDENTITY)
         return Offset(before, None if same else np.ascontiguousarray(placement.T), None)
 
-    def frame(self, frames: Array | dict[int, Array]) -> Array:
+    def frame(self, frames: Array | Mapping[int, Array]) -> Array:
         """Return the frame, `(4, 3, N)`, or `(4, 3, 1)` in the world.
 
         Args:
@@ -442,29 +442,100 @@ class Turn:
         """Write into `frame` what a frame `start` is after the turn.
 
         Args:
-            frame: `(4, 3, N)` the result.
-            start: `(4, 3, N)` or `(4, 3, 1)`.
-            cosine: `(N,)` of the angle.
-            sine: `(N,)` of the angle.
+            frame: `(…, 4, 3, N)` the result.
+            start: `(…, 4, 3, N)` or `(…, 4, 3, 1)`.
+            cosine: of the angle, `(N,)` or `(…, 1, 1, N)`.
+            sine: likewise.
         """
         if self._is_along:
             frame[:] = start
-            across = frame[self._across]
+            across = frame[..., self._across, :, :]
             across *= cosine
-            across += start[self._back] * (sine * self._signs)
+            across += start[..., self._back, :, :] * (sine * self._signs)
             return
-        frame[3] = start[3]
+        frame[..., 3, :, :] = start[..., 3, :, :]
         # Rodrigues: R = 1 + sin K + (1 - cos) K², applied to the three axes of the frame.
-        axes = start[:3].reshape(3, -1)
-        linear = (self._linear @ axes).reshape(3, 3, -1)
-        quadratic = (self._quadratic @ axes).reshape(3, 3, -1)
+        axes = start[..., :3, :, :]
+        flat = axes.reshape(*axes.shape[:-2], -1)
+        linear = (self._linear @ flat).reshape(axes.shape)
+        quadratic = (self._quadratic @ flat).reshape(axes.shape)
         # 1 - cos, without cancellation for small angles.
         versine = np.where(cosine > 0.0, sine**2 / (1.0 + np.abs(cosine)), 1.0 - cosine)
-        frame[:3] = start[:3] + sine * linear + versine * quadratic
+        frame[..., :3, :, :] = axes + sine * linear + versine * quadratic
+
+
+class Alike:
+    """Elementary motions of one kind that are placed together, k in all.
+
+    Attributes:
+        own: their indices; steps from one to the next are equal.
+        before: likewise, of the motions that move their frames; None for the world.
+    """
+
+    def __init__(self, own: slice, before: slice | None, motions: list[ElementaryMotion]) -> None:
+        """Keep what their axes and columns decide; attributes as of the class."""
+        self.own, self.before = own, before
+        self._kind = motions[0].kind
+        if self._kind == "turn":
+            self._turn = Turn(motions[0].axis)
+        self._axes = np.array([motion.axis for motion in motions])[:, None]
+        columns = np.array([motion.column for motion in motions])
+        self._columns = columns + np.arange(4)[:, None] if self._kind == "ball" else columns
+        self._placed: Array | None = None
+
+    @staticmethod
+    def of(indices: list[int], motions: list[ElementaryMotion], starts: list[Offset]) -> Alike:
+        """Return some motions, given by their indices, with the offsets of all motions' frames."""
+        chosen, offsets = [motions[k] for k in indices], [starts[k] for k in indices]
+        own, before = stepped(indices), stepped([motion.before for motion in chosen])
+        assert own is not None
+        is_on_ground = chosen[0].before < 0
+        alike = Alike(own, None if is_on_ground else before, chosen)
+        placed = [of.in_world if is_on_ground else of.transposed for of in offsets]
+        if placed[0] is not None:
+            alike._placed = np.array(placed)
+        return alike
+
+    def place(self, frames: Array, x: Array) -> None:
+        """Write their frames into `(M, 4, 3, N)`, in which those before them are.
+
+        Args:
+            frames: of all motions.
+            x: `(N, size)` coordinates.
+        """
+        frame, start = frames[self.own], self._start(frames)
+        moved = x.T.take(self._columns, 0)
+        if self._kind == "turn":
+            angle = moved[:, None, None]
+            self._turn.write(frame, start, np.cos(angle), np.sin(angle))
+        elif self._kind == "ball":
+            frame[:, 3] = start[:, 3]
+            np.einsum("ijbn,bikn->bjkn", rotations(moved), start[:, :3], out=frame[:, :3])
+        else:
+            frame[:, :3] = start[:, :3]
+            axes = start[:, :3].reshape(len(start), 3, -1)
+            direction = np.matmul(self._axes, axes).reshape(len(start), 3, -1)
+            frame[:, 3] = start[:, 3] + direction * moved[:, None]
+
+    def _start(self, frames: Array) -> Array:
+        """Return their frames before they move, `(k, 4, 3, N)`, or `(k, 4, 3, 1)` in the world."""
+        if self.before is None:
+            return np.asarray(self._placed)
+        before = frames[self.before]
+        if self._placed is None:
+            return before
+        return np.matmul(self._placed, before.reshape(len(before), 4, -1)).reshape(before.shape)
+
+
+def stepped(indices: list[int]) -> slice | None:
+    """Return indices from 0 on, ascending in equal steps, as a slice; None if they are not."""
+    step = indices[1] - indices[0] if len(indices) > 1 else 1
+    span = range(indices[0], indices[-1] + 1, step) if step > 0 else range(0)
+    return slice(span.start, span.stop, step) if list(span) == indices else None
 
 
 def rotations(q: Array) -> Array:
-    """Return the rotations `(3, 3, N)` of unit quaternions `(4, N)`, x, y, z, w."""
+    """Return the rotations `(3, 3, …)` of unit quaternions `(4, …)`, x, y, z, w."""
     x, y, z, w = q
     return np.array(
         [

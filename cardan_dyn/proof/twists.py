@@ -48,7 +48,6 @@ class Twists:
 
     def __init__(self, frames: Frames) -> None:
         self.frames = frames
-        self._before = [motion.before for motion in frames.motions]
         owners, axes, rates = [], [], []
         for index, motion in enumerate(frames.motions):
             directions = np.eye(3) if motion.kind == "ball" else motion.axis[None]
@@ -108,9 +107,9 @@ class Twists:
             Those of all motions' frames relative to the world, `(M, 2, 3, N)`.
         """
         result = relative.copy()
-        for index, before in enumerate(self._before):
-            if before >= 0:
-                result[index] += result[before]
+        for alike in self.frames.alike:
+            if alike.before is not None:
+                result[alike.own] += result[alike.before]
         return result
 
     def relative_accelerations(

@@ -6,7 +6,8 @@ import numpy as np
 import pinocchio
 import pytest
 
-from cardan_dyn.mechanism.frames import Offset, Turn, rotations
+import cardan_dyn as cd
+from cardan_dyn.mechanism.frames import Alike, Frames, Offset, Turn, rotations, stepped
 
 CORNER = np.array([0.3, -0.2, 0.1])
 SAMPLES = 4
@@ -73,3 +74,34 @@ def test_rotations_are_those_of_pinocchio() -> None:
     found = rotations(np.stack([item.coeffs() for item in quaternions], axis=-1))
     for sample, quaternion in enumerate(quaternions):
         np.testing.assert_allclose(found[:, :, sample], quaternion.toRotationMatrix(), atol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["stewart_platform", "ring_joint", "double_shaft_spatial"])
+def test_motions_that_are_placed_together_are_where_each_is_alone(name: str) -> None:
+    mechanism = cd.load(name)
+    frames = Frames(mechanism.second_reading, mechanism.coordinates)
+    x = np.random.default_rng(3).normal(size=(SAMPLES, mechanism.coordinates.size))
+    found = frames.placed(mechanism.coordinates.normalised(x))
+    alone = np.full_like(found, np.nan)
+    for index in range(len(frames.motions)):
+        Alike.of([index], frames.motions, frames._starts).place(alone, x)
+    np.testing.assert_array_equal(found, alone)
+    for sample in range(SAMPLES):
+        np.testing.assert_array_equal(frames.placed(x[[sample]])[..., 0], found[..., sample])
+
+
+def test_legs_of_a_robot_are_placed_together() -> None:
+    """Six legs, one of which carries the platform: its ball is three turns."""
+    mechanism = cd.load("stewart_platform")
+    frames = Frames(mechanism.second_reading, mechanism.coordinates)
+    assert len(frames.motions) > 20
+    assert len(frames.alike) <= 10
+
+
+def test_equal_steps_are_slices() -> None:
+    for indices in ([3], [0, 1], [2, 5, 8], [0]):
+        found = stepped(indices)
+        assert found is not None
+        assert list(range(10))[found] == indices
+    for indices in ([0, 2, 3], [4, 4], [3, 1]):
+        assert stepped(indices) is None
