@@ -56,7 +56,8 @@ class ClosureForces:
         for local, loop in enumerate(state.group.loops):
             rows, axes = state.reduction.rows[local], state.reduction.axes[local]
             of_loop = multipliers[:, start : start + rows.shape[1]]
-            result[loop] = state.equations.wrench(axes, state.actions, rows @ of_loop)
+            combined = of_loop if rows.shape[1] == 6 else rows @ of_loop
+            result[loop] = state.equations.wrench(axes, state.actions, combined)
             start += rows.shape[1]
         for coupling, unit in zip(state.group.couplings, state.equations.slip_units, strict=True):
             # The successor's coefficient in a coupling's row is -1 over the unit of its slip.

@@ -220,8 +220,11 @@ class ClosureEquations:
         if axes.body >= 0:
             weighted = self._weighted(axes, actions, rows)
             return np.asarray((twists * self._signs_on[index]) @ weighted)
+        factored = twists * self._factors[index]
+        if rows.shape[1] == 6:
+            return factored
         # One product of tall matrices is faster than one for every sample.
-        block = (twists * self._factors[index]).reshape(-1, 6) @ rows
+        block = factored.reshape(-1, 6) @ rows
         return block.reshape(*twists.shape[:2], rows.shape[1])
 
     def project(
@@ -236,12 +239,13 @@ class ClosureEquations:
             reduction: which rows.
         """
         weighted = twist * self.weights
-        blocks = [
-            weighted[:, index] @ rows
-            if axes.body < 0
-            else (twist[:, [index]] @ self._weighted(axes, actions, rows))[:, 0]
-            for index, (axes, rows) in enumerate(zip(reduction.axes, reduction.rows, strict=True))
-        ]
+        blocks = []
+        for index, (axes, rows) in enumerate(zip(reduction.axes, reduction.rows, strict=True)):
+            if axes.body >= 0:
+                blocks.append((twist[:, [index]] @ self._weighted(axes, actions, rows))[:, 0])
+            else:
+                own = weighted[:, index]
+                blocks.append(own if rows.shape[1] == 6 else own @ rows)
         if self.couplings or not blocks:
             none = np.zeros((len(twist), self._coupling_rows.shape[1]))
             blocks.append(none if slips is None else slips / self.slip_units)
@@ -645,7 +649,7 @@ class Reduction(NamedTuple):
 
     Attributes:
         rows: per loop `(6, r)`: orthonormal combinations of the weighted rows, in the loop's
-            axes, that the joints' twists span over the whole motion.
+            axes, that the joints' twists span over the whole motion; the identity if r is 6.
         null: per loop `(6, 6 - r)`: the combinations that they never reach.
         axes: per loop, the axes in which its rows are chosen.
     """
