@@ -68,7 +68,7 @@ def test_importing_loads_nothing_until_a_name_is_asked_for(tmp_path: Path) -> No
     code = (
         "import sys, cardan_dyn as cd; cd.__version__; "
         "print(*sorted({name.split('.')[0] for name in sys.modules} & {'numpy', 'pinocchio', "
-        "'matplotlib', 'meshcat', 'scipy', 'click', 'rich', 'jinja2', 'analytic'}))"
+        "'matplotlib', 'meshcat', 'trimesh', 'scipy', 'click', 'rich', 'jinja2', 'analytic'}))"
     )
     ran = python("-c", code, cwd=tmp_path, path=ROOT)
     assert ran.returncode == 0, ran.stderr

@@ -10,6 +10,7 @@ import pytest
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
 import cardan_dyn as cd
+from cardan_dyn.viewer.meshes import read_mesh
 from cardan_dyn.viewer.visuals import Shape, few_enough, shapes_of
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -215,3 +216,19 @@ def test_huge_meshes_are_thinned_with_a_note() -> None:
     assert few[0].faces is faces and note == ""  # They would be unknowable.
     small = Shape("b", 1, "mesh", (), np.eye(4), None, vertices, faces[:9])
     assert few_enough([small], 1.0) == ([small], "")
+
+
+def test_a_file_is_read_once_however_often_it_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "part.stl"
+    file.write_text(TRIANGLE)
+    read: list[Path] = []
+
+    def counted(path: Path, part: str = "") -> object:
+        read.append(path)
+        return read_mesh(path, part)
+
+    monkeypatch.setattr("cardan_dyn.viewer.visuals.read_mesh", counted)
+    shapes, _ = shapes_of(described(5 * visual(f'<mesh filename="{file}"/>')))
+    assert len(shapes) == 5 and read == [file]
