@@ -118,9 +118,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @click.option(
     "--duration",
     type=options.Quantity("time", "s"),
-    default=8.0,
-    show_default=True,
-    help="Of one sweep [s].",
+    help="Of one sweep [s]; its own time, or 8 s, if not given.",
 )
 @click.option(
     "--samples", type=click.IntRange(2), default=721, show_default=True, help="Count of positions."
@@ -137,7 +135,7 @@ def view(
     gravity: tuple[float, float, float] | None,
     joints: tuple[str, ...],
     hide: tuple[str, ...],
-    duration: float,
+    duration: float | None,
     samples: int,
     strict: bool,
     file: Path | None,

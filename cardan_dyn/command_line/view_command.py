@@ -55,7 +55,7 @@ def scene_of(
     motion: MotionOptions,
     joints: tuple[str, ...],
     hidden: Collection[str],
-    duration: float,
+    duration: float | None,
     strict: bool,
 ) -> View:
     """Return the scene of a mechanism.
@@ -65,7 +65,7 @@ def scene_of(
         motion: how it moves.
         joints: which joints are drawn; all if empty.
         hidden: what is left out: `visuals`, `moments`, `forces`, `axes`, `traces`, `labels`.
-        duration: of one sweep [s].
+        duration: of one sweep [s]; its own time, or 8 s, if None.
         strict: refuse physically inconsistent inertias.
 
     Raises:
