@@ -23,6 +23,7 @@ from ..figures.style import (
     wrapped,
 )
 from .line.supports import Support, spline_distance, supports
+from .verdict.rows import HEADINGS, VerdictRow
 from .wording import Wording
 
 if TYPE_CHECKING:
@@ -564,20 +565,20 @@ def margins(
         MissingExtraError: matplotlib is not installed.
         ArgumentError: no row has a limit and a value, or more than one axes.
     """
-    rows = sorted((row for row in verdict.rows if row.margin is not None), key=lambda r: r.margin)
+    rows = sorted((row for row in verdict.rows if row.margin is not None), key=_room)
     if not rows:
         raise ArgumentError("no row of the verdict has a value and a limit, so that none has room")
     drawn = sheet(size=(8.4, 1.6 + _BAR * len(rows)), ax=ax, figsize=figsize)
     (axes,) = drawn.panels
     for place, row in enumerate(rows):
-        percent = 100.0 * float(row.margin)
+        percent = 100.0 * _room(row)
         missed = percent < 0.0
         color = line_style(1 if missed else 0)["color"]
         length = float(np.clip(percent, -_MOST_ROOM, _MOST_ROOM))
         look = {"facecolor": "white" if missed else color, "hatch": "///" if missed else ""}
         axes.barh(place, length, 0.6, edgecolor=color, **look)
         axes.annotate(
-            f"{percent:+.0f} %",
+            row.texts[HEADINGS.index("margin")],
             (length, place),
             (-4 if missed else 4, 0),
             textcoords="offset points",
@@ -590,11 +591,19 @@ def margins(
     axes.tick_params(axis="y", labelsize=_SMALL)
     axes.axvline(0.0, color="black", linewidth=0.9)
     axes.set_ylim(len(rows) - 0.4, -0.6)
-    least = min(0.0, 100.0 * float(rows[0].margin))
+    least = min(0.0, 100.0 * _room(rows[0]))
     axes.set_xlim(max(least, -_MOST_ROOM) - 22.0 * (least < 0.0), _MOST_ROOM + 22.0)
     axes.set_xlabel("room to the limit, as a part of it [%]")
     axes.grid(visible=False, axis="y")
     return drawn.finish(title or f"{verdict.line}: {verdict.summary}")
+
+
+def _room(row: VerdictRow) -> float:
+    """Return the room to a limit as a part of it; from a limit of 0 any room is infinite."""
+    margin = float(row.margin or 0.0)
+    if row.limit is not None and row.limit.value == 0.0 and margin:
+        return float(np.copysign(np.inf, margin))
+    return margin
 
 
 _RING_STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)

@@ -81,7 +81,10 @@ class VerdictRow:
 
     @property
     def margin(self) -> float | None:
-        """Room to the limit relative to it, negative if it is missed; None without both."""
+        """Room to the limit relative to it, negative if it is missed; None without both.
+
+        From a limit of 0 nothing is relative: then it is the room itself, in SI units.
+        """
         if self.value is None or self.limit is None:
             return None
         size = abs(self.limit.value) or 1.0
@@ -97,7 +100,10 @@ class VerdictRow:
     @property
     def texts(self) -> tuple[str, ...]:
         """What tables show of it, in the units that engineers use."""
-        margin = self.margin
+        margin, is_zero = self.margin, self.limit is not None and self.limit.value == 0.0
+        room = "" if margin is None else f"{100.0 * margin:+.0f} %"
+        if margin is not None and is_zero:
+            room = "+" * (margin >= 0.0) + _text_or_none(margin, self.unit)
         bound = "" if self.limit is None else {"least": "≥ "}.get(self.limit.bound, "≤ ")
         return (
             RULES[self.rule].title,
@@ -106,7 +112,7 @@ class VerdictRow:
             _text_or_none(self.value, self.unit),
             _text_or_none(self.rule_value, self.unit),
             bound + _text_or_none(None if self.limit is None else self.limit.value, self.unit),
-            "" if margin is None else f"{100.0 * margin:+.0f} %",
+            room,
             self.status,
             self.condition,
             self.source,

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from analytic.limits import Limit
-from cardan_dyn.drive_lines import Inverse, VerdictRow
+from cardan_dyn.drive_lines import DriveLine, Inverse, VerdictRow
 from cardan_dyn.drive_lines.verdict.rows import HEADINGS, as_text, judged, not_judged
 
 MOST, LEAST = Limit(2.0, "m", "someone"), Limit(2.0, "m", "someone", "least")
@@ -81,3 +81,14 @@ def test_texts_hold_inverses_notes_and_broken_assumptions() -> None:
     assert texts["limit"] == "≤ 2000 mm"
     assert texts["margin"] == "+25 %"
     assert texts["remarks"] == "best 1000 mm; a note; ! straight: it is bent"
+
+
+def test_room_to_a_limit_of_nothing_is_said_in_its_unit() -> None:
+    """A part of 0 says nothing: 25 mm of travel are left, not 2 %."""
+    verdict = DriveLine.from_toml("truck").verdict()
+    (row,) = (row for row in verdict.rows if row.limit is not None and row.limit.value == 0.0)
+    assert row.quantity == "travel left when shortest" and row.unit == "m"
+    assert row.margin == pytest.approx(0.025)
+    assert "+25 mm" in row.texts
+    (axes,) = verdict.plot().axes
+    assert "+25 mm" in [text.get_text() for text in axes.texts]
