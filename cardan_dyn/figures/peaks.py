@@ -18,6 +18,8 @@ _LETTER, _LINE, _GAP = 0.55, 1.25, 6.0
 """Mean width of a letter and height of a line in font sizes, and distance from the peak [pt]."""
 _ASIDE = 4.0
 """Distance of a label at the end of the axes from that [pt]."""
+_WITH_POWER = 1e7
+"""Size from which on numbers are written with a power of ten."""
 _SAME = 1e-9
 """Difference from an extreme, as a fraction of the greatest value, that is rounding: of extremes
 that return in every turn the first one is labelled."""
@@ -172,7 +174,11 @@ def _height(panel: Axes) -> float:
 
 
 def _number(value: float) -> str:
-    return f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
+    """Return a number with four significant digits: 17 535 as 17540, and no 1.754e+04."""
+    text = f"{value:.4g}"
+    if "e" in text and 1.0 <= abs(value) < _WITH_POWER:
+        text = f"{float(text):.0f}"
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def _follows(unit: str) -> str:
