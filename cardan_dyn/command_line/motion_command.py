@@ -32,8 +32,6 @@ _RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
 _NOTHING = 1e-9
 """Force, moment or place [N, N·m, ° or s] that is printed as zero: rounding of those around it."""
-_MOST_DRAWN = 8
-"""Joints that a figure shows unless others are named: more lines cannot be told apart."""
 
 
 class Outputs(NamedTuple):
@@ -60,7 +58,9 @@ class Outputs(NamedTuple):
         if self.parquet and find_spec("pyarrow") is None:
             raise MissingExtraError("Parquet files need pyarrow: pip install pyarrow")
         if self.plot is not None:
-            from ..figures import style  # noqa: F401  # It says what is missing.
+            from ..figures.style import require_matplotlib
+
+            require_matplotlib()
 
     @property
     def printed(self) -> bool:
@@ -68,7 +68,7 @@ class Outputs(NamedTuple):
         return Path("-") in (self.csv, self.json)
 
     def write(self, result: Sweep | Trajectory, joints: tuple[str, ...]) -> None:
-        """Write the files of a result.
+        """Write the files of a result; those joints are drawn, or what is asked of it first.
 
         Raises:
             ArgumentError: one cannot be written.
@@ -83,11 +83,7 @@ class Outputs(NamedTuple):
             elif path is not None:
                 click.echo(f"Written: {result.save(path)}", err=self.printed)
         if self.plot is not None:
-            drawn = joints or tuple(result.outputs)[:_MOST_DRAWN]
-            if hasattr(result, "events"):
-                figure = result.plot.over_time(list(drawn))
-            else:
-                figure = result.plot(*drawn)
+            figure = result.plot(*joints)
             with writing(self.plot):
                 figure.savefig(self.plot)
             click.echo(f"Drawn: {self.plot}", err=self.printed)

@@ -148,7 +148,7 @@ def test_what_a_file_needs_is_asked_for_before_anything_is_read(
 
     monkeypatch.setattr(builtins, "__import__", without)
     found = run("sweep", "no such mechanism", "--plot", tmp_path / "out.png")
-    assert found.exit_code == 2
+    assert found.exit_code == 2 and "figures need matplotlib" in found.output
 
 
 @pytest.mark.parametrize(
@@ -196,10 +196,14 @@ def test_initial_speeds_and_driven_joints() -> None:
     assert "springs" not in run(*rig, "--no-elements").output
 
 
-def test_foreign_files_are_simulated(foreign: Path) -> None:
-    found = run("simulate", foreign, "--time", 0.1, "--gravity", 0, 0, -9.81)
+def test_foreign_files_are_simulated_and_drawn(foreign: Path, tmp_path: Path) -> None:
+    """Some of its joints are balls, which have no torsion or bending to be drawn."""
+    picture = tmp_path / "out.svg"
+    options = ("--time", 0.1, "--gravity", 0, 0, -9.81, "--plot", picture)
+    found = run("simulate", foreign, *options)
     assert found.exit_code == 0, found.output
     assert "energy balance" in found.output
+    assert "time [s]" in picture.read_text(encoding="utf-8")
 
 
 def test_a_simulation_that_is_interrupted_prints_and_writes_what_it_found(
