@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import cardan_dyn as cd
+
 ROOT = Path(__file__).parents[2]
 
 SCRIPT = """
@@ -54,6 +56,7 @@ def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
     assert "cardan_dyn/urdf/universal_joint.urdf" in names
     assert "cardan_dyn/report/templates/report.html" in names
     assert "cardan_dyn/description/words.json" in names
+    assert "cardan_dyn/AGENTS.md" in names
     assert "analytic/grossmann.py" in names
     assert not [name for name in names if name.startswith(("tests/", "urdf/"))]
     elsewhere = tmp_path / "elsewhere"
@@ -105,7 +108,11 @@ def blocks(page: Path) -> tuple[str, list[list[str]]]:
 
 PAGES = [
     page
-    for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    for page in [
+        ROOT / "README.md",
+        ROOT / "cardan_dyn" / "AGENTS.md",
+        *sorted((ROOT / "docs").glob("*.md")),
+    ]
     if "```python" in page.read_text(encoding="utf-8") and page.stem != "studies"  # It has its own.
 ]
 
@@ -122,6 +129,38 @@ def test_what_pages_show_runs_and_prints_what_they_say(page: Path, tmp_path: Pat
     for found, word in zip(printed, expected, strict=True):
         # Residuals are rounding, whose digits depend on the processor.
         assert found == word or (number(found) < 1e-12 and number(word) < 1e-12), (found, word)
+
+
+def test_coding_agents_are_told_errors_and_attributes_that_exist() -> None:
+    text = (ROOT / "cardan_dyn" / "AGENTS.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 80
+    assert text in included(ROOT / "docs" / "coding_agents.md")
+    named = set(re.findall(r"^\| `(\w+Error)`", text, flags=re.MULTILINE))
+    assert named >= {"ModelError", "MobilityError", "AssemblyError", "SingularConfigurationError"}
+    bar, joint = cd.load("four_bar"), cd.load("universal_joint")
+    rocker = cd.Scene(bar, drive="rocker_bearing")
+    crank = cd.Scene(bar, drive="crank_bearing", strict=True)
+    raised = {}
+    for mistake in (
+        lambda: cd.Scene(bar, drive="no_joint"),
+        lambda: cd.Scene(joint, drive="bearing_in"),
+        lambda: rocker.sweep([3.0]),
+        lambda: cd.Scene(cd.load("slider_crank"), drive="piston_guide"),  # At its dead centre.
+        lambda: crank.sweep([0.0]),
+        lambda: crank.sweep([np.nan]),
+    ):
+        with pytest.raises(cd.CardanError) as caught:
+            mistake()
+        raised[type(caught.value).__name__] = caught.value
+    assert set(raised) == named
+    assert raised["MobilityError"].advised == ["joint_angle"]
+    assert raised["AssemblyError"].reach == pytest.approx(rocker.motion_range())
+
+
+def included(page: Path) -> str:
+    """Return the text of the files that a page includes."""
+    found = re.findall(r"^```\{include\} (\S+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return "\n".join((page.parent / name).read_text(encoding="utf-8") for name in found)
 
 
 def test_messages_that_the_questions_quote_are_the_package_s() -> None:
