@@ -60,36 +60,6 @@ class UsualMotion(NamedTuple):
         return self.scene.sweep(self.positions, speed=self.speed if speed is None else speed)
 
 
-def default_sweep(
-    mechanism: Mechanism,
-    *,
-    drive: tuple[str, ...] = (),
-    held: Mapping[str, float] | None = None,
-    loads: Mapping[str, float] | None = None,
-    gravity: ArrayLike | None = None,
-    speed: float | None = None,
-    samples: int = 721,
-) -> Sweep:
-    """Move a mechanism through its range, as given or else as is usual; see `usual_motion`.
-
-    Args:
-        mechanism: from `load`.
-        drive: driven joints.
-        held: joints to positions [rad or m].
-        loads: joints to efforts [N·m or N].
-        gravity: `(3,)` [m/s²].
-        speed: of a single drive [rad/s or m/s].
-        samples: count of positions.
-
-    Raises:
-        CardanError: as `Scene` and `Scene.sweep` do.
-    """
-    motion = usual_motion(
-        mechanism, drive=drive, held=held, loads=loads, gravity=gravity, samples=samples
-    )
-    return motion.sweep(speed)
-
-
 def usual_motion(
     mechanism: Mechanism,
     *,

@@ -13,7 +13,7 @@ from testkit.browser import Page, open_page, running_browser
 
 import cardan_dyn as cd
 from cardan_dyn.report import comparisons, report
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 # Hues of the bundled descriptions' materials: channel that leads, channel that trails.
 BLUE, ORANGE = (2, 0), (0, 2)
@@ -62,7 +62,7 @@ def changed(first: np.ndarray, second: np.ndarray) -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["universal_joint", "double_shaft_z"])
 def test_scene_shows_both_shafts_turning(name: str, opened: Opener, tmp_path: Path) -> None:
-    sweep = default_sweep(cd.load(name))
+    sweep = usual_motion(cd.load(name)).sweep()
     file = cd.view(sweep).export(tmp_path / "scene.html")
     page = opened(file)
     pictures = [page.picture(moment) for moment in (0.0, 0.1, 0.3)]
@@ -136,7 +136,7 @@ def test_without_visuals_rods_and_axes_are_shown(opened: Opener, tmp_path: Path)
         for visual in link.findall("visual"):
             link.remove(visual)
     mechanism = cd.load(ElementTree.tostring(root, encoding="unicode"))
-    page = opened(cd.view(default_sweep(mechanism)).export(tmp_path / "scene.html"))
+    page = opened(cd.view(usual_motion(mechanism).sweep()).export(tmp_path / "scene.html"))
     first, second = page.picture(0.0), page.picture(0.3)
     assert len(np.unique(first.reshape(-1, 3), axis=0)) > 300
     assert changed(first, second) > 0.002

@@ -13,7 +13,7 @@ from testkit.accessibility import grave
 from testkit.browser import Page, open_page, running_browser
 
 import cardan_dyn as cd
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 pytestmark = pytest.mark.slow
 
@@ -58,7 +58,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 
     @cache
     def exported(name: str) -> Path:
-        sweep = default_sweep(cd.load(name), samples=121)
+        sweep = usual_motion(cd.load(name), samples=121).sweep()
         return cd.view(sweep).export(directory / f"{name}.html")
 
     return exported
@@ -191,7 +191,7 @@ def test_the_slider_shows_the_drive_in_degrees(four_bar: Page) -> None:
 
 
 def test_the_graph_tells_the_numbers_of_the_sweep(four_bar: Page) -> None:
-    sweep = default_sweep(cd.load("four_bar"), samples=121)
+    sweep = usual_motion(cd.load("four_bar"), samples=121).sweep()
     four_bar.evaluate("scene.seek(50 / 120)")
     table = four_bar.page.inner_text("#graphs table")
     torsion = sweep["crank_bearing"].torsion

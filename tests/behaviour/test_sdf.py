@@ -14,7 +14,7 @@ import cardan_dyn as cd
 from cardan_dyn.description.description import Description
 from cardan_dyn.mechanism.rezero import rezeroed
 from cardan_dyn.scene.presets import PRESETS
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 SEEDS = [2, 8, 12, 15, 23, 30, 36, 37, 51, 52, 53, 56, 58, 66, 67, 68, 69, 71, 72, 76]
 """Random chains whose joints SDF has words for, and that have no couplings."""
@@ -41,7 +41,7 @@ def again(description: Description, text: str) -> cd.Mechanism:
 def test_bundled_mechanisms(name: str, seed: int) -> None:
     """From a closed configuration, in any order, with poses relative to any frame."""
     mechanism, preset = cd.load(name), PRESETS[name]
-    motion = default_sweep(mechanism, samples=9).motion
+    motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
     description = rezeroed(mechanism.description, at)
     sweeps = []

@@ -11,7 +11,7 @@ from testkit import linkages, sdf
 from testkit.kinematics import at_zero
 
 import cardan_dyn as cd
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 
 def placed(mechanism: cd.Mechanism, q: np.ndarray) -> dict[str, np.ndarray]:
@@ -31,7 +31,7 @@ MASSLESS = {"thoma_rig": 1, "elastic_thoma_rig": 2}
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_links_stand_at_zero_where_they_stood(tmp_path: Path, name: str, suffix: str) -> None:
     mechanism = cd.load(name)
-    motion = default_sweep(mechanism, samples=9).motion
+    motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[5] for joint in mechanism if mechanism[joint].parts}
     path = cd.write(mechanism, tmp_path / f"{name}.{suffix}", at=at)
     assert path == tmp_path / f"{name}.{suffix}"

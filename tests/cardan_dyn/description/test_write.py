@@ -24,7 +24,7 @@ from cardan_dyn.description.description import (
 )
 from cardan_dyn.description.read import read
 from cardan_dyn.description.write import angles_of, to_urdf, with_links_at_joints
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 ROUNDING = 1e-15
 """Of rotations written as three angles, and of axes scaled to the length 1 a second time; random
@@ -63,7 +63,7 @@ def test_bundled_mechanisms(name: str) -> None:
     # Only the Stewart platform has rotated frames and inclined axes.
     assert (again.description == mechanism.description) is (name != "stewart_platform")
     assert list(again.model.names) == list(mechanism.model.names)
-    found, reference = (default_sweep(item, samples=25, speed=2.0) for item in (again, mechanism))
+    found, reference = (usual_motion(item, samples=25).sweep(2.0) for item in (again, mechanism))
     compare(found, reference)
 
 

@@ -18,7 +18,7 @@ from cardan_dyn.description.description import Limits
 from cardan_dyn.description.read import read
 from cardan_dyn.mechanism.rezero import rezeroed
 from cardan_dyn.scene.presets import PRESETS
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 KINDS = ("revolute", "prismatic", "cylindrical", "universal", "planar", "spherical", "floating")
 CHAIN = """<robot name="r"><link name="l0"/>{}</robot>"""
@@ -91,7 +91,7 @@ def test_angles_behind_the_new_zero() -> None:
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_bundled_mechanisms_have_the_same_wrenches(name: str) -> None:
     mechanism, preset = cd.load(name), PRESETS[name]
-    motion = default_sweep(mechanism, samples=9).motion
+    motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
     again = cd.Mechanism(rezeroed(mechanism.description, at))
     held = {joint: float(at[joint]) for joint in preset.held_deg}

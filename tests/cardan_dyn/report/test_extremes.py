@@ -9,7 +9,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.report.extremes import Extreme, extremes
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 DENSE = 36_001
 
@@ -53,7 +53,7 @@ def test_universal_joint_against_its_closed_forms(start: float) -> None:
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "needle_drive", "thoma_rig"])
 def test_against_dense_sampling(name: str) -> None:
     """A response evaluated every hundredth of a degree knows nothing of the search."""
-    sweep = default_sweep(cd.load(name), samples=91)
+    sweep = usual_motion(cd.load(name), samples=91).sweep()
     scene = cd.Scene(
         sweep.mechanism, drive=sweep.drives[0], held=dict(sweep.held), loads=dict(sweep.loads)
     )
@@ -133,7 +133,7 @@ def test_samples_count_where_what_acts_varies() -> None:
 
 
 def test_several_drives_and_a_single_sample() -> None:
-    sweep = default_sweep(cd.load("stewart_platform"), samples=25)
+    sweep = usual_motion(cd.load("stewart_platform"), samples=25).sweep()
     for item in extremes(sweep):
         assert not item.located
         for place in item.greatest_at:

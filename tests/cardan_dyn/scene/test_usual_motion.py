@@ -9,7 +9,7 @@ from testkit.scenes import text
 
 import cardan_dyn as cd
 from cardan_dyn.scene.presets import PRESETS, preset_of
-from cardan_dyn.scene.usual_motion import default_scene, default_sweep, slides
+from cardan_dyn.scene.usual_motion import default_scene, slides, usual_motion
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 9)
 
@@ -40,11 +40,11 @@ def test_presets_name_joints_of_their_mechanism(name: str) -> None:
     assert preset.drive and named <= set(mechanism.joints)
     assert not set(preset.drive) & set(preset.held_deg)
     # What is driven and held leaves nothing free: the sweep would be refused otherwise.
-    assert len(default_sweep(mechanism, samples=3)) == 3
+    assert len(usual_motion(mechanism, samples=3).sweep()) == 3
 
 
 def test_a_shaft_turns_once_as_its_preset_says(joint: cd.Mechanism) -> None:
-    turn = default_sweep(joint, samples=9)
+    turn = usual_motion(joint, samples=9).sweep()
     np.testing.assert_array_equal(turn.motion.position("bearing_in"), TURN)
     assert turn.held == {"joint_angle": np.deg2rad(35.0)}
     np.testing.assert_allclose(turn.motion.v, 0.0)
@@ -53,14 +53,13 @@ def test_a_shaft_turns_once_as_its_preset_says(joint: cd.Mechanism) -> None:
 
 
 def test_arguments_replace_the_preset(joint: cd.Mechanism) -> None:
-    turn = default_sweep(
+    turn = usual_motion(
         joint,
         held={"joint_angle": 0.2},
         loads={"bearing_out": -7.0},
-        speed=3.0,
         gravity=(0.0, 0.0, -9.81),
         samples=9,
-    )
+    ).sweep(3.0)
     assert turn.held == {"joint_angle": 0.2}
     scene = cd.Scene(
         joint,
@@ -76,7 +75,7 @@ def test_arguments_replace_the_preset(joint: cd.Mechanism) -> None:
 
 
 def test_a_driven_joint_is_not_held_by_the_preset(joint: cd.Mechanism) -> None:
-    turn = default_sweep(joint, drive=("joint_angle",), held={"bearing_in": 0.1}, samples=5)
+    turn = usual_motion(joint, drive=("joint_angle",), held={"bearing_in": 0.1}, samples=5).sweep()
     assert turn.drives == ("joint_angle",) and turn.held == {"bearing_in": 0.1}
 
 
@@ -85,12 +84,12 @@ def test_a_preset_is_for_its_mechanism_alone() -> None:
     other = text("slider_crank").replace('name="slider_crank"', 'name="universal_joint"', 1)
     mechanism = cd.load(other)
     assert mechanism.name == "universal_joint"
-    turn = default_sweep(mechanism, drive=("crank_bearing",), samples=3)
+    turn = usual_motion(mechanism, drive=("crank_bearing",), samples=3).sweep()
     assert turn.held == {}
 
 
 def test_a_rocker_swings_clear_of_its_dead_points() -> None:
-    turn = default_sweep(four_bar(), drive=("D",), samples=9, speed=5.0)
+    turn = usual_motion(four_bar(), drive=("D",), samples=9).sweep(5.0)
     low, high = rocker_range()
     np.testing.assert_allclose(
         turn.motion.position("D"), swing(low, high, 0.45), atol=1e-6 * (high - low)
@@ -100,7 +99,7 @@ def test_a_rocker_swings_clear_of_its_dead_points() -> None:
 
 
 def test_several_drives_swing_one_after_the_other() -> None:
-    turn = default_sweep(five_bar(), drive=("A", "D"), samples=9)
+    turn = usual_motion(five_bar(), drive=("A", "D"), samples=9).sweep()
     np.testing.assert_allclose(turn.motion.position("A"), 0.3 * np.sin(TURN), atol=1e-15)
     np.testing.assert_allclose(turn.motion.position("D"), 0.3 * np.sin(TURN + np.pi), atol=1e-15)
 
@@ -118,13 +117,13 @@ def test_a_slide_swings_within_its_limits(
 ) -> None:
     mechanism = single_joint("prismatic", limit)
     reach = 0.05 * mechanism.characteristic_length
-    turn = default_sweep(mechanism, drive=("j",), samples=9)
+    turn = usual_motion(mechanism, drive=("j",), samples=9).sweep()
     expected = swing(-reach if low is None else low, reach if high is None else high, 0.5)
     np.testing.assert_allclose(turn.motion.position("j"), expected, rtol=1e-12, atol=1e-15)
 
 
 def test_a_joint_without_end_turns_once() -> None:
-    turn = default_sweep(single_joint("continuous"), drive=("j",), samples=9)
+    turn = usual_motion(single_joint("continuous"), drive=("j",), samples=9).sweep()
     np.testing.assert_array_equal(turn.motion.position("j"), TURN)
 
 
@@ -133,19 +132,19 @@ def test_joints_that_the_description_drives_move_what_has_no_preset() -> None:
     driven = '<joint name="crank_bearing"'
     mechanism = cd.load(described.replace(driven, f'{driven} independent="true"', 1))
     assert mechanism.independent_joints == ("crank_bearing",)
-    assert default_sweep(mechanism, samples=3).drives == ("crank_bearing",)
+    assert usual_motion(mechanism, samples=3).sweep().drives == ("crank_bearing",)
 
 
 def test_coordinates_of_joints_with_several_are_driven() -> None:
     """Turns go once around or swing, slides swing by a part of the length, the rest is held."""
     ball = single_joint("spherical", words='independent="true"')
-    turn = default_sweep(ball, samples=9)
+    turn = usual_motion(ball, samples=9).sweep()
     assert turn.drives == ("j.x", "j.y", "j.z")
     np.testing.assert_allclose(turn.motion.position("j.x"), 0.3 * np.sin(TURN), atol=1e-15)
     guide = single_joint("cylindrical")
-    turn = default_sweep(guide, drive=("j.turn",), held={"j.slide": 0.1}, samples=9)
+    turn = usual_motion(guide, drive=("j.turn",), held={"j.slide": 0.1}, samples=9).sweep()
     np.testing.assert_array_equal(turn.motion.position("j.turn"), TURN)
-    turn = default_sweep(guide, drive=("j.slide",), held={"j.turn": 0.1}, samples=9)
+    turn = usual_motion(guide, drive=("j.slide",), held={"j.turn": 0.1}, samples=9).sweep()
     reach = 0.05 * guide.characteristic_length
     expected = swing(-reach, reach, 0.5)
     np.testing.assert_allclose(turn.motion.position("j.slide"), expected, atol=1e-15)

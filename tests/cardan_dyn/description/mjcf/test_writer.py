@@ -21,7 +21,7 @@ from cardan_dyn.description.mjcf.writer import to_mjcf
 from cardan_dyn.description.read import read
 from cardan_dyn.mechanism.rezero import link_placements, rezeroed
 from cardan_dyn.scene.presets import PRESETS
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 MOST = 300.0
 """Greatest condition in these sweeps, but for a cross without mass, of which it is not known."""
@@ -39,7 +39,7 @@ class Text:
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_bundled_mechanisms(name: str, is_closed: bool) -> None:
     mechanism, preset = cd.load(name), PRESETS[name]
-    motion = default_sweep(mechanism, samples=9).motion
+    motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
     if is_closed:
         mechanism = cd.Mechanism(rezeroed(mechanism.description, at))

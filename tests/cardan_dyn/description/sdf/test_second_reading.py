@@ -13,7 +13,7 @@ import cardan_dyn as cd
 from cardan_dyn.description.read import read
 from cardan_dyn.description.second_reading import reread
 from cardan_dyn.mechanism.rezero import rezeroed
-from cardan_dyn.scene.usual_motion import default_sweep
+from cardan_dyn.scene.usual_motion import usual_motion
 
 ROUNDING = 1e-14
 """Placements are multiplied in another order than by the first reader."""
@@ -38,7 +38,7 @@ def both_agree(text: str, strict: bool = True) -> None:
 @pytest.mark.parametrize("name", ["universal_joint", "stewart_platform", "drive_line"])
 def test_poses_and_axes_in_any_frame(name: str, seed: int) -> None:
     mechanism = cd.load(name)
-    motion = default_sweep(mechanism, samples=9).motion
+    motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
     both_agree(sdf.SdfText(rezeroed(mechanism.description, at), seed).text())
 
