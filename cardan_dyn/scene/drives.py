@@ -303,9 +303,13 @@ class _Search:
                         found[name] = self._drive(name, places, needed)
         listed = {name: found[name] for name in self._mechanism.drivable if name in found}
         chosen, needed = self._chosen(listed, needed)
-        for name in needed:
-            # The best of its component took the place of the one that came first.
-            listed[name] = replace(listed[name], instead_of=(name,))
+        # The best of its component may have taken the place of the one that came first.
+        for freedom in self._freedoms:
+            own = [name for name in needed if name in freedom.names]
+            for name in freedom.names:
+                if name in listed and listed[name].instead_of:
+                    places = [name] if name in own else freedom.replaceable(name, own)
+                    listed[name] = replace(listed[name], instead_of=tuple(places))
         name = self._mechanism.name
         needed.sort(key=lambda item: (item not in chosen.names, list(listed).index(item)))
         return Drives(name, listed, tuple(needed), chosen, self._start)

@@ -45,6 +45,24 @@ def limited(mechanism: cd.Mechanism, name: str, low: float, high: float) -> cd.M
     return cd.load(before + start + after.replace("</joint>", words, 1))
 
 
+def test_other_drives_are_instead_of_those_that_are_needed_where_the_best_is_not_the_first() -> (
+    None
+):
+    drag_link = described(
+        *(link(name) for name in "abc"),
+        joint("A", "ground", "a"),
+        joint("B", "a", "b", (0.0, 1.0)),
+        joint("D", "ground", "c", (0.5, 0.0)),
+        loop("b", "c", (1.0, 0.3), (0.5, 1.3)),
+    )
+    assert drives(drag_link).needed == ("A",)
+    found = drives(limited(drag_link, "A", -0.3, 0.4))
+    assert found.default == found.needed == ("D",)
+    assert found["A"].range == (-0.3, 0.4)
+    for item in found.values():
+        assert item.instead_of == ("D",), item.name
+
+
 def test_the_crank_of_a_four_bar_turns_and_its_rocker_swings() -> None:
     found = drives(four_bar())
     assert found.mobility == 1 and found.default == ("A",) and not found.held
