@@ -173,22 +173,13 @@ def write(
         speed=wording.quantity(analysis.speed, "speed"),
         torque=wording.quantity(report.torque, "torque"),
         figures=[(caption, page.image(figure)) for _, caption, figure in report.drawn(wording)],
-        scene=_framed(report, wording) if with_scene else "",
+        scene=scene(report).embedded(title=wording("Turning scene")) if with_scene else "",
         residuals=[
             residual(analysis.loop_residual) + " m",
             residual(analysis.balance_residual),
             residual(analysis.power_residual),
         ],
         toml=line.to_toml(),
-    )
-
-
-def _framed(report: LineReport, wording: Wording) -> str:
-    """Return the turning scene as an HTML element that readers of screens can name."""
-    return (
-        scene(report)
-        .embedded()
-        .replace("<iframe ", f'<iframe title="{wording("Turning scene")}" ', 1)
     )
 
 

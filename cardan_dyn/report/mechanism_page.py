@@ -13,7 +13,6 @@ import numpy as np
 from .._version import __version__
 from ..elements.link_loads import Wrench
 from ..errors import CardanError
-from ..figures.over_angle import over_angle
 from ..figures.style import axes_grid, line_style, require_matplotlib
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
@@ -377,7 +376,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
     found: dict[str, Any] = {"courses": [], "polars": [], "no_orders": report.no_orders}
     if with_scene and report.drives:
         shown = view(sweep, title=report.title, frames=_FRAMES)
-        found["scene"] = shown.embedded().replace("<iframe ", '<iframe title="Moving scene" ', 1)
+        found["scene"] = shown.embedded()
     if not (report.acts and report.drives):
         return found
     acting: dict[str, set[str]] = {}
@@ -388,7 +387,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
     for quantity, text in _COURSES.items():
         names = [name for name in joints if quantity in acting[name]][:_MOST_DRAWN]
         if names:
-            figure = over_angle(sweep, names, quantities=(quantity,), figsize=(7.2, 3.4))
+            figure = sweep.plot(*names, quantities=quantity, figsize=(7.2, 3.4))
             found["courses"].append((page.image(figure), f"{text} in {', '.join(names)}."))
     without = [name for name in joints if "moment" in acting[name] or not sweep[name].has_axis][:2]
     if without and not found["courses"]:

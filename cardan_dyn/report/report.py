@@ -112,5 +112,5 @@ def _write_scenes(joint_turn: Sweep, shaft_turn: Sweep, directory: Path) -> list
         title = f"{caption}, β = {FIGURE_BETA_DEG:g}°, load {TORQUE:g} N·m"
         scene = view(turn, title=title)
         scene.export(directory / f"{name}.html")
-        shown.append((title, scene.embedded()))
+        shown.append((title, scene.embedded(title=title)))
     return shown

@@ -212,17 +212,18 @@ class View:
             self._server.close()
             self._server = None
 
-    def embedded(self, height: int = 560) -> str:
+    def embedded(self, height: int = 560, title: str = "Moving scene") -> str:
         """Return an HTML element that contains the page.
 
         Args:
             height: of the element [px].
+            title: of the element, which readers of screens say.
         """
         # With "h" as an entity, a search for links in a document that contains this page finds
         # only those of the document itself.
         page = html.escape(self.html).replace("http", "&#104;ttp")
         return (
-            f'<iframe srcdoc="{page}" loading="lazy" '
+            f'<iframe title="{html.escape(title)}" srcdoc="{page}" loading="lazy" '
             f'style="width: 100%; height: {height}px; border: 1px solid #ddd"></iframe>'
         )
 

@@ -88,7 +88,7 @@ def test_page_tells_which_comparison_fails(page: str) -> None:
 
 
 def test_page_holds_both_scenes_and_needs_no_network(page: str) -> None:
-    assert page.count("<iframe srcdoc=") == 2
+    assert page.count("<iframe title=") == 2
     assert "Universal joint, β = 50°, load 100 N·m" in page
     assert "Double shaft, β = 50°, load 100 N·m" in page
     assert "http" not in page

@@ -72,7 +72,7 @@ def test_library_prints_nothing_and_hangs_nowhere(
 
 def test_notebooks_show_it_as_it_is(joint_turn: cd.Sweep) -> None:
     element = cd.view(joint_turn)._repr_html_()
-    assert element.startswith("<iframe srcdoc=")
+    assert element.startswith('<iframe title="Moving scene" srcdoc=')
     assert "http" not in element
 
 
@@ -201,8 +201,9 @@ def test_exported_page_is_the_scenes_own(tmp_path: Path) -> None:
 
 def test_embedded_page_is_the_same_page() -> None:
     text = "<a href=\"http://x\" title='y'>&amp;</a>"
-    element = View(text).embedded(height=123)
+    element = View(text).embedded(height=123, title='5" & more')
     assert "height: 123px" in element and "http" not in element
+    assert 'title="5&quot; &amp; more"' in element
     (source,) = re.findall(r'srcdoc="([^"]*)"', element)
     assert html.unescape(source) == text
 
