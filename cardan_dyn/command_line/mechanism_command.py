@@ -71,7 +71,6 @@ def check_source(source: str, *, strict: bool, as_json: bool) -> bool:
         CardanError: as `load` does.
     """
     mechanism = load(source, strict=strict)
-    wrong: list[str] = list(mechanism.warnings)
     report: MechanismReport | None = None
     drives: Drives | None = None
     reason = ""
@@ -85,7 +84,7 @@ def check_source(source: str, *, strict: bool, as_json: bool) -> bool:
     if as_json:
         click.echo(_as_json(mechanism, report, drives, reason))
         return not reason
-    _print_check(mechanism, report, drives, wrong, reason)
+    _print_check(mechanism, report, drives, reason)
     return not reason
 
 
@@ -93,12 +92,11 @@ def _print_check(
     mechanism: Mechanism,
     report: MechanismReport | None,
     drives: Drives | None,
-    wrong: list[str],
     reason: str,
 ) -> None:
     loops = f"{len(mechanism.loops)} loop{'s' * (len(mechanism.loops) != 1)}"
     say(f"{mechanism.name}: {len(mechanism.joints)} joints, {loops}")
-    for text in wrong:
+    for text in mechanism.warnings:
         say(f"warning: {text}", "yellow")
     if report is not None:
         for line in _determined(report):

@@ -178,7 +178,7 @@ class Mechanism(Frozen):
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with the description and was accepted, and how far its zero is open."""
         described = (*self.description.warnings, *self._remarks)
-        gaps = _open_loops(self.frames, self.coordinates, self.zero, self.characteristic_length)
+        gaps = _open_loops(self.frames, self.zero, self.characteristic_length)
         if not gaps:
             return described
         listed = [f"{name} by {gap:.3g} m, {angle:.3g} rad" for name, (angle, gap) in gaps.items()]
@@ -487,9 +487,7 @@ def _fitted(
     return result
 
 
-def _open_loops(
-    frames: Frames, coordinates: Coordinates, x: Array, length: float
-) -> dict[str, tuple[float, float]]:
+def _open_loops(frames: Frames, x: Array, length: float) -> dict[str, tuple[float, float]]:
     """Return by what angle [rad] and distance [m] loops are open, those of more than `_OPEN`."""
     placed = frames.placed(x[None, :])
     starts = frames.joint_frames(placed)

@@ -90,7 +90,7 @@ class Axis(Block):
     """One parameter with a dimension of its own."""
 
     def __init__(self, name: str, values: object) -> None:
-        given, unit = _with_unit(name, values)
+        given, unit = _with_unit(values)
         if not isinstance(given, Line):
             given = read_only(_column(name, given))
         count = given.count if isinstance(given, Line) else len(given)
@@ -249,7 +249,7 @@ def points(parameters: Mapping[str, Any], *, dim: str = "point") -> Points:
     given = _named(parameters)
     columns, units = {}, {}
     for name, value in given.items():
-        values, units[name] = _with_unit(name, value)
+        values, units[name] = _with_unit(value)
         columns[name] = read_only(_column(name, values))
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
@@ -445,7 +445,7 @@ def name_of_array(what: str, name: object) -> str:
     return name
 
 
-def _with_unit(name: str, given: object) -> tuple[Any, str]:
+def _with_unit(given: object) -> tuple[Any, str]:
     """Return what was given for a parameter, and its unit."""
     if isinstance(given, tuple) and len(given) == 2:
         values, unit = given
@@ -489,7 +489,7 @@ def _distributions(given: object) -> tuple[dict[str, Any], dict[str, str]]:
     """Return distributions by name, and their units."""
     found, units = {}, {}
     for name, value in _named(given).items():
-        found[name], units[name] = _with_unit(name, value)
+        found[name], units[name] = _with_unit(value)
         if not (hasattr(found[name], "ppf") or hasattr(found[name], "icdf")):
             raise ArgumentError(
                 f"{name} is {described(found[name])}, expected a distribution such as "

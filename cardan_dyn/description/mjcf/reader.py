@@ -249,7 +249,7 @@ class MjcfReader:
             if element is not world:
                 attributes = element.attrib
                 origin = frame @ pose(attributes, self.compiler, at)
-                self._read_joints(content, name, parent, origin, at)
+                self._read_joints(content, name, parent, origin)
                 self._mass(content, name, at)
                 self._note_attributes(attributes, name, at)
             elif any(child.tag in ("inertial", "joint", "freejoint") for child, *_ in content):
@@ -292,14 +292,7 @@ class MjcfReader:
             if child.tag in _REFUSED:
                 raise ModelError(f"{at}: <{child.tag}> is not supported: {_REFUSED[child.tag]}")
 
-    def _read_joints(
-        self,
-        content: _Content,
-        body: str,
-        parent: str,
-        origin: Array,
-        at: str,
-    ) -> None:
+    def _read_joints(self, content: _Content, body: str, parent: str, origin: Array) -> None:
         """Add the joints of a body, and the links between them."""
         elements = [item for item in content if item[0].tag in ("joint", "freejoint")]
         if not elements:

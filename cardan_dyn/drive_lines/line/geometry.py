@@ -103,7 +103,7 @@ def geometry(shafts: Sequence[Shaft]) -> Geometry:
     centres = np.zeros((len(shafts) - 1, 3))
     for k in range(1, len(centres)):
         centres[k] = centres[k - 1] + lengths[k] * directions[k]
-    centres += _placed(shafts, directions, lengths, centres)
+    centres += _placed(shafts, centres)
     angles, offsets, frames = _bends(shafts, directions)
     steps = math.pi / 2 + np.array([shaft.fork_offset for shaft in shafts[1:-1]]) - offsets[1:]
     phases = np.concatenate([[0.0 - offsets[0]], steps]).cumsum()
@@ -225,7 +225,7 @@ def _start(shafts: Sequence[Shaft], index: int) -> tuple[float, float, float]:
     return before
 
 
-def _placed(shafts: Sequence[Shaft], directions: Array, lengths: Array, centres: Array) -> Array:
+def _placed(shafts: Sequence[Shaft], centres: Array) -> Array:
     """Return by how much all centres `(n, 3)` are to be moved to where points say `(3,)`."""
     given = [
         (index, end, point)
