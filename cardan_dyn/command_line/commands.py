@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .._version import __version__
-from . import options
+from . import names, options
 from .group import EXIT_CODES, MISSED, Commands
 from .motion_options import simulate, sweep
 from .report_options import report
@@ -36,9 +36,23 @@ def main() -> None:
 @options.as_json("Print names and descriptions as JSON.")
 def list_(as_json: bool) -> None:
     """List the bundled mechanisms and drive lines."""
-    from .mechanism_command import list_bundled
+    rooms = {"mechanisms": names.mechanisms(), "drive lines": names.lines()}
+    told = {
+        room: {name: names.about(path) for name, path in files.items()}
+        for room, files in rooms.items()
+    }
+    if as_json:
+        import json
 
-    list_bundled(as_json)
+        click.echo(json.dumps(told, ensure_ascii=False, indent=1))
+        return
+    from .tables import crop, say
+
+    width = max(len(name) for found in told.values() for name in found)
+    for room, found in told.items():
+        say(room, "bold")
+        for name, text in found.items():
+            crop(f"  {name.ljust(width)}  {text}")
 
 
 @main.command()

@@ -1,4 +1,4 @@
-"""What `cardan-dyn list`, `describe` and `check` do: say what a mechanism is and what it can do."""
+"""What `cardan-dyn describe` and `check` do: say what a mechanism is and what it can do."""
 
 from __future__ import annotations
 
@@ -14,25 +14,7 @@ from ..mechanism.mechanism import Mechanism, load
 from ..scene.describe import describe
 from ..scene.drives import Drive, Drives
 from ..scene.mechanism_report import MechanismReport
-from . import names
-from .tables import crop, say, show
-
-
-def list_bundled(as_json: bool) -> None:
-    """Print the bundled mechanisms and drive lines, a line for each."""
-    rooms = {"mechanisms": names.mechanisms(), "drive lines": names.lines()}
-    told = {
-        room: {name: names.about(path) for name, path in files.items()}
-        for room, files in rooms.items()
-    }
-    if as_json:
-        click.echo(json.dumps(told, ensure_ascii=False, indent=1))
-        return
-    width = max(len(name) for found in told.values() for name in found)
-    for room, found in told.items():
-        say(room, "bold")
-        for name, text in found.items():
-            crop(f"  {name.ljust(width)}  {text}")
+from .tables import say, show
 
 
 def describe_source(source: str, *, strict: bool) -> None:

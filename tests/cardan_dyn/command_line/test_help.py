@@ -45,6 +45,12 @@ def test_help_of_a_command_loads_nothing_that_computes(command: str) -> None:
     assert not packages & COMPUTES
 
 
+def test_what_is_bundled_is_listed_without_what_computes() -> None:
+    printed, packages = loaded("list")
+    assert all(name in printed for name in (*mechanisms(), *lines()))
+    assert not packages & (COMPUTES - {"rich"})
+
+
 @pytest.mark.parametrize("option", ["--help", "--version"])
 def test_help_and_version_load_nothing_that_computes(option: str) -> None:
     printed, packages = loaded(option)
