@@ -140,7 +140,10 @@ class _Teller:
         self._greatest = {"N": max(force, moment / length), "N·m": max(moment, force * length)}
 
     def state(self) -> list[dict[str, Any]]:
-        """Return what drives, holds and loads the mechanism: name, and value or values."""
+        """Return what drives, holds and loads the mechanism: name, and value or values.
+
+        Loads say at which joint they act, empty for one on a link, and the node of their arrow.
+        """
         sweep = self._sweep
         if isinstance(sweep, Still):
             return []
@@ -159,10 +162,14 @@ class _Teller:
                 for what, unit in (("force", "N"), ("moment", "N·m")):
                     size = np.linalg.norm(np.asarray(getattr(load, what)), axis=-1)
                     if np.any(size):
-                        rows.append(self._row("load", f"{name}, {what}", size, unit))
+                        row = self._row("load", f"{name}, {what}", size, unit)
+                        rows.append({**row, "joint": "", "node": f"{node_name(name)} {what}"})
             else:
-                unit = "N" if self._mechanism.drivable[name].slides else "N·m"
-                rows.append(self._row("load", name, load, unit))
+                coordinate = self._mechanism.drivable[name]
+                what, unit = ("force", "N") if coordinate.slides else ("moment", "N·m")
+                node = f"{node_name(name)} {what}"
+                row = self._row("load", name, load, unit)
+                rows.append({**row, "joint": coordinate.joint, "node": node})
         for name, position in sweep.held.items():
             values = np.asarray(position, dtype=float)
             unit, factor = _scale(self._mechanism, name, values)

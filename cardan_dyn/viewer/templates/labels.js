@@ -30,11 +30,10 @@ for (const { path, text, color } of data.scene.labels) {
   const joint = jointByNode.get(path.split("/")[2]) || null;
   addLabel({ joint, node: node(path), kind: "name", text, color });
 }
-const KINDS_AT = { torsion: "torsion", bending: "bending", force: "force" };
 for (const joint of told.joints) {
-  for (const [root, name] of Object.entries(KINDS_AT)) {
+  for (const root of ["torsion", "bending", "force"]) {
     const arrow = nodes.get(`/${root}/${joint.node}`);
-    const series = joint.series.find((item) => item.name === name)
+    const series = joint.series.find((item) => item.name === root)
       || (root === "bending" && joint.series.find((item) => item.name === "moment"));
     const legend = data.legend.find((item) => item.part === root);
     if (arrow && series && legend) {
@@ -49,17 +48,14 @@ for (const joint of told.joints) {
     }
   }
 }
-for (const row of told.state.filter((item) => item.kind === "load")) {
-  const [name, what] = row.name.split(", ");
-  const kinds = what ? [what] : ["force", "moment"];
-  const arrow = kinds.map((kind) => nodes.get(`/loads/${name.replaceAll("/", "∕")} ${kind}`))
-    .find((found) => found);
+for (const row of loads) {
+  const arrow = nodes.get(`/loads/${row.node}`);
   const legend = data.legend.find((item) => item.part === "loads");
   if (!arrow || !legend) continue;
   const values = row.values ? array(row.values) : null;
   const [least, most] = values ? extent(values) : [row.value, row.value];
   addLabel({
-    joint: told.joints.find((item) => item.name === name) || null, node: arrow, kind: "load",
+    joint: jointNamed(row.joint), node: arrow, kind: "load",
     color: legend.color, values, value: row.value, unit: row.unit, unique: true,
     decimals: Math.max(decimalsOf(Math.max(-least, most)) - 1, 0), least: 0,
   });

@@ -218,7 +218,12 @@ function isShown(joint) {
   if (choice.where === "all") return true;
   return choice.where === "bearings" && (bearings.has(joint.name) || loaded.has(joint.name));
 }
-const loaded = new Set(told.state.filter((row) => row.kind === "load").map((row) => row.name));
+const loads = told.state.filter((row) => row.kind === "load");
+const loaded = new Set(loads.map((row) => row.joint));
+const jointOfLoad = new Map(loads.map((row) => [row.node, row.joint]));
+function jointNamed(name) {
+  return told.joints.find((item) => item.name === name) || null;
+}
 
 function applyShown() {
   for (const [name, roots] of PARTS) {
@@ -273,7 +278,7 @@ function under(x, y) {
         const link = told.links.find((item) => item.body === name);
         if (link) return { link };
       }
-      const joint = jointByNode.get(root === "loads" ? name.replace(/ (force|moment)$/, "") : name);
+      const joint = root === "loads" ? jointNamed(jointOfLoad.get(name)) : jointByNode.get(name);
       if (joint) return { joint };
     }
   }

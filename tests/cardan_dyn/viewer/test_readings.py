@@ -108,6 +108,7 @@ def test_the_state_names_drive_speed_loads_held_and_gravity() -> None:
     assert rows["speed"]["value"] == 10.0 and rows["speed"]["unit"] == "rad/s"
     assert rows["held"]["value"] == pytest.approx(30.0) and rows["held"]["unit"] == "°"
     np.testing.assert_array_equal(rows["load"]["values"], [-1.0, -2.0])
+    assert (rows["load"]["joint"], rows["load"]["node"]) == ("bearing_out", "bearing_out moment")
     assert rows["gravity"]["value"] == pytest.approx(9.81)
 
 
@@ -117,6 +118,7 @@ def test_loads_on_links_are_told_by_their_sizes() -> None:
         item for item in told(turn(loads={"rocker": load}))["state"] if item["kind"] == "load"
     )
     assert (row["name"], row["value"], row["unit"]) == ("rocker, force", 5.0, "N")
+    assert (row["joint"], row["node"]) == ("", "rocker force")
 
 
 def test_the_numbers_of_a_joint_are_those_of_the_sweep() -> None:
