@@ -92,10 +92,15 @@ def test_ctrl_c_ends_in_one_line(tmp_path: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # Tests in the background of a shell ignore Ctrl-C, and so would what they start.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
         time.sleep(5.0)  # It is among its steps, or still loads.
         process.send_signal(signal.SIGINT)
-        printed, said = process.communicate(timeout=300)
+        try:
+            printed, said = process.communicate(timeout=120)
+        finally:
+            process.kill()
     assert process.returncode == 130, said
     assert "Traceback" not in said and "interrupted" in said
     assert file.exists() == bool(printed)
