@@ -140,30 +140,15 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @options.strict
 @options.written("--export", "file", "Write one HTML file that needs no network, and end.")
 @options.open_browser
-def view(
-    source: str,
-    drive: tuple[str, ...],
-    held: tuple[str, ...],
-    loads: tuple[str, ...],
-    speed: float | None,
-    gravity: tuple[float, float, float] | None,
-    joints: tuple[str, ...],
-    hide: tuple[str, ...],
-    duration: float | None,
-    samples: int,
-    strict: bool,
-    file: Path | None,
-    open_browser: bool,
-) -> None:
+def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> None:
     """Watch a mechanism move, with its moments and forces.
 
     NAME_OR_FILE is a bundled description or a file. The page is served on this machine until
     Ctrl-C; its address is printed, so that it can be opened where no browser opens it.
     """
-    from .view_command import MotionOptions, scene_of
+    from .view_command import scene_of
 
-    motion = MotionOptions(drive, held, loads, speed, gravity, samples)
-    shown = scene_of(source, motion, joints, frozenset(hide), duration, strict)
+    shown = scene_of(source, **given)
     if file is not None:
         export(shown, file)
     else:
