@@ -268,7 +268,7 @@ byId("fold").addEventListener("click", () => {
   if (!folded) select(chosenNow());
 });
 function chosenNow() {
-  return { joint: told.joints.find((item) => item.name === choice.joint), link: choice.link };
+  return { joint: jointNamed(choice.joint), link: choice.link };
 }
 
 function lookAt(name) {
