@@ -16,7 +16,8 @@ UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` that are drawn as lines, and their units."""
 _SIZES = {"force": "N", "moment": "N·m"}
 """Vectors of a `JointWrench` whose sizes are drawn, also of joints without an axis."""
-_ALL = {**UNITS, **_SIZES}
+QUANTITIES = {**UNITS, **_SIZES}
+"""Both, and their units."""
 _ROUNDING = 1e-9
 """Part of the greatest moment or force in the joints below which a component of it is rounding."""
 _PARALLEL = 1e-12
@@ -59,9 +60,9 @@ def wrench_panels(
         ArgumentError: unknown quantity, or other axes than are needed.
     """
     for quantity in quantities:
-        if quantity not in _ALL:
+        if quantity not in QUANTITIES:
             raise ArgumentError(
-                f"quantity {quantity!r} is unknown; quantities: {choices(_ALL, quantity)}"
+                f"quantity {quantity!r} is unknown; quantities: {choices(QUANTITIES, quantity)}"
             )
     wrenches = [turn[name] for name in joints]
     # A part of a wrench is rounding beside its whole, of which a moment is a force by a length.
@@ -83,9 +84,9 @@ def wrench_panels(
             # A joint has one name in all axes: its star and that of the quantity belong together.
             if any(joint == wrench.joint for joint, _ in opened):
                 style["label"] += MARK
-            curves += panel.plot(at.values, _values(wrench, quantity), **style)
+            curves += panel.plot(at.values, values_of(wrench, quantity), **style)
         star = MARK if any(name == quantity for _, name in opened) else ""
-        unit = _ALL[quantity]
+        unit = QUANTITIES[quantity]
         panel.set_ylabel(f"{quantity}{star} [{unit}]")
         settle(panel, whole[unit])
         label_peaks(panel, curves, unit, at.unit, peaks, whole[unit])
@@ -131,7 +132,8 @@ def together(force: float, moment: float, length: float) -> dict[str, float]:
     return {"N": max(force, moment / length), "N·m": max(moment, force * length)}
 
 
-def _values(wrench: Any, quantity: str) -> Array:
+def values_of(wrench: Any, quantity: str) -> Array:
+    """Return a quantity of `QUANTITIES`: a signed component, or the size of a vector."""
     values = getattr(wrench, quantity)
     return np.asarray(np.linalg.norm(values, axis=-1) if quantity in _SIZES else values)
 
@@ -139,7 +141,7 @@ def _values(wrench: Any, quantity: str) -> Array:
 def _acting(wrenches: Sequence[Any], whole: Mapping[str, float]) -> list[str]:
     """Return the quantities that are not all but zero; all of moments if nothing acts."""
     units = UNITS if all(item.has_axis for item in wrenches) else _SIZES
-    sizes = {name: _greatest(_values(item, name) for item in wrenches) for name in units}
+    sizes = {name: _greatest(values_of(item, name) for item in wrenches) for name in units}
     found = [name for name, unit in units.items() if sizes[name] > _ROUNDING * whole[unit]]
     return found or [name for name, unit in units.items() if unit == "N·m"]
 

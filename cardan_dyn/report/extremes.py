@@ -11,9 +11,9 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..elements.link_loads import Wrench
 from ..errors import ModelError
+from ..figures.wrenches import QUANTITIES, determined, values_of
 from ..frozen import Frozen
 from ..results.sweep import Sweep
-from ..results.wrench import JointWrench
 from ..scene.scene import Scene
 
 _ROUNDING = 1e-12
@@ -22,6 +22,9 @@ the condition number; that of the sweep counts where it is greater."""
 _SAME = 1e-9
 """Part of the greatest value by which extremes at several positions may differ: shafts with two
 planes of symmetry have each twice in a turn."""
+_WITH_AXIS = ("force", "axial", "shear", "torsion", "bending")
+_WITHOUT = ("force", "moment")
+"""Quantities of joints with an axis, and of others."""
 _TURN = 2.0 * np.pi * (1.0 - _SAME)
 _EQUAL = 1e-14
 """Part of a value that is its rounding."""
@@ -228,32 +231,12 @@ def _coupling_units(sweep: Sweep) -> dict[str, str]:
 def _of_wrench(sweep: Sweep, joint: str) -> Iterator[Quantity]:
     """Return what is sought of a joint's wrench: along and across its axis if it has one."""
     wrench = sweep[joint]
-    unique = wrench.unique
-    parts = [("force", "N", slice(0, 3), None)]
-    if wrench.has_axis:
-        along = np.abs(np.atleast_2d(wrench.axis)[0]) > _ROUNDING
-        across = np.abs(np.atleast_2d(wrench.axis)[0]) < 1.0 - _ROUNDING
-        parts += [
-            ("axial", "N", slice(0, 3), along),
-            ("shear", "N", slice(0, 3), across),
-            ("torsion", "N·m", slice(3, 6), along),
-            ("bending", "N·m", slice(3, 6), across),
-        ]
-    else:
-        parts.append(("moment", "N·m", slice(3, 6), None))
-    for name, unit, three, of in parts:
-        flags = unique[three] if of is None else unique[three][of]
+    for name in _WITH_AXIS if wrench.has_axis else _WITHOUT:
 
         def values(at: Sweep, name: str = name) -> Array:
-            return _size(at[joint], name)
+            return values_of(at[joint], name)
 
-        yield Quantity(joint, name, unit, bool(np.all(flags)), values)
-
-
-def _size(wrench: JointWrench, name: str) -> Array:
-    """Return a signed component, or the size of a vector."""
-    values = np.asarray(getattr(wrench, name))
-    return np.linalg.norm(values, axis=-1) if name in ("force", "moment") else values
+        yield Quantity(joint, name, QUANTITIES[name], determined(wrench, name), values)
 
 
 def _floors(sweep: Sweep, quantities: list[Quantity], samples: Array) -> Array:

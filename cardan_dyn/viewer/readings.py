@@ -12,10 +12,11 @@ import numpy as np
 from ..arrays import Array
 from ..elements.link_loads import Wrench
 from ..errors import ModelError
+from ..figures.wrenches import QUANTITIES, determined, together, values_of
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
-from ..results.wrench import JointWrench, named_components
+from ..results.wrench import named_components
 from .commands import Arrays, node_name
 from .still import Still
 
@@ -26,6 +27,9 @@ _SHORT_WAY = 0.1
 """Way of a slide [m] below which millimetres are told."""
 _ROUNDING = 1e-9
 """Values below this fraction of the greatest one are told as zero: what is left is rounding."""
+_WITH_AXIS = ("torsion", "bending", "force", "axial", "shear")
+_WITHOUT = ("moment", "force")
+"""Quantities that are told of joints with an axis, and of others."""
 _CLOSED = 1e-6
 """How far the ends of a course may be apart for it to count as closed [rad, m]."""
 
@@ -137,7 +141,7 @@ class _Teller:
         force = max((_greatest(item.force) for item in wrenches), default=0.0)
         moment = max((_greatest(item.moment) for item in wrenches), default=0.0)
         length = self._mechanism.characteristic_length
-        self._greatest = {"N": max(force, moment / length), "N·m": max(moment, force * length)}
+        self._greatest = together(force, moment, length)
 
     def state(self) -> list[dict[str, Any]]:
         """Return what drives, holds and loads the mechanism: name, and value or values.
@@ -202,7 +206,12 @@ class _Teller:
         if isinstance(self._sweep, Sweep):
             wrench = self._sweep[name]
             told["open"] = named_components(~wrench.unique)
-            told["series"] = self._series(joint, wrench)
+            names = _WITH_AXIS if wrench.has_axis else _WITHOUT
+            parts = [
+                (name, QUANTITIES[name], values_of(wrench, name), determined(wrench, name))
+                for name in names
+            ]
+            told["series"] = [self._one(*item) for item in (*parts, *self._efforts(joint))]
         return told
 
     def links(self) -> list[dict[str, Any]]:
@@ -228,27 +237,6 @@ class _Teller:
         else:
             child, parent = joint.id, int(self._mechanism.model.parents[joint.parts[0].id])
         return names.get(parent, ""), names.get(child, "")
-
-    def _series(self, joint: Joint, wrench: JointWrench) -> list[dict[str, Any]]:
-        """Return the quantities of a joint: what can be drawn over the course."""
-        along, across = np.abs(joint.axis) > 0.0, np.abs(joint.axis) < 1.0
-        force, moment = wrench.unique[:3], wrench.unique[3:]
-        told = []
-        if wrench.has_axis:
-            told += [
-                ("torsion", "N·m", wrench.torsion, all(moment[along])),
-                ("bending", "N·m", wrench.bending, all(moment[across])),
-            ]
-        else:
-            told.append(("moment", "N·m", _sizes(wrench.moment), all(moment)))
-        told.append(("force", "N", _sizes(wrench.force), all(force)))
-        if wrench.has_axis:
-            told += [
-                ("axial", "N", wrench.axial, all(force[along])),
-                ("shear", "N", wrench.shear, all(force[across])),
-            ]
-        told += self._efforts(joint)
-        return [self._one(*quantity) for quantity in told]
 
     def _efforts(self, joint: Joint) -> list[tuple[str, str, Array, bool]]:
         """Return what drives or holds a joint."""

@@ -121,6 +121,18 @@ def test_loads_on_links_are_told_by_their_sizes() -> None:
     assert (row["joint"], row["node"]) == ("", "rocker force")
 
 
+def test_rounding_of_an_axis_opens_nothing() -> None:
+    """Descriptions whose frames are turned have axes like this one."""
+    text = FOUR_BAR.to_urdf().replace('xyz="0.0 0.0 1.0" />', 'xyz="1e-17 0 1" />')
+    assert "1e-17" in text
+    mechanism = cd.load(text)
+    assert mechanism.joints["crank_bearing"].axis[0] == pytest.approx(1e-17, rel=1e-12)
+    scene = cd.Scene(mechanism, drive="crank_bearing", loads={"rocker_bearing": -3.0})
+    joints = {item["name"]: item for item in told(scene.sweep([0.1, 0.2]))["joints"]}
+    series = {item["name"]: item["unique"] for item in joints["crank_bearing"]["series"]}
+    assert series["torsion"] and series["shear"] and not (series["bending"] or series["axial"])
+
+
 def test_the_numbers_of_a_joint_are_those_of_the_sweep() -> None:
     sweep = turn(loads={"rocker_bearing": -3.0}, speed=5.0)
     joints = {item["name"]: item for item in told(sweep)["joints"]}
