@@ -55,3 +55,8 @@ class Commands(click.Group):
             # What is still in the buffer would be written at the end of the process.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise SystemExit(UNREAD) from None
+        except OSError as error:
+            if error.filename is not None:
+                raise
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # As above.
+            raise Failure(f"the output cannot be written: {error.strerror}") from error

@@ -83,6 +83,18 @@ def test_a_closed_pipe_ends_quietly(arguments: tuple[str, ...]) -> None:
     assert ended.stderr == ""
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
+@pytest.mark.parametrize("arguments", [("list",), ("sweep", "four_bar", "--csv", "-")])
+def test_a_full_disk_behind_the_output_is_no_missed_limit(arguments: tuple[str, ...]) -> None:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        ended = subprocess.run(
+            [*COMMAND, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert ended.returncode == 2
+    assert ended.stderr.splitlines()[-1].startswith("Error: the output cannot be written: ")
+    assert "Traceback" not in ended.stderr
+
+
 def test_ctrl_c_ends_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "out.csv"
     rig = ("simulate", "elastic_thoma_rig", "--drive", "bearing_in=1000rpm", "--rtol", "1e-13")
