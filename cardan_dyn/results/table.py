@@ -219,8 +219,14 @@ class Table:
             told = {name: value for name, value in self.attributes.items() if value != ""}
             lines = [f"# {name}: {' '.join(str(value).split())}\n" for name, value in told.items()]
         with writing(target), target.open("w", encoding="utf-8", newline="") as file:
-            file.writelines(lines)
-            frame.rename(columns=shown).to_csv(file, lineterminator="\n")
+            try:
+                file.writelines(lines)
+                frame.rename(columns=shown).to_csv(file, lineterminator="\n")
+            except KeyboardInterrupt:
+                # Nobody could tell half of the rows from all of them.
+                if target.is_file():
+                    target.unlink()
+                raise
         return target
 
     def _over_samples(self, variable: Variable) -> Array:

@@ -356,6 +356,19 @@ def read_exactly(file: Any, like: pandas.DataFrame) -> pandas.DataFrame:
     return read
 
 
+def test_half_a_text_file_does_not_stay(
+    turn: cd.Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: pandas.DataFrame, file: Any, **__: Any) -> None:
+        file.write("sample,position [rad]\n0,0.0")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pandas.DataFrame, "to_csv", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        turn.save(tmp_path / "turn.csv")
+    assert not list(tmp_path.iterdir())
+
+
 def test_frames_come_back_from_text_files(turn: cd.Sweep) -> None:
     frame = turn.to_dataframe()
     text = frame.to_csv()
