@@ -328,31 +328,48 @@ def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[s
 def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
     unit = over.partition("[")[2].rstrip("]")
-    rows, is_open = [], False
+    rows, is_open, missing = [], False, np.zeros(len(places), dtype=bool)
     for name in swept.outputs:
         wrench = swept[name]
         cells = [name + ("" if wrench.unique.all() else "*")]
         is_open |= not wrench.unique.all()
         for vectors in (wrench.force, wrench.moment):
             sizes = np.linalg.norm(vectors, axis=-1)
-            worst = int(np.argmax(sizes))
-            cells += [_number(sizes[worst]), _number(places[worst])]
+            worst = _greatest(sizes)
+            missing |= np.isnan(sizes)
+            greatest = _number(sizes[worst])
+            # What is but rounding has no place.
+            cells += [greatest, "–" if greatest == "0" else _number(places[worst])]
         axial = (wrench.torsion, wrench.bending) if wrench.has_axis else ()
-        cells += [_number(values[np.argmax(np.abs(values))]) for values in axial] or ["–", "–"]
+        cells += [_number(values[_greatest(np.abs(values))]) for values in axial] or ["–", "–"]
         rows.append(cells)
     at = f"at\n{unit}"
     headings = "joint", "force\nN", at, "moment\nN·m", at, "torsion\nN·m", "bending\nN·m"
     caption = f"Greatest values that the parent exerts on the child, and where: {over}."
     if is_open:
         caption += f" * Not determined by statics, chosen by {swept.rule}."
+    if missing.any():
+        caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
     show(headings, rows, caption=caption)
     efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
     for column, name in enumerate(swept.drives):
         values = efforts[:, column]
+        values = values[~np.isnan(values)] if not np.isnan(values).all() else values
         unit = "N" if slides(swept.mechanism, name) else "N·m"
         say(f"drive {name}: {_number(values.min())} to {_number(values.max())} {unit}")
-    residuals = swept.loop_residual, swept.balance_residual, swept.power_residual
-    say("residuals: loops {:.1e}, balance {:.1e}, power {:.1e}".format(*residuals))
+    residuals = {
+        "loops": swept.loop_residual,
+        "balance": swept.balance_residual,
+        "power": swept.power_residual,
+    }
+    # A dash where there is nothing to compare, as where nothing acts.
+    told = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
+    say(f"residuals: {', '.join(told)}")
+
+
+def _greatest(sizes: Array) -> int:
+    """Return where sizes are greatest, among those that are known if any is."""
+    return int(np.argmax(np.where(np.isnan(sizes), -1.0, sizes)))
 
 
 def _number(value: float) -> str:

@@ -16,7 +16,7 @@ from testkit.ball_rods import as_balls
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main
+from cardan_dyn.command_line import main, motion_command
 
 
 def run(*arguments: object) -> Result:
@@ -93,6 +93,31 @@ def test_parquet_files_hold_what_csv_files_hold(tmp_path: Path) -> None:
     assert found.exit_code == 0, found.output
     efforts = pandas.read_csv(csv).filter(like="drive_effort").to_numpy()
     np.testing.assert_allclose(pandas.read_parquet(parquet).filter(like="drive_effort"), efforts)
+
+
+def test_where_nothing_acts_there_is_neither_a_place_nor_a_residual() -> None:
+    found = run("sweep", "four_bar", "--samples", 9, "--load", "rocker_bearing=0")
+    assert found.exit_code == 0, found.output
+    assert "nan" not in found.output
+    assert "balance –, power –" in found.output
+    (row,) = (line.split() for line in found.output.splitlines() if line.startswith("crank_pin"))
+    assert row[1:5] == ["0", "–", "0", "–"]
+
+
+def test_the_greatest_wrenches_are_those_that_are_known(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    turn = scene.sweep(np.radians([10.0, 20.0, 30.0]))
+    for name in turn.outputs:  # As trajectories have them at times that `singular` marks.
+        for vectors in (turn[name].force, turn[name].moment):
+            vectors.setflags(write=True)
+            vectors[1] = np.nan
+    motion_command._print_extremes(turn, np.array([10.0, 20.0, 30.0]), "crank [°]")
+    printed = capsys.readouterr().out
+    assert "nan" not in printed
+    assert "Not known at 1 of 3 places" in printed
 
 
 def test_a_foreign_file_chooses_its_drive(foreign: Path, tmp_path: Path) -> None:
