@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))  # For `public_names` and `gallery_figures`.
+sys.path.insert(0, str(HERE))  # For the extensions that lie beside this file.
 
 import cardan_dyn as cd  # noqa: E402
 
@@ -18,11 +18,11 @@ version = release = cd.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
     "public_names",
+    "mathml",
 ]
 # The list of names for readers of the repository; the site has one with links.
 exclude_patterns = ["_build", "interface.md", "gallery"]
@@ -51,6 +51,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
 }
 
+html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = "cardan_dyn"
 html_theme_options = {
