@@ -163,6 +163,16 @@ def included(page: Path) -> str:
     return "\n".join((page.parent / name).read_text(encoding="utf-8") for name in found)
 
 
+@pytest.mark.slow
+def test_pictures_of_the_theory_are_drawn_by_its_script(tmp_path: Path) -> None:
+    ran = python(str(ROOT / "docs" / "theory_figures.py"), str(tmp_path), cwd=tmp_path, path=ROOT)
+    assert ran.returncode == 0, ran.stderr
+    page = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+    shown = set(re.findall(r"images/theory/(\w+\.svg)", page))
+    assert {path.name for path in tmp_path.iterdir()} == shown
+    assert {path.name for path in (ROOT / "docs" / "images" / "theory").iterdir()} == shown
+
+
 def test_messages_that_the_questions_quote_are_the_package_s() -> None:
     page = (ROOT / "docs" / "questions.md").read_text(encoding="utf-8")
     quoted = re.findall(r'^## .*"(.+)"', page, flags=re.MULTILINE)
