@@ -13,6 +13,8 @@ from ..errors import CardanError
 MISSED, FAILED, INTERRUPTED, UNREAD = 1, 2, 130, 141
 """Exit codes: a limit or check is missed; a bad file, bad usage, or no result; Ctrl-C; nobody reads
 the output any more, as of other programs that a closed pipe ends."""
+_LENIENT = "load(..., strict=False)", "--no-strict"
+"""What messages advise in Python, and the option that does it here."""
 EXIT_CODES = """\b
 Exit codes:
   0    done
@@ -48,7 +50,7 @@ class Commands(click.Group):
             sys.stdout.flush()  # Here, where a closed pipe is expected.
             return result
         except CardanError as error:
-            raise Failure(str(error)) from error
+            raise Failure(str(error).replace(*_LENIENT)) from error
         except (KeyboardInterrupt, click.Abort) as error:
             raise Interrupted("interrupted") from error
         except BrokenPipeError:

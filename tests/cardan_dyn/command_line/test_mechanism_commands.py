@@ -131,3 +131,19 @@ def test_files_that_cannot_be_read_are_no_missed_check(command: str, tmp_path: P
         found = run(command, source)
         assert found.exit_code == 2
         assert found.output.startswith("Error: ") and "Traceback" not in found.output
+
+
+def test_what_a_message_advises_is_an_option_of_the_command(tmp_path: Path) -> None:
+    file = tmp_path / "flange.urdf"
+    file.write_text(
+        '<robot name="flange"><link name="base"/><link name="tool"><inertial><mass value="0"/>'
+        '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="wrist" type="continuous"><parent link="base"/><child link="tool"/></joint>'
+        "</robot>",
+        encoding="utf-8",
+    )
+    refused = CliRunner().invoke(main, ["check", str(file)])
+    assert refused.exit_code == 2
+    assert "; --no-strict takes zero for that" in refused.output
+    assert "strict=False" not in refused.output
+    assert CliRunner().invoke(main, ["describe", str(file), "--no-strict"]).exit_code == 0
