@@ -433,10 +433,11 @@ class _Search:
             best = self._best(found)
             if best is None:
                 return _Chosen((), {}, "nothing can be driven from the start"), needed
-            if not (best.turns or len(needed) == 1):
+            turns, cylinder = self._turns_through(best, found), self._is_cylinder(best)
+            if not (turns or cylinder or len(needed) == 1):
                 names, reason = self._unlike_bases(needed), "these determine the motion together"
             else:
-                names, reason = (best.name,), _why(best)
+                names, reason = (best.name,), _why(best, turns)
             if best.name not in needed and names == (best.name,):
                 place = best.instead_of[0]
                 needed = [best.name if name == place else name for name in needed]
@@ -451,20 +452,46 @@ class _Search:
         types = {name: joints[self._mechanism.drivable[name].joint].type for name in needed}
         return tuple(name for name in needed if types[name] != "floating") or tuple(needed)
 
-    @staticmethod
-    def _best(found: Mapping[str, Drive]) -> Drive | None:
-        """Return the coordinate that is driven alone: at the ground, and turning through."""
+    def _best(self, found: Mapping[str, Drive]) -> Drive | None:
+        """Return the coordinate that is driven alone: at the ground, and turning through.
+
+        Else a cylinder: a slide in a loop that has limits. Whole mechanisms do not tumble in space.
+        """
         able = [item for item in found.values() if item.determines and item.range is not None]
-        return max(
-            able,
-            key=lambda item: (item.turns and item.is_grounded, item.turns, item.is_grounded),
-            default=None,
-        )
+        in_place = set(self._unlike_bases([item.name for item in able]))
+
+        def rank(item: Drive) -> tuple[bool, ...]:
+            turns = self._turns_through(item, found)
+            cylinder = self._is_cylinder(item)
+            is_in_place = item.name in in_place
+            return is_in_place, turns and item.is_grounded, turns, cylinder, item.is_grounded
+
+        return max(able, key=rank, default=None)
+
+    def _turns_through(self, best: Drive, found: Mapping[str, Drive]) -> bool:
+        """Return whether an angle turns without end, and nothing that it moves meets its limits."""
+        if not best.turns or self._mechanism.joints[self._joint(best.name)].nv > 1:
+            return False  # A ball's angle is no crank.
+        along = [item for item in self._freedoms if best.name in item.names]
+        moved = [found[name] for item in along for name in item.names if name in found]
+        return all(item.range == item.reach for item in moved)
+
+    def _joint(self, name: str) -> str:
+        return self._mechanism.drivable[name].joint
+
+    def _is_cylinder(self, item: Drive) -> bool:
+        return item.slides and item.limits != _UNLIMITED and self._is_on_loops(item.name)
 
 
-def _why(best: Drive) -> str:
+def _why(best: Drive, turns: bool) -> str:
     where = "at the ground" if best.is_grounded else "not at the ground"
-    return f"driven at a joint {where} that {'turns through' if best.turns else 'swings'}"
+    if best.slides and not best.is_grounded:
+        return (
+            "driven by a slide between its limits"
+            if best.limits != _UNLIMITED
+            else ("driven by a slide")
+        )
+    return f"driven at a joint {where} that {'turns through' if turns else 'swings'}"
 
 
 def _shortened(error: CardanError) -> str:

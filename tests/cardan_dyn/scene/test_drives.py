@@ -45,22 +45,39 @@ def limited(mechanism: cd.Mechanism, name: str, low: float, high: float) -> cd.M
     return cd.load(before + start + after.replace("</joint>", words, 1))
 
 
-def test_other_drives_are_instead_of_those_that_are_needed_where_the_best_is_not_the_first() -> (
+def boom() -> cd.Mechanism:
+    """A boom of 2 m on a cylinder from below, whose foot can turn through, with a stick on it."""
+    cylinder = (
+        '<joint name="P" type="prismatic"><parent link="barrel"/><child link="rod"/>'
+        '<origin xyz="1 0 0"/><axis xyz="1 0 0"/>'
+        '<limit lower="-0.2" upper="0.3" effort="1" velocity="1"/></joint>'
+    )
+    plain = described(
+        *(link(name) for name in ("boom", "barrel", "rod", "stick")),
+        joint("A", "ground", "boom"),
+        joint("F", "ground", "barrel", (-0.2, -0.6)),
+        cylinder,
+        joint("S", "boom", "stick", (2.0, 0.0)),
+        loop("rod", "boom", (0.6, 0.3), (1.4, -0.3)),
+    )
+    return limited(limited(plain, "A", -0.5, 0.9), "S", -2.0, 0.5)
+
+
+def test_what_turns_through_beyond_the_limits_of_others_is_no_crank_but_its_cylinder_drives() -> (
     None
 ):
-    drag_link = described(
-        *(link(name) for name in "abc"),
-        joint("A", "ground", "a"),
-        joint("B", "a", "b", (0.0, 1.0)),
-        joint("D", "ground", "c", (0.5, 0.0)),
-        loop("b", "c", (1.0, 0.3), (0.5, 1.3)),
-    )
-    assert drives(drag_link).needed == ("A",)
-    found = drives(limited(drag_link, "A", -0.3, 0.4))
-    assert found.default == found.needed == ("D",)
-    assert found["A"].range == (-0.3, 0.4)
-    for item in found.values():
-        assert item.instead_of == ("D",), item.name
+    found = drives(boom())
+    assert found["F"].turns and found["A"].range == (-0.5, 0.9)
+    assert found.default == ("P",) and set(found.held) == {"S"}
+    # Which of them came first in the search is another one.
+    for name in ("A", "F", "P"):
+        assert found[name].instead_of == ("P",), name
+
+
+def test_a_turn_that_keeps_within_the_limits_of_others_is_one() -> None:
+    low, high = rocker_range()
+    bar = limited(four_bar(), "D", low - 0.1, high + 0.1)
+    assert drives(bar).default == ("A",) and drives(bar)["A"].turns
 
 
 def test_the_crank_of_a_four_bar_turns_and_its_rocker_swings() -> None:
