@@ -31,6 +31,8 @@ _REFINED = 4
 """Parabolas by which the time of a crossing is found."""
 _DECIDED = 1e-3
 """Part of the speeds that rounding may decide at the start."""
+_LOST = 1.0
+"""Part of the speeds that rounding may decide anywhere: beyond it they are no result."""
 _TOLD = 1e-9
 """Part of the speeds above which users are told that rounding decides it..."""
 _STEPS = 10.0
@@ -59,7 +61,16 @@ def notes_of_rounding(part: float, rtol: float) -> list[str]:
     Args:
         part: of the speeds.
         rtol: relative tolerance of a step.
+
+    Raises:
+        SingularConfigurationError: all of them.
     """
+    if part > _LOST:
+        raise SingularConfigurationError(
+            "the motion comes so close to a singular configuration that rounding decides all of "
+            "its speeds, and with them the way on: begin with another speed or position, end "
+            "before, or give the mechanism clearance, a spring or other lengths there"
+        )
     if part <= max(_TOLD, _STEPS * rtol):
         return []
     return [

@@ -286,3 +286,30 @@ def test_steps_that_linger_upright_are_noted(method: str) -> None:
     level = cd.Scene(pendulum(), free="pin", gravity=(0.0, 0.0, 0.0))
     assert level.simulate(2.0, speed=7.0, method=method).notes == ()
     assert scene.simulate(2.0, position=1.0, method=method, rtol=1e-5).notes == ()
+
+
+def test_a_motion_that_rounding_decides_is_no_result() -> None:
+    """Cranks of one length, base and coupler of another: in line they can go on in two ways."""
+    links = "".join(
+        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        for name, x in (("a", 0.05), ("b", 0.1))
+    )
+    joints = "".join(
+        f'<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{x} 0 0"/><axis xyz="0 0 1"/></joint>'
+        for name, parent, child, x in (
+            ("A", "f", "a", 0.0), ("B", "a", "b", 0.1), ("D", "f", "c", 0.3)
+        )
+    )  # fmt: skip
+    loop = (
+        '<loop name="C" type="continuous"><predecessor link="b"><origin xyz="0.3 0 0"/>'
+        '</predecessor><successor link="c"><origin xyz="0.1 0 0"/></successor>'
+        '<axis xyz="0 0 1"/></loop>'
+    )
+    text = f'<robot name="p"><link name="f"/>{links}<link name="c"/>{joints}{loop}</robot>'
+    scene = cd.Scene(cd.load(text), free="A", near={"A": np.pi / 2})
+    before = scene.simulate(0.1, position=np.pi / 2, speed=10.471975512)
+    assert before.energy_residual < 1e-9
+    with pytest.raises(cd.SingularConfigurationError, match="rounding decides all of its speeds"):
+        scene.simulate(0.3, position=np.pi / 2, speed=10.471975512)
