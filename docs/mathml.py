@@ -11,6 +11,10 @@ from sphinx.errors import ExtensionError
 
 _FUNCTION = r"\\(?:sin|cos|tan|arcsin)(?:\^\w)?"
 
+_ACCENTED = re.compile(r"<mover><mi>([^<]+)</mi><mo[^>]*>&#x(0\w+);</mo></mover>")
+_COMBINING = {"002D9": "\u0307", "000A8": "\u0308", "000AF": "\u0304", "0007E": "\u0303"}
+"""Dot, two dots, bar and tilde, as they stand alone and above a letter."""
+
 
 def formula(tex: str, display: str) -> str:
     """Return MathML, with the thin spaces about functions that TeX sets by itself."""
@@ -19,7 +23,15 @@ def formula(tex: str, display: str) -> str:
     written = convert(tex, display=display)
     if "\\" in written:
         raise ExtensionError(f"a command of this formula is not known: {tex}")
-    return written
+    return _ACCENTED.sub(accented, written)
+
+
+def accented(found: re.Match[str]) -> str:
+    """Return a letter with its dots, bar or tilde as text has them.
+
+    Where there is no font for mathematics, browsers set them as small as exponents.
+    """
+    return f'<mi style="font-style: italic">{found[1]}{_COMBINING[found[2]]}</mi>'
 
 
 def inline(writer: Any, node: nodes.math) -> None:
