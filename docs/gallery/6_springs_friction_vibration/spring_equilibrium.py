@@ -3,8 +3,8 @@ Where a balanced lamp rests
 ===========================
 
 A spring from the wall to a lamp's arm, with no length of its own when it is loose, carries the
-arm at any angle if k a b = m g l. With another stiffness there is one rest, above or below. The
-package finds it, says whether the lamp stays there, and how fast it swings.
+arm at any angle if k a b = m g l. Real springs have a length: then the arm has places where it
+rests. The package finds one, says whether the lamp stays there, and how fast it swings.
 """
 
 import matplotlib.pyplot as plt

@@ -14,7 +14,7 @@ import cardan_dyn as cd
 
 length = 'type="fixed" adjustable="prismatic"'
 reach = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
-# Crank 60 mm, base 200 mm, coupler and rocker adjustable from 180 and 150 mm.
+# Crank 60 mm, base 200 mm, coupler and rocker adjustable about 180 and 150 mm.
 along = (0.14**2 + 0.18**2 - 0.15**2) / (2.0 * 0.14)  # of C from B, the crank lying on the base
 up = np.sqrt(0.18**2 - along**2)
 first, second = np.arctan2(up, along), np.arctan2(up, along - 0.14)
@@ -32,7 +32,10 @@ bars = cd.load(f"""<robot name="bars"><link name="frame"/><link name="crank"/><l
     <origin xyz="0.15 0 0"/><axis xyz="1 0 0"/>{reach}</joint>
   <loop name="C" type="continuous"><axis xyz="0 0 1"/>
     <predecessor link="coupler_end"/><successor link="rocker_end"/></loop></robot>""")
-coupler, rocker = np.linspace(0.0, 0.08, 32)[:, None, None], np.linspace(0.0, 0.05, 32)[:, None]
+coupler, rocker = (
+    np.linspace(-0.045, 0.035, 32)[:, None, None],
+    np.linspace(-0.02, 0.05, 32)[:, None],
+)
 held = {"longer_coupler": 0.0, "longer_rocker": 0.0}
 scene = cd.Scene(bars, drive="A", held=held, loads={"D": -1.0})
 angle = np.linspace(0.0, 2.0 * np.pi, 25)
@@ -48,10 +51,13 @@ cosines = [(b**2 + c**2 - d**2) / (2.0 * b * c) for d in (0.14, 0.26)]
 expected = np.sqrt(1.0 - np.maximum(*np.abs(cosines)) ** 2)
 np.testing.assert_allclose(least, expected, atol=1e-12)
 
+# The best design has both extremes alike, b² + c² = 0.0436 m², and b = c: cos μ = 0.012 / b².
+best = np.unravel_index(np.argmax(least), least.shape)
+assert abs(np.arcsin(least[best]) - np.arccos(0.012 / 0.0218)) < np.radians(1.5)
+
 figure, axes = plt.subplots(figsize=(5.8, 4.4), layout="constrained")
 drawn = axes.contourf(1e3 * c, 1e3 * b[:, 0], np.degrees(np.arcsin(least)), levels=12)
 figure.colorbar(drawn, label="least transmission angle [°]")
-best = np.unravel_index(np.argmax(least), least.shape)
 axes.plot(1e3 * c[best[1]], 1e3 * b[best[0], 0], "r*", markersize=14)
 axes.set(
     xlabel="rocker [mm]", ylabel="coupler [mm]", title="Crank 60 mm, base 200 mm: 1024 designs"
