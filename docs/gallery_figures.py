@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
@@ -17,6 +18,7 @@ def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any])
     block_vars["shown"] = figure
     path = Path(next(block_vars["image_path_iterator"]))
     figure.savefig(path, dpi=120)
+    plt.close("all")
     return str(figure_rst([str(path)], gallery_conf["src_dir"]))
 
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import ast
 import runpy
-import time
 from pathlib import Path
 
 import pytest
 
+pyplot = pytest.importorskip("matplotlib.pyplot", reason="the gallery draws figures")
 figure_module = pytest.importorskip("matplotlib.figure", reason="the gallery draws figures")
 
 DIRECTORY = Path(__file__).parents[2] / "docs" / "gallery"
 SCRIPTS = sorted(DIRECTORY.glob("*/*.py"))
-SECONDS = 10.0
-"""Of processor time that a script may take, three times as much on a slow machine."""
 
 
 def asserts(tree: ast.Module) -> int:
@@ -47,7 +45,6 @@ def test_titles_differ_and_sections_have_texts() -> None:
 def test_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MPLBACKEND", "Agg")
     monkeypatch.chdir(tmp_path)
-    start = time.process_time()
     names = runpy.run_path(str(path), run_name="__main__")
-    assert time.process_time() - start < 3.0 * SECONDS
+    pyplot.close("all")
     assert isinstance(names["figure"], figure_module.Figure)

@@ -13,7 +13,7 @@ import numpy as np
 import cardan_dyn as cd
 
 
-def planar(at, joints, loops, more=""):
+def planar(at, joints, loops):
     """Return a linkage that moves in the plane, its pins being `at` complex places [m] at zero."""
     where, text = {"frame": 0j}, '<link name="frame"/>'
 
@@ -30,7 +30,7 @@ def planar(at, joints, loops, more=""):
         text += f'<loop name="{joint}" type="continuous"><axis xyz="0 0 1"/>'
         text += f'<predecessor link="{one}">{origin(joint, one)}</predecessor>'
         text += f'<successor link="{other}">{origin(joint, other)}</successor></loop>'
-    return cd.load(f'<robot name="linkage">{text}{more}</robot>')
+    return cd.load(f'<robot name="linkage">{text}</robot>')
 
 
 watt = planar(
