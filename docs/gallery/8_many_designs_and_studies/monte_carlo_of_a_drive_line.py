@@ -3,9 +3,9 @@ Monte-Carlo of a drive line
 ===========================
 
 How even is a double shaft that is assembled with tolerances? A study draws samples of angles and
-fork phase, computes them in chunks and keeps what it has. It runs in this process here; on a
-cluster, hand ``client=`` of Dask to ``study.run``, and a path to ``store=``: what is finished
-stays if a worker dies.
+fork phase, and computes them in chunks. It runs in this process here; on a cluster, hand
+``cd.study`` a Dask ``client=`` in place of ``workers=1``, and a path as ``store=``, which keeps
+what is finished if a worker dies.
 """
 
 import matplotlib.pyplot as plt
