@@ -49,7 +49,8 @@ class progress:  # noqa: N801  # A word that reads like the functions beside it.
 
 def is_watched() -> bool:
     """Return whether progress is shown unless somebody says otherwise."""
-    if "ipykernel" in sys.modules:
+    # A notebook's stream is no terminal. That its package is there says nothing: Dask imports it.
+    if type(sys.stderr).__module__.partition(".")[0] == "ipykernel":
         return True
     return sys.stderr is not None and sys.stderr.isatty()
 

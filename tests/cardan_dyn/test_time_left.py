@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
+import sys
 import threading
+import types
 
 import numpy as np
 import pytest
@@ -95,6 +98,16 @@ def test_a_terminal_is_where_somebody_looks_unless_told_otherwise(
         assert not Task("sweep", 1)._is_shown
     assert Task("sweep", 1)._is_shown
     time_left._running.clear()
+
+
+def test_a_notebook_is_known_by_its_stream_and_not_by_what_is_imported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "ipykernel", types.ModuleType("ipykernel"))
+    assert not time_left.is_watched()
+    stream = type("OutStream", (io.StringIO,), {"__module__": "ipykernel.iostream"})()
+    monkeypatch.setattr(sys, "stderr", stream)
+    assert time_left.is_watched()
 
 
 def test_other_processes_say_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

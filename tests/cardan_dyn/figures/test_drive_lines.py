@@ -34,12 +34,14 @@ def test_many_designs_are_no_curve() -> None:
 def test_margins_of_a_verdict_are_bars() -> None:
     verdict = DriveLine.from_toml("truck").verdict()
     (axes,) = verdict.plot().axes
-    margins = sorted(100.0 * row.margin for row in verdict if row.margin is not None)
+    rows = [row for row in verdict if row.margin is not None and row.limit is not None]
+    margins = sorted(100.0 * row.margin for row in rows if row.limit.value != 0.0)
     widths = [bar.get_width() for bar in axes.patches]
-    assert widths == pytest.approx(np.clip(margins, -100.0, 100.0))
+    # Nothing is relative to a limit of 0: the travel that is left fills its bar, in its unit.
+    assert widths == pytest.approx([*np.clip(margins, -100.0, 100.0), 100.0])
     told = [text.get_text() for text in axes.texts]
-    assert told == [f"{margin:+.0f} %" for margin in margins]
-    assert [bool(bar.get_hatch()) for bar in axes.patches] == [margin < 0.0 for margin in margins]
+    assert told == [*(f"{margin:+.0f} %" for margin in margins), "+25 mm"]
+    assert [bool(bar.get_hatch()) for bar in axes.patches] == [width < 0.0 for width in widths]
     # The least margin stands on top.
     assert axes.get_ylim()[0] > axes.get_ylim()[1]
     assert verdict.summary in axes.get_title().replace("\n", " ")
