@@ -117,7 +117,7 @@ def _scene(rng: Random) -> str:
             lambda: _value(rng, "[1e-9] * 6", "np.eye(6)", "[0.0] * 6", "[1e-300] * 6"),
         ),
         "strict": lambda: _value(rng, "True", "False"),
-        "start": lambda: _mapping(rng, scene_name, lambda: _value(rng, "0.1", "0", "-0.2", "1e9")),
+        "near": lambda: _mapping(rng, scene_name, lambda: _value(rng, "0.1", "0", "-0.2", "1e9")),
         "branch": lambda: _value(rng, "'A'", "'B'", "'Z9'"),
     }
     names = rng.choices(list(makers), k=rng.choice([1, 1, 2, 3]))

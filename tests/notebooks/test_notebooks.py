@@ -147,6 +147,7 @@ def complaints(executed: Any) -> list[str]:
         if output.output_type == "stream"
         and output.name == "stderr"
         and "IPKernelApp" not in output.text
+        and not output.text.startswith("\r")  # How far something is.
     ]
 
 
