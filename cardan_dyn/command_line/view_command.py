@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from ..errors import ArgumentError
 from ..mechanism.mechanism import load
 from ..scene.usual_motion import usual_motion
 from ..viewer.commands import meshcat
@@ -55,6 +56,11 @@ def scene_of(
         gravity=gravity,
         samples=samples,
     )
+    if speed and not moved.turns:
+        raise ArgumentError(
+            f"--speed is of a drive that turns, and {moved.said}: leave it out, or name one that "
+            "turns: --drive"
+        )
     click.echo(f"{moved.scene.mechanism.name}: {moved.said}", err=True)
     return draw(
         moved.sweep(speed),

@@ -297,3 +297,10 @@ def test_without_meshcat_the_install_command_is_named(monkeypatch: pytest.Monkey
     result = view("universal_joint")
     assert result.exit_code == 2
     assert 'pip install "cardan-dyn[viz]"' in result.output
+
+
+def test_a_speed_of_what_swings_is_refused(tmp_path: Path) -> None:
+    """A speed that nothing takes would leave the inertia out without a word."""
+    words = ("four_bar", "--drive", "rocker_bearing", "--speed", "100rpm")
+    result = view(*words, "--export", str(tmp_path / "a.html"))
+    assert result.exit_code == 2 and "--speed is of a drive that turns" in result.output
