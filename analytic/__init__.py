@@ -17,7 +17,7 @@ One module for each source or subject:
 - `errata`: errors found in the sources.
 """
 
-from analytic import (
+from . import (
     bending_speed,
     centred_double_joint,
     clearance,

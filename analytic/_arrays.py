@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic._checks import FloatArray
+from ._checks import FloatArray
 
 
 def filled(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic._checks import FloatArray
+from ._checks import FloatArray
 
 
 def sine_cosine(phi: FloatArray, zero: str) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from analytic._checks import FloatArray
+from ._checks import FloatArray
 
 Start = Literal["rest", "release"]
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._checks import FloatArray, not_negative, positive, refuse, same_shape
-from analytic.shaft_design import critical_speed
+from ._checks import FloatArray, not_negative, positive, refuse, same_shape
+from .shaft_design import critical_speed
 
 __all__ = [
     "LineBearing",
@@ -77,7 +77,7 @@ def critical_speed_by_constant(
     Source:
         AE-7 p. 267, Elbe, IMS, which differ in C.
 
-    >>> from analytic.limits import CRITICAL_CONSTANTS
+    >>> from cardan_dyn.analytic.limits import CRITICAL_CONSTANTS
     >>> tube = np.array([3.5, 3.26, 60.0]) * 0.0254
     >>> speed = critical_speed_by_constant(*tube, CRITICAL_CONSTANTS["ae_7"].value)
     >>> round(float(speed * 30 / np.pi))

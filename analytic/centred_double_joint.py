@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, joint_angle, not_negative, positive, refuse, same_shape
+from ._arrays import filled
+from ._checks import FloatArray, joint_angle, not_negative, positive, refuse, same_shape
 
 __all__ = ["CentredJoint", "centre_offset", "centred_joint"]
 

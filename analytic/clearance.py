@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._checks import FloatArray, not_negative, positive, same_shape
+from ._checks import FloatArray, not_negative, positive, same_shape
 
 __all__ = [
     "contact_time",

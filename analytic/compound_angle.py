@@ -17,8 +17,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import dot, length, plane_normal
-from analytic._checks import FloatArray, projected_angle, same_shape, vector
+from ._arrays import dot, length, plane_normal
+from ._checks import FloatArray, projected_angle, same_shape, vector
 
 __all__ = ["angle_between", "bending_plane", "compound_angle", "fork_offset", "offset_between"]
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._checks import FloatArray, positive, real, refuse, same_shape
+from ._checks import FloatArray, positive, real, refuse, same_shape
 
 __all__ = ["contact_approach", "contact_stiffness", "cylinder_compliance"]
 

@@ -22,12 +22,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, positive, real, same_shape
-from analytic._first_peak import Start, flown
-from analytic.clearance import natural_frequency
-from analytic.clearance import tau as tau_of
-from analytic.peak_exponents import PeakExponents, exponents_of
+from ._arrays import filled
+from ._checks import FloatArray, positive, real, same_shape
+from ._first_peak import Start, flown
+from .clearance import natural_frequency
+from .clearance import tau as tau_of
+from .peak_exponents import PeakExponents, exponents_of
 
 __all__ = ["Flight", "damped_peak", "flight", "peak_exponents"]
 

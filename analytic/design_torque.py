@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, fraction, not_negative, positive, real, same_shape
+from ._arrays import filled
+from ._checks import FloatArray, fraction, not_negative, positive, real, same_shape
 
 __all__ = [
     "StaticRatings",

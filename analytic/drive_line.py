@@ -32,8 +32,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analytic import _cross
-from analytic._checks import FloatArray, finite, joint_angle, real, same_shape
+from . import _cross
+from ._checks import FloatArray, finite, joint_angle, real, same_shape
 
 __all__ = [
     "EquivalentJoint",

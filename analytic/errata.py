@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from analytic._data import read
+from ._data import read
 
 __all__ = ["ERRATA", "Erratum", "PrintedNumber", "errata"]
 

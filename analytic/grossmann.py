@@ -21,9 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic import _cross
-from analytic._arrays import filled
-from analytic._checks import FloatArray, joint_angle, real, same_shape
+from . import _cross
+from ._arrays import filled
+from ._checks import FloatArray, joint_angle, real, same_shape
 
 __all__ = [
     "Moments",

@@ -21,11 +21,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, real, same_shape
-from analytic._first_peak import Flown, Start, first_peak, flown
-from analytic.clearance import natural_frequency
-from analytic.clearance import tau as tau_of
+from ._arrays import filled
+from ._checks import FloatArray, real, same_shape
+from ._first_peak import Flown, Start, first_peak, flown
+from .clearance import natural_frequency
+from .clearance import tau as tau_of
 
 __all__ = ["GapCrossing", "Start", "contact_force", "exciting_force", "reversal"]
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import (
+from ._arrays import filled
+from ._checks import (
     FloatArray,
     joint_angle,
     not_negative,
@@ -24,8 +24,8 @@ from analytic._checks import (
     real,
     same_shape,
 )
-from analytic.compound_angle import angle_between
-from analytic.limits import SPEED_ANGLES
+from .compound_angle import angle_between
+from .limits import SPEED_ANGLES
 
 __all__ = [
     "OperatingLengths",

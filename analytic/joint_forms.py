@@ -19,9 +19,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic import _cross
-from analytic._checks import FloatArray, joint_angle, not_negative, positive, real, same_shape
-from analytic.single_joint import output_angle
+from . import _cross
+from ._checks import FloatArray, joint_angle, not_negative, positive, real, same_shape
+from .single_joint import output_angle
 
 __all__ = [
     "ring_bending",

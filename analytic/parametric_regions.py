@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, joint_angle, not_negative, positive, same_shape
+from ._arrays import filled
+from ._checks import FloatArray, joint_angle, not_negative, positive, same_shape
 
 __all__ = ["Modes", "Regions", "middle_shaft_region", "two_spring_modes", "two_spring_regions"]
 

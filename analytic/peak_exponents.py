@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._checks import FloatArray, positive, real
-from analytic._first_peak import GREAT_TAU, Start, first_peak
+from ._checks import FloatArray, positive, real
+from ._first_peak import GREAT_TAU, Start, first_peak
 
 __all__ = ["PeakExponents", "exponents_of", "peak_exponents"]
 

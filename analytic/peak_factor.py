@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._checks import FloatArray, positive
-from analytic._first_peak import GREAT_TAU, Start, first_peak
+from ._checks import FloatArray, positive
+from ._first_peak import GREAT_TAU, Start, first_peak
 
 __all__ = ["peak_angle", "peak_factor", "peak_factor_limits", "peak_factor_linearised"]
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from analytic._data import read
+from ._data import read
 
 __all__ = ["RULES", "Rule"]
 

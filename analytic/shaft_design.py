@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analytic._arrays import filled
-from analytic._checks import (
+from ._arrays import filled
+from ._checks import (
     FloatArray,
     joint_angle,
     not_negative,
@@ -428,7 +428,7 @@ def precision_joint_factor(beta: ArrayLike, factors: Mapping[float, float]) -> F
         DIN 808 by `limits.DIN_808_FACTORS`. Makers' charts differ by up to 20 % between the
         angles of the table.
 
-    >>> from analytic.limits import DIN_808_FACTORS
+    >>> from cardan_dyn.analytic.limits import DIN_808_FACTORS
     >>> round(float(precision_joint_factor(np.radians(30.0), DIN_808_FACTORS["plain"])), 9)
     2.2
     """

@@ -29,8 +29,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic import _cross
-from analytic._checks import FloatArray, joint_angle, real, same_shape
+from . import _cross
+from ._checks import FloatArray, joint_angle, real, same_shape
 
 __all__ = [
     "acceleration_ratio",

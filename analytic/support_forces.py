@@ -42,9 +42,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import dot, filled, plane_normal
-from analytic._arrays import length as length_of
-from analytic._checks import (
+from ._arrays import dot, filled, plane_normal
+from ._arrays import length as length_of
+from ._checks import (
     FloatArray,
     joint_angle,
     not_negative,
@@ -54,8 +54,8 @@ from analytic._checks import (
     same_shape,
     vector,
 )
-from analytic.compound_angle import angle_between, offset_between
-from analytic.shaft_design import slip_force
+from .compound_angle import angle_between, offset_between
+from .shaft_design import slip_force
 
 __all__ = [
     "ForkCouples",

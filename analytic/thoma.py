@@ -28,8 +28,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic import _cross
-from analytic._checks import FloatArray, joint_angle, not_negative, real, refuse, same_shape
+from . import _cross
+from ._checks import FloatArray, joint_angle, not_negative, real, refuse, same_shape
 
 __all__ = [
     "RigHarmonics",

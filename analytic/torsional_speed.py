@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, joint_angle, positive, real, refuse, same_shape
+from ._arrays import filled
+from ._checks import FloatArray, joint_angle, positive, real, refuse, same_shape
 
 __all__ = [
     "ParametricZone",

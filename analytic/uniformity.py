@@ -21,9 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, joint_angle, not_negative, positive, real, same_shape
-from analytic.drive_line import _joints, _turn
+from ._arrays import filled
+from ._checks import FloatArray, joint_angle, not_negative, positive, real, same_shape
+from .drive_line import _joints, _turn
 
 __all__ = [
     "AngleRange",

@@ -24,10 +24,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analytic._arrays import filled
-from analytic._checks import FloatArray, joint_angle, not_negative, positive, real, refuse
-from analytic._checks import same_shape as broadcast
-from analytic.thoma import rig_harmonics
+from ._arrays import filled
+from ._checks import FloatArray, joint_angle, not_negative, positive, real, refuse
+from ._checks import same_shape as broadcast
+from .thoma import rig_harmonics
 
 __all__ = [
     "Whirl",

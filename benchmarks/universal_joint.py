@@ -16,7 +16,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 import cardan_dyn as cd
-from analytic import grossmann
+from cardan_dyn.analytic import grossmann
 
 from .engines.common import Method, engines
 from .methods import methods, prepared

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from . import clearance, drive_lines, figures, studies, vibration
+    from . import analytic, clearance, drive_lines, figures, studies, vibration
     from .description.read import bundled_names
     from .dynamics.problem_solver import AssembledPositions
     from .elements.bushing import Bushing
@@ -170,6 +170,7 @@ __all__ = [
     "View",
     "Wrench",
     "__version__",
+    "analytic",
     "assemble",
     "bundled_names",
     "clearance",
@@ -188,7 +189,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    if name in ("clearance", "drive_lines", "figures", "studies", "vibration"):
+    if name in ("analytic", "clearance", "drive_lines", "figures", "studies", "vibration"):
         return import_module(f".{name}", __name__)
     if name in _MODULES:
         value = globals()[name] = getattr(import_module(_MODULES[name], __name__), name)

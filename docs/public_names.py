@@ -11,13 +11,13 @@ from typing import Any
 
 PACKAGES = (
     "cardan_dyn",
+    "cardan_dyn.analytic",
     "cardan_dyn.clearance",
     "cardan_dyn.clearance.drawing",
     "cardan_dyn.drive_lines",
     "cardan_dyn.figures",
     "cardan_dyn.studies",
     "cardan_dyn.vibration",
-    "analytic",
 )
 
 

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Arc, Ellipse, FancyBboxPatch
 
-from analytic import clearance, impact, single_joint
+from cardan_dyn.analytic import clearance, impact, single_joint
 
 FOLDER = Path(__file__).parent / "images" / "theory"
 WIDTH = 4.2

@@ -11,9 +11,8 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
 
-import analytic
 import cardan_dyn as cd
-from analytic import errata, limits, rules
+from cardan_dyn.analytic import errata, limits, rules
 
 HERE = Path(__file__).parent
 
@@ -23,11 +22,11 @@ def practice() -> str:
     lines = [
         "# Rules of practice",
         "",
-        "What makers and builders of drive lines compute, in the package `analytic`: formula,",
-        "source, what must hold for it, and a worked example or an independent derivation that a",
-        "test holds it against. The same table is `analytic.rules.RULES`; the figures at the end",
-        "are `analytic.limits`, and any of them can be replaced. Symbols in formulas are those of",
-        "the sources; functions take SI units and radians.",
+        "What makers and builders of drive lines compute, in `cd.analytic`: formula, source, what",
+        "must hold for it, and a worked example or an independent derivation that a test holds it",
+        "against. The same table is `cd.analytic.rules.RULES`; the figures at the end are",
+        "`cd.analytic.limits`, and any of them can be replaced. Symbols in formulas are those of the",
+        "sources; functions take SI units and radians.",
         "",
         "Three ratings of joints look alike and are not: the rated torque T_D of the life formula",
         "(5000 h at n beta = 300 degrees/min), the capacity factor L_C, and the torque of a",
@@ -79,7 +78,7 @@ def sources() -> str:
         "Errors found while the formulas were derived anew. The kinds: *wrong*, as printed it",
         "gives a wrong value; *scan*, introduced by the scanning of the copy in circulation, or",
         "not to be told from that; *scope*, right, but only under a condition that is not stated.",
-        "The same table is `analytic.errata.ERRATA`.",
+        "The same table is `cd.analytic.errata.ERRATA`.",
     ]
     for source in dict.fromkeys(erratum.source for erratum in errata.ERRATA):
         lines += ["", f"## {source}"]
@@ -132,7 +131,7 @@ def interface() -> str:
     }
     named = {name for names in titles.values() for name in names}
     errors = [name for name in cd.__all__ if name.endswith("Error")]
-    modules = ("clearance", "drive_lines", "figures", "studies", "vibration")
+    modules = ("clearance", "drive_lines", "figures", "studies", "vibration", "analytic")
     rest = {*cd.__all__} - named - {*errors, *modules, "__version__"}
     titles |= {"results and their parts": tuple(sorted(rest)), "errors": tuple(errors)}
     for title, names in titles.items():
@@ -145,8 +144,6 @@ def interface() -> str:
         lines += ["", f"## `cd.{name}`", "", *_listed(module, module.__all__)]
     module = import_module("cardan_dyn.clearance.drawing")
     lines += ["", "## `cd.clearance.drawing`", "", *_listed(module, module.__all__)]
-    lines += ["", "## `analytic`", "", "NumPy only; a module for each subject.", ""]
-    lines += _listed(analytic, analytic.__all__)
     return "\n".join(lines) + "\n"
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analytic.impact import Start
+from cardan_dyn.analytic.impact import Start
 
 from ..checks import described, mapping, names, number, positive
 from ..dynamics.problem_solver import ProblemSolver

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.damped_impact import damped_peak, flight
-from analytic.damped_impact import peak_exponents as damped_exponents
-from analytic.impact import Start
-from analytic.impact import reversal as undamped
-from analytic.peak_exponents import PeakExponents, peak_exponents
+from cardan_dyn.analytic.damped_impact import damped_peak, flight
+from cardan_dyn.analytic.damped_impact import peak_exponents as damped_exponents
+from cardan_dyn.analytic.impact import Start
+from cardan_dyn.analytic.impact import reversal as undamped
+from cardan_dyn.analytic.peak_exponents import PeakExponents, peak_exponents
 
 from ..arrays import Array
 from ..checks import positive

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from analytic.contact_stiffness import contact_stiffness, cylinder_compliance
+from cardan_dyn.analytic.contact_stiffness import contact_stiffness, cylinder_compliance
 
 from ..arrays import Array
 from ..checks import number, positive

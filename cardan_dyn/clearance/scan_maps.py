@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic.impact import Start
+from cardan_dyn.analytic.impact import Start
 
 from ..arrays import Array
 from ..checks import mapping, several, text

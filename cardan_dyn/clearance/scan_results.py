@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from analytic.peak_exponents import PeakExponents
+from cardan_dyn.analytic.peak_exponents import PeakExponents
 
 from ..arrays import Array
 from ..errors import ModelError, choices

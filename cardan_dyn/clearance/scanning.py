@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from analytic.clearance import contact_time
-from analytic.impact import Start
+from cardan_dyn.analytic.clearance import contact_time
+from cardan_dyn.analytic.impact import Start
 
 from ..arrays import Array
 from ..checks import flag

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from analytic import compound_angle
+from cardan_dyn.analytic import compound_angle
 
 from ..errors import ArgumentError, choices
 from .design.fork_choice import halved

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from analytic.limits import Limit
+    from cardan_dyn.analytic.limits import Limit
 
     from ..figures.style import Figure
     from ..scene.scene import Scene

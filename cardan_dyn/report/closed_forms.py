@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic import grossmann, single_joint, thoma
+from cardan_dyn.analytic import grossmann, single_joint, thoma
 
 from ..arrays import Array
 from ..errors import ArgumentError, choices

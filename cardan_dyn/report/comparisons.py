@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from analytic import grossmann, single_joint, thoma
+from cardan_dyn.analytic import grossmann, single_joint, thoma
 
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism, load

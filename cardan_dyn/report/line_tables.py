@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.rules import RULES
+from cardan_dyn.analytic.rules import RULES
 
 from ..arrays import Array
 from ..drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from analytic import shaft_design as sd
-from analytic import support_forces as af
-from analytic import support_forces as sf
-from analytic.limits import LIMITS
+from cardan_dyn.analytic import shaft_design as sd
+from cardan_dyn.analytic import support_forces as af
+from cardan_dyn.analytic import support_forces as sf
+from cardan_dyn.analytic.limits import LIMITS
 
 SPANS = sf.Spans(a=0.4, b=0.15, e=0.2, f=0.5)
 

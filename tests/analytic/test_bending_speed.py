@@ -5,9 +5,9 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from analytic import bending_speed as bs
-from analytic import shaft_design as sd
-from analytic.limits import CRITICAL_CONSTANTS, LIMITS
+from cardan_dyn.analytic import bending_speed as bs
+from cardan_dyn.analytic import shaft_design as sd
+from cardan_dyn.analytic.limits import CRITICAL_CONSTANTS, LIMITS
 
 RPM, INCH = np.pi / 30, 0.0254
 TUBE = np.array([3.5, 3.26]) * INCH

@@ -4,8 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from analytic import centred_double_joint as cd
-from analytic import drive_line
+from cardan_dyn.analytic import centred_double_joint as cd
+from cardan_dyn.analytic import drive_line
 
 HALF = 0.060
 

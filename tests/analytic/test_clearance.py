@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from testkit.cross_geometry import ULP, relative_errors
 
-from analytic import clearance
+from cardan_dyn.analytic import clearance
 
 modest = settings(max_examples=60, deadline=None, derandomize=True)
 SIZES = st.floats(1e-3, 1e3)

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from testkit.cross_geometry import ULP, cross, dot, norm, relative_errors
 
-from analytic import compound_angle as ca
-from analytic import drive_line
+from cardan_dyn.analytic import compound_angle as ca
+from cardan_dyn.analytic import drive_line
 
 modest = settings(max_examples=80, deadline=None, derandomize=True)
 SLOPES = st.floats(-1.4, 1.4)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from testkit.cross_geometry import ULP, relative_errors
 
-from analytic import contact_stiffness as cs
+from cardan_dyn.analytic import contact_stiffness as cs
 
 STEEL = float(cs.cylinder_compliance(2.1e11))
 

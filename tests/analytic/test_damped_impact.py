@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from analytic import clearance, impact
-from analytic.damped_impact import damped_peak, flight, peak_exponents
-from analytic.peak_exponents import peak_exponents as undamped_exponents
+from cardan_dyn.analytic import clearance, impact
+from cardan_dyn.analytic.damped_impact import damped_peak, flight, peak_exponents
+from cardan_dyn.analytic.peak_exponents import peak_exponents as undamped_exponents
 
 PAPER = (3.6, 1e7, 0.5e-4, 360e3)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analytic import design_torque as dt
-from analytic.limits import POWER_FACTORS, SERVICE_FACTORS
+from cardan_dyn.analytic import design_torque as dt
+from cardan_dyn.analytic.limits import POWER_FACTORS, SERVICE_FACTORS
 
 RPM = np.pi / 30
 POUND, INCH, POUND_FOOT = 4.4482216152605, 0.0254, 1.3558179483314

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analytic import drive_line, single_joint
-from analytic import uniformity as da
-from analytic.limits import JOINT_SIZES
+from cardan_dyn.analytic import drive_line, single_joint
+from cardan_dyn.analytic import uniformity as da
+from cardan_dyn.analytic.limits import JOINT_SIZES
 
 QUARTER = np.pi / 2
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from testkit.cross_geometry import ULP, cross, dot, norm, relative_errors, turned
 
-from analytic import _cross, drive_line, single_joint
+from cardan_dyn.analytic import _cross, drive_line, single_joint
 
 modest = settings(max_examples=60, deadline=None, derandomize=True)
 QUARTER = np.pi / 2

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analytic import (
+from cardan_dyn.analytic import (
     clearance,
     compound_angle,
     drive_line,

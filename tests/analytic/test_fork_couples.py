@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analytic import grossmann, thoma
-from analytic import support_forces as fc
+from cardan_dyn.analytic import grossmann, thoma
+from cardan_dyn.analytic import support_forces as fc
 
 
 @pytest.mark.parametrize("degrees", [0.0, 5.0, 30.0, 44.0, 60.0])

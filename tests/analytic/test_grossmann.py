@@ -17,7 +17,7 @@ from testkit.cross_geometry import (
     relative_errors,
 )
 
-from analytic import grossmann, single_joint, thoma
+from cardan_dyn.analytic import grossmann, single_joint, thoma
 
 
 @pytest.fixture(scope="module", params=[TO_60, NEAR_90], ids=["to 60 degrees", "near 90 degrees"])

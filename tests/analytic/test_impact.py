@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from testkit.cross_geometry import ULP, relative_errors
 from testkit.two_mass_impact import EXAMPLE, STARTS, Motion
 
-from analytic import clearance, impact
-from analytic import peak_factor as pf
+from cardan_dyn.analytic import clearance, impact
+from cardan_dyn.analytic import peak_factor as pf
 
 modest = settings(max_examples=60, deadline=None, derandomize=True)
 CASES = [

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analytic import grossmann, installation, single_joint
-from analytic.limits import LIMITS
+from cardan_dyn.analytic import grossmann, installation, single_joint
+from cardan_dyn.analytic.limits import LIMITS
 
 RPM = np.pi / 30
 

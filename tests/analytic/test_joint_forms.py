@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from testkit.cross_geometry import ULP, Cross, relative_errors
 
-from analytic import grossmann, joint_forms, single_joint
+from cardan_dyn.analytic import grossmann, joint_forms, single_joint
 
 modest = settings(max_examples=60, deadline=None, derandomize=True)
 BETAS = st.floats(0.0, np.radians(85.0))

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic import shaft_design as jr
-from analytic import shaft_design as sd
+from cardan_dyn.analytic import shaft_design as jr
+from cardan_dyn.analytic import shaft_design as sd
 
 RPM = np.pi / 30
 modest = settings(max_examples=60, deadline=None, derandomize=True)

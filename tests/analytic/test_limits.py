@@ -5,8 +5,8 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from analytic import limits, uniformity
-from analytic.limits import Limit
+from cardan_dyn.analytic import limits, uniformity
+from cardan_dyn.analytic.limits import Limit
 
 RPM = np.pi / 30
 EVERY = [

@@ -8,8 +8,8 @@ normal to both pins, no axial force in the spline, floating centre bearings) are
 import numpy as np
 import pytest
 
-from analytic import support_forces as lf
-from analytic import support_forces as sf
+from cardan_dyn.analytic import support_forces as lf
+from cardan_dyn.analytic import support_forces as sf
 
 SPANS = sf.Spans(a=0.4, b=0.15, e=0.2, f=0.5)
 TORQUE = 700.0

@@ -5,8 +5,8 @@ import pytest
 from shooting import edge, periodic
 from vibrating_lines import ElasticMiddleShaft, SpringsOnBothSides
 
-from analytic import parametric_regions as pr
-from analytic import torsional_speed
+from cardan_dyn.analytic import parametric_regions as pr
+from cardan_dyn.analytic import torsional_speed
 
 BETA = np.radians(6.0)
 INERTIAS = 0.4, 0.15, 0.7

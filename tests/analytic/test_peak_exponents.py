@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from testkit.two_mass_impact import EXAMPLE, STARTS, Motion
 
-from analytic import clearance
-from analytic.peak_exponents import peak_exponents
+from cardan_dyn.analytic import clearance
+from cardan_dyn.analytic.peak_exponents import peak_exponents
 
 
 @pytest.mark.slow

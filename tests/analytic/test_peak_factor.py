@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from testkit.cross_geometry import ULP, relative_errors
 from testkit.two_mass_impact import STARTS, Motion
 
-from analytic import peak_factor as pf
+from cardan_dyn.analytic import peak_factor as pf
 
 modest = settings(max_examples=60, deadline=None, derandomize=True)
 

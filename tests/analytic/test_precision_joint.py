@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analytic import shaft_design as pj
-from analytic.limits import DIN_808_FACTORS, LIMITS
+from cardan_dyn.analytic import shaft_design as pj
+from cardan_dyn.analytic.limits import DIN_808_FACTORS, LIMITS
 
 PLAIN, NEEDLE = DIN_808_FACTORS["plain"], DIN_808_FACTORS["needle"]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analytic import compound_angle, impact, single_joint
+from cardan_dyn.analytic import compound_angle, impact, single_joint
 
 TABLE = Path(__file__).parents[1] / "reference" / "published.json"
 PUBLISHED = json.loads(TABLE.read_text(encoding="utf-8"))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from analytic import limits, rules
-from analytic._data import read
+from cardan_dyn.analytic import limits, rules
+from cardan_dyn.analytic._data import read
 
 TESTED = Path(__file__).parent / "tested_rules.toml"
 DOCS = Path(__file__).parents[2] / "docs"
@@ -30,7 +30,7 @@ BUILDING_BLOCKS = {"support_forces.shaft_axes", "support_forces.double_shaft_wre
 def test_names_in_a_rule_exist(rule):
     for name in rule.functions:
         module, function = name.split(".")
-        assert callable(getattr(importlib.import_module(f"analytic.{module}"), function))
+        assert callable(getattr(importlib.import_module(f"cardan_dyn.analytic.{module}"), function))
     assert set(rule.limits) <= set(limits.LIMITS)
     words = (rule.title, rule.formula, rule.source, rule.example, *rule.assumptions)
     assert all(word.strip() for word in words)
@@ -56,9 +56,9 @@ def test_every_function_of_practice_belongs_to_a_rule():
     public = {
         f"{module}.{name}"
         for module in PRACTICE
-        for name, value in vars(importlib.import_module(f"analytic.{module}")).items()
+        for name, value in vars(importlib.import_module(f"cardan_dyn.analytic.{module}")).items()
         if inspect.isfunction(value)
-        and value.__module__ == f"analytic.{module}"
+        and value.__module__ == f"cardan_dyn.analytic.{module}"
         and not name.startswith("_")
     }
     assert public - named == BUILDING_BLOCKS

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from testkit.cross_geometry import ULP, relative_errors
 
-from analytic import shaft_design as sd
+from cardan_dyn.analytic import shaft_design as sd
 
 RPM = np.pi / 30
 

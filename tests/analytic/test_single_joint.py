@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from testkit.cross_geometry import NEAR_90, TO_60, ULP, Cross, grid, relative_errors
 
-from analytic import _cross
-from analytic import single_joint as sj
+from cardan_dyn.analytic import _cross
+from cardan_dyn.analytic import single_joint as sj
 
 BETAS = st.floats(0.0, np.radians(89.0))
 TURNS = st.floats(-1e3, 1e3)

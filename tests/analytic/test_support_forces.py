@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from testkit.cross_geometry import cross, norm, turned
 
-from analytic import compound_angle
-from analytic import support_forces as sf
+from cardan_dyn.analytic import compound_angle
+from cardan_dyn.analytic import support_forces as sf
 
 SPANS = sf.Spans(a=0.4, b=0.15, e=0.2, f=0.5)
 TORQUE, LENGTH = 900.0, 1.3

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from testkit.cross_geometry import NEAR_90, TO_60, ULP, Cross, dot, grid, relative_errors
 
-from analytic import grossmann, single_joint, thoma
+from cardan_dyn.analytic import grossmann, single_joint, thoma
 
 
 @pytest.fixture(scope="module", params=[TO_60, NEAR_90], ids=["to 60 degrees", "near 90 degrees"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from analytic import single_joint
-from analytic import torsional_speed as ts
+from cardan_dyn.analytic import single_joint
+from cardan_dyn.analytic import torsional_speed as ts
 
 
 def half_turn(beta, share, speed, state, steps=250):

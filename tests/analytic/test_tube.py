@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from testkit.cross_geometry import ULP, relative_errors
 
-from analytic import shaft_design
+from cardan_dyn.analytic import shaft_design
 
 
 @pytest.mark.parametrize(("outer", "inner"), [(0.1, 0.0), (0.09, 0.083), (0.1, 0.0999999)])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from testkit.cross_geometry import ULP, relative_errors
 
-from analytic import drive_line, single_joint, uniformity
+from cardan_dyn.analytic import drive_line, single_joint, uniformity
 
 RPM = np.pi / 30
 QUARTER = np.pi / 2

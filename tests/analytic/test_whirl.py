@@ -5,7 +5,7 @@ import pytest
 from shooting import orders, periodic
 from tilting_shaft import TiltingShaft
 
-from analytic import thoma, whirl
+from cardan_dyn.analytic import thoma, whirl
 
 BETA = np.radians(5.0)
 # Speed, order, peak amplitude and that of the linear rotor, A = c = 1, Theta = 0.1, zeta = 0.01.

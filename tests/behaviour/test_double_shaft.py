@@ -7,7 +7,7 @@ import pytest
 from testkit.scenes import double, relative, text
 
 import cardan_dyn as cd
-from analytic import grossmann, single_joint
+from cardan_dyn.analytic import grossmann, single_joint
 
 LENGTH = 0.9
 

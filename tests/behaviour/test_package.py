@@ -19,7 +19,8 @@ ROOT = Path(__file__).parents[2]
 SCRIPT = """
 import sys
 from pathlib import Path
-import numpy as np, cardan_dyn as cd, analytic
+import numpy as np, cardan_dyn as cd
+from cardan_dyn import analytic
 root = Path(sys.argv[1])
 assert Path(cd.__file__).is_relative_to(root), cd.__file__
 assert Path(analytic.__file__).is_relative_to(root), analytic.__file__
@@ -57,8 +58,8 @@ def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
     assert "cardan_dyn/report/templates/report.html" in names
     assert "cardan_dyn/description/words.json" in names
     assert "cardan_dyn/AGENTS.md" in names
-    assert "analytic/grossmann.py" in names
-    assert not [name for name in names if name.startswith(("tests/", "urdf/"))]
+    assert "cardan_dyn/analytic/grossmann.py" in names
+    assert not [name for name in names if name.startswith(("tests/", "urdf/", "analytic/"))]
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     site = tmp_path / "site"
@@ -71,7 +72,7 @@ def test_importing_loads_nothing_until_a_name_is_asked_for(tmp_path: Path) -> No
     code = (
         "import sys, cardan_dyn as cd; cd.__version__; "
         "print(*sorted({name.split('.')[0] for name in sys.modules} & {'numpy', 'pinocchio', "
-        "'matplotlib', 'meshcat', 'trimesh', 'scipy', 'click', 'rich', 'jinja2', 'analytic'}))"
+        "'matplotlib', 'meshcat', 'trimesh', 'scipy', 'click', 'rich', 'jinja2'}))"
     )
     ran = python("-c", code, cwd=tmp_path, path=ROOT)
     assert ran.returncode == 0, ran.stderr
@@ -193,7 +194,18 @@ def number(word: str) -> float:
 
 def test_analytic_knows_nothing_of_the_solver() -> None:
     code = (
-        "import sys, analytic; print(*[m for m in sys.modules if m.startswith(('cardan', 'pin'))])"
+        "import sys, analytic; from analytic import thoma; import analytic.impact; "
+        "print(*[m for m in sys.modules if m.startswith(('cardan', 'pin'))])"
+    )
+    ran = python("-c", code, cwd=ROOT)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.split() == []
+
+
+def test_closed_forms_load_no_solver() -> None:
+    code = (
+        "import sys, cardan_dyn.analytic, cardan_dyn as cd; cd.analytic.thoma; "
+        "print(*sorted({m.split('.')[0] for m in sys.modules} & {'pinocchio', 'scipy', 'click'}))"
     )
     ran = python("-c", code, cwd=ROOT)
     assert ran.returncode == 0, ran.stderr

@@ -10,7 +10,7 @@ from testkit.linkages import coupling, four_bar, gears, loop
 from testkit.scenes import double, relative, text, universal
 
 import cardan_dyn as cd
-from analytic import grossmann
+from cardan_dyn.analytic import grossmann
 
 POSITIONS = np.random.default_rng(11).uniform(-30.0, 30.0, 200)
 FEW_POSITIONS = np.linspace(-3.0, 9.0, 40)

@@ -11,7 +11,7 @@ from testkit.linkages import LINK, four_bar, loop
 from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
-from analytic import single_joint
+from cardan_dyn.analytic import single_joint
 
 HELD = {"joint_angle": 0.5}
 WRONG = [float("nan"), float("inf"), -float("inf"), "x", None, 1j, [[1.0]], {}]

@@ -15,8 +15,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import cardan_dyn as cd
-from analytic import impact
-from analytic.damped_impact import damped_peak, flight
+from cardan_dyn.analytic import impact
+from cardan_dyn.analytic.damped_impact import damped_peak, flight
 from cardan_dyn.clearance import ContactLaw, HuntCrossley, ImpactFunction, LinearContact
 
 MASS, HALF, RAMP, STIFFNESS = 3.6, 0.5e-4, 360e3, 1e7

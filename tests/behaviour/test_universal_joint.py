@@ -7,7 +7,7 @@ import pytest
 from testkit.scenes import CrossGeometry, relative, text, universal
 
 import cardan_dyn as cd
-from analytic import grossmann, single_joint, thoma
+from cardan_dyn.analytic import grossmann, single_joint, thoma
 
 BETAS = [(np.deg2rad(beta), 1e-13) for beta in (0.0, 1e-6, 1.0, 8.5, 20.0, 30.0, 50.0, 65.0, 80.0)]
 BETAS.append((np.deg2rad(89.99), 1e-11))

@@ -10,11 +10,11 @@ pytest.importorskip("mpmath")
 from mpmath import mp, mpf
 
 import cardan_dyn as cd
-from analytic import single_joint
 from benchmarks import universal_joint
 from benchmarks.descriptions import massless, mechanics, text, with_length, with_mass, with_miss
 from benchmarks.exact import Exact
 from benchmarks.stress_dead_point import dead_point
+from cardan_dyn.analytic import single_joint
 
 
 def joint_state(beta: float, phi: float, speed: float = 0.0) -> tuple[Exact, object]:

@@ -14,7 +14,7 @@ from testkit.shaft_line import ShaftLine, about, across, dot
 from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
-from analytic import support_forces
+from cardan_dyn.analytic import support_forces
 
 LENGTH = 0.9
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 721)

@@ -8,7 +8,7 @@ from testkit.shaft_line import ShaftLine, about, across, dot, single_joint, sing
 from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
-from analytic import drive_line, support_forces
+from cardan_dyn.analytic import drive_line, support_forces
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 361)
 X, Y, Z = np.eye(3)

@@ -10,8 +10,8 @@ from testkit.elastic_rigs import scene
 from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
-from analytic import whirl
 from cardan_dyn import vibration
+from cardan_dyn.analytic import whirl
 
 LINES = ("torsional_line_front", "torsional_line_behind", "torsional_line_both")
 STEEL_IN_SHEAR = 8e10

@@ -9,7 +9,7 @@ from testkit.shaft_line import ShaftLine, about, single_joint, single_ratio
 from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
-from analytic import joint_forms
+from cardan_dyn.analytic import joint_forms
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 361)
 X, Y, Z = np.eye(3)

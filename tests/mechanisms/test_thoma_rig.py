@@ -9,7 +9,7 @@ import pytest
 from testkit.urdf_reader import Reader, edited, text
 
 import cardan_dyn as cd
-from analytic import single_joint, thoma
+from cardan_dyn.analytic import single_joint, thoma
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 721)
 SPEED = 2.0 * np.pi * 50.0

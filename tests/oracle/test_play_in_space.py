@@ -13,8 +13,8 @@ import pytest
 from testkit.cross_in_space import NAMES, CrossInSpace, Run
 from testkit.pin_rigs import THETA, rig, scene
 
-from analytic import single_joint
 from cardan_dyn import clearance
+from cardan_dyn.analytic import single_joint
 from cardan_dyn.clearance import JointScan, scan
 from cardan_dyn.clearance.opened_scene import OpenPin, opened
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from analytic.damped_impact import damped_peak
-from analytic.peak_factor import peak_factor as factor_of
-from analytic.peak_factor import peak_factor_limits
+from cardan_dyn.analytic.damped_impact import damped_peak
+from cardan_dyn.analytic.peak_factor import peak_factor as factor_of
+from cardan_dyn.analytic.peak_factor import peak_factor_limits
 
 from ...figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
 from ..impact_model import ImpactModel

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 
 from ...arrays import Array
 from .fork_polygon import (

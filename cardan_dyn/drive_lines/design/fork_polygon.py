@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 
 from ...arrays import Array
 

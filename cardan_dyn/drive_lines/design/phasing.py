@@ -9,7 +9,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 
 from ...arrays import Array
 from ...checks import described

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from analytic import drive_line, installation, single_joint, uniformity
-from analytic.limits import JOINT_SIZES, Limit
+from cardan_dyn.analytic import drive_line, installation, single_joint, uniformity
+from cardan_dyn.analytic.limits import JOINT_SIZES, Limit
 
 from ...arrays import Array
 from ...errors import choices

@@ -12,8 +12,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from analytic import single_joint, uniformity
-from analytic.limits import CRITICAL_CONSTANTS, LIMITS, Limit
+from cardan_dyn.analytic import single_joint, uniformity
+from cardan_dyn.analytic.limits import CRITICAL_CONSTANTS, LIMITS, Limit
 
 from ...arrays import Array
 from ...checks import described, mapping

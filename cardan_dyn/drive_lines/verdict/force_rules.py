@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from analytic import drive_line, support_forces
-from analytic.limits import Limit
+from cardan_dyn.analytic import drive_line, support_forces
+from cardan_dyn.analytic.limits import Limit
 
 from ...arrays import Array
 from ..line.parts import Shaft

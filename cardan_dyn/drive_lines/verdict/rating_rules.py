@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from analytic import installation, shaft_design
-from analytic.limits import DIN_808_FACTORS, Limit
+from cardan_dyn.analytic import installation, shaft_design
+from cardan_dyn.analytic.limits import DIN_808_FACTORS, Limit
 
 from ..line.parts import ShaftJoint
 from .case import Case, OperatingPoint

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from analytic.limits import Limit
-from analytic.rules import RULES
+from cardan_dyn.analytic.limits import Limit
+from cardan_dyn.analytic.rules import RULES
 
 PASS, FAIL, STATED, NOT_JUDGED = "pass", "fail", "stated", "not judged"
 

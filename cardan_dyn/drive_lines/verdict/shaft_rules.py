@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic import bending_speed, installation, shaft_design, torsional_speed
-from analytic.limits import Limit
+from cardan_dyn.analytic import bending_speed, installation, shaft_design, torsional_speed
+from cardan_dyn.analytic.limits import Limit
 
 from ...errors import ModelError
 from ..line.geometry import centring_places

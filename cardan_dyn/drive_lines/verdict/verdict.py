@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from analytic.limits import Limit
-from analytic.rules import RULES
+from cardan_dyn.analytic.limits import Limit
+from cardan_dyn.analytic.rules import RULES
 
 from ...errors import MissingExtraError
 from ...markup import table

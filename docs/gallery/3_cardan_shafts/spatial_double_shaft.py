@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cardan_dyn as cd
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 
 # The example of a catalogue: 15° and 7°, -11.5° and 12° in side view and plan view.
 side, plan = np.radians([15.0, -11.5]), np.radians([7.0, 12.0])

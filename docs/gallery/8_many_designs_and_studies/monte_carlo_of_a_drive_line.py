@@ -13,8 +13,8 @@ import numpy as np
 from scipy.stats import norm, uniform
 
 import cardan_dyn as cd
-from analytic import drive_line
 from cardan_dyn import studies
+from cardan_dyn.analytic import drive_line
 
 nominal = {"joint_angle_1": 0.3, "joint_angle_2": 0.3, "fork_phase": 0.0}
 scene = cd.Scene(cd.load("double_shaft_z"), drive="bearing_in", held=nominal, outputs=[])

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from analytic.damped_impact import damped_peak
 from cardan_dyn import ArgumentError
+from cardan_dyn.analytic.damped_impact import damped_peak
 from cardan_dyn.clearance import ImpactModel, PinGeometry
 from cardan_dyn.clearance.impact_model import estimates
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from analytic.clearance import contact_time
 from cardan_dyn import ArgumentError
+from cardan_dyn.analytic.clearance import contact_time
 from cardan_dyn.clearance import ImpactModel, PinGeometry, scan
 
 PIN = PinGeometry(0.02, 0.01, seat_stiffness=5e7)

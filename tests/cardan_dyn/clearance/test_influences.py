@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from analytic import impact
-from analytic.damped_impact import damped_peak, flight
 from cardan_dyn import ArgumentError
+from cardan_dyn.analytic import impact
+from cardan_dyn.analytic.damped_impact import damped_peak, flight
 from cardan_dyn.clearance import ImpactModel, PinGeometry, influence, scan
 
 PAPER = ImpactModel(3.6, 1e7, 1e-4, 360e3, start="rest")

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analytic.contact_stiffness import contact_approach
 from cardan_dyn import ArgumentError
+from cardan_dyn.analytic.contact_stiffness import contact_approach
 from cardan_dyn.clearance import PinGeometry
 
 PLAY = 1e-4

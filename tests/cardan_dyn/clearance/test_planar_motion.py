@@ -7,7 +7,7 @@ import pytest
 from testkit.loose_slider_crank import LooseSliderCrank
 
 import cardan_dyn as cd
-from analytic.damped_impact import damped_peak, flight
+from cardan_dyn.analytic.damped_impact import damped_peak, flight
 from cardan_dyn.clearance.forces import ForceSource
 from cardan_dyn.clearance.opened_joint import OpenedJoint, Plane
 from cardan_dyn.clearance.planar_motion import PinContactNumbers, PlanarModel

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analytic import damped_impact, peak_exponents
+from cardan_dyn.analytic import damped_impact, peak_exponents
 from cardan_dyn.clearance import ForceReversal, ImpactModel, JointScan, PinGeometry, Scan
 
 MODEL = ImpactModel(2.0, 1e8, 1e-4, 1e6, damping_ratio=0.2)

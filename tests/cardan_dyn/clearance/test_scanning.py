@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from analytic import impact
-from analytic.damped_impact import damped_peak, flight
 from cardan_dyn import AccuracyError, ArgumentError, IndeterminateError, ModelError
+from cardan_dyn.analytic import impact
+from cardan_dyn.analytic.damped_impact import damped_peak, flight
 from cardan_dyn.clearance import Scan, scan, simulate
 
 CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8}

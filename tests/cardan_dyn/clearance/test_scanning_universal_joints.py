@@ -9,9 +9,9 @@ import pytest
 from testkit.pin_rigs import THETA, compound, displaced, doubled, rig, scene
 
 import cardan_dyn as cd
-from analytic import impact, single_joint
-from analytic.damped_impact import damped_peak, flight
 from cardan_dyn import ArgumentError, IndeterminateError, ModelError
+from cardan_dyn.analytic import impact, single_joint
+from cardan_dyn.analytic.damped_impact import damped_peak, flight
 from cardan_dyn.clearance import JointScan, PinGeometry, scan
 
 BETA, SPEED, RADIUS = np.radians(20.0), 150.0, 0.05

@@ -22,7 +22,7 @@ try:
 finally:
     print(*sorted({name.split(".")[0] for name in sys.modules}), file=sys.stderr)
 """
-COMPUTES = {"analytic", "numpy", "pinocchio", "scipy", "matplotlib", "meshcat", "rich", "yaml"}
+COMPUTES = {"numpy", "pinocchio", "scipy", "matplotlib", "meshcat", "rich", "yaml"}
 
 
 def loaded(*arguments: str, **variables: str) -> tuple[str, set[str]]:

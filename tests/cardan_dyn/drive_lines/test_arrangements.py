@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from analytic import compound_angle, drive_line, support_forces
 from cardan_dyn import ArgumentError
+from cardan_dyn.analytic import compound_angle, drive_line, support_forces
 from cardan_dyn.drive_lines import DriveLine, arrangements
 
 EXAMPLE = tuple(np.radians([15.0, 7.0, -11.5, 12.0]))

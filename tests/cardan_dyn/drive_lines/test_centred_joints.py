@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from testkit.line_statics import Array, statics
 
-from analytic import centred_double_joint, drive_line
 from cardan_dyn import load
+from cardan_dyn.analytic import centred_double_joint, drive_line
 from cardan_dyn.drive_lines import (
     Bearing,
     Centring,

@@ -4,7 +4,7 @@ import pytest
 from testkit.line_data import double_shaft, end_bearings, random_line
 
 import cardan_dyn as cd
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, Spline
 from cardan_dyn.drive_lines.line.closed_chain import urdf
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from testkit.line_data import end_bearings, random_line
 
-from analytic import grossmann
+from cardan_dyn.analytic import grossmann
 from cardan_dyn.drive_lines import DriveLine, DutyPoint, Shaft
 from cardan_dyn.drive_lines.verdict.extremes import greatest, greatest_sizes
 

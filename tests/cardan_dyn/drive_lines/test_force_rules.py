@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from testkit.line_data import NEAR, SPAN, double_shaft, random_line
 
-from analytic.support_forces import Spans, planar_support_forces
+from cardan_dyn.analytic.support_forces import Spans, planar_support_forces
 from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, Spline, VerdictRow
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines.design import fork_polygon as polygon
 
 

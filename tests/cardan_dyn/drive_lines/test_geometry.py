@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from analytic import compound_angle
 from cardan_dyn import ModelError
+from cardan_dyn.analytic import compound_angle
 from cardan_dyn.drive_lines import Shaft
 from cardan_dyn.drive_lines.line.geometry import geometry
 

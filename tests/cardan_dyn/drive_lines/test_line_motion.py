@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from testkit.line_data import double_shaft, random_line
 
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import DriveLine, Shaft
 from cardan_dyn.drive_lines.line.geometry import zero
 from cardan_dyn.drive_lines.verdict.line_motion import mean_leads

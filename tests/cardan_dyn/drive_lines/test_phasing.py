@@ -8,8 +8,8 @@ import pytest
 from testkit.exhaustive import least_residual, slopes_line
 from testkit.line_data import double_shaft, random_line
 
-from analytic import drive_line
 from cardan_dyn import ArgumentError, ModelError
+from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import DriveLine, Shaft, arrangements
 from cardan_dyn.drive_lines.design.phasing import with_forks
 

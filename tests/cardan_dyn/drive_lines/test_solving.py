@@ -7,7 +7,7 @@ import pytest
 from testkit.line_data import NEAR, SPAN, Array, along_points, double_shaft, random_line
 from testkit.shaft_line import ShaftLine, dot
 
-from analytic import drive_line, shaft_design, support_forces
+from cardan_dyn.analytic import drive_line, shaft_design, support_forces
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)

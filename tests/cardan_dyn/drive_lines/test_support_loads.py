@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from testkit.line_data import double_shaft, random_line
 
-from analytic import support_forces
 from cardan_dyn import ModelError
+from cardan_dyn.analytic import support_forces
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft
 from cardan_dyn.drive_lines.design.support_loads import moments, support_loads
 

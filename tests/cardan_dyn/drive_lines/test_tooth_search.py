@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines.design.fork_choice import StepSearch
 
 

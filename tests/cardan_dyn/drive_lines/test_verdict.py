@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from testkit.line_data import random_line
 
-from analytic.rules import RULES
+from cardan_dyn.analytic.rules import RULES
 from cardan_dyn.drive_lines import DriveLine, ShaftJoint, Verdict
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from testkit.line_data import double_shaft, random_line
 
-from analytic.limits import LIMITS, Limit
+from cardan_dyn.analytic.limits import LIMITS, Limit
 from cardan_dyn.drive_lines import DriveLine, DutyPoint
 from cardan_dyn.drive_lines.verdict.case import Case
 from cardan_dyn.drive_lines.verdict.solving import LineSolver

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from analytic.limits import Limit
+from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.drive_lines import DriveLine, Inverse, VerdictRow
 from cardan_dyn.drive_lines.verdict.rows import HEADINGS, as_text, judged, not_judged
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from testkit.line_data import random_line
 
-from analytic.rules import RULES
 from cardan_dyn import ArgumentError
+from cardan_dyn.analytic.rules import RULES
 from cardan_dyn.drive_lines import DriveLine, examples, wording
 from cardan_dyn.drive_lines.wording import BY_UNIT, Wording
 

@@ -7,8 +7,8 @@ import pytest
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from analytic.whirl import whirl_frequencies
 from cardan_dyn import ArgumentError, VibrationError, vibration
+from cardan_dyn.analytic.whirl import whirl_frequencies
 from cardan_dyn.vibration import Campbell
 from cardan_dyn.vibration.results.campbell import followed
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
-from analytic.whirl import critical_speed, whirl_frequencies
+from cardan_dyn.analytic.whirl import critical_speed, whirl_frequencies
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.search import MotionSearch
 from cardan_dyn.vibration.results.campbell import campbell_of

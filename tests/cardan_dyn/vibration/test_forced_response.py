@@ -10,13 +10,13 @@ import pytest
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from analytic.whirl import (
+from cardan_dyn import ArgumentError, ModelError, vibration
+from cardan_dyn.analytic.whirl import (
     critical_speed,
     moments_of_input_torque,
     moments_of_output_torque,
     tilts,
 )
-from cardan_dyn import ArgumentError, ModelError, vibration
 from cardan_dyn.vibration import ForcedResponse
 
 BETA = np.radians(5.0)

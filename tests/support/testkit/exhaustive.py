@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 from scipy.optimize import minimize
 
-from analytic import drive_line
+from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import DriveLine, Shaft
 
 Array = np.ndarray
