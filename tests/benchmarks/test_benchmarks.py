@@ -41,6 +41,7 @@ MEASURED = {
 """Tasks that other tests run in their short form, and look at what they measure."""
 
 
+@pytest.mark.campaign
 @pytest.mark.filterwarnings("ignore")  # Other packages' warnings are theirs.
 @pytest.mark.parametrize("task", sorted(set(run.TASKS) - MEASURED))
 def test_every_task_runs_as_a_command(

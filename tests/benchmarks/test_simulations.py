@@ -177,6 +177,7 @@ def test_energy_of_other_chains_is_kept() -> None:
     assert "Bennett" in thousand_periods.answer(records)
 
 
+@pytest.mark.campaign
 def test_hammering_is_timed_and_its_peaks_converge() -> None:
     records = hammering.measure(fast=True)
     scan, *simulated = records
@@ -187,6 +188,7 @@ def test_hammering_is_timed_and_its_peaks_converge() -> None:
     assert "needle" in (hammering.__doc__ or "") and "R;" in hammering.answer(records)
 
 
+@pytest.mark.campaign
 def test_charts_of_stability_are_timed_and_exact() -> None:
     records = stability_charts.measure(fast=True)
     assert len(records) == 3

@@ -10,6 +10,7 @@ CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "killed_studies.py"
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_a_study_that_was_killed_is_one_that_was_not() -> None:
     ran = subprocess.run(
         [sys.executable, str(CAMPAIGN), "--cases", "400"], capture_output=True, text=True
