@@ -93,9 +93,13 @@ def gained(power: Callable[[Array], Array], steps: Array, times: Array, is_nothi
     ends = np.concatenate([steps[1:], times])
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     half = 0.5 * (ends - starts)
-    points = starts[:, None] + half[:, None] * (1.0 + nodes)
+    is_long = half > 0.0  # Times that are ends of steps have nothing left.
+    if not np.any(is_long):
+        return np.zeros(len(times))
+    points = starts[is_long, None] + half[is_long, None] * (1.0 + nodes)
     values = power(points.ravel()).reshape(points.shape)
-    pieces = half * (values @ weights)
+    pieces = np.zeros(len(half))
+    pieces[is_long] = half[is_long] * (values @ weights)
     whole = np.concatenate([[0.0], np.cumsum(pieces[: len(steps) - 1])])
     return np.asarray(whole[indices] + pieces[len(steps) - 1 :])
 

@@ -287,8 +287,10 @@ class Trajectory(MotionResult):
         allowed = max(_FAR_BEYOND * course.rtol, _FAINT)
         if not np.isfinite(allowed):
             return notes
+        is_all = np.array_equal(self.time, self._run.times)
+        of_all = self if is_all else Trajectory(course, self._run.times)
         try:
-            residual = Trajectory(course, self._run.times).energy_residual
+            residual = of_all.energy_residual
         except CardanError as error:
             return (*notes, f"its energy could not be checked: {error}")
         if residual <= allowed:

@@ -57,6 +57,21 @@ def test_work_of_steps_with_kinks_at_their_ends() -> None:
     assert found[0] == pytest.approx(0.5 + 2.0, abs=1e-15)
 
 
+def test_power_is_asked_for_once_where_times_are_the_ends_of_steps() -> None:
+    asked: list[np.ndarray] = []
+
+    def power(times: np.ndarray) -> np.ndarray:
+        asked.append(times)
+        return np.cos(times)
+
+    steps = np.linspace(0.0, 2.0, 5)
+    found = gained(power, steps, steps, False)
+    np.testing.assert_allclose(found, np.sin(steps), atol=1e-15)
+    points = np.concatenate(asked)
+    assert len(np.unique(points)) > 0.75 * len(points)  # All twice would cost twice.
+    np.testing.assert_array_equal(gained(power, np.zeros(1), np.zeros(3), False), 0.0)
+
+
 def test_power_of_elements() -> None:
     mechanism = pendulum()
     elements = [
