@@ -29,7 +29,8 @@ _is_wanted: bool | None = None
 class progress:  # noqa: N801  # A word that reads like the functions beside it.
     """Show progress, or do not; `cd.progress(False)`, or `with cd.progress(False): ...`.
 
-    Without, it is shown in terminals and notebooks of whatever takes more than two seconds.
+    Without, it is shown in terminals and notebooks of whatever takes more than two seconds,
+    unless the environment has `CARDAN_DYN_PROGRESS=0`.
 
     Args:
         wanted: True or False; None for where somebody looks.
@@ -49,6 +50,8 @@ class progress:  # noqa: N801  # A word that reads like the functions beside it.
 
 def is_watched() -> bool:
     """Return whether progress is shown unless somebody says otherwise."""
+    if os.environ.get("CARDAN_DYN_PROGRESS") == "0":
+        return False
     # A notebook's stream is no terminal. That its package is there says nothing: Dask imports it.
     if type(sys.stderr).__module__.partition(".")[0] == "ipykernel":
         return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -16,7 +17,7 @@ copyright = author  # noqa: A001
 version = release = cd.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
@@ -25,9 +26,22 @@ extensions = [
     "mathml",
 ]
 # The list of names for readers of the repository; the site has one with links.
-exclude_patterns = ["_build", "interface.md", "gallery"]
+exclude_patterns = [
+    "_build",
+    "interface.md",
+    "gallery",
+    "examples/**/*.ipynb",
+    "**.ipynb_checkpoints",
+]
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
+
+nb_execution_mode = "auto"  # The notebooks are kept without outputs.
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_execution_show_tb = True
+nb_output_stderr = "warn"  # Nothing may complain.
+os.environ["CARDAN_DYN_PROGRESS"] = "0"
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # Docstrings say shapes, units and frames; signatures stay readable.

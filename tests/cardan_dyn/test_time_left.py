@@ -110,6 +110,14 @@ def test_a_notebook_is_known_by_its_stream_and_not_by_what_is_imported(
     assert time_left.is_watched()
 
 
+def test_the_environment_can_say_no(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.delenv("CARDAN_DYN_PROGRESS", raising=False)
+    assert time_left.is_watched()
+    monkeypatch.setenv("CARDAN_DYN_PROGRESS", "0")
+    assert not time_left.is_watched()
+
+
 def test_other_processes_say_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "getpid", lambda: -1)
     assert not Task("sweep", 1, wanted=True)._is_shown
