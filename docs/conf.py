@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -31,11 +32,16 @@ exclude_patterns = [
     "interface.md",
     "gallery",
     "examples/**/*.ipynb",
+    # It shows results of one's own benchmarks.
+    "notebooks/run_time_against_error.ipynb",
     "**.ipynb_checkpoints",
 ]
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
+# The notebooks stand at the top of the repository, and Sphinx reads what is beside this file.
+shutil.rmtree(HERE / "notebooks", ignore_errors=True)
+shutil.copytree(HERE.parent / "notebooks", HERE / "notebooks")
 nb_execution_mode = "auto"  # The notebooks are kept without outputs.
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120

@@ -676,10 +676,6 @@ class Trajectory(MotionResult):
     def _power(self, times: Array) -> Array:
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
         there = self.at(times)
-        if self._prescribed and np.any(there.singular):
-            raise AccuracyError(
-                "the work of prescribed drives is not known where they are singular"
-            )
         x, v = there.states
         loads = self._forces.loads_alone().all_efforts(self.mechanism, times, x, v)
         power = np.einsum("nk,nk->n", loads, v)
@@ -688,7 +684,12 @@ class Trajectory(MotionResult):
             power = power + element_power(elements, x, v, times)
         if self._prescribed:
             # What is wrong with an effort shows in the balance of energy, which takes it.
-            efforts = there._unproven.drive_effort.reshape(len(times), -1)
+            try:
+                efforts = there._unproven.drive_effort.reshape(len(times), -1)
+            except (SingularConfigurationError, AssemblyError) as error:
+                raise AccuracyError(
+                    "the work of prescribed drives is not known where they are singular"
+                ) from error
             chosen = [self.coordinates.index(name) for name in self._prescribed]
             power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
         return np.asarray(power)
