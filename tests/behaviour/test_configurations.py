@@ -102,6 +102,7 @@ def test_mimics_hold_in_files_of_another_zero(tmp_path: Path) -> None:
         np.testing.assert_allclose(new.origin(joint), old.origin(joint), atol=1e-11)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_names_of_branches_do_not_depend_on_outputs() -> None:
     mechanism = two_linkages()

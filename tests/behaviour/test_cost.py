@@ -130,6 +130,7 @@ def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
     assert peaks[0] - 5_000 * per_sample < 12e6
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_calls_grow_linearly_with_the_joints_of_a_line() -> None:
     positions, counts = np.linspace(0.0, 2.0 * np.pi, 16), []

@@ -32,6 +32,7 @@ def test_the_first_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     np.testing.assert_allclose(found, np.outer(np.tan(found.angle), found.torque), rtol=1e-12)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_examples_run_one_after_the_other(blocks: dict[str, str], capsys: Any) -> None:
     names: dict[str, Any] = {"__name__": "studies_page"}

@@ -35,6 +35,7 @@ def test_the_peer_takes_an_angle_per_sample() -> None:
         np.testing.assert_allclose(found[[k]], alone, rtol=1e-14)
 
 
+@pytest.mark.campaign
 def test_platform_and_line_have_complete_records() -> None:
     for records in (many_designs.platform(fast=True), many_designs.line(fast=True)):
         assert records[0].ratio == 1.0
@@ -54,6 +55,7 @@ def test_lines_of_designs_have_the_joints_of_the_tests_own() -> None:
     np.testing.assert_allclose(ratios[0], ratios[1], rtol=1e-12)
 
 
+@pytest.mark.campaign
 def test_short_calls_have_complete_records() -> None:
     records = short_calls.measure(fast=True)
     assert len(records) == 7

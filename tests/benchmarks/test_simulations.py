@@ -56,6 +56,7 @@ def test_energy_at_the_start_is_that_of_the_closed_form() -> None:
     assert start.kinetic_energy[0] == pytest.approx(energy, rel=1e-13)
 
 
+@pytest.mark.campaign
 def test_our_spins_are_exact() -> None:
     methods = [replace(method, levels=method.levels[:2]) for method in free_spin.library()]
     records = free_spin.measure(fast=True, candidates=methods)

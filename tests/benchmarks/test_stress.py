@@ -48,6 +48,7 @@ def found(request: pytest.FixtureRequest) -> list[Point]:
     return request.param.points(**CORNERS[request.param])
 
 
+@pytest.mark.campaign
 def test_every_error_is_stated_or_refused(found: list[Point]) -> None:
     for point in found:
         if point.refused:
@@ -73,6 +74,7 @@ def test_reported_balance_is_honest(found: list[Point]) -> None:
         assert point.refused or point.optimism <= OPTIMISM, point
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("distance", [4e-9, 1e-8, 2e-8])
 def test_near_a_dead_point_nothing_is_refused_that_nearer_by_is_solved(distance: float) -> None:
     points = stress_dead_point.points((distance, 1e-9))

@@ -9,6 +9,7 @@ import pytest
 from loose_linkages import draw, passed
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 16, 20, 23])
 def test_the_interval_holds_what_is_simulated(seed: int) -> None:

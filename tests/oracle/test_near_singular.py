@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 
+@pytest.mark.campaign
 # Then platforms, and dead points of sliders that are driven, so close that rounding decides.
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [*range(12), 20, 48, 59, 94])

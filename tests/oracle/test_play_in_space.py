@@ -124,6 +124,7 @@ def test_a_compact_cross_is_doubted_for_a_reason() -> None:
         assert abs(item.peak / np.max(peaks(found, run)) - 1.0) > least
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_the_package_simulates_the_same() -> None:
     """Both pins open, from the middle of the play: two impacts, by equations of other form."""

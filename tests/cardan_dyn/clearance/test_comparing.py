@@ -32,6 +32,7 @@ def compared(
     return clearance.compare(scan, simulation)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("joint", "speed", "gap", "stiffness", "within"),
@@ -55,6 +56,7 @@ def test_needle_drive_within_a_tenth_where_the_estimate_has_no_doubts(
         assert abs(item.error) < within
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_friction_in_the_bush_brings_the_pin_onto_the_line_of_the_estimate() -> None:
     """Without it, nothing damps the motion along the wall, and no two turns are alike."""
@@ -137,6 +139,7 @@ def test_what_is_no_scan_or_no_simulation_is_refused() -> None:
         clearance.compare(scan, scan)  # type: ignore[arg-type]
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_bearings_of_a_pin() -> None:
     """Thoma's rig with a disc for a cross, both bearings of a pin open: each has its share."""

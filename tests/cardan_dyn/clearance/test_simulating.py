@@ -73,6 +73,7 @@ def test_energy_is_accounted_for(loose: clearance.ContactSimulation) -> None:
     assert 0.0 < loose.energy_residual < 1e-6
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_impacts_hold_the_greatest_force() -> None:
     law = cd.LinearContact(1e7, 20.0)
@@ -96,6 +97,7 @@ def test_impacts_hold_the_greatest_force() -> None:
     assert f"{len([i for i in course.struck if i.speed > 0])} impacts" in str(found)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_no_contact_is_missed() -> None:
     """The same impacts with steps a hundred times smaller, from the first flight on."""
@@ -133,6 +135,7 @@ def test_no_contact_is_missed() -> None:
         assert item.peak == pytest.approx(other.peak, rel=1e-6)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_damped_peaks_converge_over_a_turn_and_undamped_ones_for_three_impacts() -> None:
     needles = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
@@ -206,6 +209,7 @@ def test_two_joints_at_once_and_copies() -> None:
     assert found.energy_residual < 1e-6
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize("pins", [["pin_in"], ["pin_in", "pin_out"]])
 def test_bearings_of_a_universal_joint_strike_in_pairs(pins: list[str]) -> None:

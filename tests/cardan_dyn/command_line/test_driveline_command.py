@@ -49,6 +49,7 @@ def test_prints_data_forks_and_verdict() -> None:
     assert run("pto", "--check").exit_code == 0
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
     page, figures, scene = tmp_path / "b.html", tmp_path / "f", tmp_path / "s.html"

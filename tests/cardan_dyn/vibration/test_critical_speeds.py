@@ -233,6 +233,7 @@ def test_an_order_that_does_not_move_a_mode_has_no_severity() -> None:
     assert {row.whirl: row.severity for row in found} == {"forward": np.inf, "backward": 0.0}
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_coarse_speeds_change_no_resonance() -> None:
     """Ends of a range as far apart as 1 and 1e4 rad/s, damped modes of a gyroscopic shaft."""
@@ -395,6 +396,7 @@ def test_figure_of_orders_has_the_peak_and_jumps_of_the_table() -> None:
     assert set(axes.figure.axes[0].get_legend_handles_labels()[1]) == set(lines)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_a_resonance_beyond_fine_models_is_held_against_sweeps() -> None:
     """A rotor that swings five times as far as its springs are away: polynomials are off by 1e-5.

@@ -67,6 +67,7 @@ def test_motions_are_found_on_branches_from_other_speeds() -> None:
     assert finder.primary(np.array([0.51])) == []
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_a_motion_larger_than_any_model_of_a_range() -> None:
     """A shaft at 45° that tilts by 20° and more: it has a model about itself."""

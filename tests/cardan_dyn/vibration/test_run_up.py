@@ -83,6 +83,7 @@ def by_hand() -> OptimizeResult:
     return DrivenShaft(BETA, lambda speed: TORQUE).run(upright(0.5), 2600.0)
 
 
+@pytest.mark.campaign
 def test_a_weak_torque_is_captured_where_equations_by_hand_are(
     captured: vibration.RunUp, by_hand: OptimizeResult
 ) -> None:
@@ -100,6 +101,7 @@ def test_a_weak_torque_is_captured_where_equations_by_hand_are(
     assert str(captured).count("\n") == len(captured.barriers)
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize(("factor", "passes"), [(0.98, False), (1.03, True)])
 def test_the_barrier_parts_torques_of_equations_by_hand(
     captured: vibration.RunUp, by_hand: OptimizeResult, factor: float, passes: bool
@@ -114,6 +116,7 @@ def test_the_barrier_parts_torques_of_equations_by_hand(
         assert late_speed(found) < by.speed
 
 
+@pytest.mark.campaign
 def test_a_torque_beyond_the_barrier_ends_at_the_last_speed(scene: cd.Scene) -> None:
     found = vibration.run_up(scene, 0.5, 0.53, 9000.0, torque=4e-5)
     assert found.time[-1] < 9000.0
@@ -124,6 +127,7 @@ def test_a_torque_beyond_the_barrier_ends_at_the_last_speed(scene: cd.Scene) -> 
     assert barrier.is_passed and np.isnan(barrier.holds)
 
 
+@pytest.mark.campaign
 def test_a_motor_is_captured_on_its_line(scene: cd.Scene) -> None:
     def line(speed: float) -> float:
         return 1e-3 * (0.535 - speed)
@@ -139,6 +143,7 @@ def test_a_motor_is_captured_on_its_line(scene: cd.Scene) -> None:
     assert given == pytest.approx([line(x) for x in found.predicted_speed], rel=1e-2)
 
 
+@pytest.mark.campaign
 def test_a_drive_too_weak_for_its_start_falls_back_to_where_it_is_held(
     scene: cd.Scene, captured: vibration.RunUp
 ) -> None:
@@ -158,6 +163,7 @@ def test_a_torque_against_the_speed_brings_the_drive_to_rest(sense: float) -> No
     assert found == pytest.approx(inertia * 0.6 / 0.01, rel=0.02)
 
 
+@pytest.mark.campaign
 def test_a_load_of_the_drive_counts(scene: cd.Scene, captured: vibration.RunUp) -> None:
     loaded = scene.replace(loads={"bearing_in": -0.5 * TORQUE})
     found = vibration.run_up(loaded, 0.5, 0.53, 100.0, torque=1.5 * TORQUE)
@@ -168,6 +174,7 @@ def test_a_load_of_the_drive_counts(scene: cd.Scene, captured: vibration.RunUp) 
     assert found.window == pytest.approx(captured.window[:turns], rel=1e-5)
 
 
+@pytest.mark.campaign
 def test_a_motor_that_reaches_its_own_speed_is_not_captured() -> None:
     """Far from any resonance its line and the losses decide."""
     line = elastic_rigs.torsional_line(damping_in=0.2)

@@ -38,6 +38,7 @@ def test_separation() -> None:
     np.testing.assert_allclose(twice, [0.4, np.inf])
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize("beta", [15.0, 45.0])
 @pytest.mark.parametrize("ratio", [0.0, 0.1])

@@ -43,6 +43,7 @@ def test_the_only_motion_is_that_of_the_response() -> None:
         np.testing.assert_allclose(item.course.q[0, 0], start, atol=1e-9)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_up_and_down_differ_between_the_folds() -> None:
     """At 45° a resonance leans over: a run follows its branch until it ends, and jumps."""

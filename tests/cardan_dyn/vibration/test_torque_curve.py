@@ -35,6 +35,7 @@ def heat(speed: float) -> float:
     return float(0.02 * np.sum(rates**2) / speed)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_the_torque_is_what_dampers_turn_into_heat() -> None:
     held = curve(0.24, 0.26)
