@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pages import followed
 
 import cardan_dyn as cd
 
@@ -99,14 +100,6 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
     assert unwanted == ""
 
 
-def blocks(page: Path) -> tuple[str, list[list[str]]]:
-    """Return the Python of a page, and the words that it says its prints print."""
-    text = page.read_text(encoding="utf-8")
-    code = [part.split("```")[0] for part in text.split("```python\n")[1:]]
-    said = [part.split("```")[0] for part in text.split("```text\n")[1:]]
-    return "\n".join(code), [part.split() for part in said]
-
-
 PAGES = [
     page
     for page in [
@@ -121,15 +114,7 @@ PAGES = [
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
 def test_what_pages_show_runs_and_prints_what_they_say(page: Path, tmp_path: Path) -> None:
-    code, said = blocks(page)
-    ran = python("-c", code, cwd=tmp_path)
-    assert ran.returncode == 0, ran.stderr
-    printed = ran.stdout.split()
-    expected = [word for part in said for word in part]
-    assert len(printed) == len(expected)
-    for found, word in zip(printed, expected, strict=True):
-        # Residuals are rounding, whose digits depend on the processor.
-        assert found == word or (number(found) < 1e-12 and number(word) < 1e-12), (found, word)
+    assert followed(page, tmp_path) == []
 
 
 def test_coding_agents_are_told_errors_and_attributes_that_exist() -> None:
@@ -182,14 +167,6 @@ def test_messages_that_the_questions_quote_are_the_package_s() -> None:
     # A message may go on in the next line of its source.
     source = re.sub(r'"\s*\n\s*f?"', "", "\n".join(texts))
     assert [part for part in quoted if part not in source] == []
-
-
-def number(word: str) -> float:
-    """Return a number without the punctuation about it; infinite if it is none."""
-    try:
-        return abs(float(word.strip("[](),;:")))
-    except ValueError:
-        return np.inf
 
 
 def test_analytic_knows_nothing_of_the_solver() -> None:
