@@ -16,7 +16,9 @@ from ..arrays import Array
 from ..checks import writing
 from ..elements.described import described_elements
 from ..errors import ArgumentError, MissingExtraError, SimulationError
+from ..figures.wrenches import MARK, determined, values_of
 from ..mechanism.mechanism import Mechanism, load
+from ..results.wrench import JointWrench, named_components
 from ..scene.scene import Scene
 from ..scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
 from ..simulation.trajectory import Trajectory
@@ -328,26 +330,34 @@ def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[s
 def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
     unit = over.partition("[")[2].rstrip("]")
-    rows, is_open, missing = [], False, np.zeros(len(places), dtype=bool)
+    rows, missing = [], np.zeros(len(places), dtype=bool)
+    opened: dict[str, list[str]] = {}
     for name in swept.outputs:
         wrench = swept[name]
-        cells = [name + ("" if wrench.unique.all() else "*")]
-        is_open |= not wrench.unique.all()
-        for vectors in (wrench.force, wrench.moment):
-            sizes = np.linalg.norm(vectors, axis=-1)
+        cells = [name]
+        if not wrench.unique.all():
+            opened.setdefault(named_components(~wrench.unique), []).append(name)
+        for quantity in ("force", "moment"):
+            sizes = values_of(wrench, quantity)
             worst = _greatest(sizes)
             missing |= np.isnan(sizes)
             greatest = _number(sizes[worst])
             # What is but rounding has no place.
-            cells += [greatest, "–" if greatest == "0" else _number(places[worst])]
-        axial = (wrench.torsion, wrench.bending) if wrench.has_axis else ()
-        cells += [_number(values[_greatest(np.abs(values))]) for values in axial] or ["–", "–"]
+            place = "–" if greatest == "0" else _number(places[worst])
+            cells += [greatest + _star(wrench, quantity), place]
+        for quantity in ("torsion", "bending"):
+            if wrench.has_axis:
+                values = values_of(wrench, quantity)
+                cells.append(_number(values[_greatest(np.abs(values))]) + _star(wrench, quantity))
+            else:
+                cells.append("–")
         rows.append(cells)
     at = f"at\n{unit}"
     headings = "joint", "force\nN", at, "moment\nN·m", at, "torsion\nN·m", "bending\nN·m"
     caption = f"Greatest values that the parent exerts on the child, and where: {over}."
-    if is_open:
-        caption += f" * Not determined by statics, chosen by {swept.rule}."
+    if opened:
+        parts = "; ".join(f"{what} of {', '.join(joints)}" for what, joints in opened.items())
+        caption += f" * Not determined by statics, chosen by {swept.rule}: {parts}."
     if missing.any():
         caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
     show(headings, rows, caption=caption)
@@ -365,6 +375,11 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     # A dash where there is nothing to compare, as where nothing acts.
     told = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
     say(f"residuals: {', '.join(told)}")
+
+
+def _star(wrench: JointWrench, quantity: str) -> str:
+    """Return the mark of a quantity of which statics leaves a part open."""
+    return "" if determined(wrench, quantity) else MARK
 
 
 def _greatest(sizes: Array) -> int:

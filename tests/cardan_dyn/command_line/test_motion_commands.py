@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -41,11 +42,24 @@ def test_a_sweep_prints_where_wrenches_are_greatest(monkeypatch: pytest.MonkeyPa
     assert "-1000 N at piston_guide" in found.output
     force = np.linalg.norm(expected["crank_pin"].force, axis=-1)
     (line,) = (line for line in found.output.splitlines() if line.startswith("crank_pin"))
-    cells = line.split()
+    cells = line.replace(" *", "").split()
     assert float(cells[1]) == pytest.approx(force.max(), rel=1e-4)
     assert float(cells[2]) == pytest.approx(5.0 * int(np.argmax(force)), abs=1e-3)
     low, high = expected.drive_effort.min(), expected.drive_effort.max()
     assert f"drive crank_bearing: {low:.5g} to {high:.5g} N·m" in found.output
+
+
+def test_a_star_stands_at_what_statics_leaves_open_and_nowhere_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    found = run("sweep", "universal_joint", "--samples", 5)
+    assert found.exit_code == 0, found.output
+    (line,) = (line for line in found.output.splitlines() if line.startswith("bearing_out"))
+    # Fixed bearings of both shafts leave the forces open, and the moments not.
+    assert line.count("*") == 1
+    assert re.match(r"bearing_out +[\d.]+ \* ", line)
+    assert "chosen by least norm: force xyz of bearing_in" in found.output
 
 
 def test_units_of_every_value(tmp_path: Path) -> None:
@@ -101,7 +115,7 @@ def test_where_nothing_acts_there_is_neither_a_place_nor_a_residual() -> None:
     assert "nan" not in found.output
     assert "balance –, power –" in found.output
     (row,) = (line.split() for line in found.output.splitlines() if line.startswith("crank_pin"))
-    assert row[1:5] == ["0", "–", "0", "–"]
+    assert [cell for cell in row if cell != "*"][1:5] == ["0", "–", "0", "–"]
 
 
 def test_the_greatest_wrenches_are_those_that_are_known(
