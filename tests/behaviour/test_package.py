@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -115,6 +116,16 @@ PAGES = [
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
 def test_what_pages_show_runs_and_prints_what_they_say(page: Path, tmp_path: Path) -> None:
     assert followed(page, tmp_path) == []
+
+
+def test_every_word_of_urdf_is_described() -> None:
+    words = json.loads((ROOT / "cardan_dyn" / "description" / "words.json").read_text("utf-8"))
+    page = (ROOT / "docs" / "describe.md").read_text(encoding="utf-8")
+    table = page.split("## Every element and attribute")[1].split("## Other notations")[0]
+    told = set(re.findall(r"`(\w+)(?:=[^`]*)?`", table))
+    for elements, allowed in words["urdf"].items():
+        known = {*elements.split(), *" ".join(allowed.values()).split()}
+        assert known <= told | {"type", "xyz", "rpy"}, known - told
 
 
 def test_coding_agents_are_told_errors_and_attributes_that_exist() -> None:
