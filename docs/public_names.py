@@ -91,8 +91,16 @@ def as_markdown(app: Any, what: str, name: str, item: Any, options: Any, lines: 
     ).split("\n")
 
 
+def without_aliases(
+    app: Any, what: str, name: str, item: Any, skip: bool, options: Any
+) -> bool | None:
+    """Leave out fields of named tuples: the class has them in its signature and its docstring."""
+    return True if type(item).__name__ == "_tuplegetter" else None
+
+
 def setup(app: Any) -> dict[str, bool]:
     """Join the build."""
     app.connect("builder-inited", write)
     app.connect("autodoc-process-docstring", as_markdown)
+    app.connect("autodoc-skip-member", without_aliases)
     return {"parallel_read_safe": True}
