@@ -396,3 +396,23 @@ def test_what_all_rows_of_a_rule_say_is_said_once(report: page.LineReport) -> No
     for group in groups:
         for row in group.rows:
             assert not {f"! {text}" for text in group.shared} & set(row.remarks)
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_headline_is_green_only_where_everything_was_judged(tmp_path: Path) -> None:
+    def headline(found: page.LineReport) -> str:
+        text = written(found, tmp_path)
+        (kind,) = re.findall(r'<p class="statement"><strong class="(\w+)">', text)
+        return kind
+
+    line = double_shaft((0.1, 0.0, 0.1))
+    found = reported(line)
+    rows = found.verdict.rows
+    assert found.verdict.passed and found.verdict.not_judged
+    assert headline(found) == "open"
+    judged = tuple(row for row in rows if row.status != "not judged")
+    complete = dataclasses.replace(found.verdict, rows=judged)
+    assert headline(dataclasses.replace(found, verdict=complete)) == "pass"
+    failing = reported(double_shaft((0.1, 0.0, 0.3)))
+    assert not failing.verdict.passed
+    assert headline(failing) == "fail"
