@@ -10,7 +10,7 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Iterator, KeysView, Mapping, Set
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ _LONGEST_REASON = 200
 """Characters of another error's message that are quoted, since it may be of any length."""
 _LONGEST_VALUE = 80
 """Characters of a value that are quoted in a message: less than a line."""
+_LONGEST_NAME = 255
+"""Bytes of the longest name of a file."""
 _SYMMETRIC = 1e-12
 """Relative difference of mirrored entries of a matrix that counts as rounding of the numbers that
 were given, which may come from a file or from other matrices."""
@@ -100,18 +102,40 @@ def file_path(name: str, value: object) -> Path:
 
 
 @contextmanager
-def writing(target: Path) -> Iterator[None]:
-    """Turn what the system has against writing a file, or into a directory, into an error.
+def writing(target: Path) -> Iterator[Path]:
+    """Give a path to write to that becomes a file once all is written; nothing is left of a part.
+
+    Whoever is interrupted, or runs out of space, keeps the file that was there before. For what is
+    no file, such as a directory or a pipe, it is the path itself.
+
+    Args:
+        target: the file, or a directory that is made.
 
     Raises:
         ArgumentError: it cannot be written.
     """
+    part = target
     try:
-        yield
+        real = Path(os.path.realpath(target))  # A link stays one.
+        name = f".{real.name}.{os.getpid()}.part{real.suffix}"
+        if real.is_file():
+            real.open("ab").close()  # Whether it may be changed at all.
+        if (real.is_file() or not real.exists()) and len(os.fsencode(name)) <= _LONGEST_NAME:
+            part = real.with_name(name)
+        yield part
+        if part != target and part.is_file():
+            if real.is_file():
+                part.chmod(real.stat().st_mode & 0o7777)
+            part.replace(real)
     except CardanError:
         raise
     except (OSError, ValueError) as error:  # Characters that no name of a file has, for one.
-        raise ArgumentError(f"{target}: cannot be written ({error})") from error
+        told = str(error).replace(str(part), str(target))
+        raise ArgumentError(f"{target}: cannot be written ({told})") from error
+    finally:
+        if part != target:
+            with suppress(OSError, ValueError):
+                part.unlink(missing_ok=True)
 
 
 def whole(name: str, value: object, least: int = 1) -> int:

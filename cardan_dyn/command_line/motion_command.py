@@ -86,8 +86,8 @@ class Outputs(NamedTuple):
                 click.echo(f"Written: {result.save(path)}", err=self.printed)
         if self.plot is not None:
             figure = result.plot(*joints)
-            with writing(self.plot):
-                figure.savefig(self.plot)
+            with writing(self.plot) as part:
+                figure.savefig(part)
             click.echo(f"Drawn: {self.plot}", err=self.printed)
 
 

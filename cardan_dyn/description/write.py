@@ -63,8 +63,8 @@ def write(description: Description, path: str | os.PathLike[str]) -> Path:
         from .mjcf.writer import to_mjcf
 
         text = to_mjcf(description)
-    with writing(target):
-        target.write_text(text, encoding="utf-8")
+    with writing(target) as part:
+        part.write_text(text, encoding="utf-8")
     return target
 
 

@@ -477,10 +477,10 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
     base = file_path("path", path)
     is_one = base.suffix.lower() in _FORMATS
     files = [base] if is_one else [base.with_name(base.name + end) for end in (".svg", ".png")]
-    with writing(base), matplotlib.rc_context(LOOK):
-        base.parent.mkdir(parents=True, exist_ok=True)
-        for file in files:
-            figure.savefig(file, dpi=dpi, metadata=_UNDATED.get(file.suffix.lower()))
+    for file in files:
+        with writing(file) as part, matplotlib.rc_context(LOOK):
+            file.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(part, dpi=dpi, metadata=_UNDATED.get(file.suffix.lower()))
     return files
 
 

@@ -74,9 +74,9 @@ def write(
         page_word=page_word,
         **content,
     )
-    with writing(path):
+    with writing(path) as part:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        part.write_text(text, encoding="utf-8")
     return path
 
 

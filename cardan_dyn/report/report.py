@@ -70,8 +70,8 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
         scenes=_write_scenes(joint_turn, shaft_turn, directory),
     )
     path = directory / "index.html"
-    with writing(path):
-        path.write_text(page, encoding="utf-8")
+    with writing(path) as part:
+        part.write_text(page, encoding="utf-8")
     return path
 
 

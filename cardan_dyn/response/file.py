@@ -62,8 +62,8 @@ def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) ->
         checksum=np.array(_checksum(header_text, arrays)),
         **arrays,
     )
-    with writing(target):
-        target.write_bytes(content.getvalue())
+    with writing(target) as part:
+        part.write_bytes(content.getvalue())
 
 
 def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:

@@ -187,16 +187,16 @@ class Table:
             # Its format has no dimension without entries beside the samples.
             empty = [dim for dim, size in table.sizes.items() if not size]
             table = table.drop_dims([dim for dim in empty if dim not in self.samples])
-            with writing(target):
-                table.to_netcdf(target, engine="scipy")
+            with writing(target) as part:
+                table.to_netcdf(part, engine="scipy")
             return target
         if target.suffix == ".csv":
             return self.to_csv(target, header=False)
         frame = self.to_dataframe()
         if target.suffix == ".parquet":
-            with writing(target):
+            with writing(target) as part:
                 try:
-                    frame.to_parquet(target)
+                    frame.to_parquet(part)
                 except ImportError as error:
                     raise MissingExtraError(
                         "Parquet files need pyarrow: pip install pyarrow"
@@ -205,8 +205,8 @@ class Table:
         told = _as_json({"columns": {name: frame[name].tolist() for name in frame}})
         told |= _as_json(frame.attrs)
         text = json.dumps(told, ensure_ascii=False, indent=1, allow_nan=False)
-        with writing(target):
-            target.write_text(text, encoding="utf-8")
+        with writing(target) as part:
+            part.write_text(text, encoding="utf-8")
         return target
 
     def to_csv(self, path: str | os.PathLike[str], *, header: bool = True) -> Path:
@@ -218,15 +218,9 @@ class Table:
         if header:
             told = {name: value for name, value in self.attributes.items() if value != ""}
             lines = [f"# {name}: {' '.join(str(value).split())}\n" for name, value in told.items()]
-        with writing(target), target.open("w", encoding="utf-8", newline="") as file:
-            try:
-                file.writelines(lines)
-                frame.rename(columns=shown).to_csv(file, lineterminator="\n")
-            except KeyboardInterrupt:
-                # Nobody could tell half of the rows from all of them.
-                if target.is_file():
-                    target.unlink()
-                raise
+        with writing(target) as part, part.open("w", encoding="utf-8", newline="") as file:
+            file.writelines(lines)
+            frame.rename(columns=shown).to_csv(file, lineterminator="\n")
         return target
 
     def _over_samples(self, variable: Variable) -> Array:

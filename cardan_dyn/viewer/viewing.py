@@ -197,8 +197,8 @@ class View:
             ArgumentError: no path, or the file cannot be written.
         """
         file = file_path("path", path)
-        with writing(file):
-            file.write_text(self.html, encoding="utf-8")
+        with writing(file) as part:
+            part.write_text(self.html, encoding="utf-8")
         return file
 
     def serve(self) -> None:

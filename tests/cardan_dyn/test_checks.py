@@ -6,6 +6,7 @@ import itertools
 import sys
 from collections import OrderedDict, UserDict
 from collections.abc import Callable
+from pathlib import Path
 from types import MappingProxyType, ModuleType
 
 import numpy as np
@@ -309,3 +310,48 @@ def test_vectors() -> None:
             cd.ArgumentError, match=rf"^gravity has shape {shape}, expected \(3,\)$"
         ):
             checks.vector("gravity", value, 3)
+
+
+@pytest.mark.parametrize("ended", [KeyboardInterrupt, OSError("no space left")])
+def test_a_file_is_all_or_as_it_was(tmp_path: Path, ended: BaseException) -> None:
+    target = tmp_path / "result.json"
+    with checks.writing(target) as part:
+        part.write_text("whole", encoding="utf-8")
+    target.chmod(0o640)
+    with pytest.raises((KeyboardInterrupt, cd.ArgumentError)), checks.writing(target) as part:
+        part.write_text("ha", encoding="utf-8")
+        raise ended
+    assert target.read_text(encoding="utf-8") == "whole"
+    assert part.suffix == ".json"  # By which others know a format.
+    with checks.writing(target) as part:
+        part.write_text("new", encoding="utf-8")
+    assert target.read_text(encoding="utf-8") == "new"
+    assert target.stat().st_mode & 0o777 == 0o640
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_links_and_what_is_no_file_are_written_through(tmp_path: Path) -> None:
+    target, link = tmp_path / "target.csv", tmp_path / "link.csv"
+    link.symlink_to(target)
+    with checks.writing(link) as part:
+        part.write_text("1", encoding="utf-8")
+    assert link.is_symlink() and target.read_text(encoding="utf-8") == "1"
+    with checks.writing(Path("/dev/null")) as part:
+        assert part == Path("/dev/null")
+    with checks.writing(tmp_path) as part:
+        assert part == tmp_path
+    # No name for a part is left beside the longest ones.
+    longest = tmp_path / ("a" * 251 + ".csv")
+    with checks.writing(longest) as part:
+        part.write_text("2", encoding="utf-8")
+    assert longest.read_text(encoding="utf-8") == "2"
+
+
+def test_messages_name_the_file_that_was_asked_for(tmp_path: Path) -> None:
+    missing = tmp_path / "none" / "result.csv"
+    with (
+        pytest.raises(cd.ArgumentError, match=r"result\.csv: cannot be written") as found,
+        checks.writing(missing) as part,
+    ):
+        part.write_text("1", encoding="utf-8")
+    assert ".part" not in str(found.value)

@@ -169,8 +169,8 @@ def write(line: Any, path: str | PathLike[str] | None = None) -> str:
     text = tomlkit.dumps(_table(line))
     if path is not None:
         target = file_path("path", path)
-        with writing(target):
-            target.write_text(text, encoding="utf-8")
+        with writing(target) as part:
+            part.write_text(text, encoding="utf-8")
     return text
 
 

@@ -89,7 +89,7 @@ class VibrationResult(Record, Result):
         target = file_path("path", path)
         if target.suffix in SUFFIXES:
             return super().save(target)
-        with writing(target), target.open("wb") as file:
+        with writing(target) as part, part.open("wb") as file:
             np.savez_compressed(file, **self.stored())
         return target
 
