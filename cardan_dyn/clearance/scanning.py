@@ -44,6 +44,7 @@ from .simulating import simulate
 if TYPE_CHECKING:
     from ..response.response import Response
     from ..scene.scene import Scene
+from ..simulation.progress import INTERRUPTED
 
 _VERIFIED, _VERIFIED_TO = 2.6, 1e-8
 """Periods of a simulation that verifies, of which the first reversals do not count, and its
@@ -439,10 +440,10 @@ def _verified(
                     turns=_VERIFIED * period / (2.0 * np.pi),
                     rtol=_VERIFIED_TO,
                 )
-                if simulation.trajectory.reason == "interrupted":
+                if simulation.trajectory.reason == INTERRUPTED:
                     # By Ctrl-C, which is meant for those that follow as well.
                     rest = (item for item in scanned.ranking[done:] if scanned[item].worst)
-                    failed |= dict.fromkeys(rest, "interrupted")
+                    failed |= dict.fromkeys(rest, INTERRUPTED)
                     break
                 items += compare(scanned, simulation)
             except CardanError as error:

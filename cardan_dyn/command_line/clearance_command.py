@@ -14,6 +14,8 @@ from ..clearance import PinGeometry, Scan, drawing, scan
 from ..errors import ArgumentError
 from ..mechanism.mechanism import load
 from ..scene.usual_motion import default_scene
+from ..simulation.progress import INTERRUPTED
+from .group import Interrupted
 from .quantities import by_joint, efforts, positions
 from .tables import say, show
 
@@ -88,6 +90,7 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
         MissingExtraError: figures are wanted and matplotlib is not installed.
         ArgumentError: a file cannot be written.
         CardanError: options do not fit each other, or as `load`, `Scene` and `clearance.scan`.
+        Interrupted: Ctrl-C while joints were simulated; all was printed and written up to there.
     """
     scanned = scanned_by(**options)
     if as_json:
@@ -97,6 +100,8 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
     if directory is not None:
         save_figures(scanned, directory)
         click.echo(f"Figures: {directory}", err=as_json)
+    if waiting := [name for name, why in scanned.unverified.items() if why == INTERRUPTED]:
+        raise Interrupted(f"interrupted; not simulated: {', '.join(waiting)}")
 
 
 def print_scan(scanned: Scan) -> None:

@@ -21,6 +21,7 @@ from ..mechanism.mechanism import Mechanism, load
 from ..results.wrench import JointWrench, named_components
 from ..scene.scene import Scene
 from ..scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
+from ..simulation.progress import INTERRUPTED
 from ..simulation.trajectory import Trajectory
 from .group import Interrupted
 from .quantities import assigned, efforts
@@ -200,7 +201,7 @@ def simulation_of(
     outputs.write(found, joints)
     if failure is not None:
         raise failure
-    if found.reason == "interrupted":
+    if found.reason == INTERRUPTED:
         raise Interrupted(f"interrupted at {found.time[-1]:.6g} s of {duration:g} s")
 
 

@@ -19,6 +19,7 @@ from .events import EventSearch, Happened, places
 from .forces import Named
 from .free_balls import WithBalls, with_free_balls
 from .integration import Equations, Integration, Judge
+from .progress import INTERRUPTED
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .setup import Setup
@@ -154,7 +155,7 @@ def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
                 reached = end
             setup.progress.show(reached)
     except KeyboardInterrupt:
-        return reached, "interrupted", search.happened
+        return reached, INTERRUPTED, search.happened
     return setup.duration, "", search.happened
 
 
@@ -296,7 +297,7 @@ def _followed(
             if setup.events:
                 reason = search.follow(integration) or reason
     except KeyboardInterrupt:
-        reason = "interrupted"
+        reason = INTERRUPTED
     except CardanError as error:
         failure = str(error)
     finally:

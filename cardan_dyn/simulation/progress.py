@@ -10,6 +10,8 @@ from ..checks import described
 from ..errors import ArgumentError
 from ..time_left import Task
 
+INTERRUPTED = "interrupted"
+"""Reason of a simulation that Ctrl-C ended before its time."""
 _MANY = 100_000
 """Steps of a simulation from which on it is said how many there will be, and when it would end."""
 _COUNTED = 500

@@ -206,3 +206,16 @@ def test_bearings_of_a_universal_joint(tmp_path: Path) -> None:
     assert joint["joint"] == "cross"
     assert joint["rigid_peak"] == pytest.approx(found.rigid_peak, rel=1e-9)
     assert len(joint["reversals"]) == len(found.reversals) == 4
+
+
+@pytest.mark.slow
+def test_ctrl_c_while_joints_are_simulated_is_told_by_the_exit_code(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def press(progress: object, time: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cardan_dyn.simulation.progress.Progress.step", press)
+    found = run("needle_drive", "--speed", "3000", *CONTACT, "--verify")
+    assert found.exit_code == 130
+    assert "Impacts at" in found.output and "interrupted; not simulated: " in found.output
