@@ -43,6 +43,9 @@ _SPACINGS = (0.0125, 0.025, 0.05, 0.1)
 is taken at which each represents enough."""
 _FEWEST = 16
 """Designs that each of them has to represent, so that ways to them take little of the time."""
+_FEWEST_AGAIN = 3
+"""The same of those at half the distance, for designs whose first one is too near a singular
+configuration: they take no more of the time than each design by itself would."""
 _NEAR_LAST = 0.05
 """Distance of a position from the last one [rad, or lengths of the mechanism] up to which it is
 tried to reach it from there: half of that of designs that may represent each other."""
@@ -384,6 +387,12 @@ class JointMotion:
                 rows[block, self._columns] = own[block, self._columns]
 
 
+def _cells(places: Array) -> tuple[Array, Array]:
+    """Return the points of the integer lattice near places `(N, d)`, and `(N,)` which is whose."""
+    cells, of_cell = np.unique(np.rint(places), axis=0, return_inverse=True)
+    return cells, of_cell
+
+
 def _blocks(count: int) -> list[slice]:
     """Return samples in blocks, of which arrays are made at a time."""
     return [slice(first, first + BLOCK_SIZE) for first in range(0, count, BLOCK_SIZE)]
@@ -476,20 +485,27 @@ class TurnSearch(NamedTuple):
         """Return how designs `(D, h)` come back; the held joints' positions [rad or m]."""
         scale = self._coordinates.scale[[self.columns[index] for index in self.held]]
         for spacing in _SPACINGS:
-            nearest = np.rint(rows * scale / spacing)
-            cells, of_cell = np.unique(nearest, axis=0, return_inverse=True)
+            cells, of_cell = _cells(rows * scale / spacing)
             if len(cells) * _FEWEST <= len(rows):
                 break
         else:
             return self._each(rows)[0]
-        middles = cells * spacing / scale
-        found, condition = self._each(middles)
-        away = np.sqrt(np.sum(((rows - middles[of_cell]) * scale) ** 2, axis=1))
-        period, windings = found.period[of_cell], found.windings[of_cell]
-        alone = ~(away * condition[of_cell] < _NEAREST) | (period == 0.0)
-        if np.any(alone):
-            own, _ = self._each(rows[alone])
-            period[alone], windings[alone] = own
+        period, windings = np.zeros(len(rows)), np.zeros((len(rows), self.start.size))
+        is_alone, rest = np.zeros(len(rows), dtype=bool), np.arange(len(rows))
+        while rest.size and len(cells) * _FEWEST_AGAIN <= len(rest):
+            middles = cells * spacing / scale
+            found, condition = self._each(middles)
+            away = np.sqrt(np.sum(((rows[rest] - middles[of_cell]) * scale) ** 2, axis=1))
+            period[rest], windings[rest] = found.period[of_cell], found.windings[of_cell]
+            # Designs beside one that does not come back are looked at, each by itself.
+            is_alone[rest[period[rest] == 0.0]] = True
+            rest = rest[~(away * condition[of_cell] < _NEAREST) & (period[rest] > 0.0)]
+            spacing *= 0.5
+            cells, of_cell = _cells(rows[rest] * scale / spacing)
+        is_alone[rest] = True
+        if np.any(is_alone):
+            own, _ = self._each(rows[is_alone])
+            period[is_alone], windings[is_alone] = own
         return DesignTurns(period, windings)
 
     def turned_back(

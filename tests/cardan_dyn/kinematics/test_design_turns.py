@@ -68,3 +68,29 @@ def test_designs_that_do_not_turn_are_not_reached_a_turn_later(scene: cd.Scene) 
     position = np.array([1.5, TURN + 1.5, 2.0 * TURN])
     mask = scene.reachable(position[:, None], held={"frame": [CRANK_ROCKER, ROCKER]})
     np.testing.assert_array_equal(mask, [[True, True], [True, False], [True, False]])
+
+
+@pytest.mark.slow
+def test_designs_near_a_singular_one_share_ways_as_others_do(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At 90° the joint locks: towards it representatives stand closer, and not each for itself."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    followed = []
+    each = TurnSearch._each
+
+    def counted(finder: TurnSearch, rows: np.ndarray) -> object:
+        followed.append(len(rows))
+        return each(finder, rows)
+
+    monkeypatch.setattr(TurnSearch, "_each", counted)
+    rng = np.random.default_rng(0)
+    phi = rng.uniform(0.0, 2000.0 * np.pi, 10_000)
+    beta = rng.uniform(0.0, np.deg2rad(85.0), 10_000)
+    turn = scene.sweep(phi, held={"joint_angle": beta})
+    assert sum(followed) < 180
+    # tan φ₂ = tan φ₁ / cos β, and both have turned as often.
+    out = turn.motion.position("bearing_out")
+    expected = np.arctan2(np.sin(phi), np.cos(beta) * np.cos(phi))
+    expected += 2.0 * np.pi * np.rint((phi - expected) / (2.0 * np.pi))
+    np.testing.assert_allclose(out, expected, atol=1e-9)
