@@ -228,6 +228,19 @@ class Mechanism(Frozen):
         return self.joints[name]
 
     @cached_property
+    def grounded(self) -> frozenset[str]:
+        """Names of the joints, loops among them, that connect a link to the world."""
+        parents = self.model.parents
+        in_tree = {
+            name
+            for name, joint in self.joints.items()
+            if joint.parts and parents[joint.parts[0].id] == 0
+        }
+        return frozenset(in_tree).union(
+            loop.joint for loop in self.loops if 0 in (loop.predecessor, loop.successor)
+        )
+
+    @cached_property
     def drivable(self) -> FrozenDict[str, NamedCoordinate]:
         """What scenes can drive, hold, start and load, by name.
 

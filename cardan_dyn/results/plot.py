@@ -23,7 +23,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import described
-from ..errors import ArgumentError, ModelError, choices
+from ..errors import ArgumentError, choices
 from .table import Table
 
 if TYPE_CHECKING:
@@ -508,7 +508,7 @@ class MotionPlot(Plot):
         found = [
             name
             for name in turn.outputs
-            if name not in turn.held and (name in acted_on or _is_on_ground(turn.mechanism, name))
+            if name not in turn.held and (name in acted_on or name in turn.mechanism.grounded)
         ] or list(turn.outputs)
         if len(found) <= _MOST_JOINTS:
             return tuple(found)
@@ -683,15 +683,3 @@ def _greatest(known: Mapping[str, tuple[Array, str]], unit: str) -> float:
         if its == unit
     )
     return float(max(sizes, default=0.0))
-
-
-def _is_on_ground(mechanism: Any, name: str) -> bool:
-    """Return whether a joint hangs on the ground."""
-    for loop in mechanism.loops:
-        if loop.joint == name and loop.is_fixed:
-            return bool(loop.predecessor == 0)
-    try:
-        joint = mechanism.joint(name)
-    except ModelError:
-        return False
-    return bool(joint.parts) and int(mechanism.model.parents[joint.parts[0].id]) == 0

@@ -380,20 +380,15 @@ class _Search:
             name not in mechanism.independent_coordinates,
             item.joint in on_rods or item.joint in following,
             mechanism.joints[item.joint].nv > 1,
-            not self._is_grounded(item.joint),
+            item.joint not in mechanism.grounded,
             any(item.joint == loop.joint for loop in mechanism.loops),
         )
-
-    def _is_grounded(self, joint: str) -> bool:
-        model, parts = self._mechanism.model, self._mechanism.joints[joint].parts
-        to_world = any(loop.joint == joint and not loop.successor for loop in self._mechanism.loops)
-        return to_world or (bool(parts) and model.parents[parts[0].id] == 0)
 
     def _drive(self, name: str, places: list[str], needed: list[str]) -> Drive:
         """Return what is known of a coordinate that may take the place of others."""
         item = self._mechanism.drivable[name]
         drive = Drive(
-            name, item.slides, self._is_grounded(item.joint), self._positions[name],
+            name, item.slides, item.joint in self._mechanism.grounded, self._positions[name],
             described_limits(self._mechanism, name), tuple(places),
         )  # fmt: skip
         if not places:

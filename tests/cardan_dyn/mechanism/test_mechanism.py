@@ -136,3 +136,19 @@ def test_adjustable_joints_are_rigid_unless_they_are_held(given: dict[str, objec
         cd.Scene(shaft, drive="bearing_in", held=angles, **given)  # type: ignore[arg-type]
     held = {**angles, "fork_phase": 0.0}
     cd.Scene(shaft, drive="bearing_in", held=held, **given)  # type: ignore[arg-type]
+
+
+def test_joints_at_the_ground_are_those_of_the_tree_and_of_loops() -> None:
+    bar = cd.load("four_bar")
+    assert bar.grounded == {"crank_bearing", "rocker_bearing"}
+    # A loop that ends in the world, whichever of its sides that is, and whether it moves or not.
+    for kind in ("continuous", "fixed"):
+        for first, second in (("base", "b"), ("b", "base")):
+            text = (
+                '<robot name="r"><link name="base"/><link name="a"/><link name="b"/>'
+                '<joint name="j" type="continuous"><parent link="base"/><child link="a"/></joint>'
+                '<joint name="k" type="continuous"><parent link="a"/><child link="b"/></joint>'
+                f'<loop name="l" type="{kind}"><predecessor link="{first}"/>'
+                f'<successor link="{second}"/></loop></robot>'
+            )
+            assert cd.load(text).grounded == {"j", "l"}
