@@ -90,3 +90,16 @@ def test_energy_that_is_missing_beside_that_of_walls_is_noted(
     # Copies have not looked at their energy.
     notes = found.at(found.steps).notes
     assert any("walls store" in note for note in notes) == is_told
+
+
+@pytest.mark.slow
+def test_energy_is_known_of_pins_with_friction() -> None:
+    """Where a pin begins to slide, accelerations within a step are off; its energy is not."""
+    needles = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    omega = 2000.0 * np.pi / 30.0
+    contact = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    played = clearance.simulate(
+        needles, omega, joints="needle_pin", friction=0.1, turns=1.8, rtol=1e-7, **contact
+    )
+    assert "needle_pin" in repr(played)
+    assert played.energy_residual < 1e-6
