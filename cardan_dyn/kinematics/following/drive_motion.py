@@ -33,6 +33,8 @@ _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
 TURN = 2.0 * np.pi
 """One turn of the drive [rad]. Sweeps over more than that look for a period."""
+_TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
+"""One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
 
 
 class Followed(NamedTuple):
@@ -56,6 +58,25 @@ def turns_freely(mechanism: Mechanism, drive: str) -> bool:
     item = mechanism.coordinates.named[drive]
     # URDF's `revolute` joints have limits; no other type that turns has.
     return not item.slides and mechanism.joints[item.joint].type != "revolute"
+
+
+def turned_back(angles: Array, periods: Array, period: Array | float) -> Array:
+    """Return angles less whole periods, exact but for the rounding of what is left.
+
+    After a hundred turns, the rounding of a product would be 1e-13 rad, a thousand times as much
+    as that of the guess at the angle that is left.
+
+    Args:
+        angles: `(N,)` [rad].
+        periods: how many to take off each `(N,)`.
+        period: of all or of each, whole turns [rad].
+    """
+    turns = periods * np.rint(period / TURN)
+    if not np.count_nonzero(turns):
+        return angles
+    for part in _TURN_PARTS:
+        angles = angles - turns * part
+    return angles
 
 
 class DriveMotion:
@@ -178,7 +199,7 @@ class DriveMotion:
             where, is_there = position[block], followed.is_there[block]
             if np.count_nonzero(is_there) < len(is_there):
                 where = np.where(is_there, where, self._start)
-            within = where - periods[:, 0] * (branch.period or 0.0)
+            within = turned_back(where, periods[:, 0], branch.period or 0.0)
             x[block, self._columns] = branch.values(within, self._columns)
             # Zeros that are never written take no memory.
             if np.count_nonzero(periods):

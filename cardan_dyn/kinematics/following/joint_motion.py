@@ -16,7 +16,7 @@ from ..closing.all_groups import ClosedState, Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch, whole_turns
-from .drive_motion import TURN, Followed, turns_freely
+from .drive_motion import TURN, Followed, turned_back, turns_freely
 from .lattice import near_lattices
 from .lines import (
     BLOCK_SIZE,
@@ -189,13 +189,13 @@ class JointMotion:
                 far = np.nonzero(np.abs(ahead) > TURN)[0]
                 designs = own[far][:, self._held]
                 periods, found, of = search.turned_back(ahead[far], designs, design_of[far])
-                own[far, index] -= periods * found.period[of]
+                own[far, index] = turned_back(own[far, index], periods, found.period[of])
                 for block in _blocks(len(far)):
                     turns[far[block]] += periods[block, None] * found.windings[of[block]]
             elif turn is not None:
                 period, windings = turn
                 periods = np.trunc(ahead / period)
-                own[:, index] -= periods * period
+                own[:, index] = turned_back(own[:, index], periods, period)
                 for block in _blocks(len(own)):
                     turns[block] += periods[block, None] * windings
         return own
