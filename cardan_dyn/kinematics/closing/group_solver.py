@@ -273,7 +273,7 @@ class GroupSolver:
     ) -> GroupState:
         """Take Newton steps from a state with its error `(N, R)`; see `newton`."""
         reduction, correction = state.reduction, state.correction
-        angles, spin = None, 0.0
+        angles, spin, is_done = None, 0.0, False
         for count in range(most + _MOST_SETTLING if settles else most):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
@@ -285,8 +285,10 @@ class GroupSolver:
             if is_closed and spin <= _EXACT:
                 break
             if not settles and len(x) > 1:
-                is_exact = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1)
+                is_exact = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1) | is_done
                 few = np.flatnonzero(~is_exact)
+                if not few.size:
+                    break
                 if few.size <= _FEW * len(x):
                     # Of guesses that are exact but for rounding, that of some is too much.
                     own, own_turns = x[few], None if turns is None else turns[few]
@@ -312,6 +314,7 @@ class GroupSolver:
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
             if worst < enough and spin < _SETTLED:
                 break
+            is_done = sizes < enough
         return state
 
     @cached_property
