@@ -117,15 +117,21 @@ class MotionModels:
 
     def _model(self, centre: Array, half: Array, wanted: float = FINE) -> ReducedModel:
         """Return a model of given ranges and error, or a known one that has them."""
-        for model in self._models.setdefault(wanted, []):
-            if np.array_equal(model.half, half) and np.all(
-                np.abs(model.centre[0] - centre) <= _OFF_CENTRE * half
-            ):
+        for model in self._known(centre, wanted):
+            if np.array_equal(model.half, half):
                 return model
         model = self._build.model(centre, half, self._divisor, wanted)
         self._divisor = model.divisor
-        self._models[wanted].append(model)
+        self._models.setdefault(wanted, []).append(model)
         return model
+
+    def _known(self, centre: Array, wanted: float) -> list[ReducedModel]:
+        """Return the known models of an error about a place or one near it."""
+        return [
+            model
+            for model in self._models.get(wanted, [])
+            if np.all(np.abs(model.centre[0] - centre) <= _OFF_CENTRE * model.half)
+        ]
 
     def widest(self, centre: Array, size: float, error: float = FINE) -> ReducedModel:
         """Return the model of a known or new range that holds motions, as far as can be.
@@ -142,9 +148,15 @@ class MotionModels:
         while share < min(size, self.max_amplitude):
             share = min(GROWTH * share, self.max_amplitude)
         least = min(FIRST_RANGE, self.max_amplitude)
+        # A fine one that is hardly too narrow leads to a model about each motion beyond it.
+        known = self._known(centre, error) if error > FINE else []
         while True:
             ratio = _SHRINK
             if share < self._refused.get(error, np.inf):
+                enough = (size if size <= share else _SHRINK * share) * self.rotating.units
+                wide = [model for model in known if np.all(model.half >= enough)]
+                if wide:
+                    return min(wide, key=lambda model: float(model.half[0]))
                 try:
                     return self._model(centre, share * self.rotating.units, error)
                 except CardanError as reason:
