@@ -170,6 +170,5 @@ def scan_map(
             scans.append(tuple(scanner.scan(value)[name] for value in every))
             task.tell(len(scans))
     kept = {key: read_only(values) for key, values in designs.items()}
-    named = scene.mechanism.coordinates.named
-    units = {key: "m" if named[key].slides else "rad" for key in designs}
+    units = {key: scene.mechanism.drivable[key].unit for key in designs}
     return ScanMap(name, read_only(np.array(every)), kept, units, tuple(scans))

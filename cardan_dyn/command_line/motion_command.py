@@ -311,7 +311,7 @@ def _say_what_acts(scene: Scene) -> None:
                      f"{name} held at {_number(np.rad2deg(value))}°")  # fmt: skip
     for name, effort in scene.loads.items():
         if name in scene.mechanism.drivable:
-            unit = "N" if slides(scene.mechanism, name) else "N·m"
+            unit = scene.mechanism.drivable[name].effort_unit
             texts.append(f"{float(np.asarray(effort)):.5g} {unit} at {name}")
     if np.any(scene.gravity):
         texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")
@@ -366,7 +366,7 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     for column, name in enumerate(swept.drives):
         values = efforts[:, column]
         values = values[~np.isnan(values)] if not np.isnan(values).all() else values
-        unit = "N" if slides(swept.mechanism, name) else "N·m"
+        unit = swept.mechanism.drivable[name].effort_unit
         say(f"drive {name}: {_number(values.min())} to {_number(values.max())} {unit}")
     residuals = {
         "loops": swept.loop_residual,

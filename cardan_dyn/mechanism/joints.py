@@ -120,6 +120,16 @@ class NamedCoordinate(NamedTuple):
     offset: int
     slides: bool
 
+    @property
+    def unit(self) -> str:
+        """Unit of its positions: `"m"` or `"rad"`."""
+        return "m" if self.slides else "rad"
+
+    @property
+    def effort_unit(self) -> str:
+        """Unit of what acts along it: `"N"` or `"N·m"`."""
+        return "N" if self.slides else "N·m"
+
 
 def named_coordinates(joints: Iterable[Joint]) -> dict[str, NamedCoordinate]:
     """Return the coordinates of joints by name.

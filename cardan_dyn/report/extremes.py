@@ -181,7 +181,7 @@ def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
     """Return what is sought: of wrenches, then of drives, held joints, couplings and elements."""
     for joint in sweep.outputs:
         yield from _of_wrench(sweep, joint)
-    units = {name: "N" if item.slides else "N·m" for name, item in sweep.mechanism.drivable.items()}
+    units = {name: item.effort_unit for name, item in sweep.mechanism.drivable.items()}
     try:
         count = np.reshape(sweep.drive_effort, (len(sweep), -1)).shape[1]
     except ModelError:  # The outputs leave them out.

@@ -206,7 +206,7 @@ class Findings(Result, Frozen):
             ("determined", [item.determined for item in rows], "", "by the laws of motion alone"),
         ]
         for index, name in enumerate(self.drives):
-            unit = "m" if self.mechanism.drivable[name].slides else "rad"
+            unit = self.mechanism.drivable[name].unit
             for end in ("greatest", "least"):
                 every = [getattr(item, f"{end}_at") for item in rows]
                 values = [places[0, index] if len(places) else np.nan for places in every]

@@ -200,9 +200,8 @@ def _acting(sweep: Sweep) -> Iterator[Grid]:
                 listed = ", ".join(_between(vectors[:, i], number) for i in range(3))
                 rows.append((name, f"{quantity} on the link, {load.frame} axes", listed, unit))
         else:
-            slides = sweep.mechanism.drivable[name].slides
             every = np.ravel(np.asarray(load, dtype=float))
-            unit = "N" if slides else "N·m"
+            unit = sweep.mechanism.drivable[name].effort_unit
             rows.append((name, "effort at the joint", _between(every, number), unit))
     if rows:
         yield Grid("loads", "Loads", ("joint or link", "what", "value", "unit"), rows)
@@ -328,7 +327,7 @@ def _places(report: Findings, acting: list[Extreme]) -> Grid | None:
         for index, row in enumerate(sweep.position)
         if len(named) and np.any(np.all(named == row, axis=1))
     ]
-    units = ["m" if sweep.mechanism.drivable[name].slides else "rad" for name in report.drives]
+    units = [sweep.mechanism.drivable[name].unit for name in report.drives]
     header = (
         "sample",
         *(f"{name} [{unit}]" for name, unit in zip(report.drives, units, strict=True)),

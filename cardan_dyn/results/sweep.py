@@ -594,7 +594,7 @@ def _variables(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
 
 def _rates(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
     """Return position, speed and acceleration of the drives."""
-    units = [_unit(sweep, name) for name in sweep.coordinates]
+    units = [sweep.mechanism.drivable[name].unit for name in sweep.coordinates]
     several = len(units) > 1
     drive = "drive" if several else f"drive {sweep.coordinates[0]}"
     for name, per_time in _RATES.items():
@@ -624,13 +624,14 @@ def _loads(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
                     yield f"load_{name}_{quantity}", Variable(dims, vectors, unit, label, True)
         elif load.ndim:
             dims, values = _varying_dims(load, sweep)
-            unit = _effort_unit(sweep, name)
+            unit = sweep.mechanism.drivable[name].effort_unit
             yield f"load_{name}", Variable(dims, values, unit, f"load on joint {name}", True)
     for name, position in sweep.held.items():
         if np.ndim(position):
             dims, values = _varying_dims(np.asarray(position), sweep)
             label = f"position at which {name} is held"
-            yield f"held_{name}", Variable(dims, values, _unit(sweep, name), label, True)
+            unit = sweep.mechanism.drivable[name].unit
+            yield f"held_{name}", Variable(dims, values, unit, label, True)
     for name, factor in sweep.inertia.items():
         dims, values = _varying_dims(factor, sweep)
         label = f"factor on mass and inertia of link {name}"
@@ -669,7 +670,7 @@ def _wrenches(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
 def _efforts(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
     """Return what drives, held joints and couplings exert, as far as it was solved."""
     dims = _sample_dims(sweep)
-    units = tuple(_effort_unit(sweep, name) for name in sweep.coordinates)
+    units = tuple(sweep.mechanism.drivable[name].effort_unit for name in sweep.coordinates)
     try:
         effort = sweep.drive_effort
     except ModelError:  # The outputs leave it out.
@@ -680,7 +681,7 @@ def _efforts(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
         yield "drive_effort", Variable(dims, effort, units[0], f"effort of {sweep.coordinates[0]}")
     if sweep.holding_effort:
         values = np.stack(list(sweep.holding_effort.values()), axis=-1)
-        units = tuple(_effort_unit(sweep, name) for name in sweep.holding_effort)
+        units = tuple(sweep.mechanism.drivable[name].effort_unit for name in sweep.holding_effort)
         yield "holding_effort", Variable((*dims, "held"), values, units, "effort that holds it")
     if len(sweep.coupling_moment):
         values = np.stack(list(sweep.coupling_moment.values()), axis=-1)
@@ -694,7 +695,7 @@ def _motion(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
     joints = _moving_joints(sweep)
     for name, per_time in _MOTIONS.items():
         values = [getattr(sweep.motion, name)(joint) for joint in joints]
-        units = tuple(_unit(sweep, joint) + per_time for joint in joints)
+        units = tuple(sweep.mechanism.drivable[joint].unit + per_time for joint in joints)
         dims = (*_sample_dims(sweep), "moving_joint")
         long_name = f"{name} of the joint's coordinate"
         yield f"joint_{name}", Variable(dims, np.stack(values, axis=-1), units, long_name)
@@ -750,18 +751,17 @@ def _labels(sweep: Sweep) -> dict[str, Sequence[str]]:
 
 def _units(sweep: Sweep) -> dict[str, tuple[str, list[str]]]:
     """Return coordinates of units: name, dimension and the units along it."""
+    drivable = sweep.mechanism.drivable
+    acting = [name for item in sweep.elements for name in item.joints]
     return {
-        "drive_unit": ("drive", [_effort_unit(sweep, name) for name in sweep.coordinates]),
-        "held_unit": ("held", [_effort_unit(sweep, name) for name in sweep.holding_effort]),
+        "drive_unit": ("drive", [drivable[name].effort_unit for name in sweep.coordinates]),
+        "held_unit": ("held", [drivable[name].effort_unit for name in sweep.holding_effort]),
         "coupling_unit": (
             "coupling",
             [_coupling_unit(sweep, name) for name in sweep.coupling_moment],
         ),
-        "effort_unit": (
-            "joint_element",
-            [_effort_unit(sweep, name) for item in sweep.elements for name in item.joints],
-        ),
-        "unit": ("moving_joint", [_unit(sweep, name) for name in _moving_joints(sweep)]),
+        "effort_unit": ("joint_element", [drivable[name].effort_unit for name in acting]),
+        "unit": ("moving_joint", [drivable[name].unit for name in _moving_joints(sweep)]),
     }
 
 
@@ -770,11 +770,12 @@ def _of_elements(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
     if not sweep.elements:
         return
     dims, forces = _sample_dims(sweep), list(sweep.element_force.values())
+    drivable = sweep.mechanism.drivable
     for group, members in _groups(sweep).items():
         for quantity in sweep.elements[members[0]].quantities:
             values = [getattr(forces[index], quantity.field) for index in members]
             units: str | tuple[str, ...] = quantity.units or tuple(
-                _effort_unit(sweep, sweep.elements[index].joints[0]) for index in members
+                drivable[sweep.elements[index].joints[0]].effort_unit for index in members
             )
             if quantity.components:
                 along = (*dims, group, quantity.components)
@@ -817,16 +818,6 @@ def _moving_joints(sweep: Sweep) -> tuple[str, ...]:
     return tuple(sweep.mechanism.coordinates.named)
 
 
-def _unit(sweep: Sweep, joint: str) -> str:
-    """Return the unit of a coordinate."""
-    return "m" if sweep.mechanism.drivable[joint].slides else "rad"
-
-
-def _effort_unit(sweep: Sweep, joint: str) -> str:
-    """Return the unit of an effort along a coordinate."""
-    return "N" if _unit(sweep, joint) == "m" else "N·m"
-
-
 def _coupling_unit(sweep: Sweep, name: str) -> str:
     """Return the unit of what a coupling exerts on its successor's joint, a slide or a rotation."""
     mechanism = sweep.mechanism
@@ -835,7 +826,7 @@ def _coupling_unit(sweep: Sweep, name: str) -> str:
     column = (coupling.successor_columns or coupling.predecessor_columns)[0]
     named = mechanism.coordinates.named
     (joint,) = (name for name, coordinate in named.items() if coordinate.rate == column)
-    return _effort_unit(sweep, joint)
+    return sweep.mechanism.drivable[joint].effort_unit
 
 
 def _not_unique(sweep: Sweep) -> str:

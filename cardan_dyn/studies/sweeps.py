@@ -287,7 +287,7 @@ class Sweeps(Frozen):
     def _coordinates(self, scene: Scene) -> Schema:
         if self.position is None or self.position.ndim > 1:
             return Schema({}, {}, {})
-        unit = "m" if scene.mechanism.drivable[scene.drives[0]].slides else "rad"
+        unit = scene.mechanism.drivable[scene.drives[0]].unit
         attributes = {"units": unit, "long_name": f"position of the drive {scene.drives[0]}"}
         return Schema({}, {"position": (("position",), self.position.tolist(), attributes)}, {})
 

@@ -159,7 +159,7 @@ class _Teller:
             unit, factor = _scale(self._mechanism, name, positions[self._samples, column])
             rows.append(self._row(kind, name, factor * positions[:, column], unit))
             if np.any(speeds[:, column]):
-                unit = "m/s" if self._mechanism.drivable[name].slides else "rad/s"
+                unit = f"{self._mechanism.drivable[name].unit}/s"
                 rows.append(self._row("speed", name, speeds[:, column], unit))
         for name, load in sweep.loads.items():
             if isinstance(load, Wrench):
@@ -170,9 +170,8 @@ class _Teller:
                         rows.append({**row, "joint": "", "node": f"{node_name(name)} {what}"})
             else:
                 coordinate = self._mechanism.drivable[name]
-                what, unit = ("force", "N") if coordinate.slides else ("moment", "N·m")
-                node = f"{node_name(name)} {what}"
-                row = self._row("load", name, load, unit)
+                node = f"{node_name(name)} {'force' if coordinate.slides else 'moment'}"
+                row = self._row("load", name, load, coordinate.effort_unit)
                 rows.append({**row, "joint": coordinate.joint, "node": node})
         for name, position in sweep.held.items():
             values = np.asarray(position, dtype=float)
@@ -250,11 +249,11 @@ class _Teller:
                     effort = sweep.drive_effort.reshape(len(sweep), -1)[:, column]
                 except ModelError:  # The outputs leave it out.
                     continue
-                found.append(("drive", "N" if coordinate.slides else "N·m", effort, True))
+                found.append(("drive", coordinate.effort_unit, effort, True))
         for name, effort in sweep.holding_effort.items():
             coordinate = self._mechanism.drivable[name]
             if coordinate.joint == joint.name:
-                found.append(("holding", "N" if coordinate.slides else "N·m", effort, True))
+                found.append(("holding", coordinate.effort_unit, effort, True))
         return found
 
     def _one(self, name: str, unit: str, values: Array, unique: bool) -> dict[str, Any]:

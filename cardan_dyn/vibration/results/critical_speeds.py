@@ -451,7 +451,7 @@ def _missed(speeds: Array) -> list[str]:
 
 def _beyond(scene: Scene, peak: Point) -> list[str]:
     """Return by which joints a motion leaves what they allow, or what shafts survive."""
-    coordinates = scene.mechanism.coordinates.named
+    coordinates = scene.mechanism.drivable
     texts = []
     for name, q in zip(scene.free, peak.q.T, strict=True):
         swing = float(np.max(np.abs(q - np.mean(q))))
@@ -466,7 +466,7 @@ def _beyond(scene: Scene, peak: Point) -> list[str]:
             continue
         q = peak.q[:, scene.free.index(joint.name)]
         if np.max(q) > upper or np.min(q) < lower:
-            unit = "m" if coordinates[joint.name].slides else "rad"
+            unit = coordinates[joint.name].unit
             texts.append(
                 f"{joint.name} moves from {np.min(q):.3g} to {np.max(q):.3g} {unit}, beyond its "
                 f"limits {lower:g} to {upper:g}"

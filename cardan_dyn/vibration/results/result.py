@@ -96,6 +96,6 @@ class VibrationResult(Record, Result):
 
 def unit_of(scene: Scene, name: str | None = None) -> str:
     """Return the unit of a coordinate, or of all but the first drive of a scene if None."""
-    named = scene.mechanism.coordinates.named
-    kinds = {named[item].slides for item in (scene.free if name is None else [name])}
-    return "rad or m" if len(kinds) > 1 else "m" if True in kinds else "rad"
+    drivable = scene.mechanism.drivable
+    units = {drivable[item].unit for item in (scene.free if name is None else [name])}
+    return "rad or m" if len(units) > 1 else units.pop()
