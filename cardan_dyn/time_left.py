@@ -99,7 +99,8 @@ class Task:
         if now < self._next:
             return
         self._next = now + _EVERY
-        fraction = min(1.0, (self._done + self._part) / self._total) if self._total > 0 else 0.0
+        done = self._done + self._part
+        fraction = min(1.0, max(0.0, done / self._total)) if self._total > 0 else 0.0
         if self._outer is not None:
             self._outer._part = max(self._outer._part, fraction)
             self._outer._show()

@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from ..problem.samples import Targets
+from ..time_left import Task
 from .build import Building, response_in
 from .data import ResponseData
 from .domain import Domain
@@ -71,14 +72,16 @@ def built(
     ]
     requests = {index: next(building) for index, building in enumerate(buildings)}
     data: dict[int, ResponseData] = {}
-    while requests:
-        waiting, requests = requests, {}
-        for indices in _portions(waiting):
-            answers = _answers(sampler, designs, indices, waiting)
-            for index, answer in zip(indices, answers, strict=True):
-                request = _next(buildings[index], answer, designs.shape, index, data)
-                if request is not None:
-                    requests[index] = request
+    with Task("responses", designs.size) as task:
+        while requests:
+            waiting, requests = requests, {}
+            for indices in _portions(waiting):
+                answers = _answers(sampler, designs, indices, waiting)
+                for index, answer in zip(indices, answers, strict=True):
+                    request = _next(buildings[index], answer, designs.shape, index, data)
+                    if request is not None:
+                        requests[index] = request
+                task.tell(len(data))
     return [data[index] for index in range(designs.size)]
 
 

@@ -148,3 +148,27 @@ def test_sweeps_tell_of_their_blocks_and_change_nothing(
     assert 1 < len(told) < 100 and told == sorted(told)
     assert "\rsweep" in capsys.readouterr().err
     np.testing.assert_array_equal(silent["bearing_out"].moment, watched["bearing_out"].moment)
+
+
+def test_what_looks_for_motions_and_responses_tells_how_far_it_is(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(time_left, "_PATIENCE", 0.0)
+    monkeypatch.setattr(time_left, "_EVERY", 0.0)
+    rig = cd.load("elastic_thoma_rig")
+    springs, held = cd.described_elements(rig), {"joint_angle": np.deg2rad(8.5)}
+    free = list(rig.joint_springs)
+    elastic = cd.Scene(rig, drive="bearing_in", free=free, elements=springs, held=held)
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.4})
+    calls = {
+        "motions": lambda: cd.vibration.forced_response(elastic, [65.0, 70.0], joints=[]),
+        "critical speeds": lambda: cd.vibration.critical_speeds(elastic, [100.0, 102.0], orders=2),
+        "responses": lambda: scene.responses({"joint_angle": [0.1, 0.2]}),
+    }
+    for what, call in calls.items():
+        with cd.progress(True):
+            call()
+        said = capsys.readouterr().err
+        assert f"\r{what} " in said
+        # Nothing is left on the line, and nothing is told that is over.
+        assert said.endswith("\r") and not time_left._running

@@ -18,6 +18,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import CardanError
+from ...time_left import Task
 from ..model.build import FINE, ROUGH, WORST_ERROR
 from ..model.periodic_grid import MOST_NODES, next_size, resampled, tail
 from ..model.reduced_model import LocalEquation, ReducedModel
@@ -187,29 +188,31 @@ class Branch:
         self.points = [point]
         step, shortest = _FIRST, _SHORTEST
         most = _MOST_ROUGH if self._is_rough else _MOST_POINTS
-        while len(self.points) < most and step >= shortest:
-            try:
-                found = self._step(point, ahead, step)
-            except CardanError as error:
-                # No model reaches as far as the step.
-                found, shortest, self.reason = None, _AT_LAST, str(error)
-            if found is None:
-                step *= 0.4
-                continue
-            (point, ahead, factor), self.reason = found, ""
-            self._grow(point)
-            self.points.append(point)
-            step = min(step * factor, _LONGEST)
-            self.is_whole = (point.speed - self._last) * sense >= 0.0
-            if self.is_whole:
-                return
-            if (point.speed - self._first) * sense < 0.0:
-                self.reason = "it turns back to where it began"
-                return
-            if len(self.points) > _LOOP and self._apart(point, self.points[0]) < 0.5 * step:
-                self.points.append(self.points[0])
-                self.reason = "it is a closed curve"
-                return
+        with Task("branch", abs(self._last - self._first)) as task:
+            while len(self.points) < most and step >= shortest:
+                try:
+                    found = self._step(point, ahead, step)
+                except CardanError as error:
+                    # No model reaches as far as the step.
+                    found, shortest, self.reason = None, _AT_LAST, str(error)
+                if found is None:
+                    step *= 0.4
+                    continue
+                (point, ahead, factor), self.reason = found, ""
+                self._grow(point)
+                self.points.append(point)
+                step = min(step * factor, _LONGEST)
+                task.tell((point.speed - self._first) * sense)
+                self.is_whole = (point.speed - self._last) * sense >= 0.0
+                if self.is_whole:
+                    return
+                if (point.speed - self._first) * sense < 0.0:
+                    self.reason = "it turns back to where it began"
+                    return
+                if len(self.points) > _LOOP and self._apart(point, self.points[0]) < 0.5 * step:
+                    self.points.append(self.points[0])
+                    self.reason = "it is a closed curve"
+                    return
         if len(self.points) >= most:
             self.reason = f"it was followed for {most} points only, and goes on"
         self.reason = self.reason or "steps became too short for it to be followed"

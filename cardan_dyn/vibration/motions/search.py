@@ -14,6 +14,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import CardanError
+from ...time_left import Task
 from ..model.build import ROUGH
 from ..model.efforts import FreeEfforts
 from ..model.modes import WhirlSense, averaged, modes
@@ -162,17 +163,21 @@ class MotionSearch:
         Raises:
             CardanError: see `ModelBuild.model`.
         """
-        found = self.primary(speed)
-        found += self._roughly(speed, found)
-        known = _Known(len(speed), self.rotating.units)
-        for motions in found:
-            known.begin(motions)
-        asked = {index for item in found for index in self._with_others(item).tolist()}
-        asked |= {index for index in range(len(speed)) if not known.at[index]}
-        for low, high in _runs(speed[sorted(asked)]):
-            stretch = self._stretch(low, high)
-            (inside,) = np.nonzero((speed >= stretch.low) & (speed <= stretch.high))
-            found += stretch.motions(speed, inside, known)
+        with Task("motions", 4) as task:
+            found = self.primary(speed)
+            task.tell(1)
+            found += self._roughly(speed, found)
+            known = _Known(len(speed), self.rotating.units)
+            for motions in found:
+                known.begin(motions)
+            asked = {index for item in found for index in self._with_others(item).tolist()}
+            asked |= {index for index in range(len(speed)) if not known.at[index]}
+            runs = _runs(speed[sorted(asked)])
+            for done, (low, high) in enumerate(runs):
+                task.tell(2 + 2 * done / len(runs))
+                stretch = self._stretch(low, high)
+                (inside,) = np.nonzero((speed >= stretch.low) & (speed <= stretch.high))
+                found += stretch.motions(speed, inside, known)
         self.missed = {
             index: f"no periodic motion was found at a speed of {speed[index]:.12g} rad/s within "
             f"{self.models.max_amplitude:g} rad (or characteristic lengths) of its mean"

@@ -262,16 +262,20 @@ def critical_speeds(
     given = None if orders is None else sorted(set(positives("orders", orders).tolist()))
     search = search_of(scene, max_amplitude)
     low, high = float(speeds[0]), float(speeds[-1])
-    found, modes = numbered_campbell(search, speeds, _ASIDE)
-    wanted = _exciting(search, modes) if given is None else given
-    resonances = _resonances(search, modes, wanted, low, high)
     unstable: list[Region] = []
     unseen, missed = 0.0, np.zeros(0)
-    if instabilities:
-        places, unseen = _places(modes, speeds, search.models.period)
-        known = stability(search, places)
-        missed = places[known.kind == NONE]
-        unstable = regions(search, places, known, search.models.period)
+    with Task("critical speeds", 4) as task:
+        found, modes = numbered_campbell(search, speeds, _ASIDE)
+        task.tell(1)
+        wanted = _exciting(search, modes) if given is None else given
+        resonances = _resonances(search, modes, wanted, low, high)
+        if instabilities:
+            task.tell(2)
+            places, unseen = _places(modes, speeds, search.models.period)
+            known = stability(search, places)
+            missed = places[known.kind == NONE]
+            task.tell(3)
+            unstable = regions(search, places, known, search.models.period)
     rows = [row for row, _ in resonances] + [_unstable(item) for item in unstable]
     return CriticalSpeeds(
         scene=search.rotating.scene,
