@@ -14,6 +14,7 @@ from ..mechanism.mechanism import Mechanism, load
 from ..scene.describe import describe
 from ..scene.drives import Drive, Drives
 from ..scene.mechanism_report import MechanismReport
+from .quantities import shown
 from .tables import say, show
 
 
@@ -84,7 +85,7 @@ def _print_check(
         for line in _determined(report):
             say(line)
     if drives is not None and len(drives):
-        _print_drives(drives)
+        _print_drives(mechanism, drives)
     if reason:
         say(f"It cannot be swept: {reason}", "bold red")
         return
@@ -92,10 +93,14 @@ def _print_check(
     if drives.is_moved:
         say(
             "The description's zero is a singular configuration; ranges are those from beside it: "
-            f"{_near(drives)}"
+            f"{_near(mechanism, drives)}"
         )
     if drives.held:
-        say(f"held: {', '.join(_position(drives, name) for name in drives.held)}")
+        texts = (
+            f"{name} {shown(mechanism, name, 'position', value, 4)}"
+            for name, value in drives.held.items()
+        )
+        say(f"held: {', '.join(texts)}")
     say(f"It can be swept: {drives.reason}.", "green")
 
 
@@ -131,7 +136,7 @@ def _determined(report: MechanismReport) -> list[str]:
     return lines
 
 
-def _print_drives(drives: Drives) -> None:
+def _print_drives(mechanism: Mechanism, drives: Drives) -> None:
     rows = []
     for item in drives.ranked:
         role: str | Text = ""
@@ -141,37 +146,31 @@ def _print_drives(drives: Drives) -> None:
             role = "held"
         elif item.determines and item.instead_of:
             role = f"instead of {item.instead_of[0]}"
-        low, high = _ends(item)
+        low, high = _ends(mechanism, item)
         rows.append((item.name, low, high, item.ends, role))
     show(("joint", "from", "to", "ends at", "role"), rows, texts=(0, 3, 4))
 
 
-def _ends(item: Drive) -> tuple[str, str]:
+def _ends(mechanism: Mechanism, item: Drive) -> tuple[str, str]:
     """Return the range of a drive as texts with units."""
     if item.range is None or item.turns:
         return "", ""
-    shown = []
-    for value in item.range:
-        if not np.isfinite(value):
-            shown.append("no end")
-        elif item.slides:
-            shown.append(f"{value + 0.0:.4g} m")
-        else:
-            degrees = float(np.rad2deg(value))
-            shown.append(f"{0.0 if abs(degrees) < 1e-9 else degrees:.4g}°")
-    return shown[0], shown[1]
+    low, high = (
+        shown(mechanism, item.name, "position", value, 4) if np.isfinite(value) else "no end"
+        for value in item.range
+    )
+    return low, high
 
 
-def _position(drives: Drives, name: str) -> str:
-    value = drives.held[name]
-    if drives[name].slides:
-        return f"{name} {value:.4g} m"
-    return f"{name} {np.rad2deg(value):.4g}°"
-
-
-def _near(drives: Drives) -> str:
+def _near(mechanism: Mechanism, drives: Drives) -> str:
+    """Return where some joints are; of balls and universal joints the numbers of a row."""
     places = list(drives.start.positions.items())[:4]
-    return ", ".join(f"{name} {as_text(np.atleast_1d(value))}" for name, value in places)
+    return ", ".join(
+        f"{name} {shown(mechanism, name, 'position', float(value), 4)}"
+        if name in mechanism.drivable
+        else f"{name} {as_text(np.atleast_1d(value))}"
+        for name, value in places
+    )
 
 
 def _as_json(
@@ -194,7 +193,7 @@ def _as_json(
         told["drives"] = [
             {
                 "name": item.name,
-                "unit": "m" if item.slides else "rad",
+                "unit": mechanism.drivable[item.name].unit,
                 "determines": item.determines,
                 "range": None if item.range is None else [_finite(value) for value in item.range],
                 "turns": item.turns,

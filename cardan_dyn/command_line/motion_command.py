@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 import numpy as np
 
-from .. import units
 from ..arrays import Array
 from ..checks import writing
 from ..elements.described import described_elements
@@ -24,14 +23,13 @@ from ..scene.usual_motion import UsualMotion, default_scene, slides, usual_motio
 from ..simulation.progress import INTERRUPTED
 from ..simulation.trajectory import Trajectory
 from .group import Interrupted
-from .quantities import assigned, efforts
+from .quantities import by_coordinate, efforts, shown, value_of
 from .quantities import positions as positions_of
 from .tables import say, show
 
 if TYPE_CHECKING:
     from ..results.sweep import Sweep
 
-_RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
 _NOTHING = 1e-9
 """Force, moment or place [N, N·m, ° or s] that is printed as zero: rounding of those around it."""
@@ -235,16 +233,12 @@ def _free_scene(
 def _course(swept: Sweep, name: str) -> str:
     """Return where a coordinate begins and ends, and how fast it is then."""
     places, speeds = swept.motion.position(name), swept.motion.velocity(name)
-    if slides(swept.mechanism, name):
-        return (
-            f"from {places[0]:.6g} m to {places[-1]:.6g} m, "
-            f"between {places.min():.6g} and {places.max():.6g} m; at last {speeds[-1]:.6g} m/s"
-        )
-    first, last, least, most = np.rad2deg((places[0], places[-1], places.min(), places.max()))
-    return (
-        f"from {first:.6g}° to {last:.6g}°, between {least:.6g}° and {most:.6g}°; "
-        f"at last {speeds[-1] / _RAD_PER_S:.6g} rpm"
+    first, last, least, most = (
+        shown(swept.mechanism, name, "position", value)
+        for value in (places[0], places[-1], places.min(), places.max())
     )
+    rate = shown(swept.mechanism, name, "speed", speeds[-1])
+    return f"from {first} to {last}, between {least} and {most}; at last {rate}"
 
 
 def _between(motion: UsualMotion, ends: tuple[str, str], samples: int) -> tuple[Array, str]:
@@ -255,12 +249,10 @@ def _between(motion: UsualMotion, ends: tuple[str, str], samples: int) -> tuple[
             f"--range is of a single drive, and {', '.join(drives)} are driven; hold all but one: "
             f"{' '.join(f'--held {name}=…' for name in drives[1:3])}"
         )
-    kind = ("length", "m") if slides(motion.scene.mechanism, drives[0]) else ("angle", "deg")
-    low, high = (units.read(text, kind[0], "--range", kind[1]) for text in ends)
-    shown = f"{low:.6g} to {high:.6g} m"
-    if kind[0] == "angle":
-        shown = f"{np.rad2deg(low):.6g}° to {np.rad2deg(high):.6g}°"
-    return np.linspace(low, high, samples), f"{drives[0]} from {shown}"
+    of_drive = motion.scene.mechanism, drives[0], "position"
+    low, high = (value_of(*of_drive, text, "--range") for text in ends)
+    said = f"{drives[0]} from {shown(*of_drive, low)} to {shown(*of_drive, high)}"
+    return np.linspace(low, high, samples), said
 
 
 def _rates(
@@ -277,14 +269,10 @@ def _rates(
             f"{drives[0]} goes there and back, which no constant speed does; say from where to "
             "where it moves: --range FROM TO"
         )
-    slide = slides(motion.scene.mechanism, drives[0])
     rates = {"speed": motion.speed if motion.turns or has_range else 0.0, "acceleration": 0.0}
-    if speed is not None:
-        kind = ("velocity", "m/s") if slide else ("speed", "rpm")
-        rates["speed"] = units.read(speed, kind[0], "--speed", kind[1])
-    if acceleration is not None:
-        kind = ("acceleration", "m/s²") if slide else ("angular_acceleration", "rad/s²")
-        rates["acceleration"] = units.read(acceleration, kind[0], "--acceleration", kind[1])
+    for what, text in (("speed", speed), ("acceleration", acceleration)):
+        if text is not None:
+            rates[what] = value_of(motion.scene.mechanism, drives[0], what, text, f"--{what}")
     return rates
 
 
@@ -292,27 +280,20 @@ def _how_fast(motion: UsualMotion, rates: Mapping[str, float]) -> str:
     """Return in words how fast the drive moves."""
     if not any(rates.values()):
         return "quasi-static"
-    slide = slides(motion.scene.mechanism, motion.scene.drives[0])
-    speed, unit = rates["speed"], "m/s"
-    if not slide:
-        speed, unit = speed / _RAD_PER_S, "rpm"
-    text = f"at {speed:.6g} {unit}"
-    if rates["acceleration"]:
-        text += f", {rates['acceleration']:.6g} {'m/s²' if slide else 'rad/s²'}"
-    return text
+    drive = motion.scene.mechanism, motion.scene.drives[0]
+    told = [shown(*drive, what, rate) for what, rate in rates.items() if rate or what == "speed"]
+    return f"at {', '.join(told)}"
 
 
 def _say_what_acts(scene: Scene) -> None:
     """Print what holds and loads a scene, which may be that of a preset."""
     texts = []
     for name, value in scene.held.items():
-        slide = slides(scene.mechanism, name)
-        texts.append(f"{name} held at {value:.5g} m" if slide else
-                     f"{name} held at {_number(np.rad2deg(value))}°")  # fmt: skip
+        texts.append(f"{name} held at {shown(scene.mechanism, name, 'position', value, 5)}")
     for name, effort in scene.loads.items():
         if name in scene.mechanism.drivable:
-            unit = scene.mechanism.drivable[name].effort_unit
-            texts.append(f"{float(np.asarray(effort)):.5g} {unit} at {name}")
+            amount = shown(scene.mechanism, name, "effort", float(np.asarray(effort)), 5)
+            texts.append(f"{amount} at {name}")
     if np.any(scene.gravity):
         texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")
     if texts:
@@ -321,11 +302,7 @@ def _say_what_acts(scene: Scene) -> None:
 
 def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[str, float]:
     """Return speeds [rad/s or m/s] from `JOINT=SPEED`."""
-    found = {}
-    for name, text in assigned(pairs, option, "JOINT=SPEED, as crank=1500rpm").items():
-        kind = ("velocity", "m/s") if slides(mechanism, name) else ("speed", "rpm")
-        found[name] = units.read(text, kind[0], f"{option} {name}", kind[1])
-    return found
+    return by_coordinate(mechanism, "speed", pairs, option, "JOINT=SPEED, as crank=1500rpm")
 
 
 def _print_extremes(swept: Sweep, places: Array, over: str) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from .. import units
 from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism
@@ -25,32 +27,71 @@ def assigned(pairs: Sequence[str], option: str, form: str = "JOINT=VALUE") -> di
     return values
 
 
+_KINDS = {
+    "position": (("angle", "deg"), ("length", "m")),
+    "speed": (("speed", "rpm"), ("velocity", "m/s")),
+    "acceleration": (("angular_acceleration", "rad/s²"), ("acceleration", "m/s²")),
+    "effort": (("torque", "N·m"), ("force", "N")),
+}
+"""What there is of a coordinate, to the dimension and the unit of a bare number: of one that turns,
+and of a slide."""
+_UNITS = {"deg": ("°", np.pi / 180.0), "rpm": (" rpm", np.pi / 30.0)}
+"""Units that are not of the SI, as they are printed, and their values in it."""
+_NOTHING = 1e-9
+"""What is printed as zero: of ranges and starts, rounding is left."""
+
+
+def value_of(mechanism: Mechanism, joint: str, what: str, text: str, option: str) -> float:
+    """Return position, speed, acceleration or effort of a coordinate, in SI units and radians.
+
+    A number without a unit is in degrees, rpm, rad/s² or N·m, of slides in SI units.
+
+    Args:
+        mechanism: whose coordinate it is.
+        joint: name of the coordinate.
+        what: one of the four.
+        text: a number with or without a unit.
+        option: for messages.
+
+    Raises:
+        CardanError: the text has another form, or there is no such joint.
+    """
+    dimension, bare = _KINDS[what][slides(mechanism, joint)]
+    return units.read(text, dimension, option, bare)
+
+
+def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int = 6) -> str:
+    """Return what `value_of` reads as it is printed, in the unit of bare numbers."""
+    _, bare = _KINDS[what][slides(mechanism, joint)]
+    unit, size = _UNITS.get(bare, (f" {bare}", 1.0))
+    amount = value / size
+    return f"{0.0 if abs(amount) < _NOTHING else amount:.{digits}g}{unit}"
+
+
+def by_coordinate(
+    mechanism: Mechanism, what: str, pairs: Sequence[str], option: str, form: str
+) -> dict[str, float]:
+    """Return what `value_of` does from `JOINT=VALUE`.
+
+    Raises:
+        CardanError: a pair has another form, which is told as `form`, or there is no such joint.
+    """
+    return {
+        name: value_of(mechanism, name, what, text, f"{option} {name}")
+        for name, text in assigned(pairs, option, form).items()
+    }
+
+
 def positions(
     mechanism: Mechanism, pairs: Sequence[str], option: str = "--held"
 ) -> dict[str, float]:
-    """Return positions [rad or m] from `JOINT=VALUE`: degrees, of slides metres, unless they say.
-
-    Raises:
-        CardanError: a pair has another form, or there is no such joint.
-    """
-    found = {}
-    for name, text in assigned(pairs, option, "JOINT=VALUE, as joint_angle=30").items():
-        kind = ("length", "m") if slides(mechanism, name) else ("angle", "deg")
-        found[name] = units.read(text, kind[0], f"{option} {name}", kind[1])
-    return found
+    """Return positions [rad or m] from `JOINT=VALUE`; see `by_coordinate`."""
+    return by_coordinate(mechanism, "position", pairs, option, "JOINT=VALUE, as joint_angle=30")
 
 
 def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float]:
-    """Return efforts [N·m, of slides N] from `JOINT=VALUE`.
-
-    Raises:
-        CardanError: a pair has another form, or there is no such joint.
-    """
-    found = {}
-    for name, text in assigned(pairs, "--load", "JOINT=VALUE, as bearing_out=-5").items():
-        kind = ("force", "N") if slides(mechanism, name) else ("torque", "N·m")
-        found[name] = units.read(text, kind[0], f"--load {name}", kind[1])
-    return found
+    """Return efforts [N·m, of slides N] from `JOINT=VALUE`; see `by_coordinate`."""
+    return by_coordinate(mechanism, "effort", pairs, "--load", "JOINT=VALUE, as bearing_out=-5")
 
 
 def by_joint(

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import click
 
-from .. import units
-from ..mechanism.mechanism import Mechanism, load
+from ..mechanism.mechanism import load
 from ..report.case import case_of
 from ..report.grids import stem_of
 from ..report.reporting import Report
-from ..scene.usual_motion import default_scene, slides
+from ..scene.usual_motion import default_scene
 from .options import Written
-from .quantities import efforts
+from .quantities import efforts, value_of
 from .quantities import positions as positions_of
 
 
@@ -52,22 +51,21 @@ def run(
         require_matplotlib()
     fixed = positions_of(mechanism, held)
     acting = efforts(mechanism, loads) if loads else None
-    slide = False
+    interval = rate = None
     if ends is not None or speed is not None:
-        slide = _slides(mechanism, drive, fixed)
-    kind, rate = ("length", "velocity") if slide else ("angle", "speed")
-    bare, bare_rate = ("m", "m/s") if slide else ("deg", "rpm")
-    interval = None
-    if ends is not None:
-        low, high = (units.read(text, kind, "--range", bare) for text in ends)
-        interval = low, high
+        driven = (drive or default_scene(mechanism, held=fixed).drives)[0]
+        if ends is not None:
+            low, high = (value_of(mechanism, driven, "position", end, "--range") for end in ends)
+            interval = low, high
+        if speed is not None:
+            rate = value_of(mechanism, driven, "speed", speed, "--speed")
     case = case_of(
         mechanism,
         drive=drive,
         held=fixed,
         loads=acting,
         gravity=gravity,
-        speed=None if speed is None else units.read(speed, rate, "--speed", bare_rate),
+        speed=rate,
         interval=interval,
         elements=elements,
         samples=samples,
@@ -83,9 +81,3 @@ def run(
     )
     click.echo(found)
     click.echo(f"Report: {found.save(file, scene=with_scene)}")
-
-
-def _slides(mechanism: Mechanism, drive: tuple[str, ...], held: dict[str, float]) -> bool:
-    """Return whether the drive slides, in which units of its numbers are."""
-    drives = drive or default_scene(mechanism, held=held).drives
-    return slides(mechanism, drives[0])
