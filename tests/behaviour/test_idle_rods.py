@@ -96,6 +96,25 @@ def test_rods_are_turned_by_the_least_rotation_from_zero(way: str) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
+def test_rods_settle_to_rounding_in_calls_of_one_position(way: str) -> None:
+    """The last Newton step of a guess that is good already turns the rod's line, and so the rod."""
+    mechanism = cd.load(WAYS[way]())
+    rod, _ = mechanism.links["rod"]
+    data = mechanism.model.createData()
+
+    def rotation(q: np.ndarray) -> np.ndarray:
+        pinocchio.forwardKinematics(mechanism.model, data, q)
+        return np.array(data.oMi[rod].rotation)
+
+    scene = cd.Scene(mechanism, drive="a")
+    positions = np.random.default_rng(1).uniform(-9.0, 9.0, 200)
+    together = scene.sweep(positions).motion.q
+    for position, q in zip(positions, together, strict=True):
+        alone = scene.sweep([position]).motion.q[0]
+        assert np.max(np.abs(rotation(alone) - rotation(q))) < 1e-13
+
+
+@pytest.mark.parametrize("way", WAYS)
 def test_rods_do_not_remember_the_way(way: str) -> None:
     """Other positions before, another order, whole turns: nothing of a result depends on them."""
     mechanism = cd.load(WAYS[way]())

@@ -54,6 +54,9 @@ value decides only about the cost of tests in vain."""
 _SETTLED = 1e-9
 """Angle [rad] of an idle rod from where it settles from which one more step leaves rounding, even
 where hinges near their singular position magnify what is left, its square, a thousandfold."""
+_UNMOVED = 1e-13
+"""Newton step [rad] up to which an idle rod stays where it settled. Where a rod settles depends on
+how its line lies, so each step turns it about that in proportion."""
 _MOST_SETTLING = 40
 """Greatest number of such steps: half a turn takes seven of the longest ones."""
 MOST_STEPS = 12
@@ -273,31 +276,35 @@ class GroupSolver:
     ) -> GroupState:
         """Take Newton steps from a state with its error `(N, R)`; see `newton`."""
         reduction, correction = state.reduction, state.correction
-        angles, spin, is_done = None, 0.0, False
+        angles, spins, is_done = None, np.zeros(1), False
         for count in range(most + _MOST_SETTLING if settles else most):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
             is_small = scaled <= rounding
-            is_closed = np.logical_and.reduce(is_small, axis=None)
             if settles:
                 angles = self.equations.rod_spins.turned(state.actions)
-                spin = float(np.abs(angles).max())
-            if is_closed and spin <= _EXACT:
+                angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
+                spins = np.maximum.reduce(np.abs(angles), axis=1)
+            is_still = spins <= _EXACT
+            if np.logical_and.reduce(is_small, axis=None) and np.logical_and.reduce(is_still):
                 break
-            if not settles and len(x) > 1:
-                is_exact = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1) | is_done
+            if len(x) > 1:
+                is_exact = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1) & is_still
+                is_exact |= is_done
                 few = np.flatnonzero(~is_exact)
                 if not few.size:
                     break
                 if few.size <= _FEW * len(x):
                     # Of guesses that are exact but for rounding, that of some is too much.
                     own, own_turns = x[few], None if turns is None else turns[few]
-                    rest = rounding, own_turns, most - count, enough
+                    rest = rounding, own_turns, most - count, enough, settles
                     later = self._from(state.of(few), error[few], own, *rest)
                     x[few] = own
                     return state.with_samples(few, later)
                 # So a sample ends where it does whatever others are beside it.
                 step[is_exact] = scaled[is_exact] = 0.0
+                if angles is not None:
+                    angles[is_exact] = 0.0
             sizes = np.maximum.reduce(scaled, axis=1)
             correction = correction + sizes
             worst = float(np.maximum.reduce(sizes))
@@ -308,13 +315,13 @@ class GroupSolver:
             if count >= most and worst > enough:
                 break
             if angles is not None:
-                step += state.spun_back(np.clip(angles, -LONGEST_STEP, LONGEST_STEP))
+                step += state.spun_back(angles)
             self._moves.apply(x, step)
-            nearby = state.inverse if max(worst, spin) < _NEARBY else None
+            nearby = state.inverse if max(worst, float(spins.max())) < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
-            if worst < enough and spin < _SETTLED:
+            is_done = (sizes < (_UNMOVED if settles else enough)) & (spins < _SETTLED)
+            if np.logical_and.reduce(is_done):
                 break
-            is_done = sizes < enough
         return state
 
     @cached_property
