@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from decimal import Decimal, getcontext
+
 import numpy as np
 import pytest
 from testkit.planar_linkages import COUPLER, five_bar, four_bar, pin_distance, values
@@ -9,8 +11,9 @@ from testkit.planar_linkages import COUPLER, five_bar, four_bar, pin_distance, v
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.kinematics.closing.all_groups import Kinematics
+from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 from cardan_dyn.kinematics.diagnosis.mobility import STATES_STUDIED
-from cardan_dyn.kinematics.following.drive_motion import DriveMotion
+from cardan_dyn.kinematics.following.drive_motion import TURN, DriveMotion, turned_back
 from cardan_dyn.kinematics.following.joint_motion import JointMotion
 from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets
@@ -62,3 +65,39 @@ def test_several_drives_remember_the_states_of_the_last_way() -> None:
     assert not len(part.more_states())
     with pytest.raises(cd.AssemblyError, match=r"drive positions 3, -3 \(sample 1 of 2\)"):
         part.followed(Targets.of_positions(np.array([[0.0, 0.0], [3.0, -3.0]])), kinematics)
+
+
+def test_whole_turns_are_taken_off_exactly() -> None:
+    """Against decimal numbers of fifty digits; a product of floats is off by 1e-10 here."""
+    getcontext().prec = 50
+    turn = 2 * Decimal("3.14159265358979323846264338327950288419716939937510")
+    rng = np.random.default_rng(0)
+    for most in (1, 100, 10_000, 1_000_000):
+        for of_period in (1, 3):
+            angles = rng.uniform(-TURN, TURN, 200) + TURN * rng.integers(-most, most, 200)
+            periods = np.floor(angles / (of_period * TURN))
+            left = turned_back(angles, periods, of_period * TURN)
+            exact = [
+                Decimal(float(angle)) - Decimal(float(count)) * of_period * turn
+                for angle, count in zip(angles, periods, strict=True)
+            ]
+            np.testing.assert_allclose(left, [float(item) for item in exact], rtol=0.0, atol=4e-15)
+
+
+def test_guesses_stay_exact_after_many_turns(joint: cd.Mechanism) -> None:
+    """Then loops are closed as they are guessed, once a branch has the nodes for it."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.6})
+    turns = np.linspace(0.0, 200.0 * TURN, 30_000)
+    for _ in range(3):
+        scene.sweep(turns)
+    sizes: list[int] = []
+    evaluate = GroupSolver.evaluate
+
+    def counted(solver: GroupSolver, x: np.ndarray, *arguments: object) -> object:
+        sizes.append(len(x))
+        return evaluate(solver, x, *arguments)  # type: ignore[arg-type]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(GroupSolver, "evaluate", counted)
+        scene.sweep(turns)
+    assert sum(sizes) <= 1.02 * len(turns)
