@@ -54,7 +54,7 @@ value decides only about the cost of tests in vain."""
 _SETTLED = 1e-9
 """Angle [rad] of an idle rod from where it settles from which one more step leaves rounding, even
 where hinges near their singular position magnify what is left, its square, a thousandfold."""
-_UNMOVED = 1e-13
+_UNMOVED = 1e-12
 """Newton step [rad] up to which an idle rod stays where it settled. Where a rod settles depends on
 how its line lies, so each step turns it about that in proportion."""
 _MOST_SETTLING = 40
