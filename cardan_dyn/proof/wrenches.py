@@ -74,5 +74,6 @@ def _greatest_square(wrenches: Array, length: float) -> Array:
     It is infinite where squares overflow, and zero where they vanish.
     """
     squares = np.einsum("bkin,bkin->kbn", wrenches, wrenches)
-    squares[0] *= length**2
+    with np.errstate(over="ignore"):
+        squares[0] *= length**2
     return np.asarray(np.maximum.reduce(squares, axis=(0, 1)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cardan_dyn.proof.wrenches import greatest_size, placed_in_world
@@ -70,6 +70,7 @@ def test_size_of_no_wrenches_is_zero() -> None:
     length=st.floats(0.125, 8.0),
     seed=st.integers(0, 1000),
 )
+@example(exponent=509, length=3.0, seed=0)
 def test_size_scales_with_the_wrenches_even_where_squares_overflow_or_vanish(
     exponent: int, length: float, seed: int
 ) -> None:
