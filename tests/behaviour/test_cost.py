@@ -76,7 +76,7 @@ def test_calls_for_what_computes_little() -> None:
 
 
 def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As in the loop of a controller: one Newton step to it, and one that leaves rounding."""
+    """As in the loop of a controller: one bent Newton step to it, which leaves rounding."""
     legs = [f"leg_{k}" for k in range(1, 7)]
     scene = cd.Scene(cd.load("stewart_platform"), drive=legs)
     evaluations = []
@@ -96,7 +96,7 @@ def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.Mon
     assert near < 2000
     assert counts[2] <= 3  # The first one from there evaluates the last position as well.
     assert counts[1] <= 4
-    assert counts[3] > 4
+    assert counts[3] > counts[2]
 
 
 def test_single_positions_make_their_guesses_exact() -> None:

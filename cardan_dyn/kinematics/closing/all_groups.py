@@ -174,7 +174,7 @@ class Kinematics:
         turns: Array | None = None,
         most: int = MOST_STEPS,
         settles: bool = False,
-        enough: float = CONVERGED,
+        leaves: float = CONVERGED,
     ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
@@ -184,14 +184,14 @@ class Kinematics:
             most: greatest number of Newton steps per group.
             settles: whether idle rods are turned about their lines to where they settle, so that
                 their positions do not depend on the way there.
-            enough: see `GroupSolver.newton`.
+            leaves: see `GroupSolver.newton`.
         """
         x = self.coordinates.normalised(x.copy())
         states = []
         for solver, reduction, rounding in zip(
             self.solvers, self.reductions, self._rounding, strict=True
         ):
-            states.append(solver.newton(x, reduction, rounding, turns, most, enough, settles))
+            states.append(solver.newton(x, reduction, rounding, turns, most, leaves, settles))
         return _joined(x, states)
 
     def evaluate(self, x: Array) -> ClosedState:

@@ -331,7 +331,7 @@ class ClosureEquations:
         errors.append(np.zeros((count, 0)))
         return np.concatenate(parts, axis=2), np.concatenate(errors, axis=1)
 
-    def drift(self, twists: Array, rates: Array) -> Array:
+    def drift(self, twists: Array, rates: Array, closes: bool = False) -> Array:
         """Return loop accelerations `(N, L, 6)` that joint rates alone cause.
 
         They are accelerations of the predecessor less those of the successor, spatial ones in
@@ -341,8 +341,9 @@ class ClosureEquations:
         Args:
             twists: `(N, m, 6)` or `(1, m, 6)` unit twists of the movable coordinates.
             rates: `(N, m)` of these coordinates, with which the loops stay closed.
+            closes: the rates close the loops instead, see `LoopPaths.drift`.
         """
-        return drift_along(self._paths, twists, rates)
+        return drift_along(self._paths, twists, rates, closes)
 
 
 def _alike(loops: list[Loop], batch: BatchModel) -> list[LoopGaps]:
@@ -502,12 +503,14 @@ class LoopPaths(NamedTuple):
             predecessor's side, then those on the successor's.
         signs: `(l, k, 1)` 1 on the predecessor's side, -1 on the successor's.
         carries: `(l, k, k)` 1 where the coordinate of the column moves the joint of the row's.
+        sides: `(l, 2, k)` 1 where a coordinate is on the predecessor's and on the successor's side.
     """
 
     loops: slice | Array
     columns: Array
     signs: Array
     carries: Array
+    sides: Array
 
     @staticmethod
     def of(column_signs: Array, moved_bodies: Array) -> list[LoopPaths]:
@@ -533,24 +536,34 @@ class LoopPaths(NamedTuple):
             # On one side of a loop, a body with a smaller index carries all that follow.
             carries = bodies[:, :, None] > bodies[:, None]
             carries &= signs[:, :, None] == signs[:, None]
-            one = LoopPaths(consecutive(loops), columns, signs[:, :, None], carries.astype(float))
-            paths.append(one)
+            ends = np.stack([signs > 0.0, signs < 0.0], axis=1)
+            factors = signs[:, :, None], carries.astype(float), ends.astype(float)
+            paths.append(LoopPaths(consecutive(loops), columns, *factors))
         return paths
 
-    def drift(self, twists: Array, rates: Array) -> Array:
+    def drift(self, twists: Array, rates: Array, closes: bool = False) -> Array:
         """Return `(N, l, 6)` accelerations, predecessor less successor, that rates alone cause.
 
         Args:
             twists: `(N, m, 6)` unit twists of the movable coordinates.
             rates: `(N, m)` of these coordinates.
+            closes: the rates take one end of a loop to the other in a unit of time. Then twice what
+                is left of the gap, to second order, is returned. With twists V of the predecessor
+                and W of the successor the gap is log(exp(V + V̇/2) exp(W - V) exp(-W - Ẇ/2)), which
+                by the formula of Baker, Campbell and Hausdorff is (V̇ - Ẇ + [V, W])/2.
         """
         joint = twists[:, self.columns] * rates[:, self.columns, None]
         joint = joint.swapaxes(0, -1)
         carrier = np.matmul(self.carries, joint)
-        joint = joint * self.signs
+        if closes:
+            ends = np.matmul(self.sides, joint)
+            carrier = np.concatenate((carrier, ends[:, :, :1]), axis=2)
+            joint = np.concatenate((joint * self.signs, ends[:, :, 1:]), axis=2)
+        else:
+            joint = joint * self.signs
         # A joint's twist (v, ω) that moves with the twist (V, Ω) of its carrier changes by
         # (Ω × v + V × ω, Ω × ω). One call makes all three products.
-        count = self.columns.shape[1]
+        count = joint.shape[2]
         products = cross(
             np.concatenate((carrier[3:], carrier[:3], carrier[3:]), axis=2),
             np.concatenate((joint[:3], joint[3:], joint[3:]), axis=2),
@@ -561,9 +574,9 @@ class LoopPaths(NamedTuple):
         return result.T
 
 
-def drift_along(paths: list[LoopPaths], twists: Array, rates: Array) -> Array:
+def drift_along(paths: list[LoopPaths], twists: Array, rates: Array, closes: bool = False) -> Array:
     """Return accelerations `(N, L, 6)` of all loops, see `LoopPaths.drift`."""
-    found = [path.drift(twists, rates) for path in paths]
+    found = [path.drift(twists, rates, closes) for path in paths]
     if len(found) == 1:
         return found[0]
     result = np.empty((len(rates), sum(drift.shape[1] for drift in found), 6))

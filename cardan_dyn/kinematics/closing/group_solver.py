@@ -42,8 +42,17 @@ costs to take them out and put them back."""
 _AT_REST = 1e-13
 """A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
 of it is rounding, from which no amplitude follows."""
-CONVERGED = 1e-9
-"""A Newton step of this size [rad] leaves an error of its square, which is below rounding."""
+CONVERGED = 1e-16
+"""Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
+order is known before the loops are evaluated once more."""
+_STRAIGHT, _CURVATURE = 1e-9, 100.0
+"""Newton steps [rad] up to which nothing is gained by bending them, since they leave less than
+rounding: this times their square at most, where no singular configuration is near."""
+_BENT = 0.1
+"""Newton steps [rad] up to which the curvature of the closure equations tells where they lead."""
+_MOST_BENT = 0.25
+"""Ratio of what the curvature adds to a step from which on it is left out: its powers are what is
+neglected, so the step is too long for them."""
 LONGEST_STEP = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
 a radian, sines differ from their linearisation by 4 %."""
@@ -227,8 +236,33 @@ class GroupSolver:
         """
         state, error = self.evaluate(x.copy(), reduction)
         step = state.step(error)
+        sizes = np.abs(step * self._scale).max(axis=1, initial=0.0)
+        self._bend(state, step, sizes)
         self._moves.apply(x, step)
-        return state._replace(correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
+        return state._replace(correction=sizes)
+
+    def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
+        """Let Newton steps `(N, p)` follow the curvature, where that is known; return what is left.
+
+        Args:
+            state: where they begin.
+            step: changed in place.
+            sizes: of the steps `(N,)` [rad].
+
+        Returns:
+            Errors `(N,)` after them, in order of magnitude [rad].
+        """
+        left = _CURVATURE * sizes**2
+        if not _STRAIGHT < np.maximum.reduce(sizes, initial=0.0) <= _BENT:
+            return left
+        bend = state.bend(step)
+        bends = np.maximum.reduce(np.abs(bend * self._scale), axis=1)
+        is_good = bends <= _MOST_BENT * sizes
+        step += bend * is_good[:, None]
+        # What a straight step leaves is the bend, and its error falls in the same ratio again; the
+        # third power is that of sines, where steps happen to need no bend.
+        ratio = bends / np.maximum(sizes, np.finfo(float).tiny)
+        return np.where(is_good, ratio * bends + sizes**3, left)
 
     def newton(
         self,
@@ -237,7 +271,7 @@ class GroupSolver:
         rounding: Array,
         turns: Array | None = None,
         most: int = MOST_STEPS,
-        enough: float = CONVERGED,
+        leaves: float = CONVERGED,
         settles: bool = False,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
@@ -248,7 +282,7 @@ class GroupSolver:
             rounding: `(p,)` steps that are not worth taking, see `rounding`.
             turns: see `evaluate`.
             most: greatest number of Newton steps.
-            enough: size of a step after which none follows [rad].
+            leaves: error that may be left [rad].
             settles: whether idle rods are turned about their lines to where they settle, see
                 `RodSpins.turned`.
         """
@@ -256,7 +290,7 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        state = self._from(state, error, x, rounding, turns, most, enough, settles)
+        state = self._from(state, error, x, rounding, turns, most, leaves, settles)
         if settles:
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
@@ -271,12 +305,12 @@ class GroupSolver:
         rounding: Array,
         turns: Array | None,
         most: int,
-        enough: float,
+        leaves: float,
         settles: bool = False,
     ) -> GroupState:
         """Take Newton steps from a state with its error `(N, R)`; see `newton`."""
         reduction, correction = state.reduction, state.correction
-        angles, spins, is_done = None, np.zeros(1), False
+        angles, spins, is_done = None, np.zeros(1), np.zeros(1, dtype=bool)
         for count in range(most + _MOST_SETTLING if settles else most):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
@@ -297,7 +331,7 @@ class GroupSolver:
                 if few.size <= _FEW * len(x):
                     # Of guesses that are exact but for rounding, that of some is too much.
                     own, own_turns = x[few], None if turns is None else turns[few]
-                    rest = rounding, own_turns, most - count, enough, settles
+                    rest = rounding, own_turns, most - count, leaves, settles
                     later = self._from(state.of(few), error[few], own, *rest)
                     x[few] = own
                     return state.with_samples(few, later)
@@ -312,14 +346,15 @@ class GroupSolver:
                 step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
             if not math.isfinite(worst):
                 return state._replace(correction=correction)
-            if count >= most and worst > enough:
+            if count >= most and worst > _STRAIGHT:
                 break
+            left = self._bend(state, step, sizes)
             if angles is not None:
                 step += state.spun_back(angles)
             self._moves.apply(x, step)
             nearby = state.inverse if max(worst, float(spins.max())) < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
-            is_done = (sizes < (_UNMOVED if settles else enough)) & (spins < _SETTLED)
+            is_done = (sizes < _UNMOVED) & (spins < _SETTLED) if settles else left <= leaves
             if np.logical_and.reduce(is_done):
                 break
         return state
@@ -495,6 +530,17 @@ class GroupState(NamedTuple):
     def step(self, error: Array) -> Array:
         """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""
         return -times(transposed(self.inverse)[:, :, : error.shape[1]], error)
+
+    def bend(self, step: Array) -> Array:
+        """Return what the curvature of the closure equations adds to Newton steps `(N, p)`.
+
+        With it, the error falls with the third power of the step (Chebyshev's method).
+        """
+        equations = self.equations
+        rates = np.zeros((len(step), len(equations.movable)))
+        rates[:, len(self.group.known) :] = step
+        left = equations.drift(self.twists, rates, closes=True)
+        return 0.5 * self.step(equations.project(left, None, self.actions, self.reduction))
 
     def spun_back(self, angles: Array) -> Array:
         """Return steps `(N, p)` that turn idle rods back by angles `(N, k)` about their lines."""

@@ -116,8 +116,9 @@ def test_drift_of_two_joints_is_their_motion_product() -> None:
     carries = np.zeros((3, 3))
     carries[1, 0] = 1.0
     columns, signs = np.array([[2, 0, 1]]), np.array([[[1.0], [1.0], [-1.0]]])
+    ends = np.array([[[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]])
     (found,) = (
-        LoopPaths(slice(1), columns, signs, carries[None]).drift(twists, rates).swapaxes(0, 1)
+        LoopPaths(slice(1), columns, signs, carries[None], ends).drift(twists, rates).swapaxes(0, 1)
     )
     for sample in range(2):
         first, second = (
