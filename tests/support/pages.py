@@ -50,15 +50,20 @@ def followed(page: Path, folder: Path) -> list[str]:
 
 def _alike(found: str, word: str) -> bool:
     """Return whether words are the same but for rounding, whose digits depend on the processor."""
-    return found == word or (_number(found) < 1e-12 and _number(word) < 1e-12)
+    if found == word:
+        return True
+    first, second = _number(found), _number(word)
+    return math.isclose(first, second, rel_tol=1e-13) or (
+        abs(first) < 1e-12 and abs(second) < 1e-12
+    )
 
 
 def _number(word: str) -> float:
-    """Return a number without the punctuation about it; infinite if it is none."""
+    """Return a number without the punctuation about it; what is not alike to any if it is none."""
     try:
-        return abs(float(word.strip("[](),;:")))
+        return float(word.strip("[](),;:"))
     except ValueError:
-        return math.inf
+        return math.nan
 
 
 def main() -> None:
