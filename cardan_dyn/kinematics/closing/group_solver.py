@@ -42,7 +42,7 @@ costs to take them out and put them back."""
 _AT_REST = 1e-13
 """A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
 of it is rounding, from which no amplitude follows."""
-CONVERGED = 1e-16
+CONVERGED = 1e-17
 """Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
 order is known before the loops are evaluated once more."""
 _STRAIGHT, _CURVATURE = 1e-9, 100.0
@@ -307,38 +307,41 @@ class GroupSolver:
         most: int,
         leaves: float,
         settles: bool = False,
+        may_stay: bool = True,
     ) -> GroupState:
-        """Take Newton steps from a state with its error `(N, R)`; see `newton`."""
+        """Take Newton steps from a state with its error `(N, R)`; see `newton`.
+
+        A guess may be exact but for rounding; what a step was taken for may not stay in it.
+        """
         reduction, correction = state.reduction, state.correction
-        angles, spins, is_done = None, np.zeros(1), np.zeros(1, dtype=bool)
+        angles, spins, is_done = None, np.zeros(1), np.zeros(len(x), dtype=bool)
         for count in range(most + _MOST_SETTLING if settles else most):
             step = state.step(error)
             scaled = np.abs(step * self._scale)
-            is_small = scaled <= rounding
             if settles:
                 angles = self.equations.rod_spins.turned(state.actions)
                 angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
                 spins = np.maximum.reduce(np.abs(angles), axis=1)
-            is_still = spins <= _EXACT
-            if np.logical_and.reduce(is_small, axis=None) and np.logical_and.reduce(is_still):
-                break
+            if may_stay:
+                is_still = spins <= _EXACT
+                if np.logical_and.reduce(scaled <= rounding, axis=None) and is_still.all():
+                    break
+                is_done = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1) & is_still
             if len(x) > 1:
-                is_exact = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1) & is_still
-                is_exact |= is_done
-                few = np.flatnonzero(~is_exact)
+                few = np.flatnonzero(~is_done)
                 if not few.size:
                     break
                 if few.size <= _FEW * len(x):
                     # Of guesses that are exact but for rounding, that of some is too much.
                     own, own_turns = x[few], None if turns is None else turns[few]
-                    rest = rounding, own_turns, most - count, leaves, settles
+                    rest = rounding, own_turns, most - count, leaves, settles, may_stay
                     later = self._from(state.of(few), error[few], own, *rest)
                     x[few] = own
                     return state.with_samples(few, later)
                 # So a sample ends where it does whatever others are beside it.
-                step[is_exact] = scaled[is_exact] = 0.0
+                step[is_done] = scaled[is_done] = 0.0
                 if angles is not None:
-                    angles[is_exact] = 0.0
+                    angles[is_done] = 0.0
             sizes = np.maximum.reduce(scaled, axis=1)
             correction = correction + sizes
             worst = float(np.maximum.reduce(sizes))
@@ -354,7 +357,12 @@ class GroupSolver:
             self._moves.apply(x, step)
             nearby = state.inverse if max(worst, float(spins.max())) < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
-            is_done = (sizes < _UNMOVED) & (spins < _SETTLED) if settles else left <= leaves
+            may_stay = False
+            is_done = left <= leaves
+            if settles:
+                # Steps that are mere rounding are as large as the condition makes them.
+                unmoved = np.maximum(_UNMOVED, _EXACT * state.condition)
+                is_done = (sizes < unmoved) & (spins < _SETTLED)
             if np.logical_and.reduce(is_done):
                 break
         return state
