@@ -10,7 +10,7 @@ zero and about which axes joints turn is found once, so that few samples are pla
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,6 +28,12 @@ if TYPE_CHECKING:
     from .coordinates import Coordinates
 
 _IDENTITY = np.eye(4)
+_FIRST, _SECOND = np.array([[5, 1, 2, 1, 0, 6, 2, 6, 0], [10, 11, 7, 11, 10, 3, 7, 3, 5]])
+"""The two products of components (x, y, z, w) of a unit quaternion, 4 i + j, that an entry of its
+rotation is a sum of, row by row: y y + z z, x y - z w, x z + y w, and so on."""
+_SECOND_SIGNS = np.array([1.0, -1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
+_TWICE = np.array([-2.0, 2.0, 2.0, 2.0, -2.0, 2.0, 2.0, 2.0, -2.0])
+"""Their signs in it, and the factor on the sum, to which one is added on the diagonal."""
 
 
 class RigidBody(NamedTuple):
@@ -80,6 +86,7 @@ class Frames:
         parents: per joint, the index of its parent's body, -1 for the world.
         children: per joint, the index of the body that it acts on; of a loop, its successor.
         ends: per loop, the `(4, 4)` placement of its frame in its successor.
+        loop_ends: the same as offsets.
         motions: elementary motions of all joints, those of a joint in a row.
         last: per joint, the index of its last motion, whose frame is the joint's; where it has
             none (a `fixed` loop), of the one that moves its predecessor.
@@ -118,8 +125,21 @@ class Frames:
         }
         bodies = self.children[self.tree :]
         lasts = [self.last[body] if body >= 0 else -1 for body in bodies]
-        self._ends = list(map(self._offset, lasts, self.ends))
+        self.loop_ends = list(map(self._offset, lasts, self.ends))
         self._are_motions = not self._fixed and self.last == list(range(len(self.motions)))
+        # Sines and cosines of all turns are computed at once; per set, which of them are its own.
+        columns: list[int] = []
+        signs: list[Array] = []
+        self._own_turns: list[slice | None] = []
+        for alike in self.alike:
+            if alike.turn is None:
+                self._own_turns.append(None)
+                continue
+            self._own_turns.append(slice(len(columns), len(columns) + len(alike.columns)))
+            columns += alike.columns.tolist()
+            signs += [alike.turn.signs] * len(alike.columns)
+        self._turned = np.array(columns, dtype=int)
+        self._turn_signs = np.array(signs).reshape(-1, 2, 1, 1)
 
     def _places(self) -> list[list[int]]:
         """Return the motions (index) that are placed together, those after which others come first.
@@ -238,8 +258,13 @@ class Frames:
         in world axes.
         """
         result = np.empty((len(self.motions), 4, 3, len(x)))
-        for alike in self.alike:
-            alike.place(result, x)
+        angles = x.T.take(self._turned, 0)[:, None, None]
+        cosines, sines = np.cos(angles), np.sin(angles) * self._turn_signs
+        for alike, own in zip(self.alike, self._own_turns, strict=True):
+            if own is None:
+                alike.place(result, x)
+            else:
+                alike.place_turned(result, cosines[own], sines[own])
         return result
 
     def joint(self, x: Array, index: int) -> tuple[Array, Array]:
@@ -299,7 +324,7 @@ class Frames:
 
         It is `(4, 3, N)`, or `(4, 3, 1)` in the world.
         """
-        return self._ends[loop].frame(frames)
+        return self.loop_ends[loop].frame(frames)
 
     def joint_frames(self, frames: Array) -> Array:
         """Return the frames of all joints `(J, 4, 3, N)`."""
@@ -415,6 +440,40 @@ class Offset(NamedTuple):
         return np.asarray(np.matmul(self.transposed, frame.reshape(4, -1)).reshape(frame.shape))
 
 
+class Offsets(NamedTuple):
+    """The k offsets of several frames, of which either all are in the world or none is.
+
+    Attributes:
+        before: indices of the motions, as a slice if they are in equal steps; None for the world.
+        placed: their transposed placements `(k, 4, 4)`, None if they are the motions' frames; in
+            the world, the frames themselves `(k, 4, 3, 1)`.
+    """
+
+    before: slice | Array | None
+    placed: Array | None
+
+    @staticmethod
+    def of(offsets: Sequence[Offset]) -> Offsets:
+        """Return some offsets as one."""
+        if offsets[0].in_world is not None:
+            return Offsets(None, np.array([offset.in_world for offset in offsets]))
+        before = [offset.before for offset in offsets]
+        given = [offset.transposed for offset in offsets]
+        placed = None
+        if any(matrix is not None for matrix in given):
+            placed = np.array([_IDENTITY if matrix is None else matrix for matrix in given])
+        return Offsets(stepped(before) or np.array(before), placed)
+
+    def frames(self, frames: Array) -> Array:
+        """Return the frames `(k, 4, 3, N)`, or `(k, 4, 3, 1)` in the world; see `Offset.frame`."""
+        if self.before is None:
+            return self.placed  # type: ignore[return-value]
+        before = frames[self.before]
+        if self.placed is None:
+            return before
+        return np.matmul(self.placed, before.reshape(len(before), 4, -1)).reshape(before.shape)
+
+
 _ACROSS = (
     (slice(1, 3), slice(2, 0, -1)),
     (slice(2, None, -2), slice(0, 3, 2)),
@@ -424,7 +483,11 @@ _ACROSS = (
 
 
 class Turn:
-    """A turn about an axis of the frame before it."""
+    """A turn about an axis of the frame before it.
+
+    Attributes:
+        signs: `(2, 1, 1)` with which the sine counts for the two axes across that of the turn.
+    """
 
     def __init__(self, axis: Array) -> None:
         """Keep what the axis `(3,)`, a unit vector in that frame, decides."""
@@ -433,7 +496,9 @@ class Turn:
         # The two axes after the one of the turn, in cyclic order, and in the opposite one.
         self._across: slice = _ACROSS[along][0]
         self._back: slice = _ACROSS[along][1]
-        self._signs = float(axis[along]) * np.array([[[1.0]], [[-1.0]]])
+        self.signs = np.array([[[1.0]], [[-1.0]]]) * float(axis[along])
+        if not self._is_along:
+            self.signs = np.ones((2, 1, 1))
         x, y, z = axis
         self._linear = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
         self._quadratic = np.ascontiguousarray(self._linear @ self._linear)
@@ -445,14 +510,19 @@ class Turn:
             frame: `(…, 4, 3, N)` the result.
             start: `(…, 4, 3, N)` or `(…, 4, 3, 1)`.
             cosine: of the angle, `(N,)` or `(…, 1, 1, N)`.
-            sine: likewise.
+            sine: of the angle, likewise.
         """
+        self.write_signed(frame, start, cosine, sine * self.signs)
+
+    def write_signed(self, frame: Array, start: Array, cosine: Array, sines: Array) -> None:
+        """See `write`; with sines `(…, 2, 1, N)` that are multiplied with `signs` already."""
         if self._is_along:
             frame[:] = start
             across = frame[..., self._across, :, :]
             across *= cosine
-            across += start[..., self._back, :, :] * (sine * self._signs)
+            across += start[..., self._back, :, :] * sines
             return
+        sine = sines[..., :1, :, :]
         frame[..., 3, :, :] = start[..., 3, :, :]
         # Rodrigues: R = 1 + sin K + (1 - cos) K², applied to the three axes of the frame.
         axes = start[..., :3, :, :]
@@ -470,18 +540,25 @@ class Alike:
     Attributes:
         own: their indices; steps from one to the next are equal.
         before: likewise, of the motions that move their frames; None for the world.
+        turn: what turns about their axis are; None of slides and balls.
+        columns: `(k,)` their columns in coordinate rows; of balls `(4, k)`.
     """
 
-    def __init__(self, own: slice, before: slice | None, motions: list[ElementaryMotion]) -> None:
+    def __init__(
+        self,
+        own: slice,
+        before: slice | None,
+        motions: list[ElementaryMotion],
+        starts: list[Offset],
+    ) -> None:
         """Keep what their axes and columns decide; attributes as of the class."""
         self.own, self.before = own, before
-        self._kind = motions[0].kind
-        if self._kind == "turn":
-            self._turn = Turn(motions[0].axis)
+        self._is_ball = motions[0].kind == "ball"
+        self.turn = Turn(motions[0].axis) if motions[0].kind == "turn" else None
         self._axes = np.array([motion.axis for motion in motions])[:, None]
         columns = np.array([motion.column for motion in motions])
-        self._columns = columns + np.arange(4)[:, None] if self._kind == "ball" else columns
-        self._placed: Array | None = None
+        self.columns = columns + np.arange(4)[:, None] if self._is_ball else columns
+        self._start = Offsets.of(starts)
 
     @staticmethod
     def of(indices: list[int], motions: list[ElementaryMotion], starts: list[Offset]) -> Alike:
@@ -490,11 +567,7 @@ class Alike:
         own, before = stepped(indices), stepped([motion.before for motion in chosen])
         assert own is not None
         is_on_ground = chosen[0].before < 0
-        alike = Alike(own, None if is_on_ground else before, chosen)
-        placed = [of.in_world if is_on_ground else of.transposed for of in offsets]
-        if placed[0] is not None:
-            alike._placed = np.array(placed)
-        return alike
+        return Alike(own, None if is_on_ground else before, chosen, offsets)
 
     def place(self, frames: Array, x: Array) -> None:
         """Write their frames into `(M, 4, 3, N)`, in which those before them are.
@@ -503,12 +576,13 @@ class Alike:
             frames: of all motions.
             x: `(N, size)` coordinates.
         """
-        frame, start = frames[self.own], self._start(frames)
-        moved = x.T.take(self._columns, 0)
-        if self._kind == "turn":
-            angle = moved[:, None, None]
-            self._turn.write(frame, start, np.cos(angle), np.sin(angle))
-        elif self._kind == "ball":
+        moved = x.T.take(self.columns, 0)
+        if self.turn is not None:
+            angles = moved[:, None, None]
+            self.place_turned(frames, np.cos(angles), np.sin(angles) * self.turn.signs)
+            return
+        frame, start = frames[self.own], self._start.frames(frames)
+        if self._is_ball:
             frame[:, 3] = start[:, 3]
             np.einsum("ijbn,bikn->bjkn", rotations(moved), start[:, :3], out=frame[:, :3])
         else:
@@ -517,14 +591,17 @@ class Alike:
             direction = np.matmul(self._axes, axes).reshape(len(start), 3, -1)
             frame[:, 3] = start[:, 3] + direction * moved[:, None]
 
-    def _start(self, frames: Array) -> Array:
-        """Return their frames before they move, `(k, 4, 3, N)`, or `(k, 4, 3, 1)` in the world."""
-        if self.before is None:
-            return np.asarray(self._placed)
-        before = frames[self.before]
-        if self._placed is None:
-            return before
-        return np.matmul(self._placed, before.reshape(len(before), 4, -1)).reshape(before.shape)
+    def place_turned(self, frames: Array, cosines: Array, sines: Array) -> None:
+        """Write the frames of turns, see `place` and `Turn.write_signed`.
+
+        Args:
+            frames: of all motions.
+            cosines: of their angles, `(k, 1, 1, N)`.
+            sines: of their angles, with signs, `(k, 2, 1, N)`.
+        """
+        assert self.turn is not None
+        start = self._start.frames(frames)
+        self.turn.write_signed(frames[self.own], start, cosines, sines)
 
 
 def stepped(indices: list[int]) -> slice | None:
@@ -536,11 +613,10 @@ def stepped(indices: list[int]) -> slice | None:
 
 def rotations(q: Array) -> Array:
     """Return the rotations `(3, 3, …)` of unit quaternions `(4, …)`, x, y, z, w."""
-    x, y, z, w = q
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
+    more = [1] * (q.ndim - 1)
+    products = (q[:, None] * q).reshape(16, *q.shape[1:])
+    sums = products.take(_FIRST, 0)
+    sums += products.take(_SECOND, 0) * _SECOND_SIGNS.reshape(9, *more)
+    sums *= _TWICE.reshape(9, *more)
+    sums[::4] += 1.0
+    return np.asarray(sums.reshape(3, 3, *q.shape[1:]))

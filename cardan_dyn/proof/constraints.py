@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array, consecutive
 from ..mechanism.coordinates import Coordinates
+from ..mechanism.frames import Offsets
 from .named_motions import named_motions
 from .residuals import Claim, ratio
 from .twists import State, Twists, cross
@@ -81,22 +82,25 @@ class Constraints:
         self._drive_rates = [item.rate for item in driven]
         self._unit_ratios = np.eye(len(motion.drives))
         self._held_rates = [item.rate for item in held]
-        self._held_scale = self.rate_scale[self._held_rates, None]
+        self._held_scale = _scale_of(self.rate_scale[self._held_rates])
         prescribed = [*driven, *held]
         self._prescribed_columns = np.array([item.column for item in prescribed], dtype=int)
         # What the errors of angles and slides are divided by.
         self._prescribed_scale = self.rate_scale[[item.rate for item in prescribed]]
         self._lay_out_couplings(description, coordinates)
-        self._signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
-        self._around = [np.flatnonzero(signs) for signs in self._signs]
-        self._is_around = np.array(self._signs).reshape(-1, len(self._frames.motions)) != 0.0
+        signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
         self._known_rates = consecutive(np.flatnonzero(motion.known))
-        self._known_scale = self.rate_scale[self._known_rates, None]
+        self._known_scale = _scale_of(self.rate_scale[self._known_rates])
         self.loops = [
             loop
-            for loop, signs in enumerate(self._signs)
-            if np.all(motion.known[twists.rates[signs[twists.owners] != 0.0]])
+            for loop, around in enumerate(signs)
+            if np.all(motion.known[twists.rates[around[twists.owners] != 0.0]])
         ]
+        # A gap counts over the length. Between frames that are turned by an angle φ, the squared
+        # differences of the three axes add up to 2 (2 sin φ/2)², which is 2 φ² for small angles.
+        self._gap_scale = np.array([0.5, 0.5, 0.5, length**-2])[:, None, None]
+        self._closing = LoopsClosing.of(self._frames, self.loops)
+        self._opening = LoopsOpening.of(self._frames, self.loops, signs)
 
     @property
     def known_coupling_factors(self) -> Array:
@@ -173,17 +177,16 @@ class Constraints:
 
     def _loop_error(self, state: State) -> Array:
         """Return `(N,)` the greatest angle or relative gap between the two ends of a loop."""
-        frames, worst = self._frames, np.zeros(state.motion_frames.shape[-1])
-        for loop in self.loops:
-            predecessor_end = state.joint_frames[frames.tree + loop]
-            gap = predecessor_end - frames.ended(state.motion_frames, loop)
-            # Between frames that are turned by an angle φ, the squared differences of the three
-            # axes add up to 2 (2 sin φ/2)², which is 2 φ² for small angles.
-            gap[3] /= self._length
+        worst = np.zeros(state.motion_frames.shape[-1])
+        for closing in self._closing:
+            gap = state.joint_frames[closing.joints] - closing.ends.frames(state.motion_frames)
             gap *= gap
-            square = np.add.reduce(gap[:3].reshape(9, -1))
-            np.maximum(worst, 0.5 * square, out=worst)
-            np.maximum(worst, np.add.reduce(gap[3]), out=worst)
+            gap *= self._gap_scale
+            squares = gap.reshape(len(gap), 12, -1)
+            for part in (squares[:, :9], squares[:, 9:]):
+                each = np.add.reduce(part, axis=1)
+                greatest = each[0] if len(each) == 1 else np.maximum.reduce(each, axis=0)
+                np.maximum(worst, greatest, out=worst)
         return np.sqrt(worst)
 
     def drive_rate_error(self, claim: Claim) -> Array:
@@ -214,8 +217,10 @@ class Constraints:
         """
         worst = np.zeros(rates.shape[1])
         if self._held_rates:
-            moving = np.abs(rates.take(self._held_rates, 0)) / self._held_scale
-            np.maximum(worst, np.maximum.reduce(moving, axis=0), out=worst)
+            moving = np.abs(rates.take(self._held_rates, 0))
+            if self._held_scale is not None:
+                moving /= self._held_scale
+            np.maximum.reduce(moving, axis=0, out=worst)
         if self.couplings:
             slip = np.abs(self._slips_of_rates.times(rates)) / self._slip_scale
             np.maximum(worst, slip.max(axis=0), out=worst)
@@ -227,39 +232,103 @@ class Constraints:
         efforts[self._efforts_of_moments.rows] = self._efforts_of_moments.times(moments)
         return efforts
 
-    def moved_loops(self, relative: Array) -> list[int]:
-        """Return which of `loops` have a joint that moves, see `opening`."""
-        moves = np.flatnonzero(np.any(relative.reshape(len(relative), -1), axis=1))
-        moved = np.any(self._is_around[:, moves], axis=1)
-        return [loop for loop in self.loops if moved[loop]]
-
-    def opening(self, state: State, relative: Array, loops: list[int] | None = None) -> Array:
+    def opening(self, state: State, relative: Array, moved: Array | None = None) -> Array:
         """Return `(…, N)` how fast the two ends of a loop move apart [rad/s], gaps over the length.
 
         Args:
             state: of the mechanism.
             relative: what each motion adds to the twists, or to the accelerations,
                 `(M, 2, …, 3, N)`, see `Twists.relative`.
-            loops: those to look at; all of `loops` if None.
+            moved: `(M,)` which motions move at all, if few do: loops without them stay closed.
         """
         worst = np.zeros((*relative.shape[2:-2], relative.shape[-1]))
-        for loop in self.loops if loops is None else loops:
-            around = self._around[loop]
-            signs = self._signs[loop][around]
-            difference = np.matmul(signs, relative.take(around, 0).reshape(len(around), -1))
-            difference = difference.reshape(relative.shape[1:])
-            last = self._frames.last[self._frames.tree + loop]
-            if last >= 0:  # The gap opens at the loop's joint, not at the corner.
-                difference[0] += cross(difference[1], state.motion_frames[last, 3])
-            gaps, angles = np.maximum.reduce(np.abs(difference), axis=-2)
-            np.maximum(worst, gaps / self._length, out=worst)
-            np.maximum(worst, angles, out=worst)
+        more = relative.ndim - 4
+        for every in self._opening:
+            loops = every if moved is None else every.with_any(moved)
+            if not len(loops.around):
+                continue
+            parts = relative.take(loops.around, 0)
+            difference = np.matmul(loops.signs, parts.reshape(*loops.around.shape, -1))
+            difference = difference.reshape(len(difference), *relative.shape[1:])
+            if loops.last is not None:  # The gap opens at the loop's joint, not at the corner.
+                points = state.motion_frames[:, 3].take(loops.last, 0)
+                if more:
+                    points = points.reshape(len(points), *[1] * more, *points.shape[1:])
+                difference[:, 0] += cross(difference[:, 1], points)
+            difference[:, 0] /= self._length
+            np.abs(difference, out=difference)
+            if more:
+                difference = np.maximum.reduce(difference, axis=-2)
+            greatest = np.maximum.reduce(difference.reshape(-1, *worst.shape), axis=0)
+            np.maximum(worst, greatest, out=worst)
         return worst
 
     def greatest_rate(self, rates: Array) -> Array:
         """Return `(N,)` the greatest of the known rates `(nv, N)`, slides over the length."""
-        known = np.abs(rates[self._known_rates]) / self._known_scale
+        known = np.abs(rates[self._known_rates])
+        if self._known_scale is not None:
+            known /= self._known_scale
         return np.asarray(np.maximum.reduce(known, axis=0, initial=0.0))
+
+
+class LoopsClosing(NamedTuple):
+    """Loops whose two ends are compared together.
+
+    Attributes:
+        joints: of the loops, in `Frames.joints`.
+        ends: where their successors are joined.
+    """
+
+    joints: slice | Array
+    ends: Offsets
+
+    @staticmethod
+    def of(frames: Frames, loops: list[int]) -> list[LoopsClosing]:
+        """Return some loops, those with ends on the ground apart from the others."""
+        sets: dict[bool, list[int]] = {}
+        for loop in loops:
+            sets.setdefault(frames.loop_ends[loop].in_world is None, []).append(loop)
+        return [
+            LoopsClosing(
+                consecutive(frames.tree + np.array(own)),
+                Offsets.of([frames.loop_ends[loop] for loop in own]),
+            )
+            for own in sets.values()
+        ]
+
+
+class LoopsOpening(NamedTuple):
+    """Loops around which equally many motions lie, so that their rates are compared together.
+
+    Attributes:
+        around: `(l, k)` the motions (index).
+        signs: `(l, 1, k)` 1 on the predecessor's side, -1 on the successor's.
+        last: `(l,)` the motions at whose origins gaps open; None at the corner.
+    """
+
+    around: Array
+    signs: Array
+    last: Array | None
+
+    @staticmethod
+    def of(frames: Frames, loops: list[int], signs: list[Array]) -> list[LoopsOpening]:
+        """Return some loops, with the signs `(M,)` of all motions of every loop."""
+        sets: dict[tuple[int, bool], list[tuple[Array, Array, int]]] = {}
+        for loop in loops:
+            around, last = np.flatnonzero(signs[loop]), frames.last[frames.tree + loop]
+            item = around, signs[loop][None, around], last
+            sets.setdefault((len(around), last >= 0), []).append(item)
+        found = []
+        for (_, on_body), items in sets.items():
+            of, factors, lasts = (np.array(part) for part in zip(*items, strict=True))
+            found.append(LoopsOpening(of, factors, lasts if on_body else None))
+        return found
+
+    def with_any(self, moved: Array) -> LoopsOpening:
+        """Return those around which any of the motions lies that move, `(M,)`."""
+        own = np.logical_or.reduce(moved.take(self.around), axis=1)
+        last = None if self.last is None else self.last[own]
+        return LoopsOpening(self.around[own], self.signs[own], last)
 
 
 class SparseRows:
@@ -278,6 +347,11 @@ class SparseRows:
         """Return the product with `(columns, N)`, of the `rows` alone."""
         products = values.take(self._columns, 0) * self._entries
         return np.asarray(np.add.reduceat(products, self._starts, axis=0))
+
+
+def _scale_of(scale: Array) -> Array | None:
+    """Return units `(k, 1)` of rates, None if all are 1, since few mechanisms slide."""
+    return None if np.all(scale == 1.0) else scale[:, None]
 
 
 def coupled_joints(

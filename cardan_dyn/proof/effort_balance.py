@@ -39,10 +39,20 @@ class EffortBalance:
         self._inner_rows = np.array(inner, dtype=int)
         self._last_joints = np.array([index_of[owners[row]] for row in last], dtype=int)
         self._inner_joints = np.array([index_of[owners[row]] for row in inner], dtype=int)
-        self._force_or_moment = np.where(twists.sliding[last_rows], 0, 1)
-        self._last_axes = twists.axes[last_rows][:, :, None]
+        force_or_moment = np.where(twists.sliding[last_rows], 0, 1)
+        axes = twists.axes[last_rows]
+        # Rows of all components of the wrenches one behind the other. Along an axis of the frame
+        # the effort is one of them up to its sign, else a sum over three.
+        rows = 6 * self._last_joints + 3 * force_or_moment
+        self._are_aligned = bool(np.all(np.count_nonzero(axes, axis=1) == 1))
+        if self._are_aligned:
+            self._rows = rows + np.abs(axes).argmax(axis=1)
+            self._factors = axes.sum(axis=1)[:, None]
+        else:
+            self._rows, self._factors = rows[:, None] + np.arange(3), axes[:, :, None]
         self._rates = twists.rates[np.array([*last, *inner], dtype=int)]
-        self._scale = rate_scale[self._rates][:, None]
+        scale = rate_scale[self._rates][:, None]
+        self._scale = None if np.all(scale == 1.0) else scale
 
     def imbalance(self, state: State, wrenches: JointWrenches, given: Array) -> Array:
         """Return `(N,)` the greatest difference [N·m] between a wrench along a rate and `given`.
@@ -52,8 +62,10 @@ class EffortBalance:
             wrenches: of the claimed joints.
             given: `(nv, N)` what loads, drives, held joints and couplings exert [N·m, N].
         """
-        vectors = wrenches.in_joint_frames[self._last_joints, self._force_or_moment]
-        difference = np.add.reduce(vectors * self._last_axes, axis=1)
+        components = wrenches.in_joint_frames.reshape(-1, given.shape[1]).take(self._rows, 0)
+        difference = components * self._factors
+        if not self._are_aligned:
+            difference = np.add.reduce(difference, axis=1)
         if self._inner_rows.size:
             twists, rows = self._twists, self._inner_rows
             in_world = wrenches.in_world[self._inner_joints]
@@ -63,5 +75,6 @@ class EffortBalance:
             inner = np.einsum("kin,kin->kn", vectors, state.directions[rows])
             difference = np.concatenate((difference, inner))
         difference -= given.take(self._rates, 0)
-        difference *= self._scale
+        if self._scale is not None:
+            difference *= self._scale
         return np.asarray(np.maximum.reduce(np.abs(difference), axis=0, initial=0.0))

@@ -16,16 +16,22 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..mechanism.coordinates import Coordinates
-from ..mechanism.frames import Frames, merged
+from ..mechanism.frames import Frames, merged, stepped
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
 from .momentum import MassiveBodies
 from .residuals import Claim, Residuals, ratio
 from .self_stress import SelfStressProof, prove_flags
 from .twists import State, Twists, cross
-from .wrenches import JointWrenches, greatest_size, placed_in_world
+from .wrenches import (
+    JointWrenches,
+    greatest_size,
+    greatest_sizes,
+    placed_in_world,
+    taken_about,
+)
 
 if TYPE_CHECKING:
     from ..description.description import Description
@@ -124,10 +130,12 @@ class FreeBodies:
         parents, children = (
             [of[joint] for joint in self._sorted] for of in (frames.parents, frames.children)
         )
-        self._of_tree = [joint for joint in self._sorted if joint < frames.tree]
-        first = len(self._of_tree)
-        self._of_loops = [item for item in enumerate(children) if item[0] >= first and item[1] >= 0]
-        self._against = [item for item in enumerate(parents) if item[1] >= 0]
+        of_tree = [joint for joint in self._sorted if joint < frames.tree]
+        self._of_tree, first = consecutive(np.array(of_tree, dtype=int)), len(of_tree)
+        self._all_of_tree = first == frames.tree
+        self._tree_joints = slice(first)
+        self._of_loops = _in_rounds(children, first)
+        self._against = _in_rounds(parents)
         self._covered = _covered_bodies(frames, self.claimed)
         self._uncovered, self._balances = (
             np.flatnonzero(~self._covered),
@@ -196,7 +204,9 @@ class FreeBodies:
     def _residuals(self, claim: Claim) -> Residuals:
         """See `check`."""
         state = self._twists.state(claim.x)
-        wrenches = self._joint_wrenches(state, claim)
+        every = self._nets_and_wrenches(claim)
+        chosen = state.joint_frames[self._chosen]
+        wrenches = placed_in_world(every[self.frames.tree :], chosen)
         rates = self._rates(state, claim)
         constraints = self._constraints
         loads, exerted = claim.loads.T, claim.exerted.T
@@ -205,7 +215,8 @@ class FreeBodies:
             x = claim.x + 2.0 * np.pi * claim.turns
             elements = self._elements.on(state, rates.velocities, x, claim.v, claim.time)
             loads = loads + elements.efforts
-        net = self._net_joint_wrenches(wrenches)
+        net = every[: self.frames.tree]
+        self._add_joint_wrenches(net, wrenches)
         power = _power(loads, rates.unit)
         of_drives = _power(exerted, rates.unit)
         power_imbalance, power_scale = power + of_drives, np.abs(power) + np.abs(of_drives)
@@ -220,7 +231,8 @@ class FreeBodies:
             inertia += applied.inertia
         if self._uncovered.size:
             net[self._uncovered] = 0.0
-        body_imbalance = greatest_size(net, self._length, state.joint_frames[: self.frames.tree, 3])
+        taken_about(state.joint_frames[: self.frames.tree, 3], net)
+        body_imbalance, wrench = greatest_sizes(every, self._length, self.frames.tree)
         given = loads + exerted
         if claim.couplings.shape[1]:
             given += constraints.coupled_efforts(claim.couplings.T)
@@ -232,7 +244,7 @@ class FreeBodies:
             power_imbalance=np.abs(power_imbalance),
             loop_error=constraints.position_error(state, claim),
             rate_error=rates.error,
-            wrench=greatest_size(wrenches.in_joint_frames, self._length),
+            wrench=wrench,
             applied=greatest,
             inertia=inertia,
             power_scale=power_scale,
@@ -242,23 +254,28 @@ class FreeBodies:
             elastic=None if elements is None else elements.terms,
         )
 
-    def _joint_wrenches(self, state: State, claim: Claim) -> JointWrenches:
-        """Return the claimed wrenches with the joints in ascending order."""
-        rows = claim.wrenches.transpose(1, 2, 0).take(self._order, 0)
-        rows = rows.reshape(len(self.claimed), 2, 3, len(claim.x))
-        return placed_in_world(rows, state.joint_frames[self._chosen])
+    def _nets_and_wrenches(self, claim: Claim) -> Array:
+        """Return room for a wrench on every body, then the claimed ones of the joints, ascending.
 
-    def _net_joint_wrenches(self, wrenches: JointWrenches) -> Array:
-        """Return the sum of the joint wrenches on each body, `(B, 2, 3, N)`."""
+        In one array `(B + J, 2, 3, N)`, so that the sizes of all are found at once.
+        """
+        bodies, joints = self.frames.tree, len(self.claimed)
+        every = np.empty((bodies + joints, 2, 3, len(claim.x)))
+        rows = claim.wrenches.transpose(1, 2, 0)
+        every[bodies:] = rows.take(self._order, 0).reshape(joints, *every.shape[1:])
+        return every
+
+    def _add_joint_wrenches(self, net: Array, wrenches: JointWrenches) -> None:
+        """Write the sum of the joint wrenches on each body into `net (B, 2, 3, N)`."""
         in_world = wrenches.in_world
-        net = np.zeros((self.frames.tree, *in_world.shape[1:]))
+        if not self._all_of_tree:
+            net[:] = 0.0
         # Every joint of the tree acts on a body of its own.
-        net[self._of_tree] = in_world[: len(self._of_tree)]
-        for index, body in self._of_loops:
-            net[body] += in_world[index]
-        for index, body in self._against:
-            net[body] -= in_world[index]
-        return net
+        net[self._of_tree] = in_world[self._tree_joints]
+        for joints, bodies in self._of_loops:
+            net[bodies] += in_world[joints]
+        for joints, bodies in self._against:
+            net[bodies] -= in_world[joints]
 
     def _rates(self, state: State, claim: Claim) -> _Rates:
         """Return the rates of a claim, their errors and the twists of all frames."""
@@ -275,8 +292,11 @@ class FreeBodies:
             if constraints.loops:
                 relative = twists.relative(state, ratios)
                 # One of many drives moves few loops.
-                loops = None if drives == 1 else constraints.moved_loops(relative)
-                np.maximum(violation, constraints.opening(state, relative, loops), out=violation)
+                moved = None
+                if drives > 1:
+                    flat_twists = relative.reshape(len(relative), -1)
+                    moved = np.logical_or.reduce(flat_twists, axis=1)
+                np.maximum(violation, constraints.opening(state, relative, moved), out=violation)
             scale = constraints.greatest_rate(flat).reshape(-1, count)
             worst = np.maximum.reduce(ratio(violation, scale), axis=0)
             np.maximum(error, worst, out=error)
@@ -313,7 +333,8 @@ class FreeBodies:
         for body, wrench in wrenches:
             motion = self.frames.last[body]
             power = np.einsum("kin,kin->n", wrench, unit_twists[motion])
-            size = greatest_size(wrench[None], self._length, state.motion_frames[motion, None, 3])
+            at_joint = taken_about(state.motion_frames[motion, None, 3], wrench[None].copy())
+            size = greatest_size(at_joint, self._length)
             yield _Applied(slice(body, body + 1), wrench, power, size, zero)
         if massive is None:
             return
@@ -348,6 +369,30 @@ class FreeBodies:
         power = np.einsum("bkin,bkin->n", inertial.wrenches, unit_twists[massive.motions])
         size = massive.greatest_weight(claim.gravity)
         return _Applied(massive.indices, inertial.wrenches, power, size, inertial.size)
+
+
+def _in_rounds(bodies: list[int], first: int = 0) -> list[tuple[slice | Array, slice | Array]]:
+    """Return wrenches, and the bodies on which they act, in rounds that have a body once each.
+
+    Args:
+        bodies: per wrench, the body on which it acts, -1 for the world.
+        first: index of the first wrench that counts.
+    """
+    rounds: list[list[tuple[int, int]]] = []
+    count: dict[int, int] = {}
+    for wrench, body in enumerate(bodies):
+        if wrench < first or body < 0:
+            continue
+        number = count[body] = count.get(body, -1) + 1
+        if number == len(rounds):
+            rounds.append([])
+        rounds[number].append((wrench, body))
+    result = []
+    for found in rounds:
+        wrenches, on = ([*indices] for indices in zip(*found, strict=True))
+        of = [indices if (span := stepped(indices)) is None else span for indices in (wrenches, on)]
+        result.append(tuple(np.array(item) if isinstance(item, list) else item for item in of))
+    return result  # type: ignore[return-value]
 
 
 def _covered_bodies(frames: Frames, claimed: Collection[int]) -> Array:

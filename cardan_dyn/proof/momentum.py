@@ -66,7 +66,7 @@ class MassiveBodies:
         if not gravity.any():
             return np.zeros(len(gravity))
         with np.errstate(over="ignore"):  # A result that overflows is refused as a whole.
-            weight = self._length * np.linalg.norm(gravity, axis=1) * self.greatest_mass
+            weight = self._length * np.sqrt(np.vecdot(gravity, gravity)) * self.greatest_mass
         return np.asarray(weight)
 
     def weights(self, motion_frames: Array, gravity: Array) -> Inertial:
@@ -77,8 +77,9 @@ class MassiveBodies:
             gravity: `(N, 3)` or `(1, 3)` [m/s²].
         """
         centres = self._centres_in_world(motion_frames[self.motions])
-        forces = np.broadcast_to(self._masses * gravity.T, centres.shape)
-        wrenches = np.stack([forces, cross(centres, forces)], axis=1)
+        wrenches = np.empty((len(centres), 2, *centres.shape[1:]))
+        wrenches[:, 0] = self._masses * gravity.T
+        wrenches[:, 1] = cross(centres, wrenches[:, 0])
         return Inertial(wrenches, np.zeros(centres.shape[-1]))
 
     def weights_less_momentum_rates(

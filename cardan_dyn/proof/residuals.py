@@ -52,7 +52,7 @@ class Claim(NamedTuple):
         turns: `(N, size)` whole turns to be added to their angles.
         v, a: joint velocities and accelerations `(N, nv)`.
         positions: prescribed drive positions `(N, d)`.
-        speeds, accelerations: prescribed drive speeds and accelerations `(N, d)`.
+        speeds, accelerations: prescribed drive speeds and accelerations `(N, d)` or `(1, d)`.
         held: prescribed positions of the held joints `(N, h)` or `(1, h)`.
         velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
         wrenches: `(N, J, 6)` of the claimed joints, each in its frame, see `FreeBodies.claimed`.
@@ -254,30 +254,35 @@ class Residuals(NamedTuple):
         Raises:
             AccuracyError: a residual exceeds its tolerance, or is not a number.
         """
-        names, errors, scales = zip(*self._judged(), strict=True)
-        good = _is_small(np.array(errors), np.array(scales))
-        if good.all():
+        if self.is_proven():
             return
-        first = int(good.all(axis=1).argmin())
-        _refuse(names[first], errors[first], scales[first], positions, condition)
+        unit = np.ones(len(self.loop_error))
+        judged = {"loop": (self.loop_error, unit), "rate": (self.rate_error, unit)}
+        judged |= self._balances()
+        for name, (error, scale) in judged.items():
+            if not _is_small(error, scale).all():
+                _refuse(name, error, scale, positions, condition)
 
     def is_proven(self) -> bool:
         """Return whether `prove` accepts the result."""
-        return all(_is_small(error, scale).all() for _, error, scale in self._judged())
+        # Errors of loops and rates are relative already.
+        is_small = np.maximum(self.loop_error, self.rate_error) <= BALANCE_TOLERANCE
+        for error, scale in self._balances().values():
+            is_small &= _is_small(error, scale)
+        return bool(np.logical_and.reduce(is_small))
 
-    def _judged(self) -> list[tuple[str, Array, Array]]:
-        """Return the names of residuals, each with its errors `(N,)` and what these are part of."""
+    def _balances(self) -> dict[str, tuple[Array, Array]]:
+        """Return the residuals of balances by name: errors `(N,)` and what they are part of."""
         size = self.wrench + self.applied + self.inertia
         if self.elastic is not None:
             size = size + _ELASTIC_ROUNDING * self.elastic
-        unit = np.ones(len(size))  # Errors of loops and rates are relative already.
-        judged = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
+        balances = {}
         if self.bodies_balanced:
-            judged.append(("balance", self.imbalance, size))
+            balances["balance"] = self.imbalance, size
         if self.power_balanced:
             scale = self.power_scale + size * self.speed_scale
-            judged.append(("power", self.power_imbalance, scale))
-        return judged
+            balances["power"] = self.power_imbalance, scale
+        return balances
 
     def _greatest_wrench(self) -> Array:
         """Return the greatest wrench or load of all samples [N·m], as an array per sample.
@@ -309,7 +314,7 @@ def _is_small(error: Array, scale: Array) -> Array:
 
     Comparisons with what is not a number are false, so that it is no proof.
     """
-    return np.asarray((error <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
+    return (error <= BALANCE_TOLERANCE * scale) & (scale < np.inf)
 
 
 def _refuse(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> NoReturn:

@@ -66,8 +66,9 @@ class Twists:
         # A direction along a frame axis is a column of the frame, up to its sign; copying that
         # column is faster than multiplying the frame with the axis.
         self._along_frame_axes = bool(np.all(np.count_nonzero(self.axes, axis=1) == 1))
-        self._columns = np.argmax(np.abs(self.axes), axis=1)
-        self._signs = self.axes.sum(axis=1)[:, None, None]
+        self._columns = 4 * self.owners + np.argmax(np.abs(self.axes), axis=1)
+        signs = self.axes.sum(axis=1)[:, None, None]
+        self._signs = None if np.all(signs == 1.0) else signs
 
     def state(self, x: Array) -> State:
         """Return the frames and unit twists at coordinates `x (N, size)`."""
@@ -139,14 +140,18 @@ class Twists:
     def _directions(self, motion_frames: Array) -> Array:
         """Return `(K, 3, N)` the unit vector along which each rate acts."""
         if self._along_frame_axes:
-            return np.asarray(motion_frames[self.owners, self._columns] * self._signs)
+            axes = motion_frames.reshape(-1, *motion_frames.shape[2:]).take(self._columns, 0)
+            return axes if self._signs is None else np.asarray(axes * self._signs)
         return np.asarray(np.einsum("kc,kcin->kin", self.axes, motion_frames[self.owners, :3]))
 
     def _unit_twists(self, motion_frames: Array, directions: Array) -> Array:
         """Return `(K, 2, 3, N)` the twist per unit of each rate."""
         twists = np.empty((len(directions), 2, *directions.shape[1:]))
         twists[:, 1] = directions
-        twists[:, 0] = cross(motion_frames[:, 3].take(self.owners, 0), directions)
+        origins = motion_frames[:, 3]
+        if self._balls:
+            origins = origins.take(self.owners, 0)
+        twists[:, 0] = cross(origins, directions)
         if self._slides.size:
             twists[self._slides, 0] = directions[self._slides]
             twists[self._slides, 1] = 0.0

@@ -44,20 +44,40 @@ def placed_in_world(wrenches: Array, joint_frames: Array) -> JointWrenches:
     return JointWrenches(wrenches, in_world)
 
 
-def greatest_size(wrenches: Array, length: float, points: Array | None = None) -> Array:
-    """Return `(N,)` the greatest size [N·m] of wrenches: of moments, and of forces times a length.
+def taken_about(points: Array, wrenches: Array) -> Array:
+    """Return wrenches `(B, 2, 3, N)`, overwritten by what they are about points `(B, 3, N)`."""
+    wrenches[:, 1] -= cross(points, wrenches[:, 0])
+    return wrenches
+
+
+def greatest_size(wrenches: Array, length: float) -> Array:
+    """Return `(N,)` the greatest size [N·m] of wrenches, see `greatest_sizes`."""
+    return greatest_sizes(wrenches, length, len(wrenches))[0]
+
+
+def greatest_sizes(wrenches: Array, length: float, first: int) -> tuple[Array, Array]:
+    """Return the greatest sizes [N·m] of wrenches: of moments, and of forces times a length.
+
+    Their squares may overflow: callers tell NumPy not to warn of it.
 
     Args:
         wrenches: `(B, 2, 3, N)`.
         length: that forces are multiplied with to compare them with moments [m].
-        points: `(B, 3, N)` about which the moments are to be taken; None where they are.
+        first: how many are a set of their own; the others are the second one.
+
+    Returns:
+        `(N,)` of either set; zero of a set of none.
     """
+    squares = _squares(wrenches, length)
+    either = slice(first), slice(first, None)
+    return tuple(_greatest(wrenches[of], squares[of], length) for of in either)  # type: ignore[return-value]
+
+
+def _greatest(wrenches: Array, squares: Array, length: float) -> Array:
+    """Return `(N,)` the greatest size of wrenches with `_squares`."""
     if not len(wrenches):
         return np.zeros(wrenches.shape[-1])
-    if points is not None:
-        wrenches = wrenches.copy()
-        wrenches[:, 1] -= cross(points, wrenches[:, 0])
-    greatest = _greatest_square(wrenches, length)
+    greatest = np.maximum.reduce(squares.reshape(-1, squares.shape[-1]), axis=0)
     if _LEAST_SQUARE < np.maximum.reduce(greatest) < _GREATEST_SQUARE:
         return np.asarray(np.sqrt(greatest))
     # Squares overflow, or vanish, long before the wrenches do.
@@ -65,15 +85,14 @@ def greatest_size(wrenches: Array, length: float, points: Array | None = None) -
     scale = float(sizes.max())
     if not 0.0 < scale < np.inf:
         return sizes
-    return np.asarray(scale * np.sqrt(_greatest_square(wrenches / scale, length)))
+    return np.asarray(scale * np.sqrt(_squares(wrenches / scale, length).max(axis=(0, 1))))
 
 
-def _greatest_square(wrenches: Array, length: float) -> Array:
-    """Return `(N,)` the greatest square of moments, and of forces times a length.
+def _squares(wrenches: Array, length: float) -> Array:
+    """Return `(B, 2, N)` the squares of forces times a length, and of moments.
 
-    It is infinite where squares overflow, and zero where they vanish.
+    They are infinite where squares overflow, and zero where they vanish.
     """
-    squares = np.einsum("bkin,bkin->kbn", wrenches, wrenches)
-    with np.errstate(over="ignore"):
-        squares[0] *= length**2
-    return np.asarray(np.maximum.reduce(squares, axis=(0, 1)))
+    squares = np.add.reduce(wrenches * wrenches, axis=2)
+    squares[:, 0] *= length**2
+    return np.asarray(squares)
