@@ -13,8 +13,9 @@ from ..arrays import Array
 from ..elements.link_loads import LinkLoad
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.loops.needs import Needs
+from ..problem.acting import Acting
 from ..problem.problem import Problem
-from ..problem.samples import Acting, Targets
+from ..problem.samples import Targets
 from ..proof.residuals import Claim, Residuals, overflow
 from .open_tree import LoadCase
 from .reactions import UNIQUE_TOLERANCE, Reactions, ReactionSolver
@@ -38,7 +39,8 @@ class Inputs(NamedTuple):
     """What is prescribed for some samples.
 
     Attributes:
-        positions, speeds, accelerations: of the drives, `(N, d)`.
+        positions: of the drives, `(N, d)`.
+        speeds, accelerations: likewise, or `(1, d)`.
         held: positions of all held joints, `(N, h)` or `(1, h)` [rad or m].
         loads: efforts added at the joints, `(N, nv)` or `(1, nv)` [N·m, N].
         link_loads: links and the wrenches that act on them.
@@ -87,11 +89,10 @@ class Inputs(NamedTuple):
             names = list(problem.held)
             columns = [names.index(name) for name in targets.varied]
             held[:, columns] = targets.designs[targets.design_of]
-        efforts = acting.joint_loads
-        count = max((len(effort) for effort in efforts.values()), default=1)
-        loads = np.zeros((count, problem.mechanism.model.nv))
-        for name, effort in efforts.items():
-            loads[:, problem.mechanism.coordinates.named[name].rate] += effort
+        if acting is problem.acting_everywhere:
+            loads = problem.loads_everywhere
+        else:
+            loads = problem.load_rows(acting.joint_loads)
         return Inputs(
             targets.positions,
             acting.speeds,
@@ -165,10 +166,12 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            # A sum is finite only if all its terms are, and takes less than looking at each.
-            suspected = {n for n in FINITE if not math.isfinite(getattr(self, n).sum())}
-        return {name for name in suspected if not np.isfinite(getattr(self, name)).all()}
+        arrays = [getattr(self, name) for name in FINITE]
+        # A sum of squares is finite only if all its terms are, and takes less than looking at each.
+        if all(math.isfinite(np.vdot(array, array)) for array in arrays):
+            return set()
+        named = zip(FINITE, arrays, strict=True)
+        return {name for name, array in named if not np.isfinite(array).all()}
 
     def reduced(self, outputs: list[int] | slice, prescribed: Array) -> Solution:
         """Return what a sweep keeps.
@@ -386,8 +389,8 @@ class InverseDynamics:
 
         Args:
             state: closed positions.
-            speeds: of the drives `(N, d)` [rad/s or m/s].
-            accelerations: of the drives `(N, d)` [rad/s² or m/s²].
+            speeds: of the drives `(N, d)` or `(1, d)` [rad/s or m/s].
+            accelerations: likewise [rad/s² or m/s²].
         """
         kinematics = self._kinematics
         velocity_ratios, depends = kinematics.velocity_ratios(state), kinematics.depends

@@ -22,8 +22,9 @@ from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guess_cache import Guess
 from ..kinematics.following.lines import BLOCK_SIZE
 from ..kinematics.loops.needs import solved_couplings
+from ..problem.acting import Acting
 from ..problem.problem import Problem
-from ..problem.samples import Acting, Targets
+from ..problem.samples import Targets
 from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
 from .inverse_dynamics import Inputs, InverseDynamics, Solution
 from .reactions import ReactionSolver, wrenches_in_norm
@@ -485,8 +486,11 @@ class _Work:
     def __init__(self, solver: ProblemSolver, assembled: AssembledPositions, acting: Acting):
         """Begin with none; arguments as of `ProblemSolver.solve`."""
         self._solver, self._assembled, self._acting = solver, assembled, acting
-        self._has_rates: bool | None = None
-        if len(assembled.spans) > 1:
+        problem, self._has_rates = solver.problem, None
+        self._everywhere = problem.acting_everywhere if acting is problem.acting else None
+        if self._everywhere is not None:
+            self._has_rates = False
+        elif len(assembled.spans) > 1:
             self._has_rates = acting.has_rates
         self._prescribed = solver.problem.prescribed_columns
         self._outputs = solver.problem.output_indices
@@ -495,7 +499,8 @@ class _Work:
         """Return what is kept of a block."""
         assembled, solver = self._assembled, self._solver
         span, turns = assembled.spans[index], assembled.turns
-        targets, acting = assembled.targets.block(span), self._acting.flat(assembled.shape, span)
+        targets = assembled.targets.block(span)
+        acting = self._everywhere or self._acting.flat(assembled.shape, span)
         inputs = Inputs.of(solver.problem, targets, acting, turns[span], self._has_rates)
         solution = solver.inverse_dynamics.solve(assembled.blocks[index], inputs)
         return solution.reduced(self._outputs, self._prescribed)

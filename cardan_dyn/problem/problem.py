@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -14,6 +15,7 @@ from ..elements.link_loads import LinkLoad
 from ..errors import MobilityError, choices
 from ..frozen import FrozenDict, Record, frozen, read_only
 from ..mechanism.mechanism import Mechanism
+from .acting import AT_ZERO, Acting
 
 if TYPE_CHECKING:
     from ..elements.element import Element
@@ -122,6 +124,40 @@ class Problem(Record):
         passive = np.ones(self.mechanism.model.nv, dtype=bool)
         passive[self.prescribed_columns] = False
         return np.nonzero(passive)[0]
+
+    @cached_property
+    def acting(self) -> Acting:
+        """What acts in the scene at rest: all that a sweep without other arguments needs to know.
+
+        Made once, since sweeps of few positions would take as long to make it as to use it.
+        """
+        still = read_only(np.zeros(len(self.independent)))
+        loads = self.joint_loads, self.link_loads
+        return Acting(still, still, *loads, self.gravity, frozen({}), AT_ZERO)
+
+    @cached_property
+    def acting_everywhere(self) -> Acting | None:
+        """The same over samples of any number, None if a load is not that of all of them."""
+        if any(math.prod(shape) > 1 for shape in self.acting.shapes.values()):
+            return None
+        everywhere = self.acting.flat((1,))
+        for values in (everywhere.speeds, everywhere.gravity, everywhere.time):
+            read_only(values)
+        return everywhere
+
+    def load_rows(self, efforts: Mapping[str, Array]) -> Array:
+        """Return efforts `(N,)` or `(1,)` added at coordinates along all of them, `(…, nv)`."""
+        count = max((len(effort) for effort in efforts.values()), default=1)
+        rows = np.zeros((count, self.mechanism.model.nv))
+        for name, effort in efforts.items():
+            rows[:, self.mechanism.coordinates.named[name].rate] += effort
+        return rows
+
+    @cached_property
+    def loads_everywhere(self) -> Array:
+        """The `load_rows` of `acting_everywhere`."""
+        assert self.acting_everywhere is not None
+        return read_only(self.load_rows(self.acting_everywhere.joint_loads))
 
     @cached_property
     def held_row(self) -> Array:

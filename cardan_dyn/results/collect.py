@@ -15,7 +15,8 @@ from ..dynamics.inverse_dynamics import Solution
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..frozen import frozen, read_only
-from ..problem.samples import Acting, Targets
+from ..problem.acting import Acting
+from ..problem.samples import Targets
 from .motion import Motion, Rates
 from .source import SolvedSource
 from .sweep import Sweep

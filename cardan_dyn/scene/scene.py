@@ -329,7 +329,10 @@ class Scene(Prescribed):
         along_path, workers = flag("along_path", along_path), whole("workers", workers)
         solver, problem = self._solver, self._problem
         problem.refuse_free("a sweep")
-        acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
+        if _says_nothing(speed, acceleration, time, loads, gravity, inertia):
+            acting = problem.acting
+        else:
+            acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
         with np.errstate(**_OVERFLOW):
             if isinstance(position, AssembledPositions):
                 positions = _again(solver, position, held, along_path)
@@ -338,7 +341,9 @@ class Scene(Prescribed):
                 if isinstance(position, np.ndarray):  # Before it is copied.
                     solver.refuse_too_many(position.size // max(1, len(self.drives)))
                 targets = targets_of(problem, position, held)
-                shape = common_shape({"position": targets.shape, **acting.shapes})
+                shape = targets.shape
+                if acting is not problem.acting or problem.acting_everywhere is None:
+                    shape = common_shape({"position": shape, **acting.shapes})
                 solver = solver.of_varied(targets.varied)
                 solver.refuse_too_many(math.prod(shape))
                 positions = solver.assembled_in_turn(targets.expanded(shape), along_path)
@@ -716,6 +721,14 @@ def _merged(
         if value is None and not (isinstance(key, str) and key in mechanism.links):
             check_single(mechanism, key, f"a key of {name},")
     return {key: value for key, value in merged.items() if value is not None}
+
+
+def _says_nothing(speed: object, acceleration: object, time: object, *others: object) -> bool:
+    """Return whether a sweep is at rest at time zero and leaves all else to the scene."""
+    for number in (speed, acceleration, time):
+        if type(number) is not float or number != 0.0:
+            return False
+    return all(other is None for other in others)
 
 
 def _names(role: str, value: object) -> set[str]:

@@ -12,7 +12,8 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError, EquilibriumError, MobilityError, choices
 from ..frozen import frozen, read_only
-from ..problem.samples import Acting, Targets, acting_on
+from ..problem.acting import Acting
+from ..problem.samples import Targets, acting_on
 from ..results.collect import sweep_of
 from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep

@@ -23,7 +23,8 @@ from ..errors import (
 )
 from ..frozen import frozen, made, read_only
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
-from ..problem.samples import Acting, acting_on
+from ..problem.acting import Acting
+from ..problem.samples import acting_on
 from ..results.collect import Scattered, sweep_of
 from ..results.element_results import ElementResults
 from ..results.motion import Motion
