@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, consecutive
+from ..kinematics.closing.batch_model import placed_by
 from ..kinematics.closing.equations import successor_ends
 from ..kinematics.closing.group_solver import GroupState
 from ..mechanism.mechanism import Mechanism
@@ -87,7 +88,9 @@ class ClosureForces:
         joints = path.joints
         if loop in self.fixed_loops:
             end = successor_ends([state.equations.loops[local]], state.batch)
-            rotation, position = (item[:, 0] for item in end.placements_on_base(state.actions))
+            rotation, position = (
+                item[:, 0] for item in end.placements_on_base(placed_by(state.actions))
+            )
             columns = rotation.transpose(2, 1, 0)
             action = np.zeros((len(added), 6, 6))
             action[:, :3, :3] = action[:, 3:, 3:] = columns

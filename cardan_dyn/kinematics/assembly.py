@@ -186,7 +186,7 @@ class Assembly:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        state = guess.kinematics.close(guess.x, guess.turns, settles=True)
+        state = guess.kinematics.close(guess.x, guess.turns, settles=True, left=guess.left)
         is_closed = _is_closed(state, guess)
         if not is_closed.all():
             bad = int(np.argmin(is_closed))

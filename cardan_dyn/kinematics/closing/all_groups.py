@@ -23,6 +23,7 @@ class ClosedState(NamedTuple):
         residual: `(N,)` worst closure error, see `ClosureEquations.error`.
         condition: `(N,)` greatest condition number of a group's closure equations.
         correction: `(N,)` how far the guess was off.
+        left: `(N,)` see `GroupState.left`, the greatest of all groups with passives.
     """
 
     x: Array
@@ -30,6 +31,7 @@ class ClosedState(NamedTuple):
     residual: Array
     condition: Array
     correction: Array
+    left: Array
 
     @property
     def inverses(self) -> list[Array]:
@@ -175,6 +177,7 @@ class Kinematics:
         most: int = MOST_STEPS,
         settles: bool = False,
         leaves: float = CONVERGED,
+        left: Array | None = None,
     ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
@@ -185,13 +188,15 @@ class Kinematics:
             settles: whether idle rods are turned about their lines to where they settle, so that
                 their positions do not depend on the way there.
             leaves: see `GroupSolver.newton`.
+            left: likewise.
         """
         x = self.coordinates.normalised(x.copy())
         states = []
         for solver, reduction, rounding in zip(
             self.solvers, self.reductions, self._rounding, strict=True
         ):
-            states.append(solver.newton(x, reduction, rounding, turns, most, leaves, settles))
+            given = turns, most, leaves, settles, left
+            states.append(solver.newton(x, reduction, rounding, *given))
         return _joined(x, states)
 
     def evaluate(self, x: Array) -> ClosedState:
@@ -219,9 +224,8 @@ class Kinematics:
             return self.rates(state, np.ones((count, drives)))[:, :, None]
         ratios = np.zeros((count, self.coordinates.model.nv, drives))
         ratios[:, self.drives, np.arange(drives)] = 1.0
-        for group_state in state.groups:
+        for group_state, moving in zip(state.groups, self._moving, strict=True):
             group = group_state.group
-            moving = consecutive(np.flatnonzero(np.any(depends[group.passives], axis=0)))
             rates = group_state.rates(ratios[:, group.known][:, :, moving])
             if isinstance(moving, slice):
                 ratios[:, group.passives, moving] = rates
@@ -239,6 +243,16 @@ class Kinematics:
         for solver in self.solvers:
             depends[solver.group.passives] = np.any(depends[solver.group.known], axis=0)
         return depends
+
+    @cached_property
+    def _moving(self) -> list[slice | Array]:
+        """Per group, the drives (index) that move any of its passives."""
+        depends = self.depends
+        assert depends is not None
+        return [
+            consecutive(np.flatnonzero(np.any(depends[solver.group.passives], axis=0)))
+            for solver in self.solvers
+        ]
 
     def accelerations(self, state: ClosedState, v: Array, drive_accelerations: Array) -> Array:
         """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`; state as of `rates`."""
@@ -279,10 +293,15 @@ class Kinematics:
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
     """Return the state of all groups, each at the coordinates `x`."""
+    if len(groups) == 1 and groups[0].group.passives.size:
+        (only,) = groups
+        return ClosedState(x, groups, only.residual, only.condition, only.correction, only.left)
     residual, condition = np.zeros(len(x)), np.ones(len(x))
-    correction = np.zeros(len(x))
+    correction, left = np.zeros(len(x)), np.zeros(len(x))
     for group in groups:
         np.maximum(residual, group.residual, out=residual)
         np.maximum(condition, group.condition, out=condition)
         np.maximum(correction, group.correction, out=correction)
-    return ClosedState(x, groups, residual, condition, correction)
+        if group.group.passives.size:
+            np.maximum(left, group.left, out=left)
+    return ClosedState(x, groups, residual, condition, correction, left)

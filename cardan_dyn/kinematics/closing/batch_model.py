@@ -203,10 +203,13 @@ class BatchModel:
         return result.reshape(len(v), -1)
 
     def actions(self, x: Array) -> Array:
-        """Return transposed action matrices `(N, 6 n, 6)` of all joints' placements.
+        """Return the actions of all joints, see `actions_of`, at coordinate rows `x (N, size)`."""
+        return actions_of(self.placed(x))
 
-        Row `6 j + i` of a sample is unit twist `i` of joint `j`'s frame, in the base's axes about
-        `origin`. One call into Pinocchio per sample.
+    def placed(self, x: Array) -> Array:
+        """Return the placements `(N, n, 12)` of all joints in the base's axes about `origin`.
+
+        Rotations, column by column, and positions. One call into Pinocchio per sample.
 
         Args:
             x: coordinate rows `(N, size)`.
@@ -221,7 +224,7 @@ class BatchModel:
             for row, out in zip(x[:, self.columns], placed, strict=True):
                 forward(model, data, row)
                 out[:] = placements
-        return _actions(placed)
+        return placed
 
     def _placements(self) -> tuple[pinocchio.Data, Array]:
         """Make what a thread places the bodies in, and a view `(n, 12)` of it.
@@ -288,11 +291,14 @@ def _address(array: Array) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-def _actions(placed: Array) -> Array:
-    """Return `(N, 6 n, 6)`, see `BatchModel.actions`.
+def actions_of(placed: Array) -> Array:
+    """Return transposed action matrices `(N, 6 n, 6)` of joints' placements.
+
+    Row `6 j + i` of a sample is unit twist `i` of joint `j`'s frame, in the base's axes about the
+    batch model's origin.
 
     Args:
-        placed: `(N, n, 12)` rotations, column by column, and positions.
+        placed: `(N, n, 12)`, see `BatchModel.placed`.
     """
     count, bodies, _ = placed.shape
     columns = placed[:, :, :9].reshape(count, bodies, 3, 3)
@@ -325,11 +331,19 @@ class UnitTwists:
         return result
 
 
+def placed_by(actions: Array) -> Array:
+    """Return the placements `(N, n, 12)` whose `actions_of` are given."""
+    blocks = actions.reshape(len(actions), -1, 6, 6)[:, :, :, :3]
+    rotations = blocks[:, :, :3]
+    shifts = positions(rotations.transpose(3, 1, 2, 0), blocks[:, :, 3:].transpose(3, 1, 2, 0))
+    return np.concatenate([rotations.reshape(*blocks.shape[:2], 9), shifts.T], axis=2)
+
+
 def placement(actions: Array, index: int) -> tuple[Array, Array]:
     """Return rotation `(3, 3, N)` and position `(3, N)` of a joint's frame from its actions.
 
     Args:
-        actions: see `BatchModel.actions`.
+        actions: see `actions_of`.
         index: of the joint's body in the batch model.
     """
     block = actions[:, 6 * index : 6 * index + 6, :3].transpose(2, 1, 0)
@@ -380,10 +394,10 @@ class LongChain(BatchModel):
     `(2, 3, N)`: linear and angular part, force and moment.
     """
 
-    def actions(self, x: Array) -> Array:
-        """See `BatchModel.actions`."""
+    def placed(self, x: Array) -> Array:
+        """See `BatchModel.placed`."""
         if self._placing.nv <= _MOST_PLACED:
-            return super().actions(x)
+            return super().placed(x)
         placed: list[tuple[Array, Array]] = []
         for body, (rotation, position) in enumerate(self._relative(self.configuration(x))):
             parent = int(self.parents[body])
@@ -394,7 +408,7 @@ class LongChain(BatchModel):
             placed.append((rotation, position))
         columns, positions = (np.stack(items).T for items in zip(*placed, strict=True))
         rows = columns.transpose(0, 3, 1, 2).reshape(*positions.shape[::2], 9)
-        return _actions(np.concatenate([rows, positions.transpose(0, 2, 1)], axis=2))
+        return np.concatenate([rows, positions.transpose(0, 2, 1)], axis=2)
 
     def inverse_dynamics(
         self, base: BaseMotion, x: Array, v: Array, a: Array

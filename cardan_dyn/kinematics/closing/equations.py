@@ -26,7 +26,7 @@ from ...mechanism.welds import Coupling, Loop
 from ..loops.groups import Group
 from ..loops.idle_rods import IdleRod
 from ..tolerances import RANK_TOLERANCE
-from .batch_model import BatchModel, UnitTwists, placement, positions
+from .batch_model import BatchModel, UnitTwists, placement
 
 _HALF_TURN = 1e-12
 """Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
@@ -181,7 +181,7 @@ class ClosureEquations:
 
         Args:
             twists: `(N, m, 6)` of the moving coordinates.
-            actions: see `BatchModel.actions`.
+            actions: see `actions_of`.
         """
         moving = [twists[:, signs != 0.0] for signs in self.column_signs]
         units = [self._units[signs != 0.0] for signs in self.column_signs]
@@ -235,7 +235,7 @@ class ClosureEquations:
         Args:
             twist: loop twists `(N, L, 6)`.
             slips: of the couplings `(N, G)`; zero if None.
-            actions: see `BatchModel.actions`.
+            actions: see `actions_of`.
             reduction: which rows.
         """
         weighted = twist * self.weights
@@ -256,7 +256,7 @@ class ClosureEquations:
 
         Args:
             axes: of the loop, see `Reduction`.
-            actions: see `BatchModel.actions`.
+            actions: see `actions_of`.
             combinations: of its weighted rows, `(N, 6, k)` or `(6, k)`.
 
         Returns:
@@ -272,16 +272,19 @@ class ClosureEquations:
         """Return `(N, 6, r)` the rows of a loop that a moving body carries, in the base's axes."""
         return np.asarray(axes.matrices(actions) @ (self.weights[:, None] * rows))
 
-    def error(self, actions: Array) -> tuple[Array, Array]:
+    def error(self, placed: Array) -> tuple[Array, Array]:
         """Return how far the loops are from closed.
+
+        Args:
+            placed: see `BatchModel.placed`.
 
         Returns:
             The twist `(N, L, 6)` that would take each successor to its predecessor, and the
             closure error `(N,)` at the welds: the worst angle [rad] or gap, the latter as a
             fraction of the mechanism's length.
         """
-        gap, turn, middle = self._gaps(actions)
-        result = np.empty((actions.shape[0], gap.shape[1], 6))
+        gap, turn, middle = self._gaps(placed)
+        result = np.empty((placed.shape[0], gap.shape[1], 6))
         # A rotation about the origin shifts the weld as well; the twist makes up for it.
         result[:, :, :3] = (gap - cross(turn, middle)).transpose(2, 1, 0)
         result[:, :, 3:] = turn.transpose(2, 1, 0)
@@ -293,17 +296,17 @@ class ClosureEquations:
         worst = np.maximum.reduce(squares, axis=(0, 1), initial=0.0)
         return result, np.sqrt(worst)
 
-    def _gaps(self, actions: Array) -> tuple[Array, Array, Array]:
+    def _gaps(self, placed: Array) -> tuple[Array, Array, Array]:
         """Return the gaps, rotations and middles `(3, L, N)` of all loops, see `LoopGaps.at`."""
-        found = [alike.at(actions) for alike in self._alike]
+        found = [alike.at(placed) for alike in self._alike]
         if len(found) == 1:
             return found[0]
-        gap, turn, middle = np.empty((3, 3, len(self.loops), len(actions)))
+        gap, turn, middle = np.empty((3, 3, len(self.loops), len(placed)))
         for alike, own in zip(self._alike, found, strict=True):
             gap[:, alike.loops], turn[:, alike.loops], middle[:, alike.loops] = own
         return gap, turn, middle
 
-    def at_welds(self, twists: Array, actions: Array) -> tuple[Array, Array]:
+    def at_welds(self, twists: Array, placed: Array) -> tuple[Array, Array]:
         """Return all closure equations about the welds instead of the batch model's origin.
 
         There, gaps and angles do not mix, so that the sum of their squares says how far the loops
@@ -311,7 +314,7 @@ class ClosureEquations:
 
         Args:
             twists: `(N, m, 6)` unit twists of the movable coordinates.
-            actions: see `BatchModel.actions`.
+            placed: see `BatchModel.placed`.
 
         Returns:
             Transposed matrices `(N, m, 6 L + G)`, and errors `(N, 6 L)`: gaps as fractions of the
@@ -319,7 +322,7 @@ class ClosureEquations:
         """
         parts, errors = [], []
         each = zip(
-            self.column_signs, *(of.transpose(1, 0, 2) for of in self._gaps(actions)), strict=True
+            self.column_signs, *(of.transpose(1, 0, 2) for of in self._gaps(placed)), strict=True
         )
         for signs, gap, turn, middle in each:
             rows = twists * signs[:, None]
@@ -447,17 +450,19 @@ class LoopEnds(NamedTuple):
         on = None if bodies[0] < 0 else consecutive(bodies)
         return LoopEnds(on, rotations, translations, is_rotated, bool(translations.any()))
 
-    def placements_on_base(self, actions: Array) -> tuple[Array, Array]:
+    def placements_on_base(self, placed: Array) -> tuple[Array, Array]:
         """Return rotations `(3, k, 3, N)` and positions `(3, k, N)` about the batch's origin.
 
         N is 1 for ends on the base.
+
+        Args:
+            placed: see `BatchModel.placed`.
         """
         if self.bodies is None:
             return self.rotations.transpose(1, 0, 2)[..., None], self.translations.T[:, :, None]
-        blocks = actions.reshape(len(actions), -1, 6, 6)[:, self.bodies, :, :3]
-        blocks = blocks.transpose(3, 1, 2, 0)
-        rotations = np.ascontiguousarray(blocks[:, :, :3])
-        shifts = positions(rotations, blocks[:, :, 3:])
+        blocks = placed[:, self.bodies]
+        blocks = blocks.reshape(*blocks.shape[:2], 4, 3).transpose(3, 1, 2, 0)
+        rotations, shifts = np.ascontiguousarray(blocks[:, :, :3]), blocks[:, :, 3]
         if self.is_shifted:
             shifts = shifts + np.matmul(self.translations[:, None], rotations)[:, :, 0]
         if self.is_rotated:
@@ -477,19 +482,19 @@ class LoopGaps(NamedTuple):
     first: LoopEnds
     second: LoopEnds
 
-    def at(self, actions: Array) -> tuple[Array, Array, Array]:
+    def at(self, placed: Array) -> tuple[Array, Array, Array]:
         """Return how far they are from closed.
 
         Args:
-            actions: see `BatchModel.actions`.
+            placed: see `BatchModel.placed`.
 
         Returns:
             Vectors `(3, k, N)`: from the successor's weld to the predecessor's [m], the rotation
             between them (see `rotations_between`), and the point halfway from the batch model's
             origin [m].
         """
-        rotations_1, positions_1 = self.first.placements_on_base(actions)
-        rotations_2, positions_2 = self.second.placements_on_base(actions)
+        rotations_1, positions_1 = self.first.placements_on_base(placed)
+        rotations_2, positions_2 = self.second.placements_on_base(placed)
         turns = rotations_between(rotations_1, rotations_2)
         return positions_1 - positions_2, turns, 0.5 * (positions_1 + positions_2)
 
@@ -712,7 +717,7 @@ def reachable_rows(
         units: `(k, 6)` scale of their components.
         candidates: axes in which the rows may be chosen; the first ones that show as few as any
             are taken.
-        actions: see `BatchModel.actions`.
+        actions: see `actions_of`.
 
     Returns:
         The rows `(6, r)` that are reached, the others, and their axes.
@@ -796,7 +801,7 @@ class RodSpins:
         frame, by the least rotation that takes its line to where it is.
 
         Args:
-            actions: of the batch at closed positions, see `BatchModel.actions`.
+            actions: of the batch at closed positions, see `actions_of`.
         """
         start, across, side = self._at_zero
         rotations = self._rotations(actions, self._bodies)

@@ -17,7 +17,7 @@ from ...mechanism.kept import Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
-from .batch_model import BatchModel, LongChain
+from .batch_model import BatchModel, LongChain, actions_of
 from .equations import ClosureEquations, Reduction
 from .stacked import (
     apart,
@@ -142,11 +142,12 @@ class GroupSolver:
             correction: `(N,)` how far the guess was off; zero if None.
         """
         equations, known, count = self.equations, self.group.known.size, x.shape[0]
-        actions = self.batch.actions(x)
+        placed = self.batch.placed(x)
+        actions = actions_of(placed)
         twists = equations.unit_twists.of(actions)
         rows = equations.rows(twists, actions, reduction)
         passive = rows[:, known:]
-        error, residual = equations.error(actions)
+        error, residual = equations.error(placed)
         slips = None
         if equations.couplings:
             slips = self._slips(x, turns)
@@ -176,6 +177,7 @@ class GroupSolver:
             residual=residual,
             condition=condition,
             correction=np.zeros(count) if correction is None else correction,
+            left=np.full(count, np.inf),
             spins=spins,
         )
         return state, equations.project(error, slips, actions, reduction)
@@ -187,12 +189,13 @@ class GroupSolver:
             Transposed closure matrices `(N, p, R)`, errors `(N, R)` and closure errors `(N,)`.
         """
         equations, known = self.equations, len(self.group.known)
-        actions = self.batch.actions(x)
-        rows, error = equations.at_welds(equations.unit_twists.of(actions), actions)
+        placed = self.batch.placed(x)
+        twists = equations.unit_twists.of(actions_of(placed))
+        rows, error = equations.at_welds(twists, placed)
         passive = rows[:, known:]
         if self.row_scale is not None:
             passive = passive * self.row_scale
-        _, residual = equations.error(actions)
+        _, residual = equations.error(placed)
         slips = self._slips(x, None)
         if slips.size:
             residual = np.maximum(residual, np.max(np.abs(slips) / equations.slip_units, axis=1))
@@ -237,9 +240,9 @@ class GroupSolver:
         state, error = self.evaluate(x.copy(), reduction)
         step = state.step(error)
         sizes = np.abs(step * self._scale).max(axis=1, initial=0.0)
-        self._bend(state, step, sizes)
+        left = self._bend(state, step, sizes)
         self._moves.apply(x, step)
-        return state._replace(correction=sizes)
+        return state._replace(correction=sizes, left=left)
 
     def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
         """Let Newton steps `(N, p)` follow the curvature, where that is known; return what is left.
@@ -273,6 +276,7 @@ class GroupSolver:
         most: int = MOST_STEPS,
         leaves: float = CONVERGED,
         settles: bool = False,
+        left: Array | None = None,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
@@ -285,12 +289,17 @@ class GroupSolver:
             leaves: error that may be left [rad].
             settles: whether idle rods are turned about their lines to where they settle, see
                 `RodSpins.turned`.
+            left: `(N,)` error of the guess where a step that was taken to it tells, see
+                `GroupState.left`; infinite elsewhere.
         """
         settles = settles and bool(self.group.idle)
         state, error = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        state = self._from(state, error, x, rounding, turns, most, leaves, settles)
+        stays = None if left is None or settles else left <= leaves
+        if stays is not None and np.logical_and.reduce(stays):
+            return state
+        state = self._from(state, error, x, rounding, turns, most, leaves, settles, stays=stays)
         if settles:
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
@@ -308,10 +317,12 @@ class GroupSolver:
         leaves: float,
         settles: bool = False,
         may_stay: bool = True,
+        stays: Array | None = None,
     ) -> GroupState:
         """Take Newton steps from a state with its error `(N, R)`; see `newton`.
 
-        A guess may be exact but for rounding; what a step was taken for may not stay in it.
+        A guess may be exact but for rounding; what a step was taken for may not stay in it, unless
+        what that left is less: such samples stay as they are, `(N,)`.
         """
         reduction, correction = state.reduction, state.correction
         angles, spins, is_done = None, np.zeros(1), np.zeros(len(x), dtype=bool)
@@ -327,6 +338,8 @@ class GroupSolver:
                 if np.logical_and.reduce(scaled <= rounding, axis=None) and is_still.all():
                     break
                 is_done = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1) & is_still
+                if stays is not None:
+                    is_done |= stays
             if len(x) > 1:
                 few = np.flatnonzero(~is_done)
                 if not few.size:
@@ -408,7 +421,7 @@ class GroupState(NamedTuple):
         solver: of the group.
         reduction: which rows of its closure equations were solved.
         x: `(N, size)` coordinates.
-        actions: see `BatchModel.actions`.
+        actions: see `actions_of`.
         twists: `(N, m, 6)` unit twists of the movable coordinates.
         known_rows, passive_rows: transposed closure matrices `(N, k, R)` and `(N, p, R)`.
         inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse. With k idle rods
@@ -417,6 +430,8 @@ class GroupState(NamedTuple):
         residual: `(N,)` closure error, see `ClosureEquations.error`.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         correction: `(N,)` how far the guess was off.
+        left: `(N,)` error [rad] that a step taken from here leaves, in order of magnitude;
+            infinite where none was taken.
         spins: `(N, m, k)` rates of idle rods about their lines per unit of each movable
             coordinate; None without such rods.
     """
@@ -433,6 +448,7 @@ class GroupState(NamedTuple):
     residual: Array
     condition: Array
     correction: Array
+    left: Array
     spins: Array | None
 
     @property

@@ -154,7 +154,9 @@ class JointMotion:
         try:
             if along_path:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
-                reached = Reached(x, np.ones(len(x), dtype=bool), *np.zeros((2, len(x))))
+                count = len(x)
+                of_samples = np.zeros(count), np.zeros(count), np.full(count, np.inf)
+                reached = Reached(x, np.ones(count, dtype=bool), *of_samples)
             else:
                 own = self._without_turns(asked, turns, targets.design_of)
                 reached = self._reached(kinematics, own, targets.design_of)
@@ -169,7 +171,7 @@ class JointMotion:
         x, is_there = reached.x, reached.is_there
         if np.any(is_there):
             self._seen = x[np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]]
-        return Followed((x, turns), True, is_there)
+        return Followed((x, turns), True, is_there, reached.left)
 
     def _without_turns(self, own: Array, turns: Array, design_of: Array) -> Array:
         """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`."""
@@ -209,10 +211,11 @@ class JointMotion:
         near = self._near_last(known, own)
         if near is not None:
             return near
-        x = np.full((len(own), self._start.size), np.nan)
+        x, left = np.full((len(own), self._start.size), np.nan), np.full(len(own), np.inf)
         if not self._lines_pay(own, design_of):
             legs = [leg for leg in (self._held, self._driven) if leg]
-            x = near_lattices(known, self._start, self._drive_columns, own, self._units, legs)
+            common = known, self._start, self._drive_columns
+            x, left = near_lattices(*common, own, self._units, legs)
         is_there = ~np.isnan(x[:, self._drive_columns[0]])
         residual, condition = np.zeros((2, len(own)))
         ways = [known]
@@ -225,10 +228,10 @@ class JointMotion:
             rest = np.nonzero(~is_there)[0]
             if rest.size:
                 found = self._on_lines(way, own[rest], design_of[rest])
-                x[rest], is_there[rest], residual[rest], condition[rest] = found
+                x[rest], is_there[rest], residual[rest], condition[rest], left[rest] = found
         if len(own) == 1 and is_there[0] and condition[0] > 0.0:
             self._last = _Last(known, own, x.copy(), float(condition[0]))
-        return Reached(x, is_there, residual, condition)
+        return Reached(x, is_there, residual, condition, left)
 
     def _known_part(self, kinematics: Kinematics) -> Kinematics:
         """Return the kinematics of this motion, the same object as long as the scene's is it."""
@@ -263,7 +266,8 @@ class JointMotion:
             return None
         condition = max(last.condition / (1.0 - apart), float(state.condition[0]))
         self._last = _Last(known, own, state, condition)
-        return Reached(state.x, np.ones(1, dtype=bool), state.residual, np.array([condition]))
+        known_of = state.residual, np.array([condition]), state.left
+        return Reached(state.x, np.ones(1, dtype=bool), *known_of)
 
     def _follow_whole_ways(
         self,
@@ -320,9 +324,8 @@ class JointMotion:
         columns, own = [columns[index] for index in self._driven], own[:, self._driven]
         if not self._driven:
             count = len(own)
-            reached = Reached(
-                starts[of_design], np.ones(count, dtype=bool), np.zeros(count), np.ones(count)
-            )
+            of_samples = np.zeros(count), np.ones(count), np.full(count, np.inf)
+            reached = Reached(starts[of_design], np.ones(count, dtype=bool), *of_samples)
         elif len(self._driven) == 1:
             reached = _along_one(kinematics, starts, columns, own[:, 0], of_design, begin)
         else:

@@ -71,10 +71,11 @@ def near_lattices(
     positions: Array,
     units: Array,
     legs: Sequence[list[int]],
-) -> Array:
+) -> tuple[Array, Array]:
     """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
-    Where one lattice is too coarse for some samples, a finer one is tried.
+    With their errors `(N,)`, see `GroupState.left`. Where one lattice is too coarse for some
+    samples, a finer one is tried.
 
     Args:
         kinematics: see `near_lattice`, as for the others.
@@ -84,18 +85,19 @@ def near_lattices(
         units: `(d,)` displacements of the drives that count as one radian [rad or m].
         legs: likewise.
     """
-    x = np.full((len(positions), start.size), np.nan)
+    x, left = np.full((len(positions), start.size), np.nan), np.full(len(positions), np.inf)
     rest, spacing = np.arange(len(positions)), np.inf
     ahead = (positions - start[columns]) / units
     while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
         spacing = found
         common = kinematics, start, columns
-        rest = rest[~near_lattice(x, rest, *common, positions[rest], spacing * units, legs)]
-    return x
+        rest = rest[~near_lattice(x, left, rest, *common, positions[rest], spacing * units, legs)]
+    return x, left
 
 
 def near_lattice(
     x: Array,
+    left: Array,
     samples: Array,
     kinematics: Kinematics,
     start: Array,
@@ -108,6 +110,7 @@ def near_lattice(
 
     Args:
         x: `(N, size)`; the rows of samples to which steps are not safe stay as they are.
+        left: `(N,)` likewise; errors of the coordinates, see `GroupState.left`.
         samples: `(K,)` rows (indices) of the samples.
         kinematics: of the drives and the groups that they move.
         start: `(size,)` closed coordinates to begin at.
@@ -126,7 +129,8 @@ def near_lattice(
     is_there = lines.lead_there(is_good)[end_of]
     for block in _blocks(np.nonzero(is_there)[0]):
         near, is_safe = points.near(lines.ends[end_of[block]], positions[block])
-        x[samples[block[is_safe]]], is_there[block] = near[is_safe], is_safe
+        chosen, is_there[block] = samples[block[is_safe]], is_safe
+        x[chosen], left[chosen] = near.x[is_safe], near.left[is_safe]
     return np.asarray(is_there)
 
 
@@ -177,8 +181,8 @@ class _Points:
             is_good[block] = self._agree(lines.first[block], lines.second[block])
         return is_good
 
-    def near(self, points: Array, positions: Array) -> tuple[Array, Array]:
-        """Return coordinates `(N, size)` one Newton step from extrapolations, and `(N,)` safety.
+    def near(self, points: Array, positions: Array) -> tuple[ClosedState, Array]:
+        """Return what is one Newton step from extrapolations, and `(N,)` whether it is safe.
 
         Args:
             points: `(N,)` to begin at.
@@ -189,7 +193,7 @@ class _Points:
             state = self._kinematics.newton_step(guess)
             is_safe = is_short & (state.correction < allowed_error(state.condition))
             is_safe &= self._kinematics.same_side(state, [item[points] for item in self._inverses])
-        return state.x, is_safe
+        return state, is_safe
 
     def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` at drive positions, from the derivatives at points.

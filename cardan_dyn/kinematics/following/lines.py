@@ -159,12 +159,14 @@ class Reached(NamedTuple):
         is_there: `(N,)` whether that is the end.
         residual: `(N,)` closure error of the last step that was tried, where it is not.
         condition: `(N,)` greatest condition number on the line, as far as it was followed.
+        left: `(N,)` error of `x` as far as a step tells, see `GroupState.left`.
     """
 
     x: Array
     is_there: Array
     residual: Array
     condition: Array
+    left: Array
 
 
 class OnLines(NamedTuple):
@@ -230,7 +232,7 @@ def samples_on_lines(
     count, size = len(samples.line), starts.shape[1]
     if len(starts) == 1 < len(ends) and begin is None:
         begin = kinematics.evaluate(starts)
-    reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), *np.empty((2, count)))
+    reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), *np.empty((3, count)))
     for first in range(0, len(ends), BLOCK_SIZE):
         chosen = slice(first, first + BLOCK_SIZE)
         span, own = samples.of_lines(first, first + BLOCK_SIZE)
@@ -307,7 +309,8 @@ class Lines:
         self._follow(passed, 1.0 if len(keys) <= len(self.x) else _BETWEEN)
         is_there = samples.share <= self.share[samples.line]
         values[~is_there] = self.x[samples.line[~is_there]]
-        return Reached(values, is_there, self.residual[samples.line], self.greatest[samples.line])
+        of_lines = self.residual[samples.line], self.greatest[samples.line]
+        return Reached(values, is_there, *of_lines, np.full(len(values), np.inf))
 
     def to_ends(self, rows: Rows, quick: bool) -> None:
         """Follow all lines of a single drive as far as they lead, and keep all nodes.

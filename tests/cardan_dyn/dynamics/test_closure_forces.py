@@ -114,7 +114,7 @@ def test_multipliers_work_along_the_coordinates_as_their_rows_say(scene: cd.Scen
     mechanism = scene.mechanism
     closure, loops = ClosureForces(mechanism), len(mechanism.loops)
     subspace = scene.solver.reactions.subspace
-    owners = scene.solver.reactions._owners
+    owners = scene.solver.reactions.along.owners
     for _, group in groups(scene):
         multipliers = np.random.default_rng(5).normal(
             size=(COUNT, group.passive_rows.shape[2], SIZE)
@@ -151,7 +151,7 @@ def test_self_stresses_act_along_no_passive_coordinate(name: str, count: int) ->
             total += columns
             wrenches = np.zeros((COUNT, closure.size, 6, columns))
             wrenches[:, item.joints] = item.spread
-            chosen = wrenches[:, reactions._owners[group.group.passives]]
+            chosen = wrenches[:, reactions.along.owners[group.group.passives]]
             units = reactions.subspace[group.group.passives]
             efforts = np.einsum("nkic,ki->nkc", chosen, units)
             np.testing.assert_allclose(efforts, 0.0, atol=1e-9)

@@ -10,7 +10,7 @@ from testkit.mixed_chain import MIXED, moved, rows
 from testkit.planar_linkages import four_bar, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.batch_model import BatchModel
+from cardan_dyn.kinematics.closing.batch_model import BatchModel, placed_by
 from cardan_dyn.kinematics.closing.equations import ClosureEquations
 from cardan_dyn.kinematics.loops.groups import Group
 
@@ -128,10 +128,10 @@ def test_rows_are_the_slope_of_the_error_at_closed_positions(name: str) -> None:
     v = rates_of(mechanism)
     x = np.repeat(zero, COUNT, axis=0)
     actions, twists = geometry(equations, x)
-    error, worst = equations.error(actions)
+    error, worst = equations.error(placed_by(actions))
     assert np.max(worst) < 1e-9
     later, earlier = (
-        equations.error(geometry(equations, moved(mechanism, x, v, 0.0 * v, t))[0])[0]
+        equations.error(placed_by(geometry(equations, moved(mechanism, x, v, 0.0 * v, t))[0]))[0]
         for t in (STEP, -STEP)
     )
     slope = (later - earlier) / (2.0 * STEP)
@@ -159,7 +159,9 @@ def test_drift_is_the_curvature_of_the_error_along_a_closed_motion(
     v = kinematics.rates(state, np.linspace(3.0, 0.3, len(drives))[None])
     equations = equations_of(mechanism)
     errors = [
-        equations.error(geometry(equations, moved(mechanism, state.x, v, 0.0 * v, t))[0])[0]
+        equations.error(
+            placed_by(geometry(equations, moved(mechanism, state.x, v, 0.0 * v, t))[0])
+        )[0]
         for t in (-STEP, 0.0, STEP)
     ]
     curvature = (errors[0] - 2.0 * errors[1] + errors[2]) / STEP**2
@@ -174,7 +176,7 @@ def test_the_error_is_the_twist_from_successor_to_predecessor() -> None:
     equations = equations_of(mechanism)
     x = np.repeat(mechanism.coordinates.neutral()[None], COUNT, axis=0)
     x = moved(mechanism, x, rates_of(mechanism), np.zeros((COUNT, mechanism.model.nv)), 1e-3)
-    computed, worst = equations.error(geometry(equations, x)[0])
+    computed, worst = equations.error(placed_by(geometry(equations, x)[0]))
     model, data = mechanism.model, mechanism.model.createData()
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
         pinocchio.forwardKinematics(model, data, q)
@@ -205,9 +207,9 @@ def test_a_loop_to_the_world_is_closed_about_any_origin() -> None:
     )
     equations = equations_of(mechanism)
     x = mechanism.coordinates.neutral()[None]
-    assert equations.error(geometry(equations, x)[0])[1][0] < 1e-15
+    assert equations.error(placed_by(geometry(equations, x)[0]))[1][0] < 1e-15
     x[0, mechanism.coordinates.columns["a"]] = 0.1
-    error, worst = equations.error(geometry(equations, x)[0])
+    error, worst = equations.error(placed_by(geometry(equations, x)[0]))
     turn = 2.0 * np.sin(0.05)
     gap = 0.5 * np.array([np.cos(0.1) - 1.0, np.sin(0.1), 0.0])
     middle = np.array([0.5, 0.0, 0.0]) + 0.5 * gap - ORIGIN
@@ -330,7 +332,7 @@ def test_a_coupling_adds_the_row_of_its_ratio() -> None:
     np.testing.assert_array_equal(
         equations.project(no_loops, None, actions, reduction), np.zeros((2, 2))
     )
-    _, worst = equations.error(actions)
+    _, worst = equations.error(placed_by(actions))
     assert not np.any(worst)
 
 
@@ -360,7 +362,7 @@ def test_a_group_without_loops_and_couplings_has_no_rows(mixed: cd.Mechanism) ->
     equations = ClosureEquations(mixed, BatchModel(mixed, bodies, set(), ORIGIN), group)
     actions, twists = geometry(equations, rows(mixed, 2))
     assert equations.rows(twists, actions, equations.full()).shape == (2, 0, 0)
-    error, worst = equations.error(actions)
+    error, worst = equations.error(placed_by(actions))
     assert error.shape == (2, 0, 6)
     assert worst.tolist() == [0.0, 0.0]
     assert equations.project(error, None, actions, equations.full()).shape == (2, 0)

@@ -112,6 +112,31 @@ def test_a_newton_step_returns_the_state_before_it() -> None:
     np.testing.assert_allclose(linear, 0.0, atol=1e-14)
 
 
+def test_what_a_step_leaves_needs_no_other_step() -> None:
+    """Samples whose last step left less than rounding stay as they are, and are evaluated once."""
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", ANGLES)
+    item.newton(x, reduction, exact(item))
+    x[:, mechanism.coordinates.columns["B"].start] += 1e-6
+    left = item.newton_step(x, reduction).left
+    assert np.max(left) < 1e-17
+    stepped = x.copy()
+    state = item.newton(x, reduction, exact(item), left=left)
+    np.testing.assert_array_equal(x, stepped)
+    assert np.max(state.residual) < 1e-15
+    # Of others the steps are taken, of both kinds beside each other too.
+    x[1::2, mechanism.coordinates.columns["B"].start] += 1e-3
+    moved, left[1::2] = x.copy(), np.inf
+    state = item.newton(x, reduction, exact(item), left=left)
+    np.testing.assert_array_equal(x[::2], stepped[::2])
+    assert np.all(state.correction[1::2] > 9e-4)
+    assert np.max(state.residual) < 1e-15
+    alone = moved[1::2]
+    item.newton(alone, reduction, exact(item), left=left[1::2])
+    np.testing.assert_array_equal(x[1::2], alone)
+
+
 def test_the_number_of_newton_steps_is_limited() -> None:
     mechanism = four_bar()
     item, reduction, _ = only_group(mechanism, "A")

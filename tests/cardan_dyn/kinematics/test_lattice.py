@@ -26,7 +26,7 @@ def near_lattice_of(
 ) -> tuple[np.ndarray, np.ndarray]:
     x, every = np.full((len(positions), part._start.size), np.nan), np.arange(len(positions))
     common = part._kinematics, part._start, part._drive_columns, positions
-    there = near_lattice(x, every, *common, np.full(2, spacing), [[0, 1]])
+    there = near_lattice(x, np.empty(len(x)), every, *common, np.full(2, spacing), [[0, 1]])
     assert np.array_equal(there, ~np.isnan(x[:, 0]))
     return x, there
 

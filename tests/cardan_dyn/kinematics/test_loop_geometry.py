@@ -81,7 +81,7 @@ def test_ends_are_placed_in_their_bodies(
     placed = [(1, *plain), (3, rotation, translation), (2, *plain)]
     ends = LoopEnds.of(*(np.array(item) for item in zip(*placed, strict=True)))
     assert (ends.is_rotated, ends.is_shifted) == (rotated, shifted)
-    rotations, positions = ends.placements_on_base(batch.actions(x))
+    rotations, positions = ends.placements_on_base(batch.placed(x))
     for index, (body, *placement) in enumerate(placed):
         for sample, frame in enumerate(frames(mechanism, x, body + 1)):
             expected = frame * pinocchio.SE3(*placement)
@@ -89,7 +89,7 @@ def test_ends_are_placed_in_their_bodies(
             np.testing.assert_allclose(found[0], expected.rotation, atol=1e-14)
             np.testing.assert_allclose(found[1], expected.translation, atol=1e-14)
     fixed = LoopEnds.of(np.array([-1]), rotation[None], translation[None])
-    rotations, positions = fixed.placements_on_base(np.zeros((3, 0, 6)))
+    rotations, positions = fixed.placements_on_base(np.zeros((3, 0, 12)))
     np.testing.assert_array_equal(rotations[:, 0, :, 0], rotation)
     np.testing.assert_array_equal(positions[:, 0, 0], translation)
 
