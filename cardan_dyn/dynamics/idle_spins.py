@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..errors import MobilityError, choices
 from ..kinematics.closing.all_groups import ClosedState
 from ..kinematics.closing.group_solver import GroupState
-from .open_tree import LoadCase, OpenTree, efforts_along
+from .open_tree import Along, LoadCase, OpenTree
 
 _MASSLESS = 1e-14
 """Inertia against a spin, relative to all masses at the characteristic length, up to which it is
@@ -29,19 +29,17 @@ it is the rounding of forces that pass through the line."""
 class IdleSpins:
     """Accelerations of all idle rods."""
 
-    def __init__(self, tree: OpenTree, owners: Array, subspace: Array, greatest: float) -> None:
+    def __init__(self, tree: OpenTree, along: Along, greatest: float) -> None:
         """Prepare the computation.
 
         Args:
             tree: of all bodies.
-            owners: `(nv,)` the body that each velocity coordinate moves (0-based).
-            subspace: `(nv, 6)` unit twists of the velocity coordinates in their joints' frames.
+            along: all velocity coordinates.
             greatest: all masses at the characteristic length [kg·m²].
         """
         self._least = _MASSLESS * greatest
         self._tree = tree
-        self._owners = owners
-        self._subspace = subspace
+        self._along = along
 
     def added(self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array) -> Array:
         """Add the inertia of all spins to wrenches, and return the accelerations.
@@ -57,7 +55,7 @@ class IdleSpins:
         Raises:
             MobilityError: a moment acts about the line of a rod that has no inertia about it.
         """
-        result = np.zeros((len(state.x), len(self._owners), len(cases)))
+        result = np.zeros((len(state.x), len(self._along), len(cases)))
         if not any(case.dynamics or case.link_loads or np.any(case.loads) for case in cases):
             return result
         loads = np.stack([np.broadcast_to(case.loads, result.shape[:2]) for case in cases], axis=2)
@@ -88,11 +86,11 @@ class IdleSpins:
         passives = group_state.group.passives
         idle = group_state.idle * np.isin(passives, list(_columns(group_state)))[:, None]
         left = np.swapaxes(idle, -1, -2)
-        moments = left @ (loads[:, passives] - self._efforts_along(wrenches, passives))
+        moments = left @ (loads[:, passives] - self._along.efforts(wrenches, passives))
         if not np.any(moments):
             return
         unit_wrenches = self._inertia_of(state, passives, idle, wrenches.shape[1], factors)
-        inertia = left @ self._efforts_along(unit_wrenches, passives)
+        inertia = left @ self._along.efforts(unit_wrenches, passives)
         values, vectors = np.linalg.eigh(0.5 * (inertia + np.swapaxes(inertia, -1, -2)))
         counts = values > self._least
         along = np.swapaxes(vectors, -1, -2) @ moments
@@ -119,17 +117,14 @@ class IdleSpins:
         factors: Mapping[str, Array],
     ) -> Array:
         """Return wrenches `(N, b, 6, k)` that unit accelerations along k spins need."""
-        none = np.zeros((1, len(self._owners)))
-        rest = np.zeros((len(state.x), len(self._owners)))
+        none = np.zeros((1, len(self._along)))
+        rest = np.zeros((len(state.x), len(self._along)))
         cases = []
         for column in range(idle.shape[2]):
             unit = np.zeros_like(rest)
             unit[:, passives] = idle[:, :, column]
             cases.append(LoadCase((rest, unit), none, [], np.zeros((1, 3)), factors))
         return self._tree.wrenches(state, cases, size)
-
-    def _efforts_along(self, wrenches: Array, columns: Array) -> Array:
-        return efforts_along(wrenches, columns, self._owners, self._subspace)
 
 
 def _columns(group_state: GroupState) -> set[int]:

@@ -232,17 +232,42 @@ def _moved(wrench: Array, point: Array) -> Array:
     return np.concatenate([force, moment + np.cross(point, force)], axis=1)
 
 
-def efforts_along(wrenches: Array, columns: Array, owners: Array, subspace: Array) -> Array:
-    """Return components of wrenches `(N, b, 6, c)` along some coordinates, `(N, k, c)`.
+class Along:
+    """The velocity coordinates along which wrenches have components: efforts.
 
-    Args:
-        wrenches: of all joints, each in its frame.
-        columns: `(k,)` velocity coordinates.
+    Attributes:
         owners: `(nv,)` the body that each of them moves (0-based).
-        subspace: `(nv, 6)` their unit twists in their joints' frames.
+        subspace: `(nv, 6)` unit twists of the coordinates in their joints' frames.
     """
-    chosen = wrenches.take(owners.take(columns), 1)
-    return np.asarray(np.einsum("nkic,ki->nkc", chosen, subspace.take(columns, 0)))
+
+    def __init__(self, owners: Array, subspace: Array) -> None:
+        """Keep the coordinates; arguments as of the class."""
+        self.owners, self.subspace = owners, subspace
+        # Along an axis of the frame, an effort is one of the components of the wrench: a choice is
+        # exact and takes less than a sum. Coordinates that are not solved have no unit twist.
+        self._rows: Array | None = None
+        if np.all(np.count_nonzero(subspace, axis=1) <= 1):
+            self._rows = 6 * owners + np.argmax(np.abs(subspace), axis=1)
+            self._signs = subspace.sum(axis=1)[:, None]
+
+    def __len__(self) -> int:
+        return len(self.owners)
+
+    def efforts(self, wrenches: Array, columns: Array) -> Array:
+        """Return the components `(N, k, c)` of wrenches along some of the coordinates.
+
+        Args:
+            wrenches: of all joints, `(N, b, 6, c)`, each in its frame.
+            columns: `(k,)` of the coordinates.
+        """
+        if self._rows is not None:
+            count, bodies, _, cases = wrenches.shape
+            components = wrenches.reshape(count, 6 * bodies, cases)
+            efforts = components.take(self._rows.take(columns), 1)
+            efforts *= self._signs.take(columns, 0)
+            return efforts
+        chosen = wrenches.take(self.owners.take(columns), 1)
+        return np.asarray(np.einsum("nkic,ki->nkc", chosen, self.subspace.take(columns, 0)))
 
 
 def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> Array:

@@ -20,7 +20,7 @@ from ..kinematics.loops.needs import Needs
 from ..mechanism.mechanism import Mechanism
 from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
-from .open_tree import LoadCase, OpenTree, efforts_along
+from .open_tree import Along, LoadCase, OpenTree
 
 UNIQUE_TOLERANCE = 1e-9
 """Influence of self-stresses, forces times the length, below which a component counts as unique.
@@ -76,6 +76,7 @@ class ReactionSolver:
     Attributes:
         size: number b of wrenches: of the bodies, then of the `fixed` loops.
         subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
+        along: the same coordinates, along which wrenches have components.
     """
 
     def __init__(
@@ -116,20 +117,21 @@ class ReactionSolver:
         }
         self._rule = rule or LeastNorm(mechanism.characteristic_length, wrenches_in_norm(mechanism))
         model = mechanism.model
-        self._owners = np.array(
+        owners = np.array(
             [joint - 1 for joint in range(1, model.njoints) for _ in range(model.nvs[joint])]
         )
         self.subspace = np.zeros((model.nv, 6))
         for solver in kinematics.solvers:
             carried = solver.batch.moved_body >= 0
             self.subspace[carried] = solver.batch.subspace[carried]
+        self.along, self._coordinates = Along(owners, self.subspace), np.arange(model.nv)
         self._spins = None
         if any(solver.group.idle for solver in kinematics.solvers):
             from .idle_spins import IdleSpins  # Few mechanisms have idle rods.
 
             mass = sum(float(inertia.mass) for inertia in model.inertias)
             greatest = mass * mechanism.characteristic_length**2
-            self._spins = IdleSpins(self._tree, self._owners, self.subspace, greatest)
+            self._spins = IdleSpins(self._tree, self.along, greatest)
 
     def solve(self, state: ClosedState, cases: Sequence[LoadCase]) -> list[Reactions]:
         """Return the reactions of every load case at closed positions.
@@ -182,8 +184,7 @@ class ReactionSolver:
 
         The moments of couplings are taken off, since they are neither of these.
         """
-        wrenches = reactions.wrenches.take(self._owners, 1)
-        efforts = np.asarray(np.einsum("nki,ki->nk", wrenches, self.subspace))
+        efforts = self.along.efforts(reactions.wrenches[..., None], self._coordinates)[..., 0]
         moments = reactions.closure_forces[len(self._mechanism.loops) :]
         for coupling, moment in zip(self._mechanism.couplings, moments, strict=True):
             efforts[:, coupling.successor_columns] -= moment
@@ -231,9 +232,8 @@ class ReactionSolver:
             group = group_state.group
             if not (group.loops or group.couplings) or index not in self._active:
                 continue
-            missing = given.take(group.passives, 1) - efforts_along(
-                wrenches, group.passives, self._owners, self.subspace
-            )
+            missing = given.take(group.passives, 1)
+            missing -= self.along.efforts(wrenches, group.passives)
             forces_of_group = self._closure.of_multipliers(
                 group_state, group_state.solve_transposed(missing)
             )

@@ -39,8 +39,8 @@ class VelocityRatios(NamedTuple):
         count, *shape = dense.shape
         if depends is None:
             return VelocityRatios(read_only(dense.reshape(count, -1)), _all_moved(*shape))
-        moved = np.where(depends, np.cumsum(depends).reshape(shape) - 1, -1)
-        return VelocityRatios(read_only(dense[:, depends]), read_only(moved))
+        own, moved = _moved(depends.tobytes(), *shape)
+        return VelocityRatios(read_only(dense.reshape(count, -1).take(own, 1)), moved)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through a function, which closes the arrays of a copy to writing as well.
@@ -77,6 +77,14 @@ class VelocityRatios(NamedTuple):
 def _all_moved(coordinates: int, drives: int) -> Array:
     """Return `VelocityRatios.moved` where no ratio is always zero."""
     return read_only(np.arange(coordinates * drives).reshape(coordinates, drives))
+
+
+@lru_cache
+def _moved(depends: bytes, coordinates: int, drives: int) -> tuple[Array, Array]:
+    """Return which of all ratios may differ from zero, and `VelocityRatios.moved`, from flags."""
+    flags = np.frombuffer(depends, dtype=bool)
+    moved = np.where(flags, np.cumsum(flags) - 1, -1).reshape(coordinates, drives)
+    return np.flatnonzero(flags), read_only(moved)
 
 
 def _restored(values: Array, moved: Array) -> VelocityRatios:

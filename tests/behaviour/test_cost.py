@@ -48,9 +48,9 @@ def test_a_block_takes_as_many_calls_whatever_its_samples(shaft: cd.Mechanism) -
         for rates in ({}, {"speed": 9.0}):
             scene.sweep(positions, **rates)
         counts.append(calls(lambda positions=positions: scene.sweep(positions, speed=9.0)))
-    # Pinocchio's functions are no C functions of Python's, so they do not count. Some 550 of them
+    # Pinocchio's functions are no C functions of Python's, so they do not count. Some 400 of them
     # are the proof, which places joint after joint by itself.
-    assert max(counts) == min(counts) < 1450
+    assert max(counts) == min(counts) < 1230
 
 
 def test_calls_for_what_computes_little() -> None:
@@ -67,7 +67,7 @@ def test_calls_for_what_computes_little() -> None:
     for sweep in (once.sweep, response.sweep):
         for _ in range(3):  # The first ones make what is kept.
             assert sweep([0.3])["bearing_out"].bending.shape == (1,)
-    assert calls(lambda: once.sweep([0.3])) < 1070
+    assert calls(lambda: once.sweep([0.3])) < 970
     assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 280
     assert calls(scene) < 1050
     assert calls(lambda: cd.load("universal_joint")) < 4200
@@ -88,15 +88,17 @@ def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(GroupSolver, "evaluate", counted)
     counts = []
-    for position in (0.05, 0.051, 0.068, -0.05):
+    for position in (0.05, 0.051, 0.068, 0.07, -0.05):
         evaluations.clear()
         scene.sweep(position * np.arange(1.0, 7.0) / 6.0)
         counts.append(len(evaluations))
     near = calls(lambda: scene.sweep(-0.049 * np.arange(1.0, 7.0) / 6.0))
-    assert near < 2000
+    assert near < 1600
     assert counts[2] <= 3  # The first one from there evaluates the last position as well.
     assert counts[1] <= 4
-    assert counts[3] > counts[2]
+    # What the bent step leaves is less than rounding: the loops are evaluated once more, to know.
+    assert counts[3] == 2
+    assert counts[4] > counts[2]
 
 
 def test_single_positions_make_their_guesses_exact() -> None:

@@ -11,7 +11,7 @@ from testkit.mixed_chain import rows
 from testkit.scaling import moving, scaled
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.open_tree import LoadCase, OpenTree
+from cardan_dyn.dynamics.open_tree import Along, LoadCase, OpenTree
 from cardan_dyn.elements.link_loads import LinkLoad
 
 COUNT = 3
@@ -153,6 +153,20 @@ def test_factors_on_inertia_add_what_moves_the_links(scene: cd.Scene, count: int
         assert_same(found[sample], reference(scaled(mechanism, own), x, item)[sample])
     resting = case(mechanism, moving=False)._replace(inertia=inertia)
     assert not np.any(tree.wrenches(state, [resting], tree.bodies))
+
+
+@pytest.mark.parametrize("are_aligned", [True, False])
+def test_efforts_are_components_along_unit_twists(are_aligned: bool) -> None:
+    rng = np.random.default_rng(4)
+    owners, columns = np.array([0, 0, 2, 3, 1]), np.array([4, 1, 2])
+    subspace = rng.normal(size=(5, 6))
+    if are_aligned:
+        subspace = np.eye(6)[[1, 5, 3, 0, 4]] * np.array([1.0, -1.0, 1.0, -1.0, 0.0])[:, None]
+    wrenches = rng.normal(size=(7, 4, 6, 2))
+    found = Along(owners, subspace).efforts(wrenches, columns)
+    for row, column in enumerate(columns):
+        expected = subspace[column] @ wrenches[:, owners[column]]
+        np.testing.assert_allclose(found[:, row], expected, atol=1e-14)
 
 
 def test_only_solved_groups_have_inertia_unless_none_is_solved() -> None:
