@@ -36,10 +36,7 @@ def base_motions(
     Returns:
         By base; -1 is the world.
     """
-    at_rest = np.zeros((len(state.x), 6))
-    falling = at_rest.copy()
-    falling[:, :3] = -gravity
-    motions = {-1: BaseMotion(at_rest, falling)}
+    motions = {-1: BaseMotion.falling(np.broadcast_to(-gravity, (len(state.x), 3)))}
     for base in bases:
         group = state.groups[group_of[base]]
         motions[base] = motion_on(group, base, motions[group.batch.base], dynamics)

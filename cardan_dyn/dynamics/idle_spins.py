@@ -89,12 +89,13 @@ class IdleSpins:
         moments = left @ (loads[:, passives] - self._along.efforts(wrenches, passives))
         if not np.any(moments):
             return
-        unit_wrenches = self._inertia_of(state, passives, idle, wrenches.shape[1], factors)
-        inertia = left @ self._along.efforts(unit_wrenches, passives)
-        values, vectors = np.linalg.eigh(0.5 * (inertia + np.swapaxes(inertia, -1, -2)))
-        counts = values > self._least
-        along = np.swapaxes(vectors, -1, -2) @ moments
-        unbalanced = np.abs(along) * ~counts[:, :, None]
+        # A spin moves its rod alone, so that none adds to the moment along another.
+        of_units = self._of_accelerations(
+            state, passives, idle.sum(axis=2, keepdims=True), wrenches.shape[1], factors
+        )
+        inertia = left @ self._along.efforts(of_units, passives)
+        counts = inertia > self._least
+        unbalanced = np.abs(moments) * ~counts
         if np.max(unbalanced) > _BALANCED * np.max(np.abs(wrenches)):
             names = group_state.solver.coordinates.names_of(_columns(group_state))
             raise MobilityError(
@@ -103,27 +104,27 @@ class IdleSpins:
                 "its spin",
                 free=names,
             )
-        reciprocal = np.divide(1.0, values, out=np.zeros_like(values), where=counts)
-        spins = vectors @ (reciprocal[:, :, None] * along)
-        wrenches += np.einsum("nbik,nkc->nbic", unit_wrenches, spins)
-        accelerations[:, passives] += idle @ spins
+        spins = np.divide(moments, inertia, out=np.zeros_like(moments), where=counts)
+        added = idle @ spins
+        wrenches += self._of_accelerations(state, passives, added, wrenches.shape[1], factors)
+        accelerations[:, passives] += added
 
-    def _inertia_of(
+    def _of_accelerations(
         self,
         state: ClosedState,
         passives: Array,
-        idle: Array,
+        accelerations: Array,
         size: int,
         factors: Mapping[str, Array],
     ) -> Array:
-        """Return wrenches `(N, b, 6, k)` that unit accelerations along k spins need."""
+        """Return wrenches `(N, b, 6, c)` that accelerations `(N, p, c)` of passives need."""
         none = np.zeros((1, len(self._along)))
         rest = np.zeros((len(state.x), len(self._along)))
         cases = []
-        for column in range(idle.shape[2]):
-            unit = np.zeros_like(rest)
-            unit[:, passives] = idle[:, :, column]
-            cases.append(LoadCase((rest, unit), none, [], np.zeros((1, 3)), factors))
+        for column in range(accelerations.shape[2]):
+            along = np.zeros_like(rest)
+            along[:, passives] = accelerations[:, :, column]
+            cases.append(LoadCase((rest, along), none, [], np.zeros((1, 3)), factors))
         return self._tree.wrenches(state, cases, size)
 
 

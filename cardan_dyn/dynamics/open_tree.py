@@ -192,17 +192,14 @@ def _inertial(
     Args:
         group: the group.
         dynamics: joint velocities and accelerations, each `(N, nv)`.
-        gravity: `(3,)` or `(N, 3)`.
+        gravity: `(N, 3)` or `(1, 3)` [m/s²].
         motions: of all bases but the world.
     """
     batch, (v, a) = group.batch, dynamics
     if batch.base >= 0:
         wrenches, of_base = batch.inverse_dynamics(motions[batch.base], group.x, v, a)
         return wrenches, [of_base]
-    acceleration = np.zeros((len(group.x), 6))
-    acceleration[:, :3] = -gravity
-    on_ground = BaseMotion(np.zeros((len(group.x), 6)), acceleration)
-    return batch.inverse_dynamics(on_ground, group.x, v, a)[0], []
+    return batch.wrenches_on_ground(gravity, group.x, v, a), []
 
 
 def moving_wrench(inertia: Array, motion: BaseMotion) -> Array:

@@ -36,6 +36,9 @@ samples, so that memory does not grow with the mechanism."""
 _NUMBERS_PER_COORDINATE = 100
 """Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
 and their products; a velocity ratio per drive comes on top."""
+_CACHED_NUMBERS = 1_000_000
+"""About how many of these numbers (8 MB) a block has of its largest group, whose arrays are read
+again and again: with three times as many, samples of a Stewart platform take a tenth longer."""
 _MOST_RATES = 4_000_000
 """Velocities, accelerations and velocity ratios (32 MB) that a sweep of several blocks keeps. More
 of them are computed from closed coordinates when they are asked for, in a third of its time."""
@@ -325,7 +328,9 @@ class ProblemSolver(Frozen):
         # Blocks of equal size: a small last one would cost almost as much as a large one.
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
-        block_size = max(1, min(BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
+        movable = [solver.equations.movable.size for solver in guess.kinematics.solvers]
+        cached = _CACHED_NUMBERS // (max(1, *movable) * of_each)
+        block_size = max(1, min(BLOCK_SIZE, cached, _BLOCK_NUMBERS // numbers))
         blocks_needed = max(1, -(-count // block_size))
         ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
         spans = [slice(*span) for span in pairwise(ends)]

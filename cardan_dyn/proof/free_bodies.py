@@ -87,7 +87,7 @@ class _Applied(NamedTuple):
         inertia: `(N,)` see `Residuals.inertia`.
     """
 
-    bodies: slice | list[int]
+    bodies: slice | Array
     wrenches: Array
     power: Array
     size: Array

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..mechanism.frames import Frames, RigidBody
 from .twists import cross
 
@@ -29,8 +29,8 @@ class MassiveBodies:
     """The bodies that have mass.
 
     Attributes:
-        indices: of these bodies in `Frames.bodies`.
-        motions: per body, the index of the elementary motion whose frame carries it.
+        indices: of these bodies in `Frames.bodies`; as a slice where they are without gaps.
+        motions: likewise, per body the index of the elementary motion whose frame carries it.
         greatest_mass: of a body [kg].
     """
 
@@ -44,15 +44,16 @@ class MassiveBodies:
         """
         self._length = length
         massive = {index: body for index, body in bodies.items() if body.mass > 0.0}
-        self.indices = list(massive)
-        self.motions = [frames.last[index] for index in self.indices]
+        self.indices = consecutive(np.array(list(massive), dtype=int))
+        motions = [frames.last[index] for index in massive]
+        self.motions = consecutive(np.array(motions, dtype=int))
         self._masses = np.array([body.mass for body in massive.values()])[:, None, None]
         self._centres = np.array([body.centre for body in massive.values()]).reshape(-1, 3)
         self._inertias = np.array([body.inertia for body in massive.values()]).reshape(-1, 3, 3)
         self.greatest_mass = float(np.max(self._masses, initial=0.0))
 
     def __len__(self) -> int:
-        return len(self.indices)
+        return len(self._masses)
 
     def greatest_weight(self, gravity: Array) -> Array:
         """Return the greatest weight of a body [N·m], the force times the characteristic length.
@@ -97,17 +98,21 @@ class MassiveBodies:
         centres = self._centres_in_world(frames)
         velocities, accelerations = velocities[self.motions], accelerations[self.motions]
         spin, spin_rate = velocities[:, 1], accelerations[:, 1]
-        speed = velocities[:, 0] + cross(spin, centres)
-        force = accelerations[:, 0] + cross(spin_rate, centres) + cross(spin, speed)
+        speed = cross(spin, centres)
+        speed += velocities[:, 0]
+        wrenches = np.empty((len(centres), 2, *centres.shape[1:]))
+        force, moment = wrenches[:, 0], wrenches[:, 1]
+        np.add(accelerations[:, 0], cross(spin, speed), out=force)
+        force += cross(spin_rate, centres)
         force -= gravity.T
         force *= -self._masses
-        moment = -self._spin_momentum_rates(frames, spin, spin_rate)
-        turning = np.sqrt(np.add.reduce(spin_rate * spin_rate, axis=1))
-        turning += np.add.reduce(spin * spin, axis=1)
-        size = (self._masses[:, 0] * self._length**2 * turning).max(axis=0)
-        moment += cross(centres, force)
-        wrenches = np.concatenate((force[:, None], moment[:, None]), axis=1)
-        return Inertial(wrenches, size)
+        np.subtract(
+            cross(centres, force), self._spin_momentum_rates(frames, spin, spin_rate), out=moment
+        )
+        turning = np.sqrt(np.einsum("bin,bin->bn", spin_rate, spin_rate))
+        turning += np.einsum("bin,bin->bn", spin, spin)
+        turning *= self._masses[:, 0] * self._length**2
+        return Inertial(wrenches, np.maximum.reduce(turning, axis=0))
 
     def _centres_in_world(self, frames: Array) -> Array:
         """Return the centres of mass `(B, 3, N)` about `Frames.corner`."""

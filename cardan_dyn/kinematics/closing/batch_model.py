@@ -1,16 +1,15 @@
 """Batch model: placements and wrenches of some bodies of a mechanism, for many samples.
 
-Pinocchio places the bodies, and computes the wrenches of their joints, in one call per sample, with
-the coordinates of rows as they are. The memory of `pin.Data` grows with the third power of the
-coordinates, so many bodies are a `LongChain`, whose recursions over the bodies hold all samples in
-their arrays.
+Pinocchio places the bodies, and computes the wrenches of their joints, with the coordinates of rows
+as they are. A call takes as long as it computes, so that of few bodies a model has several copies,
+each at a sample of its own. The memory of `pin.Data` grows with the third power of the coordinates,
+so many bodies are a `LongChain`, whose recursions over the bodies hold all samples in their arrays.
 """
 
 from __future__ import annotations
 
 import threading
-from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio
@@ -23,6 +22,11 @@ from ...mechanism.tree import joint_model
 _MOST_PLACED = 64
 """Coordinates up to which Pinocchio places the bodies of a long chain as well: its data take 8 MB
 then, and some milliseconds to make."""
+_MOST_TOGETHER = 32
+"""Coordinates up to which a model has copies of the bodies: its data take 1 MB then."""
+_FEWEST_TOGETHER = 256
+"""Samples from which on they are made: that takes as long as they save with so many."""
+_ALL = slice(None)
 _BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
 """Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
 _CROSS = np.array(
@@ -43,6 +47,13 @@ class BaseMotion(NamedTuple):
     twist: Array
     acceleration: Array
 
+    @staticmethod
+    def falling(acceleration: Array) -> BaseMotion:
+        """Return the motion from rest with a linear acceleration `(N, 3)` [m/s²]."""
+        spatial = np.zeros((len(acceleration), 6))
+        spatial[:, :3] = acceleration
+        return BaseMotion(np.zeros_like(spatial), spatial)
+
 
 class BatchModel:
     """A batch of some bodies of a mechanism that hang from one body, their base.
@@ -50,7 +61,7 @@ class BatchModel:
     Everything is seen from the base, whose axes are those of its joint's frame: its motion matters
     to inertia alone. The base may be the world.
 
-    It does not change after it is made: every thread has Pinocchio data of its own to write into.
+    It does not change after it is made: every thread has models and data of Pinocchio's of its own.
 
     Attributes:
         base: the base (0-based joint of the mechanism's model), -1 for the world.
@@ -142,37 +153,36 @@ class BatchModel:
         self._parts = [part for part, _ in parts]
         self._placing = self._model(self.origin)
 
-    def _model(self, origin: Array, moves: bool = False) -> pinocchio.Model:
+    def _model(self, origin: Array, copies: int = 1, moves: bool = False) -> pinocchio.Model:
         """Return a model of the bodies and their joints, whose coordinates are those of rows.
 
         Args:
             origin: `(3,)` of the model, from that of the base [m].
+            copies: number of copies, one after the other and each on a base of its own.
             moves: whether the base is a free-flyer.
         """
         model = pinocchio.Model()
         model.gravity.linear = np.zeros(3)
-        root = 0
-        if moves:
-            flyer = pinocchio.JointModelFreeFlyer()
-            root = model.addJoint(0, flyer, pinocchio.SE3.Identity(), "")
-        for body, parent, part in zip(
-            self.index_of, self.parents.tolist(), self._parts, strict=True
-        ):
-            placement = self._source.jointPlacements[body + 1].copy()
-            if parent < 0:
-                placement.translation = placement.translation - origin
-            name = self._source.names[body + 1]
-            kind = joint_model(part.kind, part.axis)
-            joint = model.addJoint(root + parent + 1, kind, placement, name)
-            if body in self._inertial_bodies:
-                inertia = self._source.inertias[body + 1]
-                model.appendBodyToJoint(joint, inertia, pinocchio.SE3.Identity())
+        for copy in range(copies):
+            root = 0
+            if moves:
+                flyer = pinocchio.JointModelFreeFlyer()
+                root = model.addJoint(0, flyer, pinocchio.SE3.Identity(), f"{copy}")
+            joints: list[int] = []
+            for body, parent, part in zip(
+                self.index_of, self.parents.tolist(), self._parts, strict=True
+            ):
+                placement = self._source.jointPlacements[body + 1].copy()
+                if parent < 0:
+                    placement.translation = placement.translation - origin
+                name = f"{copy} {self._source.names[body + 1]}"
+                kind = joint_model(part.kind, part.axis)
+                carrier = root if parent < 0 else joints[parent]
+                joints.append(model.addJoint(carrier, kind, placement, name))
+                if body in self._inertial_bodies:
+                    inertia = self._source.inertias[body + 1]
+                    model.appendBodyToJoint(joints[-1], inertia, pinocchio.SE3.Identity())
         return model
-
-    @cached_property
-    def _moving(self) -> pinocchio.Model:
-        """The bodies on a base that moves."""
-        return self._model(np.zeros(3), moves=True)
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -209,43 +219,54 @@ class BatchModel:
     def placed(self, x: Array) -> Array:
         """Return the placements `(N, n, 12)` of all joints in the base's axes about `origin`.
 
-        Rotations, column by column, and positions. One call into Pinocchio per sample.
+        Rotations, column by column, and positions.
 
         Args:
             x: coordinate rows `(N, size)`.
         """
         placed = np.empty((x.shape[0], self.parents.size, 12))
         if placed.shape[1]:
-            model, forward = self._placing, pinocchio.forwardKinematics
-            try:
-                data, placements = self._of_thread.placements
-            except AttributeError:
-                data, placements = self._placements()
-            for row, out in zip(x[:, self.columns], placed, strict=True):
-                forward(model, data, row)
-                out[:] = placements
+            rows, forward = x[:, self.columns], pinocchio.forwardKinematics
+            for span, calls in self._calls(x.shape[0]):
+                copies, model, data, placements, _ = calls
+                given, found = rows[span], placed[span]
+                if copies > 1:
+                    given, found = calls.joined(given), calls.joined(found)
+                for row, out in zip(given, found, strict=True):
+                    forward(model, data, row)
+                    out[:] = placements
         return placed
 
-    def _placements(self) -> tuple[pinocchio.Data, Array]:
-        """Make what a thread places the bodies in, and a view `(n, 12)` of it.
+    def wrenches_on_ground(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
+        """Return the wrench of every joint `(N, n, 6)` in its frame, loops left open.
 
-        A row is a rotation, column by column, and a position, as they follow each other in memory:
-        reading them body by body would take longer than Pinocchio does.
+        The base is at rest.
+
+        Args:
+            gravity: `(N, 3)` or `(1, 3)` in the axes of the base [m/s²].
+            x: coordinate rows `(N, size)`.
+            v: joint velocities `(N, nv)`.
+            a: joint accelerations `(N, nv)`.
         """
-        data = self._placing.createData()
-        first, second = (_address(placement.rotation) for placement in list(data.oMi)[:2])
-        view = np.lib.stride_tricks.as_strided(
-            data.oMi[1].rotation, (len(self), 12), (second - first, 8), writeable=False
-        )
-        self._of_thread.placements = data, view
-        return data, view
+        if len(gravity) > 1 and not (gravity == gravity[0]).all():
+            return self._while_falling(gravity, x, v, a)
+        result = np.empty((len(x), len(self), 6))
+        given = x[:, self.columns], v[:, self._rates], a[:, self._rates]
+        for span, calls in self._calls(len(x)):
+            # A thread's own, so that no other reads it meanwhile.
+            calls.model.gravity.linear = gravity[0]
+            calls.inverse_dynamics([values[span] for values in given], result[span])
+        return result
+
+    def _while_falling(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
+        """Return what `wrenches_on_ground` does, whatever gravity is."""
+        base = BaseMotion.falling(np.broadcast_to(-gravity, (len(x), 3)))
+        return self.inverse_dynamics(base, x, v, a)[0]
 
     def inverse_dynamics(
         self, base: BaseMotion, x: Array, v: Array, a: Array
     ) -> tuple[Array, Array]:
         """Return the wrench of every joint `(N, n, 6)` in its frame, loops left open.
-
-        One call into Pinocchio per sample.
 
         Args:
             base: how the base moves.
@@ -259,36 +280,101 @@ class BatchModel:
         """
         rest = np.zeros((len(x), 7))
         rest[:, 6] = 1.0
-        q = np.concatenate([rest, x[:, self.columns]], axis=1)
-        v = np.concatenate([base.twist, v[:, self._rates]], axis=1)
-        a = np.concatenate([base.acceleration, a[:, self._rates]], axis=1)
+        given = (
+            np.concatenate([rest, x[:, self.columns]], axis=1),
+            np.concatenate([base.twist, v[:, self._rates]], axis=1),
+            np.concatenate([base.acceleration, a[:, self._rates]], axis=1),
+        )
         result = np.empty((len(x), 1 + len(self), 6))
-        try:
-            data, forces = self._of_thread.forces
-        except AttributeError:
-            data, forces = self._forces()
-        model, rnea = self._moving, pinocchio.rnea
-        for row, rates, changes, out in zip(q, v, a, result, strict=True):
-            rnea(model, data, row, rates, changes)
-            out[:] = forces
+        for span, calls in self._calls(len(x), moves=True):
+            calls.inverse_dynamics([values[span] for values in given], result[span])
         return result[:, 1:], result[:, 0]
 
-    def _forces(self) -> tuple[pinocchio.Data, Array]:
-        """Make what a thread computes wrenches in, and a view `(1 + n, 6)` of those of all joints.
+    def _calls(self, count: int, moves: bool = False) -> list[tuple[slice, _Calls]]:
+        """Return which of some samples this thread computes by which calls.
 
-        That of the base comes first; see `_placements`.
+        A sample comes out as the same to the last bit, whichever it is.
+
+        Args:
+            count: number of samples.
+            moves: whether the base is a free-flyer.
         """
-        data = self._moving.createData()
-        first, second = (_address(force.linear) for force in list(data.f)[1:3])
-        view = np.lib.stride_tricks.as_strided(
-            data.f[1].linear, (1 + len(self), 6), (second - first, 8), writeable=False
+        several = _MOST_TOGETHER // (self._placing.nv + 6 * moves)
+        if count < _FEWEST_TOGETHER or several < 2:
+            return [(_ALL, self._calls_of(1, moves))]
+        whole = count - count % several
+        of_one = [(slice(whole, count), self._calls_of(1, moves))] if whole < count else []
+        return [(slice(whole), self._calls_of(several, moves)), *of_one]
+
+    def _calls_of(self, copies: int, moves: bool) -> _Calls:
+        """Return this thread's calls for so many samples each."""
+        known: dict[Any, _Calls] = self._of_thread.__dict__
+        try:
+            return known[copies, moves]
+        except KeyError:
+            model = self._model(np.zeros(3) if moves else self.origin, copies, moves)
+            calls = known[copies, moves] = _Calls.of(model, copies)
+            return calls
+
+
+class _Calls(NamedTuple):
+    """Calls into Pinocchio, each for as many samples as its model has copies of the bodies.
+
+    Attributes:
+        copies: their number.
+        model: of the copies.
+        data: what Pinocchio writes into.
+        placements: view `(j, 12)` of those of all joints: a rotation, column by column, and a
+            position, as they follow each other in memory. Reading them joint by joint would take
+            longer than Pinocchio does.
+        forces: view `(j, 6)` of the wrenches of all joints.
+    """
+
+    copies: int
+    model: pinocchio.Model
+    data: pinocchio.Data
+    placements: Array
+    forces: Array
+
+    @staticmethod
+    def of(model: pinocchio.Model, copies: int) -> _Calls:
+        """Return the calls for a model."""
+        data, joints = model.createData(), model.njoints - 1
+        placements = [placement.rotation for placement in list(data.oMi)[:2]]
+        forces = [force.linear for force in list(data.f)[:2]]
+        return _Calls(
+            copies, model, data, _view(placements, (joints, 12)), _view(forces, (joints, 6))
         )
-        self._of_thread.forces = data, view
-        return data, view
+
+    def joined(self, values: Array) -> Array:
+        """Return values `(N, k, ...)` of samples as those of calls, `(N / copies, copies k, ...)`.
+
+        They share their memory where those of a sample follow on those of the one before it.
+        """
+        count, size, *rest = values.shape
+        return values.reshape(count // self.copies, self.copies * size, *rest)
+
+    def inverse_dynamics(self, given: list[Array], result: Array) -> None:
+        """Compute the wrenches of all joints.
+
+        Args:
+            given: coordinates, velocities and accelerations `(N, k)`.
+            result: `(N, k, 6)` what they are written into.
+        """
+        copies, model, data, _, forces = self
+        rnea, rows = pinocchio.rnea, [*given, result]
+        if copies > 1:
+            rows = [self.joined(values) for values in rows]
+        for q, v, a, out in zip(*rows, strict=True):
+            rnea(model, data, q, v, a)
+            out[:] = forces
 
 
-def _address(array: Array) -> int:
-    return int(array.__array_interface__["data"][0])
+def _view(first_two: list[Array], shape: tuple[int, int]) -> Array:
+    """Return a view of what data hold of all joints but the first one, which is the world."""
+    world, first = (int(array.__array_interface__["data"][0]) for array in first_two)
+    strides = (first - world, 8)
+    return np.lib.stride_tricks.as_strided(first_two[1], shape, strides, writeable=False)
 
 
 def actions_of(placed: Array) -> Array:
@@ -409,6 +495,10 @@ class LongChain(BatchModel):
         columns, positions = (np.stack(items).T for items in zip(*placed, strict=True))
         rows = columns.transpose(0, 3, 1, 2).reshape(*positions.shape[::2], 9)
         return np.concatenate([rows, positions.transpose(0, 2, 1)], axis=2)
+
+    def wrenches_on_ground(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
+        """See `BatchModel.wrenches_on_ground`."""
+        return self._while_falling(gravity, x, v, a)
 
     def inverse_dynamics(
         self, base: BaseMotion, x: Array, v: Array, a: Array

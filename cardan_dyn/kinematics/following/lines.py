@@ -59,7 +59,7 @@ error about four reach rounding. What needs more is tried again from nearer by."
 _NEAR = 1e-12
 """Error [rad] with which a position on a line is closed well enough for the next step, far below
 `CLOSURE_TOLERANCE`. Who uses it takes another step."""
-BLOCK_SIZE = 768
+BLOCK_SIZE = 1024
 """Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
 _SMALLEST_BATCH, _LARGEST_BATCH = 8, 512
 """Samples tried at once: few where most of them would be thrown away, and not so many that arrays

@@ -67,16 +67,14 @@ def test_closing_loops_makes_no_data_of_free_flyers() -> None:
     mechanism = cd.load("stewart_platform")
     scene = cd.Scene(mechanism, drive=[f"leg_{index}" for index in range(1, 7)])
     (solver,) = scene.solver.assembly.kinematics.solvers
-    scene.sweep(0.01)
     assert len(solver.batch) == mechanism.model.njoints - 1
-    data, placements = solver.batch._placements()
-    assert data.J.shape[1] == mechanism.model.nv
-    assert placements.shape == (len(solver.batch), 12)
-    assert not hasattr(solver.batch._of_thread, "forces")
-    scene.sweep(0.01, speed=0.1)
-    data, forces = solver.batch._of_thread.forces
-    assert data.J.shape[1] == 6 + mechanism.model.nv  # The base moves as well.
-    assert forces.shape == (1 + len(solver.batch), 6)
+    for speed in (0.0, 0.1):
+        scene.sweep(np.linspace(0.0, 0.01, 300)[:, None] * np.ones(6), speed=speed)
+        (calls,) = vars(solver.batch._of_thread).values()
+        assert calls.copies == 1
+        assert calls.data.J.shape[1] == mechanism.model.nv
+        assert calls.placements.shape == (len(solver.batch), 12)
+        assert calls.forces.shape == (len(solver.batch), 6)
 
 
 def test_wrenches_are_those_of_the_open_tree(mechanism: cd.Mechanism, batch: BatchModel) -> None:
@@ -98,15 +96,67 @@ def test_many_samples_at_once_are_those_one_by_one(mechanism: cd.Mechanism) -> N
     """To the last bit: so results do not depend on how samples are divided into blocks."""
     bodies = list(range(mechanism.model.njoints - 1))
     batch = BatchModel(mechanism, bodies, set(bodies), ORIGIN)
-    x, random = rows(mechanism, 100), np.random.default_rng(5)
-    v, a = random.normal(size=(2, 100, mechanism.model.nv))
-    base = BaseMotion(*random.normal(size=(2, 100, 6)))
-    at_once = batch.inverse_dynamics(base, x, v, a)
-    for k in range(100):
-        own = BaseMotion(base.twist[[k]], base.acceleration[[k]])
-        alone = batch.inverse_dynamics(own, x[[k]], v[[k]], a[[k]])
-        for whole, one in zip(at_once, alone, strict=True):
+    count = batch_model._FEWEST_TOGETHER + 1
+    x, random = rows(mechanism, count), np.random.default_rng(5)
+    v, a = random.normal(size=(2, count, mechanism.model.nv))
+    base, gravity = (
+        BaseMotion(*random.normal(size=(2, count, 6))),
+        random.normal(size=(count, 3)),
+    )
+
+    def found(samples: slice) -> list[np.ndarray]:
+        own = BaseMotion(base.twist[samples], base.acceleration[samples])
+        given = x[samples], v[samples], a[samples]
+        return [
+            batch.actions(x[samples]),
+            *batch.inverse_dynamics(own, *given),
+            batch.wrenches_on_ground(gravity[samples], *given),
+            batch.wrenches_on_ground(gravity[:1], *given),
+        ]
+
+    at_once = found(slice(None))
+    for k in range(count):
+        for whole, one in zip(at_once, found(slice(k, k + 1)), strict=True):
             np.testing.assert_array_equal(whole[k], one[0])
+
+
+def test_gravity_is_that_of_each_sample(mechanism: cd.Mechanism, batch: BatchModel) -> None:
+    x, (v, a) = rows(mechanism, COUNT), rates(mechanism)
+    model = mechanism.model.copy()
+    for index in mechanism.auxiliary_bodies:
+        model.inertias[index] = pinocchio.Inertia.Zero()
+    data, several = model.createData(), np.random.default_rng(7).normal(size=(COUNT, 3))
+    for gravity in (several, several[:1]):
+        found = batch.wrenches_on_ground(gravity, x, v, a)
+        for sample, q in enumerate(mechanism.coordinates.configuration(x)):
+            model.gravity.linear = gravity[sample % len(gravity)]
+            pinocchio.rnea(model, data, q, v[sample], a[sample])
+            expected = np.array([data.f[index].vector for index in range(1, model.njoints)])
+            scale = np.max(np.abs(expected))
+            np.testing.assert_allclose(found[sample], expected, rtol=0.0, atol=1e-12 * scale)
+
+
+@pytest.mark.parametrize("name", ["universal_joint", "double_shaft_z", "stewart_platform"])
+def test_a_call_is_for_several_samples_of_few_bodies(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mechanism = cd.load(name)
+    bodies, count = list(range(mechanism.model.njoints - 1)), 1000
+    batch = BatchModel(mechanism, bodies, set(bodies), ORIGIN)
+    counted = {"forwardKinematics": 0, "rnea": 0}
+    for function in counted:
+        plain = getattr(pinocchio, function)
+
+        def counting(*arguments: object, plain=plain, function=function) -> object:  # type: ignore[no-untyped-def]
+            counted[function] += 1
+            return plain(*arguments)
+
+        monkeypatch.setattr(pinocchio, function, counting)
+    x, rest = rows(mechanism, count), np.zeros((count, mechanism.model.nv))
+    batch.actions(x)
+    batch.wrenches_on_ground(np.zeros((1, 3)), x, rest, rest)
+    copies = {"universal_joint": 6, "double_shaft_z": 3, "stewart_platform": 1}[name]
+    assert set(counted.values()) == {count // copies + count % copies}
 
 
 def test_unit_twists_are_the_jacobian(mechanism: cd.Mechanism) -> None:

@@ -28,7 +28,7 @@ def test_designs_are_closed_in_few_calls(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(Assembly, "close", counting)
     family = scene.responses({"joint_angle": np.linspace(0.1, 0.8, 40)})
     assert np.all(family.sample_count >= 128)
-    # Forty designs of 160 positions in blocks of some 768 samples, and two calls for their ends.
+    # Forty designs of 160 positions in blocks of some 1024 samples, and two calls for their ends.
     assert len(calls) < 20
 
 
