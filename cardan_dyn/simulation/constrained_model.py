@@ -316,23 +316,33 @@ class ConstrainedChain:
             return ClosedDirections(*made_of, rank=rank, gaps=gaps, data=self.data)
 
         every, gaps = directions(self.model.nv), self._couplings.gaps
-        self._elsewhere = _Elsewhere(every, state)
-        self._by_rank = directions(self._elsewhere.rank, gaps)
-        self._mu = _REGULARISATION * self._elsewhere.least
-        rank, strong = self._elsewhere.loops, -_WEAK * float(self._elsewhere.least)
-        self._last_loop, self._strong = (rank - 1, strong) if rank else (0, np.inf)
-        self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
-        self._is_overclosed = False
+        self._every = every
+        self._is_overclosed, self._directions = False, None
         self._elimination: LoopElimination | None = None
-        overclosed = _overclosed_rank(every, state, self._closed_positions)
-        self._directions = None
+
+        def know(elsewhere: _Elsewhere) -> None:
+            self._elsewhere = elsewhere
+            self._by_rank = directions(elsewhere.rank, gaps)
+            self._mu = _REGULARISATION * elsewhere.least
+            rank, strong = elsewhere.loops, -_WEAK * elsewhere.least
+            self._last_loop, self._strong = (rank - 1, strong) if rank else (0, np.inf)
+            self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+
+        def measured() -> tuple[_Elsewhere, int | None]:
+            elsewhere = _Elsewhere.of(every, state)
+            know(elsewhere)
+            return elsewhere, _overclosed_rank(every, state, self._closed_positions)
+
+        key = tuple(chain.bodies), self.prescribed.tobytes(), state.tobytes()
+        elsewhere, overclosed = mechanism.kept.of("closures elsewhere", key, measured)
+        know(elsewhere)
         self._is_overclosed = overclosed is not None
         if overclosed is not None:
             self._by_rank = self._directions = directions(overclosed, gaps)
         elif self._lent:
             self._directions = every
         if self._suits_elimination(loops):
-            least = self._elsewhere.least
+            least = elsewhere.least
             self._elimination = LoopElimination(self.model, self.data, self._constraints, least)
         # Loops were closed elsewhere to see it.
         self.rounding, self.was_weak = 0.0, False
@@ -446,7 +456,7 @@ class ConstrainedChain:
         Args:
             x: coordinates `(size,)`.
         """
-        return self._elsewhere.weakness(x * self._of_positions)
+        return self._elsewhere.weakness(self._every, x * self._of_positions)
 
     def singular_gap(self, x: Array) -> float:
         """Return the closure error in the singular configuration near coordinates `(size,)`.
@@ -568,61 +578,47 @@ class ConstrainedChain:
         return gaps
 
 
-class _Elsewhere:
+class _Elsewhere(NamedTuple):
     """Closure equations of a chain at other configurations, against which they may be weak.
 
     Whether loops are closed there makes no difference: what is redundant on closed positions alone
-    is left to `_overclosed`.
+    is left to `_overclosed_rank`.
 
     Attributes:
         loops: rank of the loops' equations along free coordinates.
-        rank: of all equations.
+        coupled: what the couplings add to it.
         least: least eigenvalue of J M⁻¹ Jᵀ of the loops that is not zero.
+        least_coupled: that of the couplings, as loops allow them.
+        typical: least singular value of all equations that is not zero, relative to the greatest.
     """
 
-    def __init__(self, every: ClosedDirections, state: Array) -> None:
+    loops: int
+    coupled: int
+    least: float
+    least_coupled: float
+    typical: float
+
+    @property
+    def rank(self) -> int:
+        """Rank of all equations."""
+        return self.loops + self.coupled
+
+    @staticmethod
+    def of(every: ClosedDirections, state: Array) -> _Elsewhere:
         """Look at some configurations about a state.
 
         Args:
             every: the equations.
             state: a configuration.
         """
-        self._every = every
         random = np.random.default_rng(1)
         found = []
         for _ in range(_PLACES):
             way = random.uniform(-_ELSEWHERE, _ELSEWHERE, size=every.model.nv)
-            found.append(self._measured(pinocchio.integrate(every.model, state, way)))
+            found.append(_measured(every, pinocchio.integrate(every.model, state, way)))
         loops, coupled = max(item[:2] for item in found)
-        full = [item for item in found if item[:2] == (loops, coupled)]
-        self.loops, self._coupled, self.rank = loops, coupled, loops + coupled
-        self.least, least_coupled, self._typical = np.median([item[2:] for item in full], axis=0)
-        self._weak_coupled = _WEAK * least_coupled
-
-    def _measured(self, x: Array) -> tuple[int, int, float, float, float]:
-        """Return ranks and least values of loops and of couplings, and of all equations."""
-        every = self._every
-        rows = every.jacobian(x)[:, every.free]
-        root = np.linalg.cholesky(every.metric(x))
-        weighted = np.linalg.solve(root, rows.T).T
-        count = every.loop_rows
-        left = weighted[count:]
-        rank, least = 0, 1.0
-        if count and every.free.size:
-            _, values, right = np.linalg.svd(weighted[:count], full_matrices=False)
-            rank = rank_of(values)
-            least = float(values[rank - 1]) ** 2 if rank else 1.0
-            left = left - left @ right[:rank].T @ right[:rank]
-        coupled, least_coupled = 0, 1.0
-        if len(left) and every.free.size:
-            values = np.linalg.svd(left, compute_uv=False)
-            sizes = np.linalg.norm(weighted[count:], axis=1)
-            coupled = int(np.count_nonzero(values > ZERO * np.max(sizes)))
-            least_coupled = float(values[coupled - 1]) ** 2 if coupled else 1.0
-        values = np.linalg.svd(rows, compute_uv=False)
-        both = rank + coupled
-        typical = float(values[both - 1] / values[0]) if both else 1.0
-        return rank, coupled, least, least_coupled, typical
+        full = [item[2:] for item in found if item[:2] == (loops, coupled)]
+        return _Elsewhere(loops, coupled, *np.median(full, axis=0).tolist())
 
     def is_weak_coupled(self, gains: Array) -> bool:
         """Return whether a coupling is weak, as loops allow it.
@@ -630,18 +626,47 @@ class _Elsewhere:
         Args:
             gains: what efforts along the couplings move them `(k, k)`.
         """
-        if not self._coupled:
+        if not self.coupled:
             return False
         values = np.linalg.svd(gains, compute_uv=False)
-        return bool(np.count_nonzero(values > self._weak_coupled) < self._coupled)
+        return bool(np.count_nonzero(values > _WEAK * self.least_coupled) < self.coupled)
 
-    def weakness(self, x: Array) -> float:
-        """Return the least singular value, relative to the greatest, as a fraction of elsewhere."""
+    def weakness(self, every: ClosedDirections, x: Array) -> float:
+        """Return the least singular value, relative to the greatest, as a fraction of elsewhere.
+
+        Args:
+            every: the equations.
+            x: a configuration.
+        """
         if not self.rank:
             return 1.0
-        every = self._every
         values = np.linalg.svd(every.jacobian(x)[:, every.free], compute_uv=False)
-        return float(values[self.rank - 1] / values[0] / self._typical)
+        return float(values[self.rank - 1] / values[0] / self.typical)
+
+
+def _measured(every: ClosedDirections, x: Array) -> tuple[int, int, float, float, float]:
+    """Return ranks and least values of loops and of couplings, and of all equations."""
+    rows = every.jacobian(x)[:, every.free]
+    root = np.linalg.cholesky(every.metric(x))
+    weighted = np.linalg.solve(root, rows.T).T
+    count = every.loop_rows
+    left = weighted[count:]
+    rank, least = 0, 1.0
+    if count and every.free.size:
+        _, values, right = np.linalg.svd(weighted[:count], full_matrices=False)
+        rank = rank_of(values)
+        least = float(values[rank - 1]) ** 2 if rank else 1.0
+        left = left - left @ right[:rank].T @ right[:rank]
+    coupled, least_coupled = 0, 1.0
+    if len(left) and every.free.size:
+        values = np.linalg.svd(left, compute_uv=False)
+        sizes = np.linalg.norm(weighted[count:], axis=1)
+        coupled = int(np.count_nonzero(values > ZERO * np.max(sizes)))
+        least_coupled = float(values[coupled - 1]) ** 2 if coupled else 1.0
+    values = np.linalg.svd(rows, compute_uv=False)
+    both = rank + coupled
+    typical = float(values[both - 1] / values[0]) if both else 1.0
+    return rank, coupled, least, least_coupled, typical
 
 
 class _Couplings:
