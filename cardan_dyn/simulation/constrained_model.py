@@ -364,6 +364,7 @@ class ConstrainedChain:
         pair = self._constraints, self._constraint_data
         # Going through Pinocchio's vector anew takes longer than all that is read, and so does
         # asking for the decomposition of the dynamics each time.
+        self._each_model = list(self._constraints)
         self._each_constraint = [self._constraint_data[k] for k in range(len(self._constraints))]
         self._decomposition = self.data.constraint_chol
         pinocchio.initConstraintDynamics(self.model, self.data, *pair)
@@ -522,7 +523,7 @@ class ConstrainedChain:
             found = self._eliminated(self._elimination, x, v)
             if found is not None:
                 return found
-        rest = self._nothing
+        rest, is_prepared = self._nothing, True
         self._constrained(x, v, rest)
         for _ in range(_MOST_STEPS):
             factors = self._coupling_factors()
@@ -538,14 +539,26 @@ class ConstrainedChain:
                 break
             step = self._coupled(self._solved(gaps, rest, _rounds(error)), *factors, ratios)
             x = np.asarray(pinocchio.integrate(self.model, x, step))
-            self._constrained(x, v, rest)
             if error <= _NEAR:
-                # Newton's step squares the error: nothing is left to see, and what speeds lack is
-                # as small, so that it may be had from the coupling factors at hand.
+                # Newton's step squares the error: nothing is left to see, and the decomposition is
+                # as near to the one here, which leaves rounding of what speeds lack.
+                is_prepared = False
                 break
+            self._constrained(x, v, rest)
+        if not is_prepared:
+            self._place(x)
         opening = self._loop_jacobian() @ v
         rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
+        if not is_prepared and rounds > 1:
+            self._constrained(x, v, rest)
+            factors = self._coupling_factors()
         return x, self._coupled(v - self._solved(opening, rest, rounds), *factors)
+
+    def _place(self, x: Array) -> None:
+        """Put bodies and loops where they are at coordinates, for the rows of the loops there."""
+        pinocchio.computeJointJacobians(self.model, self.data, x)
+        for item, data in zip(self._each_model, self._each_constraint, strict=True):
+            item.calc(self.model, self.data, data)
 
     def _eliminated(
         self, elimination: LoopElimination, x: Array, v: Array
