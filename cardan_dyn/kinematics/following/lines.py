@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import BLOCK_SIZE, Array
 from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import ClosedState, Kinematics
@@ -63,8 +63,6 @@ error about four reach rounding. What needs more is tried again from nearer by."
 _NEAR = 1e-12
 """Error [rad] with which a position on a line is closed well enough for the next step, far below
 `CLOSURE_TOLERANCE`. Who uses it takes another step."""
-BLOCK_SIZE = 768
-"""Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
 _SMALLEST_BATCH, _LARGEST_BATCH = 8, 512
 """Samples tried at once: few where most of them would be thrown away, and not so many that arrays
 become large. Between the two, a batch is twice as large as the last one was successful."""
