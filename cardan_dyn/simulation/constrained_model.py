@@ -21,6 +21,7 @@ well the equations keep the rank that they have where loops are closed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -67,6 +68,10 @@ _CLOSED = 4e-16
 _NO_GAINS, _NO_GAPS = np.zeros((0, 0)), np.zeros(0)
 _NEAR = 1e-8
 """Error of which one Newton step, or one proximal iteration, leaves rounding."""
+_STALE = 1e-5
+"""Displacement [rad, or a fraction of the length] up to which equations that were decomposed before
+it close loops: each step leaves at most as much of the error, and costs a third of one with
+equations decomposed anew."""
 _OPEN = 1e-3
 """Displacement [rad, or a fraction of the length] by which loops are opened to see their rank."""
 _MOVED = (0.02, 0.05)
@@ -466,7 +471,7 @@ class ConstrainedChain:
         """
         return self._by_rank.singular_gap(x * self._of_positions)
 
-    def _solved(self, gaps: Array, efforts: Array, rounds: int = _ROUNDS) -> Array:
+    def _solved(self, gaps: Array, efforts: Array, rounds: int) -> Array:
         """Return the least displacements `(nv,)`, in the metric of the kinetic energy.
 
         At the state that was prepared: its dynamics have decomposed the equations.
@@ -484,7 +489,7 @@ class ConstrainedChain:
         if not self._has_couplings:
             return rows, _NO_GAINS
         none = np.zeros(self._rows)
-        units = np.array([self._solved(none, row) for row in rows]).reshape(rows.shape)
+        units = np.array([self._solved(none, row, _ROUNDS) for row in rows]).reshape(rows.shape)
         return units, units @ rows.T
 
     def _coupled(
@@ -516,43 +521,48 @@ class ConstrainedChain:
         return x / self._of_positions, v / self._of_rates
 
     def _closed(self, x: Array, v: Array, crosses: bool) -> tuple[Array, Array]:
-        """Return a closed state, see `closed`, in units of the characteristic length."""
+        """Return a closed state, see `closed`, in units of the characteristic length.
+
+        One decomposition serves positions and speeds, as long as they are near it.
+        """
         if self._is_overclosed:
             return self._by_rank.closed(x, v, strong_alone=crosses)
         if self._elimination is not None and not crosses:
             found = self._eliminated(self._elimination, x, v)
             if found is not None:
                 return found
-        rest, is_prepared = self._nothing, True
-        self._constrained(x, v, rest)
+        rest, is_coupled, off = self._nothing, self._has_couplings, np.inf
         for _ in range(_MOST_STEPS):
-            factors = self._coupling_factors()
-            if self._is_weak or self._elsewhere.is_weak_coupled(factors[1]):
-                self.was_weak = True
-                x, v = self._by_rank.closed(x, v, strong_alone=crosses)
-                if not crosses:
-                    self.rounding = max(self.rounding, self._by_rank.rounding(x))
-                return x, v
-            gaps, ratios = self._gaps(), self._couplings.gaps(x)
+            if off > _STALE:
+                self._constrained(x, v, rest)
+                factors, off = self._coupling_factors(), 0.0
+                if self._is_weak or (is_coupled and self._elsewhere.is_weak_coupled(factors[1])):
+                    self.was_weak = True
+                    x, v = self._by_rank.closed(x, v, strong_alone=crosses)
+                    if not crosses:
+                        self.rounding = max(self.rounding, self._by_rank.rounding(x))
+                    return x, v
+            gaps, ratios = self._gaps(), self._couplings.gaps(x) if is_coupled else _NO_GAPS
             error = _greatest(gaps, ratios)
             if error <= _CLOSED:
                 break
-            step = self._coupled(self._solved(gaps, rest, _rounds(error)), *factors, ratios)
+            step = self._solved(gaps, rest, 1)
+            step = self._coupled(step, *factors, ratios) if is_coupled else step
             x = np.asarray(pinocchio.integrate(self.model, x, step))
-            if error <= _NEAR:
-                # Newton's step squares the error: nothing is left to see, and the decomposition is
-                # as near to the one here, which leaves rounding of what speeds lack.
-                is_prepared = False
-                break
-            self._constrained(x, v, rest)
-        if not is_prepared:
+            off += error
             self._place(x)
-        opening = self._loop_jacobian() @ v
-        rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
-        if not is_prepared and rounds > 1:
-            self._constrained(x, v, rest)
-            factors = self._coupling_factors()
-        return x, self._coupled(v - self._solved(opening, rest, rounds), *factors)
+            # A step leaves as much of the error as its equations are off.
+            if error <= _NEAR and error * off <= _CLOSED:
+                break
+        for _ in range(_MOST_STEPS):
+            opening = self._loop_jacobian().dot(v)
+            # Of both only the order of magnitude counts.
+            error = math.sqrt(opening.dot(opening) / (v.dot(v) or 1.0))
+            v = v - self._solved(opening, rest, 1)
+            v = self._coupled(v, *factors) if is_coupled else v
+            if error <= _NEAR and error * off <= _CLOSED:
+                break
+        return x, v
 
     def _place(self, x: Array) -> None:
         """Put bodies and loops where they are at coordinates, for the rows of the loops there."""
@@ -731,11 +741,6 @@ def _greatest(*values: Array) -> float:
     sizes = [abs(size) for item in values for size in item.tolist()]
     # Whether Python's greatest of them is a NaN would depend on their order; a sum always is.
     return max(sizes, default=0.0) if sum(sizes) < np.inf else np.inf
-
-
-def _rounds(error: float) -> int:
-    """Return how many proximal iterations an error needs until rounding is left of it."""
-    return 1 if error <= _NEAR else _ROUNDS
 
 
 def _overclosed_rank(
