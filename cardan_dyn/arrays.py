@@ -15,6 +15,8 @@ else:
     Array = np.ndarray  # Without NumPy's module of types, which nothing else needs.
 """An array of floats, unless a docstring says otherwise; docstrings give shapes and units."""
 
+BLOCK_SIZE = 1024
+"""Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
 _LEFT, _RIGHT = np.array([1, 2, 0, 2, 0, 1]), np.array([2, 0, 1, 1, 2, 0])
 """Components whose products a cross product adds, and three that it takes off."""
 _FACTORS = np.array([[3, 2, 1, 0], [2, 3, 0, 1], [1, 0, 3, 2], [0, 1, 2, 3]])

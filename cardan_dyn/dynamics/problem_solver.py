@@ -9,26 +9,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import Array, flat
+from ..arrays import BLOCK_SIZE, Array, flat
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
 from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guess_cache import Guess
-from ..kinematics.following.lines import BLOCK_SIZE
 from ..kinematics.loops.needs import solved_couplings
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..problem.samples import Targets
-from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
-from .inverse_dynamics import Inputs, InverseDynamics, Solution
-from .reactions import ReactionSolver, wrenches_in_norm
-from .velocity_ratios import VelocityRatios
+
+if TYPE_CHECKING:
+    from .inverse_dynamics import InverseDynamics, Solution
+    from .reactions import ReactionSolver
+    from .velocity_ratios import VelocityRatios
 
 _BLOCK_NUMBERS = 6_000_000
 """About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
@@ -142,8 +142,6 @@ class ProblemSolver(Frozen):
         problem: the problem that it solves.
         varied: names of the held joints whose positions differ from sample to sample.
         assembly: closes the loops.
-        reactions: computes the wrenches at closed positions.
-        inverse_dynamics: computes motion, wrenches and residuals at closed positions.
 
     Raises:
         ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
@@ -170,35 +168,51 @@ class ProblemSolver(Frozen):
             self._made_by = _varied_solver, (like, varied)
         self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
         self._lock = threading.Lock()
-        mechanism = problem.mechanism
         if like is not None and varied:
             self.assembly: Assembly = Assembly(problem, varied, like.assembly)
         elif like is not None and problem.moves_like(like.problem):
             self.assembly = like.assembly
         else:
             self.assembly = Assembly(problem)
-        kinematics, needed = self.assembly.kinematics, self.assembly.needed
+        # What is learned later leaves it as it is, whenever wrenches are first asked for.
+        self._kinematics = kinematics = self.assembly.kinematics
         if varied:
             # Held joints rest: nobody asks how fast others would move with them.
             drives = list(range(len(problem.independent)))
-            kinematics = kinematics.part(drives, list(range(len(kinematics.solvers))))
-        counted = wrenches_in_norm(mechanism)
-        rule: IndeterminacyRule = LeastNorm(mechanism.characteristic_length, counted)
-        if problem.compliance:
-            compliances = {
-                problem.wrench_index(name): value for name, value in problem.compliance.items()
-            }
-            rule = LeastEnergy(mechanism.characteristic_length, counted, compliances)
-        # Of all groups, `kinematics` has only those whose motion is needed, so indices differ.
-        active = {solved for solved, index in enumerate(needed.motion) if index in needed.forces}
-        self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
-        self.inverse_dynamics = InverseDynamics(
-            problem, kinematics, self.reactions, needed, self.assembly.decided
-        )
+            self._kinematics = kinematics.part(drives, list(range(len(kinematics.solvers))))
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
         return self._made_by or (ProblemSolver, (self.problem,))
+
+    @cached_property
+    def reactions(self) -> ReactionSolver:
+        """Computes the wrenches at closed positions."""
+        # What is made only to be looked at needs none of this.
+        from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
+        from .reactions import ReactionSolver, wrenches_in_norm
+
+        problem, needed = self.problem, self.assembly.needed
+        mechanism = problem.mechanism
+        length, counted = mechanism.characteristic_length, wrenches_in_norm(mechanism)
+        rule: IndeterminacyRule = LeastNorm(length, counted)
+        if problem.compliance:
+            compliances = {
+                problem.wrench_index(name): value for name, value in problem.compliance.items()
+            }
+            rule = LeastEnergy(length, counted, compliances)
+        # Of all groups, the kinematics has only those whose motion is needed, so indices differ.
+        active = {solved for solved, index in enumerate(needed.motion) if index in needed.forces}
+        return ReactionSolver(mechanism, self._kinematics, active, rule)
+
+    @cached_property
+    def inverse_dynamics(self) -> InverseDynamics:
+        """Computes motion, wrenches and residuals at closed positions."""
+        from .inverse_dynamics import InverseDynamics
+
+        assembly = self.assembly
+        of = self.problem, self._kinematics, self.reactions, assembly.needed, assembly.decided
+        return InverseDynamics(*of)
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -223,8 +237,8 @@ class ProblemSolver(Frozen):
         solver._of_varied, solver._lock = {}, threading.Lock()
         solver._made_by = _solver_at_design, (self, dict(positions))
         solver.assembly = self.assembly.at_design(positions)
-        solver.reactions, solver.inverse_dynamics = self.reactions, self.inverse_dynamics
-        solver._freeze()
+        shared = {"reactions": self.reactions, "inverse_dynamics": self.inverse_dynamics}
+        solver._freeze(_kinematics=self._kinematics, **shared)
         return solver
 
     @property
@@ -449,6 +463,7 @@ class ProblemSolver(Frozen):
             acting: how fast the drives move.
         """
         from .collected import Rows  # Few sweeps leave their rates out.
+        from .velocity_ratios import VelocityRatios
 
         rows = Rows(len(x))
         for span in assembled.spans:
@@ -502,6 +517,8 @@ class _Work:
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
+        from .inverse_dynamics import Inputs  # As for its solution.
+
         assembled, solver = self._assembled, self._solver
         span, turns = assembled.spans[index], assembled.turns
         targets = assembled.targets.block(span)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import BLOCK_SIZE, Array
 from ..errors import (
     ArgumentError,
     AssemblyError,
@@ -227,8 +227,6 @@ class Assembly:
         Raises:
             MobilityError: the drives do not decide the motion.
         """
-        from .following.lines import BLOCK_SIZE  # Most scenes are asked for no such thing.
-
         guess = self._cache.guesses(self._with_design(targets), strict=False)
         is_there = np.ones(targets.size, dtype=bool)
         if guess.is_there is not None:

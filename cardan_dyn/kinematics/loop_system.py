@@ -11,7 +11,6 @@ from ..mechanism.mechanism import Mechanism
 from .closing.all_groups import Kinematics
 from .closing.group_solver import GroupState, solver_of
 from .closing.stacked import ranks
-from .following.branch import Branch
 from .loops.groups import Group, partition
 from .loops.structure import Structure
 from .tolerances import AROUND, CLOSURE_TOLERANCE, REGULAR_CONDITION, STATES_AROUND
@@ -175,6 +174,8 @@ class LoopSystem:
             kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
         else:
             kinematics = together.of_drive(coordinate.rate)
+        from .following.branch import Branch  # Most scenes start where their joints are held.
+
         branch = Branch(kinematics, state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]

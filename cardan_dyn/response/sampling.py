@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import BLOCK_SIZE, Array
 from ..dynamics.inverse_dynamics import Inputs, JointRates, Solution
 from ..dynamics.open_tree import LoadCase
 from ..dynamics.problem_solver import ProblemSolver
@@ -15,7 +15,6 @@ from ..dynamics.reactions import UNIQUE_TOLERANCE, Reactions, superposed
 from ..elements.link_loads import LinkLoad
 from ..frozen import frozen
 from ..kinematics.closing.all_groups import ClosedState
-from ..kinematics.following.lines import BLOCK_SIZE
 from ..problem.samples import Targets, acting_on
 from ..proof.residuals import Residuals
 from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout

@@ -19,9 +19,7 @@ from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
 from ..problem.coordinate_names import check_single
 from ..problem.samples import acting_on, common_shape, targets_of
-from ..results.collect import sweep_of
 from ..results.prescribed import Prescribed
-from ..results.sweep import Sweep
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -30,6 +28,7 @@ if TYPE_CHECKING:
     from ..mechanism.configuration import Configuration
     from ..response.family import ResponseFamily
     from ..response.response import Response
+    from ..results.sweep import Sweep
     from ..simulation.equilibrium import Equilibrium
     from ..simulation.trajectory import Trajectory
     from .branches import Branches
@@ -326,6 +325,8 @@ class Scene(Prescribed):
             IndeterminateError: a component of an output is not unique, in a strict scene.
             MobilityError: a coordinate of the scene is free.
         """
+        from ..results.collect import sweep_of  # Scenes that are simulated do without.
+
         along_path, workers = flag("along_path", along_path), whole("workers", workers)
         solver, problem = self._solver, self._problem
         problem.refuse_free("a sweep")

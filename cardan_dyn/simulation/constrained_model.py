@@ -21,6 +21,7 @@ well the equations keep the rank that they have where loops are closed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -67,6 +68,10 @@ _CLOSED = 4e-16
 _NO_GAINS, _NO_GAPS = np.zeros((0, 0)), np.zeros(0)
 _NEAR = 1e-8
 """Error of which one Newton step, or one proximal iteration, leaves rounding."""
+_STALE = 1e-5
+"""Displacement [rad, or a fraction of the length] up to which equations that were decomposed before
+it close loops: each step leaves at most as much of the error, and costs a third of one with
+equations decomposed anew."""
 _OPEN = 1e-3
 """Displacement [rad, or a fraction of the length] by which loops are opened to see their rank."""
 _MOVED = (0.02, 0.05)
@@ -316,23 +321,33 @@ class ConstrainedChain:
             return ClosedDirections(*made_of, rank=rank, gaps=gaps, data=self.data)
 
         every, gaps = directions(self.model.nv), self._couplings.gaps
-        self._elsewhere = _Elsewhere(every, state)
-        self._by_rank = directions(self._elsewhere.rank, gaps)
-        self._mu = _REGULARISATION * self._elsewhere.least
-        rank, strong = self._elsewhere.loops, -_WEAK * float(self._elsewhere.least)
-        self._last_loop, self._strong = (rank - 1, strong) if rank else (0, np.inf)
-        self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
-        self._is_overclosed = False
+        self._every = every
+        self._is_overclosed, self._directions = False, None
         self._elimination: LoopElimination | None = None
-        overclosed = _overclosed_rank(every, state, self._closed_positions)
-        self._directions = None
+
+        def know(elsewhere: _Elsewhere) -> None:
+            self._elsewhere = elsewhere
+            self._by_rank = directions(elsewhere.rank, gaps)
+            self._mu = _REGULARISATION * elsewhere.least
+            rank, strong = elsewhere.loops, -_WEAK * elsewhere.least
+            self._last_loop, self._strong = (rank - 1, strong) if rank else (0, np.inf)
+            self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+
+        def measured() -> tuple[_Elsewhere, int | None]:
+            elsewhere = _Elsewhere.of(every, state)
+            know(elsewhere)
+            return elsewhere, _overclosed_rank(every, state, self._closed_positions)
+
+        key = tuple(chain.bodies), self.prescribed.tobytes(), state.tobytes()
+        elsewhere, overclosed = mechanism.kept.of("closures elsewhere", key, measured)
+        know(elsewhere)
         self._is_overclosed = overclosed is not None
         if overclosed is not None:
             self._by_rank = self._directions = directions(overclosed, gaps)
         elif self._lent:
             self._directions = every
         if self._suits_elimination(loops):
-            least = self._elsewhere.least
+            least = elsewhere.least
             self._elimination = LoopElimination(self.model, self.data, self._constraints, least)
         # Loops were closed elsewhere to see it.
         self.rounding, self.was_weak = 0.0, False
@@ -354,6 +369,7 @@ class ConstrainedChain:
         pair = self._constraints, self._constraint_data
         # Going through Pinocchio's vector anew takes longer than all that is read, and so does
         # asking for the decomposition of the dynamics each time.
+        self._each_model = list(self._constraints)
         self._each_constraint = [self._constraint_data[k] for k in range(len(self._constraints))]
         self._decomposition = self.data.constraint_chol
         pinocchio.initConstraintDynamics(self.model, self.data, *pair)
@@ -446,7 +462,7 @@ class ConstrainedChain:
         Args:
             x: coordinates `(size,)`.
         """
-        return self._elsewhere.weakness(x * self._of_positions)
+        return self._elsewhere.weakness(self._every, x * self._of_positions)
 
     def singular_gap(self, x: Array) -> float:
         """Return the closure error in the singular configuration near coordinates `(size,)`.
@@ -455,7 +471,7 @@ class ConstrainedChain:
         """
         return self._by_rank.singular_gap(x * self._of_positions)
 
-    def _solved(self, gaps: Array, efforts: Array, rounds: int = _ROUNDS) -> Array:
+    def _solved(self, gaps: Array, efforts: Array, rounds: int) -> Array:
         """Return the least displacements `(nv,)`, in the metric of the kinetic energy.
 
         At the state that was prepared: its dynamics have decomposed the equations.
@@ -473,7 +489,7 @@ class ConstrainedChain:
         if not self._has_couplings:
             return rows, _NO_GAINS
         none = np.zeros(self._rows)
-        units = np.array([self._solved(none, row) for row in rows]).reshape(rows.shape)
+        units = np.array([self._solved(none, row, _ROUNDS) for row in rows]).reshape(rows.shape)
         return units, units @ rows.T
 
     def _coupled(
@@ -505,37 +521,54 @@ class ConstrainedChain:
         return x / self._of_positions, v / self._of_rates
 
     def _closed(self, x: Array, v: Array, crosses: bool) -> tuple[Array, Array]:
-        """Return a closed state, see `closed`, in units of the characteristic length."""
+        """Return a closed state, see `closed`, in units of the characteristic length.
+
+        One decomposition serves positions and speeds, as long as they are near it.
+        """
         if self._is_overclosed:
             return self._by_rank.closed(x, v, strong_alone=crosses)
         if self._elimination is not None and not crosses:
             found = self._eliminated(self._elimination, x, v)
             if found is not None:
                 return found
-        rest = self._nothing
-        self._constrained(x, v, rest)
+        rest, is_coupled, off = self._nothing, self._has_couplings, np.inf
         for _ in range(_MOST_STEPS):
-            factors = self._coupling_factors()
-            if self._is_weak or self._elsewhere.is_weak_coupled(factors[1]):
-                self.was_weak = True
-                x, v = self._by_rank.closed(x, v, strong_alone=crosses)
-                if not crosses:
-                    self.rounding = max(self.rounding, self._by_rank.rounding(x))
-                return x, v
-            gaps, ratios = self._gaps(), self._couplings.gaps(x)
+            if off > _STALE:
+                self._constrained(x, v, rest)
+                factors, off = self._coupling_factors(), 0.0
+                if self._is_weak or (is_coupled and self._elsewhere.is_weak_coupled(factors[1])):
+                    self.was_weak = True
+                    x, v = self._by_rank.closed(x, v, strong_alone=crosses)
+                    if not crosses:
+                        self.rounding = max(self.rounding, self._by_rank.rounding(x))
+                    return x, v
+            gaps, ratios = self._gaps(), self._couplings.gaps(x) if is_coupled else _NO_GAPS
             error = _greatest(gaps, ratios)
             if error <= _CLOSED:
                 break
-            step = self._coupled(self._solved(gaps, rest, _rounds(error)), *factors, ratios)
+            step = self._solved(gaps, rest, 1)
+            step = self._coupled(step, *factors, ratios) if is_coupled else step
             x = np.asarray(pinocchio.integrate(self.model, x, step))
-            self._constrained(x, v, rest)
-            if error <= _NEAR:
-                # Newton's step squares the error: nothing is left to see, and what speeds lack is
-                # as small, so that it may be had from the coupling factors at hand.
+            off += error
+            self._place(x)
+            # A step leaves as much of the error as its equations are off.
+            if error <= _NEAR and error * off <= _CLOSED:
                 break
-        opening = self._loop_jacobian() @ v
-        rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
-        return x, self._coupled(v - self._solved(opening, rest, rounds), *factors)
+        for _ in range(_MOST_STEPS):
+            opening = self._loop_jacobian().dot(v)
+            # Of both only the order of magnitude counts.
+            error = math.sqrt(opening.dot(opening) / (v.dot(v) or 1.0))
+            v = v - self._solved(opening, rest, 1)
+            v = self._coupled(v, *factors) if is_coupled else v
+            if error <= _NEAR and error * off <= _CLOSED:
+                break
+        return x, v
+
+    def _place(self, x: Array) -> None:
+        """Put bodies and loops where they are at coordinates, for the rows of the loops there."""
+        pinocchio.computeJointJacobians(self.model, self.data, x)
+        for item, data in zip(self._each_model, self._each_constraint, strict=True):
+            item.calc(self.model, self.data, data)
 
     def _eliminated(
         self, elimination: LoopElimination, x: Array, v: Array
@@ -568,61 +601,47 @@ class ConstrainedChain:
         return gaps
 
 
-class _Elsewhere:
+class _Elsewhere(NamedTuple):
     """Closure equations of a chain at other configurations, against which they may be weak.
 
     Whether loops are closed there makes no difference: what is redundant on closed positions alone
-    is left to `_overclosed`.
+    is left to `_overclosed_rank`.
 
     Attributes:
         loops: rank of the loops' equations along free coordinates.
-        rank: of all equations.
+        coupled: what the couplings add to it.
         least: least eigenvalue of J M⁻¹ Jᵀ of the loops that is not zero.
+        least_coupled: that of the couplings, as loops allow them.
+        typical: least singular value of all equations that is not zero, relative to the greatest.
     """
 
-    def __init__(self, every: ClosedDirections, state: Array) -> None:
+    loops: int
+    coupled: int
+    least: float
+    least_coupled: float
+    typical: float
+
+    @property
+    def rank(self) -> int:
+        """Rank of all equations."""
+        return self.loops + self.coupled
+
+    @staticmethod
+    def of(every: ClosedDirections, state: Array) -> _Elsewhere:
         """Look at some configurations about a state.
 
         Args:
             every: the equations.
             state: a configuration.
         """
-        self._every = every
         random = np.random.default_rng(1)
         found = []
         for _ in range(_PLACES):
             way = random.uniform(-_ELSEWHERE, _ELSEWHERE, size=every.model.nv)
-            found.append(self._measured(pinocchio.integrate(every.model, state, way)))
+            found.append(_measured(every, pinocchio.integrate(every.model, state, way)))
         loops, coupled = max(item[:2] for item in found)
-        full = [item for item in found if item[:2] == (loops, coupled)]
-        self.loops, self._coupled, self.rank = loops, coupled, loops + coupled
-        self.least, least_coupled, self._typical = np.median([item[2:] for item in full], axis=0)
-        self._weak_coupled = _WEAK * least_coupled
-
-    def _measured(self, x: Array) -> tuple[int, int, float, float, float]:
-        """Return ranks and least values of loops and of couplings, and of all equations."""
-        every = self._every
-        rows = every.jacobian(x)[:, every.free]
-        root = np.linalg.cholesky(every.metric(x))
-        weighted = np.linalg.solve(root, rows.T).T
-        count = every.loop_rows
-        left = weighted[count:]
-        rank, least = 0, 1.0
-        if count and every.free.size:
-            _, values, right = np.linalg.svd(weighted[:count], full_matrices=False)
-            rank = rank_of(values)
-            least = float(values[rank - 1]) ** 2 if rank else 1.0
-            left = left - left @ right[:rank].T @ right[:rank]
-        coupled, least_coupled = 0, 1.0
-        if len(left) and every.free.size:
-            values = np.linalg.svd(left, compute_uv=False)
-            sizes = np.linalg.norm(weighted[count:], axis=1)
-            coupled = int(np.count_nonzero(values > ZERO * np.max(sizes)))
-            least_coupled = float(values[coupled - 1]) ** 2 if coupled else 1.0
-        values = np.linalg.svd(rows, compute_uv=False)
-        both = rank + coupled
-        typical = float(values[both - 1] / values[0]) if both else 1.0
-        return rank, coupled, least, least_coupled, typical
+        full = [item[2:] for item in found if item[:2] == (loops, coupled)]
+        return _Elsewhere(loops, coupled, *np.median(full, axis=0).tolist())
 
     def is_weak_coupled(self, gains: Array) -> bool:
         """Return whether a coupling is weak, as loops allow it.
@@ -630,18 +649,47 @@ class _Elsewhere:
         Args:
             gains: what efforts along the couplings move them `(k, k)`.
         """
-        if not self._coupled:
+        if not self.coupled:
             return False
         values = np.linalg.svd(gains, compute_uv=False)
-        return bool(np.count_nonzero(values > self._weak_coupled) < self._coupled)
+        return bool(np.count_nonzero(values > _WEAK * self.least_coupled) < self.coupled)
 
-    def weakness(self, x: Array) -> float:
-        """Return the least singular value, relative to the greatest, as a fraction of elsewhere."""
+    def weakness(self, every: ClosedDirections, x: Array) -> float:
+        """Return the least singular value, relative to the greatest, as a fraction of elsewhere.
+
+        Args:
+            every: the equations.
+            x: a configuration.
+        """
         if not self.rank:
             return 1.0
-        every = self._every
         values = np.linalg.svd(every.jacobian(x)[:, every.free], compute_uv=False)
-        return float(values[self.rank - 1] / values[0] / self._typical)
+        return float(values[self.rank - 1] / values[0] / self.typical)
+
+
+def _measured(every: ClosedDirections, x: Array) -> tuple[int, int, float, float, float]:
+    """Return ranks and least values of loops and of couplings, and of all equations."""
+    rows = every.jacobian(x)[:, every.free]
+    root = np.linalg.cholesky(every.metric(x))
+    weighted = np.linalg.solve(root, rows.T).T
+    count = every.loop_rows
+    left = weighted[count:]
+    rank, least = 0, 1.0
+    if count and every.free.size:
+        _, values, right = np.linalg.svd(weighted[:count], full_matrices=False)
+        rank = rank_of(values)
+        least = float(values[rank - 1]) ** 2 if rank else 1.0
+        left = left - left @ right[:rank].T @ right[:rank]
+    coupled, least_coupled = 0, 1.0
+    if len(left) and every.free.size:
+        values = np.linalg.svd(left, compute_uv=False)
+        sizes = np.linalg.norm(weighted[count:], axis=1)
+        coupled = int(np.count_nonzero(values > ZERO * np.max(sizes)))
+        least_coupled = float(values[coupled - 1]) ** 2 if coupled else 1.0
+    values = np.linalg.svd(rows, compute_uv=False)
+    both = rank + coupled
+    typical = float(values[both - 1] / values[0]) if both else 1.0
+    return rank, coupled, least, least_coupled, typical
 
 
 class _Couplings:
@@ -693,11 +741,6 @@ def _greatest(*values: Array) -> float:
     sizes = [abs(size) for item in values for size in item.tolist()]
     # Whether Python's greatest of them is a NaN would depend on their order; a sum always is.
     return max(sizes, default=0.0) if sum(sizes) < np.inf else np.inf
-
-
-def _rounds(error: float) -> int:
-    """Return how many proximal iterations an error needs until rounding is left of it."""
-    return 1 if error <= _NEAR else _ROUNDS
 
 
 def _overclosed_rank(

@@ -27,6 +27,7 @@ import pinocchio
 from ..arrays import Array, quaternion_product
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.joints import Joint, Part
+from ..mechanism.kept import Kept
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Coupling
 
@@ -315,6 +316,7 @@ class WithBalls:
         coordinates: its layout.
         loops, couplings: see `Mechanism`.
         auxiliary_bodies, characteristic_length: see `Mechanism`.
+        kept: what simulations find out about it, with the mechanism.
     """
 
     def __init__(self, source: Mechanism, hinges: Collection[int]) -> None:
@@ -325,6 +327,7 @@ class WithBalls:
             hinges: indices in its model of the first turns of the balls.
         """
         self.source, self._hinges = source, tuple(hinges)
+        self.kept = source.kept.of("kept with balls", self._hinges, Kept)
         self.characteristic_length = source.characteristic_length
         self.couplings: tuple[Coupling, ...] = source.couplings
         old, model = source.model, pinocchio.Model()

@@ -163,7 +163,7 @@ def setup_of(
     speeds = {name: item(0.0)[1] for name, item in motions.items()}
     with np.errstate(over="ignore", invalid="ignore"):  # Such speeds are refused right here.
         begun = closed_start(solver, positions, speed, speeds)
-    rounding = rounding_of_speeds(solver, positions, begun)
+    rounding = rounding_of_speeds(solver, begun)
     refuse_rounding(rounding)
     _refuse_distances(problem.mechanism.coordinates.rate_scale, begun.v[0], duration)
     return Setup(

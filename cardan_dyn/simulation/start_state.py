@@ -157,7 +157,10 @@ def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[st
 def closed_start(
     solver: ProblemSolver, positions: Array, speed: Any, prescribed: Mapping[str, float]
 ) -> Motion:
-    """Return the motion `(1,)` with which a simulation begins.
+    """Return the motion with which a simulation begins, and motions beside it.
+
+    The first sample is the start. In the others, see `rounding_of_speeds`, the speed of one drive
+    after the other is greater by a step, and then less by it.
 
     Args:
         solver: of the scene.
@@ -178,7 +181,7 @@ def closed_start(
     given.update(prescribed)
     if all(name in drives for name in given):
         speeds = np.array([given.get(name, 0.0) for name in drives])
-        return _motion(solver, row, speeds[None, :])
+        return _beside(solver, row, speeds)
     at_rest = _motion(solver, row, rest)
     ratios = np.array(
         [[float(at_rest.ratio(name, drive)[0]) for drive in drives] for name in given]
@@ -198,10 +201,24 @@ def closed_start(
             f"{abs(gaps[worst]):.3g}: with the others it is {wanted[worst] + gaps[worst]:.12g}; "
             "give that, or leave it out"
         )
-    return _motion(solver, row, speeds[None, :])
+    return _beside(solver, row, speeds)
 
 
-def rounding_of_speeds(solver: ProblemSolver, positions: Array, begun: Motion) -> float:
+def _beside(solver: ProblemSolver, positions: Array, speeds: Array) -> Motion:
+    """Return the motion at positions `(1, d)` and speeds `(d,)` and beside, see `closed_start`."""
+    steps = np.diag(_step(solver, speeds))
+    rows = np.concatenate([speeds[None, :], speeds + steps, speeds - steps])
+    return _motion(solver, positions.repeat(len(rows), axis=0), rows)
+
+
+def _step(solver: ProblemSolver, speeds: Array) -> Array:
+    """Return steps `(d,)` as great as speeds are: a radian, or the mechanism's length, or more."""
+    coordinates = solver.problem.mechanism.coordinates
+    units = coordinates.rate_scale[coordinates.rates_of(solver.problem.independent)]
+    return np.asarray(units * (float(np.max(np.abs(speeds) / units, initial=0.0)) or 1.0))
+
+
+def rounding_of_speeds(solver: ProblemSolver, begun: Motion) -> float:
     """Return which part of the velocities at a start rounding of lengths and positions decides.
 
     Near a configuration that is singular for the drives, their speeds mean very different
@@ -211,23 +228,16 @@ def rounding_of_speeds(solver: ProblemSolver, positions: Array, begun: Motion) -
 
     Args:
         solver: of the scene.
-        positions: of the drives `(d,)`.
-        begun: motion at the start `(1,)`.
+        begun: motion at the start and beside it, see `closed_start`.
     """
-    problem = solver.problem
-    coordinates = problem.mechanism.coordinates
-    scale = coordinates.rate_scale
-    driven = coordinates.rates_of(problem.independent)
-    speeds, units = begun.v[0][driven], scale[driven]
+    coordinates = solver.problem.mechanism.coordinates
+    scale, driven = coordinates.rate_scale, coordinates.rates_of(solver.problem.independent)
     size = float(np.max(np.abs(begun.v[0]) / scale, initial=0.0))
-    count = len(speeds)
     if not size or not np.isfinite(size):
         return 0.0
-    # Steps as great as the speeds lose no digits; a radian, or the mechanism's length.
-    step = float(np.max(np.abs(speeds) / units)) or 1.0
-    rows = np.concatenate([speeds + np.diag(step * units), speeds - np.diag(step * units)])
-    positions = np.repeat(positions[None, :], 2 * count, axis=0)
+    # Steps as great as the speeds lose no digits.
+    steps = _step(solver, begun.v[0][driven]) / scale[driven]
     with np.errstate(over="ignore", invalid="ignore"):
-        bent = _motion(solver, positions, rows).a / scale
-        changes = np.abs(bent[:count] - bent[count:]) / (4.0 * step)
+        greater, less = np.split(begun.a[1:] / scale, 2)
+        changes = np.abs(greater - less) / (4.0 * steps[:, None])
     return _EPS * float(np.max(changes, initial=0.0)) / size

@@ -234,10 +234,11 @@ class System:
             position, speed, _ = motion(time)
             x[column] = position - 2.0 * np.pi * self.turns[column]
             v[rate] = speed
-        if reason := self.boundless(time, y, self.turns):
+        if self._reads_angles and (reason := self.boundless(time, y, self.turns)):
             raise SingularConfigurationError(reason)
-        # However great the inertia that holds it, what rests drifts in a thousand turns.
-        x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
+        if self._resting.size:
+            # However great the inertia that holds it, what rests drifts in a thousand turns.
+            x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
         closed, rates = self.model.closed(x, v, crosses=crosses)
         moved = ((closed - x) * self._scale).tolist()
         if not all(-_FARTHEST <= part <= _FARTHEST for part in moved):
@@ -247,7 +248,7 @@ class System:
                 "closing them could lead to another assembly mode; the mechanism is close to a "
                 "singular configuration, or the tolerance is too wide: give a smaller rtol"
             )
-        return np.concatenate([closed, rates])
+        return np.concatenate((closed, rates))
 
     def wrap(self, y: Array) -> Array:
         """Return a row without whole turns, which `turns` then counts."""

@@ -101,6 +101,23 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
     assert unwanted == ""
 
 
+def test_what_makes_a_scene_imports_no_more(tmp_path: Path) -> None:
+    """What sweeps, follows and proves is imported when it is first asked for."""
+    code = (
+        "import sys, pinocchio; before = set(sys.modules); from cardan_dyn import Scene, load; "
+        "scene = Scene(load('universal_joint'), drive='bearing_in', held={'joint_angle': 0.0}); "
+        "print(len(set(sys.modules) - before)); "
+        "print(*sorted({'cardan_dyn.results.sweep', 'cardan_dyn.dynamics.inverse_dynamics', "
+        "'cardan_dyn.proof.residuals', 'cardan_dyn.kinematics.following.lines'} "
+        "& set(sys.modules)))"
+    )
+    ran = python("-c", code, cwd=tmp_path, path=ROOT)
+    assert ran.returncode == 0, ran.stderr
+    imported, unwanted = ran.stdout.splitlines()
+    assert int(imported) <= 80
+    assert unwanted == ""
+
+
 PAGES = [
     page
     for page in [

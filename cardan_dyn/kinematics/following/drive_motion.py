@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, consecutive
+from ...arrays import BLOCK_SIZE, Array, consecutive
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
@@ -15,7 +15,6 @@ from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch
-from .lines import BLOCK_SIZE
 
 _MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at

@@ -19,9 +19,9 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED, Redundancy, RedundancyStudy
-from .drive_motion import DriveMotion
 
 if TYPE_CHECKING:
+    from .drive_motion import DriveMotion
     from .joint_motion import JointMotion
 
 
@@ -188,6 +188,8 @@ class GuessCache:
             AssemblyError: the drive cannot turn through.
             SingularConfigurationError: a dead point lies on the way.
         """
+        from .drive_motion import DriveMotion
+
         with self._lock:
             (part,) = self._parts
             if not isinstance(part, DriveMotion):
@@ -224,6 +226,8 @@ class GuessCache:
         kinematics = self._study.open_kinematics
         common = self._problem, kinematics, self.start, drives, groups
         if len(drives) == 1:
+            from .drive_motion import DriveMotion  # First guesses need it, scenes do not.
+
             return DriveMotion(*common, varied=self._varied)
         from .joint_motion import JointMotion  # Most scenes have a single drive.
 
@@ -233,6 +237,8 @@ class GuessCache:
         """Follow some samples of the first ones, to solve no redundant rows for all others."""
         if self._is_scouted or targets.size <= 2 * STATES_STUDIED:
             return
+        from .drive_motion import DriveMotion
+
         self._is_scouted = True
         joint = [part for part in self._parts if not isinstance(part, DriveMotion)]
         if joint and not self._redundancy.settled:

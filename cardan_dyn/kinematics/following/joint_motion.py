@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import BLOCK_SIZE, Array
 from ...errors import AssemblyError, SingularConfigurationError
 from ...mechanism.coordinates import Coordinates
 from ...problem.problem import Problem
@@ -19,7 +19,6 @@ from .branch import Branch, whole_turns
 from .drive_motion import TURN, Followed, turned_back, turns_freely
 from .lattice import near_lattices
 from .lines import (
-    BLOCK_SIZE,
     OnLines,
     Reached,
     Rows,

@@ -18,11 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import BLOCK_SIZE, Array
 from ..closing.all_groups import ClosedState, Kinematics
 from .lines import (
     ALLOWED_ERROR,
-    BLOCK_SIZE,
     MOST_CORRECTIONS,
     REJECTED,
     Rows,

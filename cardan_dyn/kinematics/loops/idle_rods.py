@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio
 
 from ...arrays import Array, cross
+from ...frozen import read_only
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 
@@ -94,13 +95,18 @@ class IdleRod(NamedTuple):
     frame: int
 
 
-def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
+def idle_rods(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
     """Return all bodies that may spin.
 
     Args:
         mechanism: the mechanism.
         free: velocity coordinates that are neither driven nor held.
     """
+    return mechanism.kept.of("idle rods", frozenset(free), lambda: _found(mechanism, free))
+
+
+def _found(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
+    """See `idle_rods`."""
     graph = JointGraph(mechanism, free)
     on_loops = _columns_on_loops(mechanism)
     rods = []
@@ -113,8 +119,9 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
             if not on_loops.issuperset(columns):
                 continue  # What hangs in an open chain swings, and somebody has to drive it.
             frame = graph.common([end.neighbour for end in held])
-            rods.append(IdleRod(body - 1, columns + graph.floating_columns(body), line, frame))
-    return rods
+            spinning = columns + graph.floating_columns(body)
+            rods.append(IdleRod(body - 1, spinning, read_only(line), frame))
+    return tuple(rods)
 
 
 def _columns_on_loops(mechanism: Mechanism) -> set[int]:

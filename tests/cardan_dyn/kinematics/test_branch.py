@@ -15,6 +15,7 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
 from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.following.lines import Lines, Rows
 
@@ -203,6 +204,24 @@ def mirrored(branch: Branch, rows: np.ndarray) -> np.ndarray:
     start = branch.kinematics.evaluate(branch.states()[[0]])
     assert not np.any(branch.kinematics.same_side(state, start.inverses))
     return state.x
+
+
+@pytest.mark.parametrize(("angle_deg", "most"), [(30.0, 4), (80.0, 11)])
+def test_rounds_that_lead_over_a_turn(
+    angle_deg: float, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Several lengths are tried in a round, so that none is lost to a step that was too long."""
+    held = {"joint_angle": np.deg2rad(angle_deg)}
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held=held)
+    step, rounds = Kinematics.newton_step, []
+
+    def counted(kinematics: Kinematics, x: np.ndarray) -> ClosedState:
+        rounds.append(len(x))
+        return step(kinematics, x)
+
+    monkeypatch.setattr(Kinematics, "newton_step", counted)
+    scene.sweep(np.linspace(-np.pi, np.pi, 9))
+    assert 0 < len(rounds) <= most
 
 
 @pytest.mark.parametrize("fault", ["another mode", "a gap"])

@@ -181,3 +181,48 @@ def test_copies_side_by_side_move_like_one_alone() -> None:
     assert model.closure_error(back) < 2e-15
     assert back[drives].tolist() == drifted[drives].tolist()
     assert rates[drives].tolist() == together(v)[drives].tolist()
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-10])
+def test_decompositions_of_a_simulation(
+    joint: cd.Mechanism, rtol: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One for each acceleration, and one for what closes loops and speeds after a step."""
+    made = []
+    dynamics = pin.constraintDynamics
+
+    def counted(*arguments: object) -> np.ndarray:
+        made.append(arguments)
+        return dynamics(*arguments)
+
+    monkeypatch.setattr(pin, "constraintDynamics", counted)
+    scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.5}, outputs=[])
+    spin = scene.simulate(2.0, speed=10.0, method="DOP853", rtol=rtol)
+    steps = len(spin.time) - 1
+    # Beside these the start is closed, and where loops are closed elsewhere is looked at.
+    assert spin.evaluations + steps <= len(made) <= spin.evaluations + steps + 20
+
+
+def test_what_closures_are_like_elsewhere_is_looked_at_once(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    decomposed = []
+    svd = np.linalg.svd
+
+    def counted(*arguments: object, **options: object) -> object:
+        decomposed.append(arguments)
+        return svd(*arguments, **options)
+
+    joint.kept.forget("closures elsewhere")
+    counts, found = [], []
+    for _ in range(2):
+        scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.5}, outputs=[])
+        with monkeypatch.context() as patched:
+            patched.setattr(np.linalg, "svd", counted)
+            decomposed.clear()
+            spin = scene.simulate(0.1, speed=10.0, method="DOP853")
+            counts.append(len(decomposed))
+        found.append(spin.position)
+    assert counts[0] > 0
+    assert counts[1] == 0
+    np.testing.assert_array_equal(*found)
