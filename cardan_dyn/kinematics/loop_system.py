@@ -121,13 +121,10 @@ class LoopSystem:
             proven.
         """
         groups = self.groups(joints, passives)
-        solved = [
-            index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
-        ]
-        finer = self.finer(groups, joints, passives, solved, state)
+        finer = self.finer(groups, joints, passives, _needed(groups, left_out), state)
         if finer is groups:
             return None
-        needed = [group for group in finer if set(group.passives.tolist()) - left_out]
+        needed = [finer[index] for index in _needed(finer, left_out)]
         return self.kinematics(joints, needed).with_open_reductions(state)
 
     def moved(
@@ -167,12 +164,9 @@ class LoopSystem:
             state[column] = value
             return state
         if together is None:
-            groups = [
-                group
-                for group in self.groups((joint,), passives)
-                if set(group.passives.tolist()) - left_out
-            ]
-            kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
+            groups = self.groups((joint,), passives)
+            needed = [groups[index] for index in _needed(groups, left_out)]
+            kinematics = self.kinematics((joint,), needed).with_open_reductions(state)
         else:
             kinematics = together.of_drive(coordinate.rate)
         branch = Branch(kinematics, state)
@@ -181,6 +175,20 @@ class LoopSystem:
 
     def _columns(self, joints: tuple[str, ...]) -> Array:
         return np.array(self.mechanism.coordinates.rates_of(joints), dtype=int)
+
+
+def _needed(groups: list[Group], left_out: frozenset[int]) -> list[int]:
+    """Return the indices of groups that decide what is not left out, or close loops for these."""
+    needed = {
+        index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
+    }
+    crossed: set[int] = set()
+    # A group comes after those that close what it crosses.
+    for index, group in reversed(list(enumerate(groups))):
+        if index in needed or not crossed.isdisjoint(group.loops):
+            needed.add(index)
+            crossed.update(group.crossed_loops)
+    return sorted(needed)
 
 
 def finer_groups(
@@ -243,7 +251,7 @@ def _unproven(
     """
     known = {_identity(group) for group in groups}
     is_known = [_identity(group) in known for group in finer]
-    items = [group.items(structure) for group in finer]
+    items = [group.items(structure) | set(group.crossed_loops) for group in finer]
     open_ones = [
         group
         for group, own, is_old in zip(finer, items, is_known, strict=True)

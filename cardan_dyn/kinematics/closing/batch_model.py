@@ -19,6 +19,7 @@ from ...arrays import Array, consecutive, cross
 from ...mechanism.joints import Part
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import joint_model
+from ..loops.routes import Crossing
 
 _MOST_PLACED = 64
 """Coordinates up to which Pinocchio places the bodies of a long chain as well: its data take 8 MB
@@ -54,10 +55,11 @@ class BatchModel:
 
     Attributes:
         base: the base (0-based joint of the mechanism's model), -1 for the world.
-        bodies: `(n,)` the bodies carried (likewise), ascending.
+        bodies: `(n,)` the bodies carried (likewise), each after what carries it.
         span: the same, as a slice if there are no gaps.
         index_of: body to its index in `bodies`.
-        parents: `(n,)` index in `bodies` of each body's parent, -1 for the base.
+        parents: `(n,)` index in `bodies` of what carries each body, -1 for the base. It is the
+            body's parent, or carries that across closed loops.
         origin: `(3,)` the point of the base about which twists and wrenches are taken, in its axes
             [m]. It lies near the loops, so that no digits are lost far from the base's origin.
         mass: `(n,)` masses that are accounted for here [kg].
@@ -75,15 +77,17 @@ class BatchModel:
         inertial_bodies: set[int],
         origin: Array,
         base: int = -1,
+        crossed: tuple[Crossing, ...] = (),
     ) -> None:
         """Build the batch.
 
         Args:
             mechanism: the mechanism.
-            bodies: bodies carried, with all between them and the base, ascending.
+            bodies: bodies carried, with all between them and the base, each after what carries it.
             inertial_bodies: those of them whose inertia is accounted for here.
             origin: see the attribute.
             base: likewise.
+            crossed: loops across which they hang from the base, see `Group`.
         """
         self.base = base
         self.bodies = np.array(bodies, dtype=int)
@@ -98,9 +102,18 @@ class BatchModel:
             [source.inertias[body + 1].mass if body in inertial_bodies else 0.0 for body in bodies]
         )
         self.has_mass = bool(np.any(self.mass > 0.0))
-        self.parents = np.array(
-            [self.index_of.get(source.parents[body + 1] - 1, -1) for body in bodies], dtype=int
-        )
+        self._welded = {}
+        for crossing in crossed:
+            carrier, carried, at = _across(mechanism, crossing)
+            self._welded[carried] = carrier, at
+        carriers = [self.place(source.parents[body + 1] - 1) for body in bodies]
+        self.parents = np.array([index for index, _ in carriers], dtype=int)
+        self._hangs_at = [
+            placement if at is None else at * placement
+            for placement, (_, at) in zip(
+                (source.jointPlacements[body + 1] for body in bodies), carriers, strict=True
+            )
+        ]
         self._lay_out(mechanism)
 
     def _lay_out(self, mechanism: Mechanism) -> None:
@@ -155,10 +168,10 @@ class BatchModel:
         if moves:
             flyer = pinocchio.JointModelFreeFlyer()
             root = model.addJoint(0, flyer, pinocchio.SE3.Identity(), "")
-        for body, parent, part in zip(
-            self.index_of, self.parents.tolist(), self._parts, strict=True
+        for body, parent, hangs_at, part in zip(
+            self.index_of, self.parents.tolist(), self._hangs_at, self._parts, strict=True
         ):
-            placement = self._source.jointPlacements[body + 1].copy()
+            placement = hangs_at.copy()
             if parent < 0:
                 placement.translation = placement.translation - origin
             name = self._source.names[body + 1]
@@ -176,6 +189,23 @@ class BatchModel:
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    def place(self, body: int) -> tuple[int, pinocchio.SE3 | None]:
+        """Return what carries a body (0-based) of the mechanism as a rigid body does.
+
+        Returns:
+            Its index in `bodies`, -1 for the base; and where the body is in it, a `pin.SE3`, None
+            if both are the same.
+        """
+        at = None
+        while body in self._welded:
+            body, here = self._welded[body]
+            at = here if at is None else here * at
+        return self.index_of.get(body, -1), at
+
+    def rotation_at_zero(self, index: int) -> Array:
+        """Return `(3, 3)` the axes of a joint at its zero in those of what carries it."""
+        return np.asarray(self._hangs_at[index].rotation)
 
     def path(self, index: int) -> list[int]:
         """Return the indices in `bodies` from the base to a body, its own last."""
@@ -282,6 +312,15 @@ class BatchModel:
         )
         self._of_thread.forces = data, view
         return data, view
+
+
+def _across(mechanism: Mechanism, crossing: Crossing) -> tuple[int, int, pinocchio.SE3]:
+    """Return which body (0-based) a closed loop fixes another one to, and where."""
+    loop = mechanism.loops[crossing.loop]
+    first, second = loop.predecessor_placement, loop.successor_placement
+    if crossing.forward:
+        return loop.predecessor - 1, loop.successor - 1, first * second.inverse()
+    return loop.successor - 1, loop.predecessor - 1, second * first.inverse()
 
 
 def _address(array: Array) -> int:

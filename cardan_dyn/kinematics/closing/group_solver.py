@@ -396,8 +396,11 @@ def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
     origin = np.mean(points, axis=0) if points else np.zeros(3)
     origin = at_zero[group.base].actInv(origin)
     kind = LongChain if len(group.bodies) > _MOST_BODIES else BatchModel
-    given = group.bodies, group.inertial_bodies, origin, group.base
-    key = kind, tuple(group.bodies), frozenset(group.inertial_bodies), origin.tobytes(), group.base
+    given = group.bodies, group.inertial_bodies, origin, group.base, group.crossed
+    key = (
+        *(kind, tuple(group.bodies), frozenset(group.inertial_bodies), origin.tobytes()),
+        *(group.base, group.crossed),
+    )
     return mechanism.kept.of("batch", key, lambda: kind(mechanism, *given))
 
 

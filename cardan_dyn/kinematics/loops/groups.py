@@ -16,6 +16,7 @@ import pinocchio
 
 from ...arrays import Array
 from .idle_rods import IdleRod, idle_rods
+from .routes import Crossing, Routes
 from .structure import Structure
 
 _PIECE = 8
@@ -32,12 +33,15 @@ class Group(NamedTuple):
         loops, couplings: indices in `Mechanism.loops` and `Mechanism.couplings`.
         passives: velocity coordinates that they decide.
         known: moving coordinates on them that are driven or decided by earlier groups.
-        bodies: the bodies (0-based) on these loops and between them and the base, ascending.
+        bodies: the bodies (0-based) on these loops and between them and the base, each after what
+            carries it; ascending where no loop is crossed.
         base: the nearest body (0-based) from which all of them hang, -1 for the world. Loops
             close relative to it, however it moves.
         inertial_bodies: bodies whose inertia is accounted for in this group.
         idle: idle rods among its bodies, see `idle_rods`. As many passives as there are
             of them are decided by no loop.
+        crossed: loops, closed by earlier groups, across which the bodies hang from the base, see
+            `Routes`. Such a group has a single loop, and no inertia is accounted for in it.
     """
 
     loops: tuple[int, ...]
@@ -48,6 +52,7 @@ class Group(NamedTuple):
     base: int
     inertial_bodies: set[int]
     idle: tuple[IdleRod, ...] = ()
+    crossed: tuple[Crossing, ...] = ()
 
     @property
     def key(self) -> Hashable:
@@ -59,7 +64,13 @@ class Group(NamedTuple):
             self.known.tobytes(),
             *(tuple(self.bodies), self.base, frozenset(self.inertial_bodies)),
             *((rod.body, rod.columns, rod.line.tobytes(), rod.frame) for rod in self.idle),
+            self.crossed,
         )
+
+    @property
+    def crossed_loops(self) -> list[int]:
+        """Indices of the loops that are crossed."""
+        return [crossing.loop for crossing in self.crossed]
 
     def items(self, structure: Structure) -> set[int]:
         """Return the loops and couplings as `Structure` counts them: these after all loops."""
@@ -123,12 +134,15 @@ def partition(
         blocks = _with_idle(_blocks(passives_on, ranks), idle)
     groups: list[Group] = []
     carried: set[int] = set()
+    routes = Routes(structure)
     for block in blocks:
         group = _group(structure, block, touched, carried)
         spinning = [rod for column, rod in idle.items() if column in block.passives]
-        group = group._replace(idle=tuple(spinning))
+        group = _shortened(structure, group._replace(idle=tuple(spinning)), moving, routes)
         groups.append(group)
         carried |= group.inertial_bodies
+        for loop in group.loops:
+            routes.cross(loop)
     return _with_loose_bodies(mechanism.model, groups, carried)
 
 
@@ -192,6 +206,27 @@ def _group(
         bodies=bodies,
         base=base,
         inertial_bodies=set(bodies) - carried,
+    )
+
+
+def _shortened(structure: Structure, group: Group, moving: set[int], routes: Routes) -> Group:
+    """Return a group with a shorter way around its loop, if there is one."""
+    if len(group.loops) != 1 or group.couplings or group.idle:
+        return group
+    route = routes.around(group.loops[0])
+    if route is None:
+        return group
+    columns = {column for body in route.bodies for column in structure.columns_of(body)} & moving
+    passives = set(group.passives.tolist())
+    # What a loop decides is on no loop before it, so every way around it leads past that.
+    if not passives <= columns:
+        return group
+    return group._replace(
+        known=np.array(sorted(columns - passives), dtype=int),
+        bodies=route.bodies,
+        base=route.base,
+        inertial_bodies=set(),
+        crossed=route.crossed,
     )
 
 

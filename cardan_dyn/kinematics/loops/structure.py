@@ -77,6 +77,10 @@ class Structure:
         """Return the velocity coordinates between the ends of a loop, or in a coupling."""
         return [column for body in self.paths[item] for column in self._columns[body]]
 
+    def columns_of(self, body: int) -> list[int]:
+        """Return the velocity coordinates that move a body (0-based) against its parent."""
+        return self._columns[body]
+
     def ranks(self, x: Array, moving: set[int]) -> list[int]:
         """Return for each loop how many independent motions its moving joints have.
 
