@@ -59,8 +59,11 @@ class LoopSystem:
             x[coordinates.named[name].column] = value
         ranks = None
         if len(self.structure.paths) > 1:  # A single loop is solved as a whole.
-            ranks = self.structure.ranks(x, {*driven.tolist(), *passives.tolist()})
-        key = driven.tobytes(), passives.tobytes(), *(ranks or ())
+            moving, routes = {*driven.tolist(), *passives.tolist()}, self.structure.routes
+            ranks = self.structure.ranks(x, moving, routes)
+        # Where ways contradict each other, ranks along the tree count.
+        at = x.tobytes() if self.structure.routes else b""
+        key = driven.tobytes(), passives.tobytes(), at, *(ranks or ())
         return self.mechanism.kept.of(
             "groups",
             key,
@@ -179,15 +182,16 @@ class LoopSystem:
 
 def _needed(groups: list[Group], left_out: frozenset[int]) -> list[int]:
     """Return the indices of groups that decide what is not left out, or close loops for these."""
-    needed = {
+    closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
+    pending = [
         index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
-    }
-    crossed: set[int] = set()
-    # A group comes after those that close what it crosses.
-    for index, group in reversed(list(enumerate(groups))):
-        if index in needed or not crossed.isdisjoint(group.loops):
+    ]
+    needed: set[int] = set()
+    while pending:
+        index = pending.pop()
+        if index not in needed:
             needed.add(index)
-            crossed.update(group.crossed_loops)
+            pending.extend(closer[loop] for loop in groups[index].crossed_loops)
     return sorted(needed)
 
 
@@ -216,7 +220,8 @@ def finer_groups(
     if not divided:
         return groups
     moving = {*passives.tolist(), *drives.tolist()}
-    of_open, of_closed = structure.ranks(x, moving), structure.ranks_at(x, moving)
+    routes = structure.routes
+    of_open, of_closed = structure.ranks(x, moving, routes), structure.ranks_at(x, moving, routes)
     closed = set().union(*(groups[index].items(structure) for index in solved))
     while True:
         trusted = {loop for group in divided for loop in group.loops}

@@ -52,6 +52,19 @@ def test_the_slide_holds_the_weight_by_virtual_work(count: int) -> None:
     np.testing.assert_allclose(turn.drive_effort, expected, rtol=1e-13)
 
 
+@pytest.mark.parametrize(
+    ("drive", "per_slope"), [("ja0", 1.0), ("ja11", -2.0), ("ja4", 2.0), ("p5", 2.0), ("p8", -2.0)]
+)
+def test_any_joint_holds_the_weight_by_virtual_work(drive: str, per_slope: float) -> None:
+    """Arms on the way turn by this many times the slope; joints of others are as far from it."""
+    scene = cd.Scene(tongs.two_chains(12), drive=drive, gravity=(0.0, -GRAVITY, 0.0))
+    turned = np.linspace(0.0, 0.5, 7)
+    turn = scene.sweep(per_slope * turned)
+    rise = 3.0 * GRAVITY * 12**2 * tongs.ARM * np.cos(tongs.SLOPE + turned)
+    np.testing.assert_allclose(turn.drive_effort, rise / per_slope, rtol=1e-13)
+    assert np.max(turn.condition) < 100.0
+
+
 def test_every_wrench_is_that_of_the_other_description(count: int) -> None:
     """Arms of the same names in other trees: the wrenches that their joints share."""
     chains, pairs = tongs.two_chains(count), tongs.pair_by_pair(count)

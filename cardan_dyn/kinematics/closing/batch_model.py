@@ -19,11 +19,14 @@ from ...arrays import Array, consecutive, cross
 from ...mechanism.joints import Part
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import joint_model
-from ..loops.routes import Crossing
+from ..loops.routes import Crossing, carried, carriers_of
 
 _MOST_PLACED = 64
 """Coordinates up to which Pinocchio places the bodies of a long chain as well: its data take 8 MB
 then, and some milliseconds to make."""
+_MOST_BODIES = 32
+"""Bodies up to which Pinocchio's data are made: those of wrenches take 3 MB then, 40 MB if all turn
+on balls, and grow with the third power of the coordinates."""
 _BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
 """Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
 _CROSS = np.array(
@@ -102,10 +105,7 @@ class BatchModel:
             [source.inertias[body + 1].mass if body in inertial_bodies else 0.0 for body in bodies]
         )
         self.has_mass = bool(np.any(self.mass > 0.0))
-        self._welded = {}
-        for crossing in crossed:
-            carrier, carried, at = _across(mechanism, crossing)
-            self._welded[carried] = carrier, at
+        self._carriers = carriers_of(mechanism, crossed)
         carriers = [self.place(source.parents[body + 1] - 1) for body in bodies]
         self.parents = np.array([index for index, _ in carriers], dtype=int)
         self._hangs_at = [
@@ -197,10 +197,7 @@ class BatchModel:
             Its index in `bodies`, -1 for the base; and where the body is in it, a `pin.SE3`, None
             if both are the same.
         """
-        at = None
-        while body in self._welded:
-            body, here = self._welded[body]
-            at = here if at is None else here * at
+        body, at = carried(body, self._carriers)
         return self.index_of.get(body, -1), at
 
     def rotation_at_zero(self, index: int) -> Array:
@@ -300,6 +297,29 @@ class BatchModel:
             out[:] = forces
         return result[:, 1:], result[:, 0]
 
+    def kinetic_energy(self, x: Array, v: Array) -> Array:
+        """Return kinetic energies `(N,)` [J] where the base rests.
+
+        Args:
+            x: coordinate rows `(N, size)`.
+            v: joint velocities `(N, nv)`.
+        """
+        model, data = self._placing, self._placing.createData()
+        states = zip(x[:, self.columns], v[:, self._rates], strict=True)
+        return np.array([pinocchio.computeKineticEnergy(model, data, *state) for state in states])
+
+    def moment_of_mass(self, x: Array) -> Array:
+        """Return all masses times where their centres are `(N, 3)` [kg m], in the base's frame.
+
+        Args:
+            x: coordinate rows `(N, size)`.
+        """
+        if not self.has_mass:
+            return np.zeros((len(x), 3))
+        model, data = self._placing, self._placing.createData()
+        centres = [pinocchio.centerOfMass(model, data, row).copy() for row in x[:, self.columns]]
+        return self.mass.sum() * (np.array(centres).reshape(-1, 3) + self.origin)
+
     def _forces(self) -> tuple[pinocchio.Data, Array]:
         """Make what a thread computes wrenches in, and a view `(1 + n, 6)` of those of all joints.
 
@@ -314,13 +334,22 @@ class BatchModel:
         return data, view
 
 
-def _across(mechanism: Mechanism, crossing: Crossing) -> tuple[int, int, pinocchio.SE3]:
-    """Return which body (0-based) a closed loop fixes another one to, and where."""
-    loop = mechanism.loops[crossing.loop]
-    first, second = loop.predecessor_placement, loop.successor_placement
-    if crossing.forward:
-        return loop.predecessor - 1, loop.successor - 1, first * second.inverse()
-    return loop.successor - 1, loop.predecessor - 1, second * first.inverse()
+def batch_model(
+    mechanism: Mechanism,
+    bodies: list[int],
+    inertial_bodies: set[int],
+    origin: Array,
+    base: int = -1,
+    crossed: tuple[Crossing, ...] = (),
+) -> BatchModel:
+    """Return the model of some bodies; of many, one that does without Pinocchio's data.
+
+    All who ask a mechanism share it. Arguments as of `BatchModel`.
+    """
+    kind = LongChain if len(bodies) > _MOST_BODIES else BatchModel
+    key = tuple(bodies), frozenset(inertial_bodies), origin.tobytes(), base, crossed
+    given = mechanism, bodies, inertial_bodies, origin, base, crossed
+    return mechanism.kept.of("batch", key, lambda: kind(*given))
 
 
 def _address(array: Array) -> int:
@@ -468,6 +497,35 @@ class LongChain(BatchModel):
             q[:, body, 3:7] = x[:, column : column + 4]
         return q.reshape(len(x), -1)
 
+    def kinetic_energy(self, x: Array, v: Array) -> Array:
+        """See `BatchModel.kinetic_energy`."""
+        count = len(x)
+        rates = self.velocity(v).reshape(count, len(self), 2, 3).transpose(1, 2, 3, 0)
+        result, twists = np.zeros(count), {-1: np.zeros((2, 3, count))}
+        for body, placement in enumerate(self._relative(self.configuration(x))):
+            twist = _in_child(placement, twists[int(self.parents[body])]) + rates[body]
+            twists[body] = twist
+            if self.mass[body] > 0.0:
+                inertia, spin = self._inertia_of(body), twist[1]
+                speed = twist[0] + cross(spin, inertia.lever[:, None] * np.ones(count))
+                result += 0.5 * inertia.mass * np.add.reduce(speed * speed)
+                result += 0.5 * np.add.reduce(spin * (inertia.inertia @ spin))
+        return result
+
+    def moment_of_mass(self, x: Array) -> Array:
+        """See `BatchModel.moment_of_mass`."""
+        actions, result = self.actions(x), np.zeros((3, len(x)))
+        for body in np.flatnonzero(self.mass > 0.0).tolist():
+            rotation, position = placement(actions, body)
+            inertia = self._inertia_of(body)
+            centre = position + np.einsum("ikn,k->in", rotation, inertia.lever)
+            result += inertia.mass * (centre + self.origin[:, None])
+        return result.T
+
+    def _inertia_of(self, body: int) -> pinocchio.Inertia:
+        """Return the inertia of a body, given by its index in `bodies`."""
+        return self._source.inertias[int(self.bodies[body]) + 1]
+
     def _newton_euler(
         self, q: Array, v: Array, a: Array, base_twist: Array, base_acceleration: Array
     ) -> tuple[Array, Array]:
@@ -522,7 +580,7 @@ class LongChain(BatchModel):
         """Return the wrench about a body's origin that its motion needs."""
         if self.mass[body] == 0.0:
             return np.zeros_like(twist)
-        inertia = self._source.inertias[int(self.bodies[body]) + 1]
+        inertia = self._inertia_of(body)
         centre = inertia.lever[:, None] * np.ones(twist.shape[2])
         spin = twist[1]
         speed = twist[0] + cross(spin, centre)

@@ -23,9 +23,9 @@ def groups_of(mechanism: cd.Mechanism, drive: str = "slide", together: bool = Fa
     return partition(Structure(mechanism), x, np.array([column]), passives, together)
 
 
-def kinematics(mechanism: cd.Mechanism, together: bool = False) -> Kinematics:
-    groups = groups_of(mechanism, together=together)
-    found = LoopSystem(mechanism, {}).kinematics(("slide",), groups)
+def kinematics(mechanism: cd.Mechanism, drive: str = "slide") -> Kinematics:
+    groups = groups_of(mechanism, drive)
+    found = LoopSystem(mechanism, {}).kinematics((drive,), groups)
     return found.with_open_reductions(mechanism.coordinates.neutral())
 
 
@@ -59,6 +59,18 @@ def test_the_way_leads_around_one_pair_of_arms() -> None:
             assert not group.crossed
 
 
+def test_pairs_are_solved_one_by_one_wherever_the_drive_is() -> None:
+    """Along the tree, all loops below a driven pair would need each other."""
+    mechanism = tongs.two_chains(9)
+    for drive in ("ja8", "p4", "jb6"):
+        groups = [group for group in groups_of(mechanism, drive) if group.loops]
+        # The way along the tree around the second pair is not twice as long as the short one.
+        assert [group.loops for group in groups if len(group.loops) > 1] == [(0, 1)]
+        for group in groups:
+            if len(group.loops) == 1:
+                assert len(group.bodies) == 4 and len(group.known) == 1
+
+
 def test_the_inertia_of_every_body_counts_once_along_the_tree() -> None:
     mechanism = tongs.two_chains(9)
     groups = groups_of(mechanism)
@@ -70,11 +82,12 @@ def test_the_inertia_of_every_body_counts_once_along_the_tree() -> None:
             assert set(parents) <= {group.base, *group.bodies}
 
 
-def test_rows_and_placed_bodies_grow_linearly() -> None:
+@pytest.mark.parametrize("drive", ["slide", "ja0", "p4", "ja{last}"])
+def test_rows_and_placed_bodies_grow_linearly(drive: str) -> None:
     """Entries of all closure matrices, and bodies that are placed."""
     entries, placed = [], []
     for count in COUNTS:
-        solved = kinematics(tongs.two_chains(count))
+        solved = kinematics(tongs.two_chains(count), drive.format(last=count - 1))
         state = solved.evaluate(solved.coordinates.neutral()[None])
         entries.append(sum(item.known_rows.size + item.passive_rows.size for item in state.groups))
         placed.append(sum(len(solver.batch) for solver in solved.solvers))
