@@ -27,6 +27,7 @@ import pinocchio
 from ..arrays import Array, quaternion_product
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.joints import Joint, Part
+from ..mechanism.kept import Kept
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Coupling
 
@@ -314,7 +315,7 @@ class WithBalls:
         model: Pinocchio's, without the bodies between the turns.
         coordinates: its layout.
         loops, couplings: see `Mechanism`.
-        auxiliary_bodies, characteristic_length: see `Mechanism`.
+        auxiliary_bodies, characteristic_length, kept: see `Mechanism`.
     """
 
     def __init__(self, source: Mechanism, hinges: Collection[int]) -> None:
@@ -325,7 +326,7 @@ class WithBalls:
             hinges: indices in its model of the first turns of the balls.
         """
         self.source, self._hinges = source, tuple(hinges)
-        self.characteristic_length = source.characteristic_length
+        self.characteristic_length, self.kept = source.characteristic_length, Kept()
         self.couplings: tuple[Coupling, ...] = source.couplings
         old, model = source.model, pinocchio.Model()
         parts = source.coordinates.parts
