@@ -68,7 +68,7 @@ class OpenTree:
         self._group_of_body = {
             body: index for index, group in enumerate(groups) for body in group.inertial_bodies
         }
-        self._bases = sorted({group.base for group in groups} - {-1})
+        self._bases = sorted({group.base for group in groups if group.inertial_bodies} - {-1})
         # A body has a greater index than what it hangs from, so that a group comes after all that
         # hang from its bodies.
         self._inwards = sorted(range(len(groups)), key=lambda index: -groups[index].base)

@@ -255,16 +255,14 @@ class ReactionSolver:
 
         The latter stays with the parent, as compliances do.
         """
-        model = self._mechanism.model
         joint = next(item for item in self._mechanism.joints.values() if item.id == body + 1)
-        first = joint.parts[0].id
         group_state = state.groups[self._carrying_group[body]]
-        index_of, actions = group_state.batch.index_of, group_state.actions
-        turned = placement(actions, index_of[body])[0].transpose(2, 0, 1)
-        zero, parent_body = model.jointPlacements[first].rotation, model.parents[first] - 1
-        if parent_body in index_of:
-            parent = placement(actions, index_of[parent_body])[0]
-            zero = parent.transpose(2, 0, 1) @ zero
+        batch, actions = group_state.batch, group_state.actions
+        turned = placement(actions, batch.index_of[body])[0].transpose(2, 0, 1)
+        first = batch.index_of[joint.parts[0].id - 1]
+        zero, carrier = batch.rotation_at_zero(first), int(batch.parents[first])
+        if carrier >= 0:
+            zero = placement(actions, carrier)[0].transpose(2, 0, 1) @ zero
         return np.asarray(np.swapaxes(zero, -1, -2) @ turned)
 
 

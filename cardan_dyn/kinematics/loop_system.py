@@ -58,8 +58,11 @@ class LoopSystem:
             x[coordinates.named[name].column] = value
         ranks = None
         if len(self.structure.paths) > 1:  # A single loop is solved as a whole.
-            ranks = self.structure.ranks(x, {*driven.tolist(), *passives.tolist()})
-        key = driven.tobytes(), passives.tobytes(), *(ranks or ())
+            moving, routes = {*driven.tolist(), *passives.tolist()}, self.structure.routes
+            ranks = self.structure.ranks(x, moving, routes)
+        # Where ways contradict each other, ranks along the tree count.
+        at = x.tobytes() if self.structure.routes else b""
+        key = driven.tobytes(), passives.tobytes(), at, *(ranks or ())
         return self.mechanism.kept.of(
             "groups",
             key,
@@ -120,13 +123,10 @@ class LoopSystem:
             proven.
         """
         groups = self.groups(joints, passives)
-        solved = [
-            index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
-        ]
-        finer = self.finer(groups, joints, passives, solved, state)
+        finer = self.finer(groups, joints, passives, _needed(groups, left_out), state)
         if finer is groups:
             return None
-        needed = [group for group in finer if set(group.passives.tolist()) - left_out]
+        needed = [finer[index] for index in _needed(finer, left_out)]
         return self.kinematics(joints, needed).with_open_reductions(state)
 
     def moved(
@@ -166,12 +166,9 @@ class LoopSystem:
             state[column] = value
             return state
         if together is None:
-            groups = [
-                group
-                for group in self.groups((joint,), passives)
-                if set(group.passives.tolist()) - left_out
-            ]
-            kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
+            groups = self.groups((joint,), passives)
+            needed = [groups[index] for index in _needed(groups, left_out)]
+            kinematics = self.kinematics((joint,), needed).with_open_reductions(state)
         else:
             kinematics = together.of_drive(coordinate.rate)
         from .following.branch import Branch  # Most scenes start where their joints are held.
@@ -182,6 +179,21 @@ class LoopSystem:
 
     def _columns(self, joints: tuple[str, ...]) -> Array:
         return np.array(self.mechanism.coordinates.rates_of(joints), dtype=int)
+
+
+def _needed(groups: list[Group], left_out: frozenset[int]) -> list[int]:
+    """Return the indices of groups that decide what is not left out, or close loops for these."""
+    closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
+    pending = [
+        index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
+    ]
+    needed: set[int] = set()
+    while pending:
+        index = pending.pop()
+        if index not in needed:
+            needed.add(index)
+            pending.extend(closer[loop] for loop in groups[index].crossed_loops)
+    return sorted(needed)
 
 
 def finer_groups(
@@ -209,7 +221,8 @@ def finer_groups(
     if not divided:
         return groups
     moving = {*passives.tolist(), *drives.tolist()}
-    of_open, of_closed = structure.ranks(x, moving), structure.ranks_at(x, moving)
+    routes = structure.routes
+    of_open, of_closed = structure.ranks(x, moving, routes), structure.ranks_at(x, moving, routes)
     closed = set().union(*(groups[index].items(structure) for index in solved))
     while True:
         trusted = {loop for group in divided for loop in group.loops}
@@ -244,7 +257,7 @@ def _unproven(
     """
     known = {_identity(group) for group in groups}
     is_known = [_identity(group) in known for group in finer]
-    items = [group.items(structure) for group in finer]
+    items = [group.items(structure) | set(group.crossed_loops) for group in finer]
     open_ones = [
         group
         for group, own, is_old in zip(finer, items, is_known, strict=True)

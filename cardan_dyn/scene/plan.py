@@ -69,8 +69,9 @@ def plan_of(
         elements: springs, bushings, friction and actuators.
     """
     steps, skipped = [], []
+    on_loops = {body for group in groups if group.loops for body in group.bodies}
     for index, group in enumerate(groups):
-        task = _task(mechanism, group)
+        task = _task(mechanism, group, on_loops)
         if index not in needed.motion:
             skipped.append(f"{task}: no output needs it")
         elif group.loops or group.couplings:
@@ -99,10 +100,15 @@ def plan_of(
     return Plan(steps, skipped, simulation)
 
 
-def _task(mechanism: Mechanism, group: Group) -> str:
+def _task(mechanism: Mechanism, group: Group, on_loops: set[int]) -> str:
     """Return which loops and couplings a group closes, and what they decide.
 
     That is joints, or single coordinates where others of the joint are driven, held or left open.
+
+    Args:
+        mechanism: the mechanism.
+        group: the group.
+        on_loops: bodies (0-based) on the loops of all groups.
     """
     closed = [mechanism.loops[index].joint for index in group.loops]
     closed += [mechanism.couplings[index].name for index in group.couplings]
@@ -118,8 +124,13 @@ def _task(mechanism: Mechanism, group: Group) -> str:
             for joint in mechanism.joints.values()
             if joint.parts and joint.id - 1 in group.inertial_bodies
         )
-        return f"bodies on no loop: {', '.join(carried)}"
-    task = f"close {', '.join(closed)}: decides {', '.join(decided) or 'nothing'}"
+        where = "on no loop" if on_loops.isdisjoint(group.inertial_bodies) else "by themselves"
+        return f"bodies {where}: {', '.join(carried)}"
+    task = f"close {', '.join(closed)}"
+    if group.crossed:
+        across = (mechanism.loops[index].joint for index in group.crossed_loops)
+        task += f" across {', '.join(across)}"
+    task += f": decides {', '.join(decided) or 'nothing'}"
     if group.idle:
         task += f"; {len(group.idle)} idle rod(s), which do not turn about their lines"
     return task

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
-import pinocchio
 
 from ..arrays import Array
 from ..elements.element_forces import ElementForces
+from ..kinematics.closing.batch_model import BaseMotion, BatchModel, batch_model
 from ..mechanism.mechanism import Mechanism
 from .free_balls import WithBalls
-from .turning_model import turning_model
 
 _NODES = 8
 """Gauss nodes per step over which power is integrated: exact for polynomials of degree 15, while
@@ -28,27 +28,28 @@ class WeightEnergy:
             mechanism: the mechanism.
             gravity: `(3,)` [m/s²].
         """
-        self._model = turning_model(mechanism, gravity)
-        # What carries a loop's joint to the world is no body of the description.
-        for index in mechanism.auxiliary_bodies:
-            self._model.inertias[index] = pinocchio.Inertia.Zero()
-        self._data = self._model.createData()
+        self._bodies = _every_body(mechanism)
+        self._gravity = gravity
 
     def kinetic(self, x: Array, v: Array) -> Array:
         """Return kinetic energies `(N,)` at coordinates `(N, size)` and velocities `(N, nv)`."""
-        energy, model, data = pinocchio.computeKineticEnergy, self._model, self._data
-        return np.array([energy(model, data, *state) for state in zip(x, v, strict=True)])
+        return self._bodies.kinetic_energy(x, v)
 
     def potential(self, x: Array) -> Array:
         """Return potential energies `(N,)` of the weight at coordinates `(N, size)`."""
-        energy, model, data = pinocchio.computePotentialEnergy, self._model, self._data
-        return np.array([energy(model, data, row) for row in x])
+        return -(self._bodies.moment_of_mass(x) @ self._gravity)
 
     @property
     def weight(self) -> float:
         """Weight of all bodies that move [N]."""
-        mass = sum(float(inertia.mass) for inertia in list(self._model.inertias)[1:])
-        return mass * float(np.linalg.norm(self._model.gravity.linear))
+        return float(self._bodies.mass.sum()) * float(np.linalg.norm(self._gravity))
+
+
+def _every_body(mechanism: Mechanism | WithBalls) -> BatchModel:
+    """Return the model of all bodies of a mechanism."""
+    bodies = list(range(mechanism.model.njoints - 1))
+    # With balls, it has all that a batch takes of a mechanism.
+    return batch_model(cast(Mechanism, mechanism), bodies, set(bodies), np.zeros(3))
 
 
 def open_efforts(
@@ -66,15 +67,17 @@ def open_efforts(
         v: velocities `(N, nv)`.
         a: accelerations `(N, nv)`.
     """
-    model = turning_model(mechanism, gravity)
-    data = model.createData()
-    efforts = np.empty_like(v)
-    rest = np.zeros(model.nv)
-    for index, (row, rates, gains) in enumerate(zip(x, v, a, strict=True)):
-        unmoved = pinocchio.rnea(model, data, row, rates, rest)
-        inertial = pinocchio.rnea(model, data, row, rates, gains) - unmoved
-        efforts[index] = np.maximum(np.abs(inertial), np.abs(unmoved))
-    return efforts
+    bodies, rest = _every_body(mechanism), np.zeros_like(v)
+    still, falling = np.zeros((2, len(x), 6))
+    falling[:, :3] = -gravity
+
+    def efforts(base: BaseMotion, rates: Array, gains: Array) -> Array:
+        wrenches, _ = bodies.inverse_dynamics(base, x, rates, gains)
+        return np.asarray(np.einsum("nki,ki->nk", wrenches[:, bodies.moved_body], bodies.subspace))
+
+    unmoved = efforts(BaseMotion(still, falling), v, rest)
+    inertial = efforts(BaseMotion(still, still), rest, a)
+    return np.maximum(np.abs(inertial), np.abs(unmoved))
 
 
 def gained(power: Callable[[Array], Array], steps: Array, times: Array, is_nothing: bool) -> Array:

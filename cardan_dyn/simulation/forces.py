@@ -274,6 +274,8 @@ class Forces:
 
     def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
         """Return the efforts `(N, nv)` at N states, see `sampled` for them."""
+        if self.is_nothing:
+            return np.zeros_like(v)
         model = turning_model(mechanism)
         data = model.createData()
         states = zip(times.tolist(), x, v, strict=True)

@@ -18,10 +18,14 @@ from ...arrays import Array, consecutive, cross
 from ...mechanism.joints import Part
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import joint_model
+from ..loops.routes import Crossing, carried, carriers_of
 
 _MOST_PLACED = 64
 """Coordinates up to which Pinocchio places the bodies of a long chain as well: its data take 8 MB
 then, and some milliseconds to make."""
+_MOST_BODIES = 32
+"""Bodies up to which Pinocchio's data are made: those of wrenches take 3 MB then, 40 MB if all turn
+on balls, and grow with the third power of the coordinates."""
 _MOST_TOGETHER = 32
 """Coordinates up to which a model has copies of the bodies: its data take 1 MB then."""
 _FEWEST_TOGETHER = 256
@@ -65,10 +69,11 @@ class BatchModel:
 
     Attributes:
         base: the base (0-based joint of the mechanism's model), -1 for the world.
-        bodies: `(n,)` the bodies carried (likewise), ascending.
+        bodies: `(n,)` the bodies carried (likewise), each after what carries it.
         span: the same, as a slice if there are no gaps.
         index_of: body to its index in `bodies`.
-        parents: `(n,)` index in `bodies` of each body's parent, -1 for the base.
+        parents: `(n,)` index in `bodies` of what carries each body, -1 for the base. It is the
+            body's parent, or carries that across closed loops.
         origin: `(3,)` the point of the base about which twists and wrenches are taken, in its axes
             [m]. It lies near the loops, so that no digits are lost far from the base's origin.
         mass: `(n,)` masses that are accounted for here [kg].
@@ -86,15 +91,17 @@ class BatchModel:
         inertial_bodies: set[int],
         origin: Array,
         base: int = -1,
+        crossed: tuple[Crossing, ...] = (),
     ) -> None:
         """Build the batch.
 
         Args:
             mechanism: the mechanism.
-            bodies: bodies carried, with all between them and the base, ascending.
+            bodies: bodies carried, with all between them and the base, each after what carries it.
             inertial_bodies: those of them whose inertia is accounted for here.
             origin: see the attribute.
             base: likewise.
+            crossed: loops across which they hang from the base, see `Group`.
         """
         self.base = base
         self.bodies = np.array(bodies, dtype=int)
@@ -109,9 +116,15 @@ class BatchModel:
             [source.inertias[body + 1].mass if body in inertial_bodies else 0.0 for body in bodies]
         )
         self.has_mass = bool(np.any(self.mass > 0.0))
-        self.parents = np.array(
-            [self.index_of.get(source.parents[body + 1] - 1, -1) for body in bodies], dtype=int
-        )
+        self._carriers = carriers_of(mechanism, crossed)
+        carriers = [self.place(source.parents[body + 1] - 1) for body in bodies]
+        self.parents = np.array([index for index, _ in carriers], dtype=int)
+        self._hangs_at = [
+            placement if at is None else at * placement
+            for placement, (_, at) in zip(
+                (source.jointPlacements[body + 1] for body in bodies), carriers, strict=True
+            )
+        ]
         self._lay_out(mechanism)
 
     def _lay_out(self, mechanism: Mechanism) -> None:
@@ -169,10 +182,10 @@ class BatchModel:
                 flyer = pinocchio.JointModelFreeFlyer()
                 root = model.addJoint(0, flyer, pinocchio.SE3.Identity(), f"{copy}")
             joints: list[int] = []
-            for body, parent, part in zip(
-                self.index_of, self.parents.tolist(), self._parts, strict=True
+            for body, parent, hangs_at, part in zip(
+                self.index_of, self.parents.tolist(), self._hangs_at, self._parts, strict=True
             ):
-                placement = self._source.jointPlacements[body + 1].copy()
+                placement = hangs_at.copy()
                 if parent < 0:
                     placement.translation = placement.translation - origin
                 name = f"{copy} {self._source.names[body + 1]}"
@@ -186,6 +199,20 @@ class BatchModel:
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    def place(self, body: int) -> tuple[int, pinocchio.SE3 | None]:
+        """Return what carries a body (0-based) of the mechanism as a rigid body does.
+
+        Returns:
+            Its index in `bodies`, -1 for the base; and where the body is in it, a `pin.SE3`, None
+            if both are the same.
+        """
+        body, at = carried(body, self._carriers)
+        return self.index_of.get(body, -1), at
+
+    def rotation_at_zero(self, index: int) -> Array:
+        """Return `(3, 3)` the axes of a joint at its zero in those of what carries it."""
+        return np.asarray(self._hangs_at[index].rotation)
 
     def path(self, index: int) -> list[int]:
         """Return the indices in `bodies` from the base to a body, its own last."""
@@ -290,6 +317,29 @@ class BatchModel:
             calls.inverse_dynamics([values[span] for values in given], result[span])
         return result[:, 1:], result[:, 0]
 
+    def kinetic_energy(self, x: Array, v: Array) -> Array:
+        """Return kinetic energies `(N,)` [J] where the base rests.
+
+        Args:
+            x: coordinate rows `(N, size)`.
+            v: joint velocities `(N, nv)`.
+        """
+        model, data = self._placing, self._placing.createData()
+        states = zip(x[:, self.columns], v[:, self._rates], strict=True)
+        return np.array([pinocchio.computeKineticEnergy(model, data, *state) for state in states])
+
+    def moment_of_mass(self, x: Array) -> Array:
+        """Return all masses times where their centres are `(N, 3)` [kg m], in the base's frame.
+
+        Args:
+            x: coordinate rows `(N, size)`.
+        """
+        if not self.has_mass:
+            return np.zeros((len(x), 3))
+        model, data = self._placing, self._placing.createData()
+        centres = [pinocchio.centerOfMass(model, data, row).copy() for row in x[:, self.columns]]
+        return self.mass.sum() * (np.array(centres).reshape(-1, 3) + self.origin)
+
     def _calls(self, count: int, moves: bool = False) -> list[tuple[slice, _Calls]]:
         """Return which of some samples this thread computes by which calls.
 
@@ -375,6 +425,24 @@ def _view(first_two: list[Array], shape: tuple[int, int]) -> Array:
     world, first = (int(array.__array_interface__["data"][0]) for array in first_two)
     strides = (first - world, 8)
     return np.lib.stride_tricks.as_strided(first_two[1], shape, strides, writeable=False)
+
+
+def batch_model(
+    mechanism: Mechanism,
+    bodies: list[int],
+    inertial_bodies: set[int],
+    origin: Array,
+    base: int = -1,
+    crossed: tuple[Crossing, ...] = (),
+) -> BatchModel:
+    """Return the model of some bodies; of many, one that does without Pinocchio's data.
+
+    All who ask a mechanism share it. Arguments as of `BatchModel`.
+    """
+    kind = LongChain if len(bodies) > _MOST_BODIES else BatchModel
+    key = tuple(bodies), frozenset(inertial_bodies), origin.tobytes(), base, crossed
+    given = mechanism, bodies, inertial_bodies, origin, base, crossed
+    return mechanism.kept.of("batch", key, lambda: kind(*given))
 
 
 def actions_of(placed: Array) -> Array:
@@ -533,6 +601,35 @@ class LongChain(BatchModel):
             q[:, body, 3:7] = x[:, column : column + 4]
         return q.reshape(len(x), -1)
 
+    def kinetic_energy(self, x: Array, v: Array) -> Array:
+        """See `BatchModel.kinetic_energy`."""
+        count = len(x)
+        rates = self.velocity(v).reshape(count, len(self), 2, 3).transpose(1, 2, 3, 0)
+        result, twists = np.zeros(count), {-1: np.zeros((2, 3, count))}
+        for body, placement in enumerate(self._relative(self.configuration(x))):
+            twist = _in_child(placement, twists[int(self.parents[body])]) + rates[body]
+            twists[body] = twist
+            if self.mass[body] > 0.0:
+                inertia, spin = self._inertia_of(body), twist[1]
+                speed = twist[0] + cross(spin, inertia.lever[:, None] * np.ones(count))
+                result += 0.5 * inertia.mass * np.add.reduce(speed * speed)
+                result += 0.5 * np.add.reduce(spin * (inertia.inertia @ spin))
+        return result
+
+    def moment_of_mass(self, x: Array) -> Array:
+        """See `BatchModel.moment_of_mass`."""
+        actions, result = self.actions(x), np.zeros((3, len(x)))
+        for body in np.flatnonzero(self.mass > 0.0).tolist():
+            rotation, position = placement(actions, body)
+            inertia = self._inertia_of(body)
+            centre = position + np.einsum("ikn,k->in", rotation, inertia.lever)
+            result += inertia.mass * (centre + self.origin[:, None])
+        return result.T
+
+    def _inertia_of(self, body: int) -> pinocchio.Inertia:
+        """Return the inertia of a body, given by its index in `bodies`."""
+        return self._source.inertias[int(self.bodies[body]) + 1]
+
     def _newton_euler(
         self, q: Array, v: Array, a: Array, base_twist: Array, base_acceleration: Array
     ) -> tuple[Array, Array]:
@@ -587,7 +684,7 @@ class LongChain(BatchModel):
         """Return the wrench about a body's origin that its motion needs."""
         if self.mass[body] == 0.0:
             return np.zeros_like(twist)
-        inertia = self._source.inertias[int(self.bodies[body]) + 1]
+        inertia = self._inertia_of(body)
         centre = inertia.lever[:, None] * np.ones(twist.shape[2])
         spin = twist[1]
         speed = twist[0] + cross(spin, centre)

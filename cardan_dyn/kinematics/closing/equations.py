@@ -21,7 +21,6 @@ import pinocchio
 
 from ...arrays import Array, consecutive, cross
 from ...mechanism.mechanism import Mechanism
-from ...mechanism.tree import ancestors
 from ...mechanism.welds import Coupling, Loop
 from ..loops.groups import Group
 from ..loops.idle_rods import IdleRod
@@ -96,7 +95,7 @@ class ClosureEquations:
         """
         self.batch = batch
         self._at_zero = mechanism.placements_at_zero
-        self._model, self._length = mechanism.model, mechanism.characteristic_length
+        self._length = mechanism.characteristic_length
         self.movable = np.concatenate([group.known, group.passives])
         self.unit_twists = UnitTwists(batch, self.movable)
         self.loops = [mechanism.loops[index] for index in group.loops]
@@ -142,9 +141,7 @@ class ClosureEquations:
 
     def _signs_of(self, loop: Loop) -> Array:
         """Return `(n,)` on which side of a loop each body is, see `signs`."""
-        predecessors, successors = (
-            self._indices_from_root(body) for body in (loop.predecessor, loop.successor)
-        )
+        predecessors, successors = _paths_to(loop, self.batch)
         signs = np.zeros(len(self.batch))
         signs[[index for index in predecessors if index not in successors]] = 1.0
         signs[[index for index in successors if index not in predecessors]] = -1.0
@@ -164,12 +161,6 @@ class ClosureEquations:
     def bodies_on(self) -> list[BodiesOn]:
         """Per loop, the bodies on it."""
         return [BodiesOn.of(signs, self.batch) for signs in self.signs]
-
-    def _indices_from_root(self, body: int) -> list[int]:
-        """Return the batch indices of a body (index in Pinocchio's model) and its ancestors."""
-        index_of = self.batch.index_of
-        path = ancestors(self._model, body)
-        return [index_of[index] for index in path if index in index_of]
 
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
@@ -371,29 +362,36 @@ def successor_ends(loops: Sequence[Loop], batch: BatchModel) -> LoopEnds:
 
 
 def _is_on_base(body: int, batch: BatchModel) -> bool:
-    """Return whether a body (index in Pinocchio's model, 0 for the world) is not carried."""
-    return body - 1 not in batch.index_of
+    """Return whether a body (index in Pinocchio's model, 0 for the world) is the base."""
+    return batch.place(body - 1)[0] < 0
 
 
 def _ends(placed: list[tuple[int, pinocchio.SE3]], batch: BatchModel) -> LoopEnds:
     """Return the ends of loops at bodies (indices in Pinocchio's model, 0 for the world)."""
-    bodies = np.array([batch.index_of.get(body - 1, -1) for body, _ in placed])
-    rotations = np.array([placement.rotation for _, placement in placed])
-    translations = np.array([placement.translation for _, placement in placed])
+    carriers = [batch.place(body - 1) for body, _ in placed]
+    bodies = np.array([index for index, _ in carriers])
+    ends = [
+        end if at is None else at * end for (_, at), (_, end) in zip(carriers, placed, strict=True)
+    ]
+    rotations = np.array([end.rotation for end in ends])
+    translations = np.array([end.translation for end in ends])
     if bodies[0] < 0:
         translations -= batch.origin
     return LoopEnds.of(bodies, rotations, translations)
 
 
+def _paths_to(loop: Loop, batch: BatchModel) -> list[list[int]]:
+    """Return the indices of the bodies from the base to each end of a loop."""
+    return [batch.path(batch.place(body - 1)[0]) for body in (loop.predecessor, loop.successor)]
+
+
 def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
     """Return axes fixed to the nearest body from which both sides of a loop hang."""
-    first, second = (
-        ancestors(mechanism.model, body) for body in (loop.predecessor, loop.successor)
-    )
+    first, second = _paths_to(loop, batch)
     common = max(set(first) & set(second), default=-1)
-    if common == batch.base:
+    if common < 0:
         return LoopAxes(-1, np.zeros(3))
-    return _axes_on(batch.index_of[common], loop, mechanism.placements_at_zero, batch)
+    return _axes_on(common, loop, mechanism.placements_at_zero, batch)
 
 
 def _axes_on(

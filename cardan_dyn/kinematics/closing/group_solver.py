@@ -17,7 +17,7 @@ from ...mechanism.kept import Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
-from .batch_model import BatchModel, LongChain, actions_of
+from .batch_model import BatchModel, actions_of, batch_model
 from .equations import ClosureEquations, Reduction
 from .stacked import (
     apart,
@@ -73,9 +73,6 @@ MOST_STEPS = 12
 each squares the error; the rest is for guesses from which steps are shortened to `LONGEST_STEP`."""
 MOST_STEPS_FROM_AFAR = 60
 """The same for guesses anywhere within half a turn of closed loops: many steps are shortened."""
-_MOST_BODIES = 32
-"""Bodies up to which Pinocchio's data are made: those of wrenches take 3 MB then, 40 MB if all turn
-on balls, and grow with the third power of the coordinates."""
 
 
 class GroupSolver:
@@ -402,16 +399,15 @@ def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
 
 
 def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
-    """Return the model of a group's bodies; of many, one that does without Pinocchio's data."""
+    """Return the model of a group's bodies."""
     at_zero = mechanism.placements_at_zero
     on_loops = [mechanism.loops[index].predecessor - 1 for index in group.loops]
     points = [at_zero[body].translation for body in on_loops or group.inertial_bodies]
     origin = np.mean(points, axis=0) if points else np.zeros(3)
     origin = at_zero[group.base].actInv(origin)
-    kind = LongChain if len(group.bodies) > _MOST_BODIES else BatchModel
-    given = group.bodies, group.inertial_bodies, origin, group.base
-    key = kind, tuple(group.bodies), frozenset(group.inertial_bodies), origin.tobytes(), group.base
-    return mechanism.kept.of("batch", key, lambda: kind(mechanism, *given))
+    return batch_model(
+        mechanism, group.bodies, group.inertial_bodies, origin, group.base, group.crossed
+    )
 
 
 class GroupState(NamedTuple):

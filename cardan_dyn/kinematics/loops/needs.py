@@ -59,6 +59,7 @@ def needs(
     below = [_with_what_carries(mechanism.model, group) for group in groups]
     carriers = _carriers(below, bodies)
     owner = {body: index for index, group in enumerate(groups) for body in group.inertial_bodies}
+    closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
     decider = {
         body_of[column]: index
         for index, group in enumerate(groups)
@@ -75,6 +76,8 @@ def needs(
         group = groups[index]
         movers = below[index] | {body_of[column] for column in group.known.tolist()}
         deciding = {decider[body] for body in movers if body in decider}
+        if group.crossed:
+            return deciding | {closer[loop] for loop in group.crossed_loops}
         return deciding | ({owner[group.base]} if group.base >= 0 else set())
 
     forces = _reached((index for body in wanted for index in carriers[body]), loading)
@@ -130,7 +133,12 @@ def _body_of_columns(model: pinocchio.Model) -> list[int]:
 
 
 def _with_what_carries(model: pinocchio.Model, group: Group) -> set[int]:
-    """Return the bodies of a group, its base, and all that the base hangs from."""
+    """Return the bodies of a group, its base, and all that the base hangs from.
+
+    A group that crosses loops has no inertia, so that its closure forces end at its base.
+    """
+    if group.crossed:
+        return set(group.bodies)
     return {*group.bodies, *ancestors(model, group.base + 1)}
 
 

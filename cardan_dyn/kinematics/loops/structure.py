@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Mapping
+from functools import cached_property, partial
 
 import numpy as np
 import pinocchio
@@ -12,6 +13,7 @@ from ...mechanism.joints import Part
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 from ..tolerances import RANK_TOLERANCE
+from .routes import Carriers, Route, carried, carriers_of, short_routes
 
 OPEN_CONFIGURATIONS = 3
 """Configurations of an open loop from which its rank is found. One would do for joints in general
@@ -73,11 +75,30 @@ class Structure:
             for part, start in zip(coordinates.parts, coordinates.starts, strict=True)
         }
 
-    def coordinates_on(self, item: int) -> list[int]:
-        """Return the velocity coordinates between the ends of a loop, or in a coupling."""
-        return [column for body in self.paths[item] for column in self._columns[body]]
+    @cached_property
+    def routes(self) -> dict[int, Route]:
+        """Loops to ways around them that are much shorter than along the tree, see `routes`."""
+        return self.mechanism.kept.of(
+            "routes", "", lambda: short_routes(self.mechanism, self.paths)
+        )
 
-    def ranks(self, x: Array, moving: set[int]) -> list[int]:
+    def route(self, item: int, routes: Mapping[int, Route]) -> Route:
+        """Return one of some routes, or else the way along the tree."""
+        return routes.get(item) or Route(self.bases[item], self.paths[item], ())
+
+    def coordinates_on(self, item: int, routes: Mapping[int, Route] | None = None) -> list[int]:
+        """Return the velocity coordinates around a loop, or in a coupling.
+
+        Args:
+            item: its index.
+            routes: ways around loops; others, and all if None, are those along the tree.
+        """
+        bodies = self.route(item, routes or {}).bodies
+        return [column for body in bodies for column in self._columns[body]]
+
+    def ranks(
+        self, x: Array, moving: set[int], routes: Mapping[int, Route] | None = None
+    ) -> list[int]:
         """Return for each loop how many independent motions its moving joints have.
 
         The moving joints are taken at generic values, since a planar or spherical chain stays one
@@ -86,17 +107,22 @@ class Structure:
         Args:
             x: `(size,)` coordinates, of which those of the joints that do not move count.
             moving: velocity coordinates that move.
+            routes: ways around loops; others, and all if None, are those along the tree.
         """
-        kept, paths = self.mechanism.kept, self.paths[: len(self.mechanism.loops)]
+        kept, ways = self.mechanism.kept, self._ways(routes)
         return [
             kept.of(
                 "rank",
-                (loop, *self._deciding(path, x, moving)),
-                partial(self._generic_rank, path, x, moving),
+                (loop, way.crossed, *self._deciding(way.bodies, x, moving)),
+                partial(self._generic_rank, way, x, moving),
                 _MOST_RANKS,
             )
-            for loop, path in enumerate(paths)
+            for loop, way in enumerate(ways)
         ]
+
+    def _ways(self, routes: Mapping[int, Route] | None) -> list[Route]:
+        """Return the way around each loop."""
+        return [self.route(loop, routes or {}) for loop in range(len(self.mechanism.loops))]
 
     def _deciding(self, path: list[int], x: Array, moving: set[int]) -> tuple[object, ...]:
         """Return which bodies of a path move, and where the others rest, as parts of a key."""
@@ -107,40 +133,40 @@ class Structure:
             at.append(x[start : start + (4 if part.kind == "spherical" else 1)].tobytes())
         return tuple(resting), *at
 
-    def _generic_rank(self, path: list[int], x: Array, moving: set[int]) -> int:
+    def _generic_rank(self, way: Route, x: Array, moving: set[int]) -> int:
         """Return the rank of one loop, see `ranks`."""
-        values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(path))
+        values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(way.bodies))
         twists = [
-            self._twists(path, x, moving, configuration)
+            self._twists(way, x, moving, configuration)
             for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
         ]
         return _rank(np.concatenate(twists, axis=0))
 
-    def ranks_at(self, x: Array, moving: set[int]) -> list[int]:
+    def ranks_at(
+        self, x: Array, moving: set[int], routes: Mapping[int, Route] | None = None
+    ) -> list[int]:
         """Return for each loop how many independent motions its moving joints have at one position.
 
         Args:
             x: `(size,)` coordinates.
             moving: velocity coordinates that move.
+            routes: ways around loops; others, and all if None, are those along the tree.
         """
-        paths = self.paths[: len(self.mechanism.loops)]
-        return [_rank(self._twists(path, x, moving)) for path in paths]
+        return [_rank(self._twists(way, x, moving)) for way in self._ways(routes)]
 
-    def _twists(
-        self, path: list[int], x: Array, moving: set[int], values: Array | None = None
-    ) -> Array:
-        """Return unit twists `(k, 6)` of the moving coordinates on a path.
+    def _twists(self, way: Route, x: Array, moving: set[int], values: Array | None = None) -> Array:
+        """Return unit twists `(k, 6)` of the moving coordinates on a way around a loop.
 
         They are seen from the body that carries the loop, lengths in units of the mechanism's.
 
-        With x `(size,)`, values `(len(path), 3)`.
+        With x `(size,)`, values `(len(way.bodies), 3)`.
         """
+        path, carriers = way.bodies, carriers_of(self.mechanism, way.crossed)
         length = self.mechanism.characteristic_length
-        model = self.mechanism.model
         placements: dict[int, pinocchio.SE3] = {}
         # Far from the origin of the body that carries the loop, the lengths to that origin would
         # outweigh those within the loop, and its rank would be lost in rounding.
-        corner = model.jointPlacements[path[0] + 1].translation if path else np.zeros(3)
+        corner = self._hung(path[0], carriers)[1].translation if path else np.zeros(3)
         twists: list[Array] = []
         for index, body in enumerate(path):
             part, start = self._parts[body]
@@ -149,8 +175,8 @@ class Structure:
                 moved = _generic_displacement(part, values[index], length)
             else:
                 moved = displacement(part, x[start : start + 4])
-            origin = model.jointPlacements[body + 1]
-            parent = placements.get(model.parents[body + 1] - 1)
+            carrier, origin = self._hung(body, carriers)
+            parent = placements.get(carrier)
             if parent is None:
                 shifted = pinocchio.SE3(origin.rotation, origin.translation - corner)
                 placements[body] = shifted * moved
@@ -160,6 +186,13 @@ class Structure:
                 units = unit_twists(part, length)
                 twists.extend(placements[body].action @ unit for unit in units)
         return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
+
+    def _hung(self, body: int, carriers: Carriers) -> tuple[int, pinocchio.SE3]:
+        """Return the body that carries a joint, and where."""
+        model = self.mechanism.model
+        carrier, at = carried(model.parents[body + 1] - 1, carriers)
+        placement = model.jointPlacements[body + 1]
+        return carrier, placement if at is None else at * placement
 
 
 def _rank(twists: Array) -> int:
