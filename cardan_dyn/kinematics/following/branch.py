@@ -60,6 +60,9 @@ that it was made longer."""
 _MOST_COVERED = _TURNS_TRIED
 """Times that a branch is made longer, and turns of the drive that it spans, up to which its tables
 are kept: of some thousand nodes at most, as a period is found by."""
+_MOST_HALVINGS = 2
+"""Times that a node is put between neighbours that prove nothing: what one does not mend, such as
+another assembly mode, seldom is."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -281,38 +284,53 @@ class Branch:
     def _with_nodes_of(self, lines: Lines, proven: bool = False) -> BranchTable | None:
         """Return the table with the nodes of lines, all closed; None if they are to be proven.
 
-        Neighbouring nodes lie on the same branch if the extrapolations between them are as good, in
-        both directions, as step control demands, with no singular configuration between them.
+        Where two neighbours are so far apart that they prove nothing, there is one more between.
         """
         table, (low, high) = self._table, self.span
         if not lines.nodes:
             return table
         ends = table.states[[_LOWER, _UPPER] if table.size > 1 else [_LOWER]]
         x = np.concatenate([ends, *(rows for _, rows in lines.nodes)])
-        x = x[np.argsort(x[:, table.drive_column], kind="stable")]
-        positions = x[:, table.drive_column]
-        state = self.kinematics.close(x)
-        rows = _rows(self.kinematics, state)
-        if proven:
+        for _ in range(_MOST_HALVINGS + 1):
+            x = x[np.argsort(x[:, table.drive_column], kind="stable")]
+            state, positions = self.kinematics.close(x), x[:, table.drive_column]
+            rows = _rows(self.kinematics, state)
+            if not proven:
+                return table.with_nodes(rows.of((positions < low) | (positions > high)))
             if not np.all(
                 (state.residual < CLOSURE_TOLERANCE) & (state.correction < SAFE_CORRECTION)
             ):
                 return None
-            step, first, second = np.diff(positions), rows.of(slice(-1)), rows.of(slice(1, None))
-            error = np.maximum(
-                np.abs(first.after(step) - second.x), np.abs(second.after(-step) - first.x)
-            )
-            allowed = allowed_error(state.condition)
-            leads_on = np.max(error * table.coordinates.scale, axis=1) < REJECTED * np.minimum(
-                allowed[:-1], allowed[1:]
-            )
-            for group_state in state.groups:
-                leads_on &= group_state.follows_on()
             # Between the two ends of the old span lie nodes that were proven before.
-            leads_on |= (positions[:-1] == low) & (positions[1:] == high)
-            if not np.all(leads_on):
-                return None
-        return table.with_nodes(rows.of((positions < low) | (positions > high)))
+            is_old = (positions[:-1] == low) & (positions[1:] == high)
+            (left,) = np.nonzero(~(self._leads_on(state, rows) | is_old))
+            if not left.size:
+                return table.with_nodes(rows.of((positions < low) | (positions > high)))
+            step = np.diff(positions)[left]
+            curves = rows.of(left).quintics(step, rows.of(left + 1))
+            between = quintic(curves, np.arange(len(left)), np.full(len(left), 0.5))
+            between[:, table.drive_column] = positions[left] + 0.5 * step
+            x = np.concatenate([state.x, between])
+        return None
+
+    def _leads_on(self, state: ClosedState, rows: Rows) -> Array:
+        """Return `(K - 1,)` whether closed nodes lie on the same branch as those before them.
+
+        They do if the extrapolations between them are as good, in both directions, as step control
+        demands, with no singular configuration between them.
+        """
+        step = np.diff(state.x[:, self._table.drive_column])
+        first, second = rows.of(slice(-1)), rows.of(slice(1, None))
+        error = np.maximum(
+            np.abs(first.after(step) - second.x), np.abs(second.after(-step) - first.x)
+        )
+        allowed = allowed_error(state.condition)
+        leads_on = np.max(error * self._table.coordinates.scale, axis=1) < REJECTED * np.minimum(
+            allowed[:-1], allowed[1:]
+        )
+        for group_state in state.groups:
+            leads_on &= group_state.follows_on()
+        return np.asarray(leads_on)
 
     def _refused(self, end: int, target: float, lines: Lines, line: int) -> CardanError:
         """Return why the branch cannot be followed beyond an end, after lines have tried."""

@@ -50,7 +50,7 @@ _APPROACH = 0.7
 margin stays positive and the singular configuration is never stepped over."""
 _LONGER, _SHORTER, _AFTER_REJECTION = 4.0, 0.1, 0.5
 """Greatest and least ratio of a step to the one before it, and the greatest after a failure."""
-_TRIED = np.array([2.2, 1.5, 1.0, 0.6])
+_TRIED = np.array([1.8, 1.1, 0.65])
 """Ratios to the step that errors let expect, longest first, which are tried together where nodes
 are proven afterwards: a round takes about as long for several, and the longest that is safe leads
 farther than one that was chosen beforehand."""
@@ -357,8 +357,8 @@ class Lines:
         margin = 1.0 / self.condition
         longest, step = rows.longest(layout), np.ones(len(share))
         if begin or aim < 1.0:
-            # Of the first step no error is known yet.
-            step = _FIRST_STEP * longest
+            # Of the first step no error is known yet; of several, the longest may lead as far.
+            step = longest / _TRIED[0] if quick else _FIRST_STEP * longest
         if begin:
             longest = np.minimum(longest, _SINGULAR_DISTANCE * margin / self._extent)
             step = np.minimum(step, longest)
