@@ -38,6 +38,11 @@ _CROSS = np.array(
 )
 """A vector p times it are the entries of [p]×ᵀ, by which a row c is multiplied for p × c."""
 
+_ON_DIAGONAL = np.multiply.outer(np.eye(9), np.eye(2)).reshape(3, 3, 3, 3, 2, 2)
+_ON_DIAGONAL = np.ascontiguousarray(_ON_DIAGONAL.transpose(0, 1, 4, 2, 5, 3)).reshape(9, 36)
+"""The nine entries of a matrix times it are that matrix twice, on the diagonal of a larger one. One
+product is faster than copies of three numbers at a time."""
+
 
 class BaseMotion(NamedTuple):
     """How the body moves that carries a batch; spatial vectors, linear part first.
@@ -456,8 +461,7 @@ def actions_of(placed: Array) -> Array:
     """
     count, bodies, _ = placed.shape
     columns = placed[:, :, :9].reshape(count, bodies, 3, 3)
-    result = np.zeros((count, bodies, 6, 6))
-    result[:, :, :3, :3] = result[:, :, 3:, 3:] = columns
+    result = (columns.reshape(-1, 9) @ _ON_DIAGONAL).reshape(count, bodies, 6, 6)
     crossed = (placed[:, :, 9:] @ _CROSS).reshape(columns.shape)
     np.matmul(columns, crossed, out=result[:, :, 3:, :3])
     return result.reshape(count, 6 * bodies, 6)

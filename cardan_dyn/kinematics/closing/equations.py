@@ -34,6 +34,14 @@ rounding of its terms, 1e-16, is already 1e-4."""
 _UNROTATED = np.eye(3)
 _BELOW_DIAGONAL, _ABOVE_DIAGONAL = np.array([7, 2, 3]), np.array([5, 6, 1])
 """Entries (z, y), (x, z), (y, x) of a matrix of nine numbers in a row, and their mirror images."""
+_NEXT, _AFTER_NEXT = np.array([1, 2, 0]), np.array([2, 0, 1])
+_FACTORS = np.array([[3, 0], [3, 3], [0, 3]])[:, :, None]
+_ADDED, _TAKEN_OFF = (
+    (6 * (_FACTORS[:, 0] + first) + _FACTORS[:, 1] + second).ravel()
+    for first, second in ((_NEXT, _AFTER_NEXT), (_AFTER_NEXT, _NEXT))
+)
+"""Of the 36 products of components of two twists (V, Ω) and (v, ω), those that the cross products
+Ω × v, Ω × ω and V × ω add, and those that they take off."""
 _ALIGNED = 1e-12
 """Greatest deviation of a projector's entries from 0 and 1 that counts as rounding. The rounding of
 a projector of six columns is some 1e-15; a space that is tilted against the axes by an angle has
@@ -555,26 +563,27 @@ class LoopPaths(NamedTuple):
                 and W of the successor the gap is log(exp(V + V̇/2) exp(W - V) exp(-W - Ẇ/2)), which
                 by the formula of Baker, Campbell and Hausdorff is (V̇ - Ẇ + [V, W])/2.
         """
-        joint = twists[:, self.columns] * rates[:, self.columns, None]
-        joint = joint.swapaxes(0, -1)
+        joint = np.empty((6, *self.columns.shape, len(rates)))
+        np.multiply(
+            twists[:, self.columns], rates[:, self.columns, None], out=joint.transpose(3, 1, 2, 0)
+        )
         carrier = np.matmul(self.carries, joint)
         if closes:
             ends = np.matmul(self.sides, joint)
+            joint *= self.signs
             carrier = np.concatenate((carrier, ends[:, :, :1]), axis=2)
-            joint = np.concatenate((joint * self.signs, ends[:, :, 1:]), axis=2)
+            joint = np.concatenate((joint, ends[:, :, 1:]), axis=2)
         else:
-            joint = joint * self.signs
+            joint *= self.signs
         # A joint's twist (v, ω) that moves with the twist (V, Ω) of its carrier changes by
-        # (Ω × v + V × ω, Ω × ω). One call makes all three products.
-        count = joint.shape[2]
-        products = cross(
-            np.concatenate((carrier[3:], carrier[:3], carrier[3:]), axis=2),
-            np.concatenate((joint[:3], joint[3:], joint[3:]), axis=2),
-        )
-        result = np.empty((6, *products.shape[1:2], products.shape[3]))
-        np.add.reduce(products[:, :, : 2 * count], axis=2, out=result[:3])
-        np.add.reduce(products[:, :, 2 * count :], axis=2, out=result[3:])
-        return result.T
+        # (Ω × v + V × ω, Ω × ω). Of all products of their components, summed over the joints, each
+        # of the three cross products is the difference of two.
+        products = np.einsum("alkn,blkn->abln", carrier, joint)
+        products = products.reshape(36, *products.shape[2:])
+        differences = products.take(_ADDED, 0)
+        differences -= products.take(_TAKEN_OFF, 0)
+        differences[:3] += differences[6:]
+        return differences[:6].T
 
 
 def drift_along(paths: list[LoopPaths], twists: Array, rates: Array, closes: bool = False) -> Array:
