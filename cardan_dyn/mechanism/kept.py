@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Hashable
 from typing import Any, TypeVar
 
-_MOST = 32
+MOST = 32
 """Values of a kind that are kept, those that were asked for last: more than a study has scenes that
 differ in what moves, and few enough to be no matter of memory."""
 
@@ -23,7 +23,7 @@ class Kept:
         self._values: dict[str, dict[Hashable, Any]] = {}
         self._lock = threading.Lock()
 
-    def of(self, kind: str, key: Hashable, make: Callable[[], _Value], most: int = _MOST) -> _Value:
+    def of(self, kind: str, key: Hashable, make: Callable[[], _Value], most: int = MOST) -> _Value:
         """Return what is known by a key; nothing is kept where making it raises.
 
         Args:

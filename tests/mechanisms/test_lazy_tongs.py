@@ -65,6 +65,23 @@ def test_any_joint_holds_the_weight_by_virtual_work(drive: str, per_slope: float
     assert np.max(turn.condition) < 100.0
 
 
+@pytest.mark.parametrize("pair", [0, 3, 7])
+def test_a_cylinder_holds_the_weight_by_virtual_work(pair: int) -> None:
+    """From one arm to the other one of the next pair: two loops that need each other."""
+    scene = cd.Scene(
+        tongs.two_chains(9, cylinder=pair), drive="cylinder", gravity=(0.0, -GRAVITY, 0.0)
+    )
+    slopes = np.linspace(tongs.SLOPE, 1.0, 7)
+    lengths = tongs.cylinder_length(slopes)
+    turn = scene.sweep(lengths - lengths[0])
+    # Its length grows by ARM² sin(2 slope) / length per radian.
+    rise = 3.0 * GRAVITY * 9**2 * tongs.ARM * np.cos(slopes)
+    expected = rise * lengths / (tongs.ARM**2 * np.sin(2.0 * slopes))
+    np.testing.assert_allclose(turn.drive_effort, expected, rtol=1e-12)
+    reach = turn.point("a8").position[:, 1]
+    np.testing.assert_allclose(reach, 8.0 * tongs.ARM * np.sin(slopes), rtol=1e-12)
+
+
 def test_every_wrench_is_that_of_the_other_description(count: int) -> None:
     """Arms of the same names in other trees: the wrenches that their joints share."""
     chains, pairs = tongs.two_chains(count), tongs.pair_by_pair(count)

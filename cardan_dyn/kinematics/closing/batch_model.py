@@ -16,6 +16,7 @@ import pinocchio
 
 from ...arrays import Array, consecutive, cross
 from ...mechanism.joints import Part
+from ...mechanism.kept import MOST
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import joint_model
 from ..loops.routes import Crossing, carried, carriers_of
@@ -447,7 +448,8 @@ def batch_model(
     kind = LongChain if len(bodies) > _MOST_BODIES else BatchModel
     key = tuple(bodies), frozenset(inertial_bodies), origin.tobytes(), base, crossed
     given = mechanism, bodies, inertial_bodies, origin, base, crossed
-    return mechanism.kept.of("batch", key, lambda: kind(*given))
+    # A scene has as many of them as bodies at most: those of one fit in any case.
+    return mechanism.kept.of("batch", key, lambda: kind(*given), MOST + mechanism.model.njoints)
 
 
 def actions_of(placed: Array) -> Array:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, generic
-from ...mechanism.kept import Kept
+from ...mechanism.kept import MOST, Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
@@ -395,7 +395,9 @@ class GroupSolver:
 
 def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
     """Return the solver of a group, which all scenes of the mechanism share."""
-    return mechanism.kept.of("solver", group.key, lambda: GroupSolver(mechanism, group))
+    # A scene has as many groups as bodies at most: those of one fit in any case.
+    most = MOST + mechanism.model.njoints
+    return mechanism.kept.of("solver", group.key, lambda: GroupSolver(mechanism, group), most)
 
 
 def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:

@@ -71,6 +71,16 @@ def test_pairs_are_solved_one_by_one_wherever_the_drive_is() -> None:
                 assert len(group.bodies) == 4 and len(group.known) == 1
 
 
+def test_loops_that_need_each_other_share_their_ways() -> None:
+    """A cylinder between two pairs needs the loop of the upper pair, and that one needs it."""
+    mechanism = tongs.two_chains(9, cylinder=4)
+    groups = [group for group in groups_of(mechanism, "cylinder") if len(group.loops) > 1]
+    loops = [[mechanism.loops[loop].joint for loop in group.loops] for group in groups]
+    assert loops == [["p5", "head"], ["p0", "p1"]]
+    upper = set(names(mechanism, groups[0].bodies))
+    assert upper == {"ja5", "p5", "p4", "jb5", "foot", "cylinder", "head"}
+
+
 def test_the_inertia_of_every_body_counts_once_along_the_tree() -> None:
     mechanism = tongs.two_chains(9)
     groups = groups_of(mechanism)

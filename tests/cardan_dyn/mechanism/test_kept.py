@@ -8,13 +8,14 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from testkit import tongs
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics import loop_system
 from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.following.lines import Lines
 from cardan_dyn.kinematics.loops.groups import partition
-from cardan_dyn.mechanism.kept import _MOST, Kept
+from cardan_dyn.mechanism.kept import MOST, Kept
 
 LEGS = [f"leg_{index}" for index in range(1, 7)]
 
@@ -30,11 +31,11 @@ def test_a_value_is_made_once_and_the_latest_ones_stay() -> None:
         return kept.of("kind", key, make)
 
     first = value(0)
-    for key in range(1, _MOST):
+    for key in range(1, MOST):
         value(key)
     assert value(0) is first
-    value(_MOST)
-    assert made == list(range(_MOST + 1))
+    value(MOST)
+    assert made == list(range(MOST + 1))
     # The one that was asked for longest ago had to go; the first was asked for again.
     assert value(0) is first
     assert value(1) == [1]
@@ -96,6 +97,17 @@ def test_scenes_share_what_solves_their_loops() -> None:
     ]
     first, second = (scene.solver.assembly.kinematics.solvers for scene in scenes)
     assert all(a is b for a, b in zip(first, second, strict=True))
+
+
+def test_solvers_of_a_long_chain_stay_for_its_next_scene() -> None:
+    """However many groups it has."""
+    chain = tongs.two_chains(40)
+    first, second = (
+        cd.Scene(chain, drive="slide", gravity=(0.0, -weight, 0.0)).solver.assembly.kinematics
+        for weight in (1.0, 2.0)
+    )
+    assert len(first.solvers) > MOST
+    assert all(a is b for a, b in zip(first.solvers, second.solvers, strict=True))
 
 
 def test_a_design_is_divided_into_groups_like_the_one_before(

@@ -12,11 +12,15 @@ _ACROSS, _UP = float(ARM * np.cos(SLOPE)), float(ARM * np.sin(SLOPE))
 _LIMIT = '<limit lower="-9" upper="9" effort="1e6" velocity="1"/>'
 
 
-def two_chains(count: int, *, pin: str = "continuous", hinge: str = "0 0 1") -> cd.Mechanism:
+def two_chains(
+    count: int, *, pin: str = "continuous", hinge: str = "0 0 1", cylinder: int | None = None
+) -> cd.Mechanism:
     """Chains of arms a_k and b_k side by side, each on the one below; loops are the pins p_k.
 
     Args:
         count: of pairs of arms.
+        cylinder: index k of the arm a_k from a quarter of which a cylinder without mass reaches to
+            three quarters of b_k+1; none if None.
         pin: joint in the middle of each pair; `universal` ones join arms b_k on balls.
         hinge: axis of arms a_k in the frame of those below.
     """
@@ -31,6 +35,8 @@ def two_chains(count: int, *, pin: str = "continuous", hinge: str = "0 0 1") -> 
         parts.append(_loop(pin, f"p{k}", (f"a{k}", middles[0]), (f"b{k}", middles[1])))
         below = f"a{k}", f"b{k}"
         ends = f"{side * _ACROSS} {_UP} 0", f"{-side * _ACROSS} {_UP} 0"
+    if cylinder is not None:
+        parts.append(_cylinder(cylinder))
     return cd.load(f'<robot name="two_chains">{"".join(parts)}</robot>')
 
 
@@ -56,6 +62,29 @@ def pair_by_pair(count: int) -> cd.Mechanism:
 def slopes(positions: np.ndarray) -> np.ndarray:
     """Return the slopes [rad] of the arms at positions of the slide [m]."""
     return np.arccos((_ACROSS - positions) / ARM)
+
+
+def cylinder_length(slope: np.ndarray | float) -> np.ndarray:
+    """Return the length [m] of the cylinder at slopes of the arms [rad]."""
+    return 0.5 * ARM * np.hypot(np.cos(slope), 3.0 * np.sin(slope))
+
+
+def _cylinder(k: int) -> str:
+    side, length = _side(k), float(cylinder_length(SLOPE))
+    along = f"{side * _ACROSS / 2 / length} {1.5 * _UP / length} 0"
+    foot, head = (f"{side * part * _ACROSS} {part * _UP} 0" for part in (0.25, 0.75))
+    return (
+        '<link name="tube"/><link name="rod"/>'
+        + _joint("continuous", "foot", f"a{k}", "tube", foot)
+        + f'<joint name="cylinder" type="prismatic"><parent link="tube"/><child link="rod"/>'
+        f'<axis xyz="{along}"/>{_LIMIT}</joint>'
+        + _loop(
+            "continuous",
+            "head",
+            ("rod", f"{side * _ACROSS / 2} {1.5 * _UP} 0"),
+            (f"b{k + 1}", head),
+        )
+    )
 
 
 def _side(k: int) -> int:
