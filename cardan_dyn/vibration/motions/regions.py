@@ -23,14 +23,15 @@ _GROWTH_ROUNDS = 6
 """Rounds of the search for the fastest growth, each three times as fine as the last."""
 _EDGE = 1e-8
 """Width, as a fraction of the speed, of the interval in which an edge lies at last."""
-_NEIGHBOURS = 10
+_NEIGHBOURS = 16
 """Known speeds through which a polynomial goes; with two of them fewer it tells its error."""
 _TOLD = 1e-12
 """That error, as a fraction of the greatest number, at which nothing is integrated."""
 _ROUNDING = 1e-15
 """Error of a known number, as a fraction of it, which weights of a polynomial magnify."""
-_LEVELS = (8, 4, 2, 1)
-"""Of many speeds every eighth is looked at first, then every fourth, and so on."""
+_HALVINGS, _FEW = 8, 12
+"""How often the speed in the middle of those that nothing tells, between two known ones, is looked
+at; and how many are looked at all together."""
 
 
 class Judged(NamedTuple):
@@ -85,17 +86,25 @@ class StabilityOverSpeed:
             np.full(size, NONE, dtype=self._judged.kind.dtype),
             np.zeros(size, dtype=bool),
         )
-        order, left = np.argsort(speeds), np.ones(size, dtype=bool)
-        for step in _LEVELS:
-            rows = order[::step]
-            rows = rows[left[rows]]
-            left[rows] = False
-            rows = rows[~self._told(speeds, rows, found)]
-            if rows.size:
-                new = np.unique(speeds[rows])
-                self._keep(new, stability(self._search, new))
-                self._told(speeds, rows, found, is_kept=True)
+        left = np.arange(size)
+        for _ in range(_HALVINGS):
+            left = left[~self._told(speeds, left, found)]
+            if len(left) <= _FEW:
+                break
+            new = np.unique(speeds[left])
+            after = np.searchsorted(self._speeds, new)
+            middle = 0.5 * (self._speeds[after - 1] + self._speeds[after])
+            order = np.lexsort((np.abs(new - middle), after))
+            self._find(new[order[np.unique(after[order], return_index=True)[1]]])
+        if left.size:
+            self._find(np.setdiff1d(speeds[left], self._speeds))
+            self._told(speeds, left, found)
         return found
+
+    def _find(self, speeds: Array) -> None:
+        """Find motions at speeds that are not known, and their stability."""
+        if speeds.size:
+            self._keep(speeds, stability(self._search, speeds))
 
     def _keep(self, speeds: Array, new: Stability) -> None:
         """Keep what was found at speeds that were not known."""
@@ -108,7 +117,7 @@ class StabilityOverSpeed:
         parts = zip(self._judged, (new.multipliers, new.kind, new.decays), strict=True)
         self._judged = Judged(*(np.concatenate(both)[order] for both in parts))
 
-    def _told(self, speeds: Array, rows: Array, found: Judged, is_kept: bool = False) -> Array:
+    def _told(self, speeds: Array, rows: Array, found: Judged) -> Array:
         """Tell what is known at some speeds, or between; and return whether it is `(K,)`."""
         at = np.searchsorted(self._speeds, speeds[rows])
         after = np.minimum(at, len(self._speeds) - 1)
@@ -118,7 +127,7 @@ class StabilityOverSpeed:
         is_there = self._judged.kind != NONE
         # Beside a speed without a motion nothing is sure.
         between = ~told & is_there[after] & is_there[np.maximum(at - 1, 0)]
-        if is_kept or np.count_nonzero(is_there) < _NEIGHBOURS or not np.any(between):
+        if np.count_nonzero(is_there) < _NEIGHBOURS or not np.any(between):
             return told
         (index,) = np.nonzero(between)
         values, error = _interpolated(
@@ -153,22 +162,28 @@ def _interpolated(
         speeds: `(S,)` between them.
         columns: numbers of columns that have one size.
     """
-    first = np.searchsorted(known, speeds) - _NEIGHBOURS // 2
-    first = np.clip(first, 0, len(known) - _NEIGHBOURS)
-    near = first[:, None] + np.arange(_NEIGHBOURS)
-    places = 1.0 / known[near]
-    weights = _lagrange(places, 1.0 / speeds)
-    fewer = _lagrange(places[:, 1:-1], 1.0 / speeds)
-    taken = rows[near]
-    values = np.einsum("sk,skf->sf", weights, taken)
-    gap = np.abs(values - np.einsum("sk,skf->sf", fewer, taken[:, 1:-1]))
-    magnified = _ROUNDING * np.sum(np.abs(weights), axis=1)
-    error = np.zeros(len(speeds))
-    for part in np.split(np.arange(rows.shape[1]), np.cumsum(columns)[:-1]):
-        size = np.max(np.abs(values[:, part]), axis=1)
-        size = np.maximum(size, 1.0) if len(part) == columns[0] else np.maximum(size, 1e-300)
-        error = np.maximum(error, np.max(gap[:, part], axis=1) / size)
-    return values, error + magnified
+    best, least = np.zeros((len(speeds), rows.shape[1])), np.full(len(speeds), np.inf)
+    after = np.searchsorted(known, speeds)
+    ends = np.cumsum(columns)[:-1]
+    _, mass, _, stiffness = (np.max(np.abs(part)) for part in np.split(rows, ends, axis=1))
+    # Dampers may be none: what they do is measured in what the other two do.
+    others = mass, np.sqrt(mass * stiffness) + 1e-300, stiffness + 1e-300
+    # Beside a speed at which one motion gives way to another, neighbours are on one side.
+    for below in (_NEIGHBOURS // 2, _NEIGHBOURS - 1, 1):
+        (open_,) = np.nonzero(least > _TOLD)
+        first = np.clip(after[open_] - below, 0, len(known) - _NEIGHBOURS)
+        near = first[:, None] + np.arange(_NEIGHBOURS)
+        places, at, taken = 1.0 / known[near], 1.0 / speeds[open_], rows[near]
+        weights, fewer = _lagrange(places, at), _lagrange(places[:, 1:-1], at)
+        values = np.einsum("sk,skf->sf", weights, taken)
+        gap = np.abs(values - np.einsum("sk,skf->sf", fewer, taken[:, 1:-1]))
+        error = _ROUNDING * np.sum(np.abs(weights), axis=1)
+        greatest = np.maximum(np.max(np.abs(values[:, : ends[0]]), axis=1), 1.0)
+        for part, size in zip(np.split(gap, ends, axis=1), (greatest, *others), strict=True):
+            error = np.maximum(error, np.max(part, axis=1) / size)
+        better = error < least[open_]
+        best[open_[better]], least[open_[better]] = values[better], error[better]
+    return best, least
 
 
 def _lagrange(places: Array, at: Array) -> Array:

@@ -23,7 +23,7 @@ from .search import MotionSearch
 
 _STAGES = 8
 """Gauss points of an element: the method is of twice that order."""
-_PHASE = 1.2
+_PHASE = 1.6
 """Greatest phase of the fastest motion in an element [rad] at the first try."""
 _STANDS = 3e-14
 """Change of the result, as a fraction of its greatest number, at which elements are short enough:
