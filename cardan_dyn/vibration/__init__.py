@@ -5,7 +5,7 @@ springs and dampers are among its elements. `scene.simulate(motion={driven: spee
 scene over time.
 """
 
-from .motions.stability import Region
+from .motions.regions import Region
 from .results.campbell import Campbell, campbell
 from .results.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
 from .results.floquet import Floquet, floquet

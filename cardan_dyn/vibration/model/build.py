@@ -21,6 +21,9 @@ _PART, _STUCK = 8, 2
 many steps have brought nothing."""
 _LOW = 2
 """Degree up to which it is worth looking whether a coordinate acts alone."""
+_FALLS, _CAREFUL, _MOST_HIGHER = 1e-2, 0.95, 1.5
+"""Error of polynomials from which on it tells how much higher degrees have to be, as a part of what
+it tells, and how much higher at most."""
 _MOST_POLYNOMIALS = 1000
 """More polynomials would take minutes to be sampled."""
 _CHECKS = 24
@@ -38,8 +41,9 @@ _ALONG = 1e-12
 """Error of a model along a motion with which it needs no more nodes."""
 _PROBES = 3
 """Points of the range at which waves along the drive's position are looked at, its middle first."""
-_WAVES = 127
-"""Nodes over the mechanism's period with which the search begins."""
+_WAVES, _MORE = 127, 1.4
+"""Nodes over the mechanism's period with which the search begins; and with which later ones do, as
+a multiple of what others took."""
 _MASSLESS = 1e-14
 """Share of the mass matrix that is rounding."""
 _SILENT = 1e-12
@@ -108,14 +112,12 @@ def needed_degrees(
         half: half widths of the ranges `(n,)`.
         wanted: error at which degrees are enough; if it cannot be had, the least is returned.
     """
-    lines = [_along(samples, drive, centre, half, index, wanted) for index in range(len(half))]
-    single, error = tuple(degree for degree, _ in lines), max(error for _, error in lines)
+    single, error = _along(samples, drive, centre, half, wanted)
     if len(half) == 1:
         return single, error
     inside = generic(_CHECKS, len(half))
-    exact = samples.about(drive, centre, half * inside)
+    exact, alone = _alone(samples, drive, centre, half, np.array(single) <= _LOW, wanted)
     kinds = samples.kinds(exact)
-    alone: Array | None = None
     # Points of lower degrees are among those of higher ones.
     known: dict[tuple[int, ...], Array] = {}
     degrees, best, least, stuck = single, single, np.inf, 0
@@ -133,64 +135,85 @@ def needed_degrees(
             best, least = degrees, error
         if error <= wanted or stuck == _STUCK:
             break
-        if alone is None:
-            alone = _alone(samples, drive, centre, half, np.array(single) <= _LOW, wanted)
-        degrees = _higher(degrees, alone)
+        degrees = _higher(degrees, alone, error, wanted)
     return best, least
 
 
-def _higher(degrees: tuple[int, ...], alone: Array) -> tuple[int, ...]:
-    """Return degrees a step above others, but of coordinates that are alone."""
+def _higher(degrees: tuple[int, ...], alone: Array, error: float, wanted: float) -> tuple[int, ...]:
+    """Return degrees above others, but of coordinates that are alone.
+
+    Errors fall with a power of the degrees, so that one says how many it takes; there is at least a
+    step.
+    """
     together = [degree for degree, is_alone in zip(degrees, alone, strict=True) if not is_alone]
     if not together:
         return tuple(degree + 1 for degree in degrees)
     most = max(together)
-    factor = 1.0 + max(1, most // _PART) / most
+    needed = np.log(wanted) / np.log(error) if error < _FALLS else 1.0
+    factor = max(1.0 + max(1, most // _PART) / most, min(_CAREFUL * needed, _MOST_HIGHER))
     return tuple(
-        degree if is_alone else max(int(np.ceil(factor * degree)), min(degree + 1, 2))
+        degree if is_alone else max(int(np.ceil(factor * degree - 1e-9)), min(degree + 1, 2))
         for degree, is_alone in zip(degrees, alone, strict=True)
     )
 
 
 def _alone(
     samples: TermSamples, drive: Array, centre: Array, half: Array, asked: Array, wanted: float
-) -> Array:
-    """Return of which of some coordinates `(n,)` terms depend alike wherever the others are."""
-    count = len(half)
-    inside = generic(_CHECKS, count)
-    found = np.zeros(count, dtype=bool)
-    for index in np.nonzero(asked)[0].tolist():
-        # Steps of one coordinate, with the others here and in the middle.
-        own = np.eye(count)[index] * inside
-        ways = np.concatenate([inside, inside - own, own, np.zeros((1, count))])
-        terms = samples.about(drive, centre, half * ways)
-        here, without, there = np.split(terms[:, :-1], 3, axis=1)
+) -> tuple[Array, Array]:
+    """Return terms at the places of checks, and of which coordinates they depend alike everywhere.
+
+    Returns:
+        terms `(K, C, F)`, and of which of some coordinates `(n,)` terms depend alike wherever the
+        others are.
+    """
+    count, places = len(half), generic(_CHECKS, len(half))
+    (indices,) = np.nonzero(asked)
+    # Steps of one coordinate, with the others here and in the middle.
+    own = np.eye(count)[indices][:, None] * places
+    ways = np.concatenate([places, *(places - own), *own, np.zeros((1, count))])
+    terms = samples.about(drive, centre, half * ways)
+    parts = np.split(terms[:, :-1], 1 + 2 * len(indices), axis=1)
+    here, found = parts[0], np.zeros(count, dtype=bool)
+    for row, index in enumerate(indices.tolist()):
+        without, there = parts[1 + row], parts[1 + len(indices) + row]
         gap = (here - without) - (there - terms[:, -1:])
         found[index] = np.max(np.abs(gap) / samples.kinds(terms)) <= max(wanted, _SILENT)
-    return found
+    return here, found
 
 
 def _along(
-    samples: TermSamples, drive: Array, centre: Array, half: Array, index: int, wanted: float
-) -> tuple[int, float]:
-    """Return degree and error of the terms in one free coordinate, the others elsewhere."""
+    samples: TermSamples, drive: Array, centre: Array, half: Array, wanted: float
+) -> tuple[tuple[int, ...], float]:
+    """Return degrees of the terms in each free coordinate, the others elsewhere, and the error."""
+    count = len(half)
+    degrees, least, left = np.ones(count, dtype=int), np.full(count, np.inf), list(range(count))
+    for size in _LINE_DEGREES:
+        if not left:
+            break
+        basis = polynomials((size,))
+        places = np.concatenate([_line(drive, centre, half, index, basis.nodes) for index in left])
+        drives = np.tile(np.repeat(drive, size + 1), len(left))
+        every = samples.at(drives, places.reshape(-1, count))
+        lines, left = every.reshape(len(left), len(drive), size + 1, -1), left.copy()
+        for index, terms in zip(left.copy(), lines, strict=True):
+            sizes = np.max(np.abs(basis.coefficients(terms / samples.kinds(terms))), axis=(0, 2))
+            rounding = float(np.max(sizes[-max(2, size // 4) :]))
+            if rounding > 0.1 * least[index] and least[index] < _GOOD_ERROR:
+                left.remove(index)
+                continue
+            least[index] = rounding
+            above = np.nonzero(sizes > max(0.3 * wanted, 2.0 * rounding))[0]
+            degrees[index] = max(1, int(np.max(above, initial=0)))
+            if rounding <= 0.3 * wanted:
+                left.remove(index)
+    return tuple(degrees.tolist()), float(np.max(least))
+
+
+def _line(drive: Array, centre: Array, half: Array, index: int, nodes: Array) -> Array:
+    """Return places `(K, P, n)` along one coordinate, the others elsewhere."""
     inside = generic(len(drive), len(half))
     inside[:, index] = 0.0
-    way = half * np.eye(len(half))[index]
-    degree, least = 1, np.inf
-    for size in _LINE_DEGREES:
-        basis = polynomials((size,))
-        terms = samples.about(drive, centre + half * inside, basis.nodes * way)
-        sizes = np.max(np.abs(basis.coefficients(terms / samples.kinds(terms))), axis=(0, 2))
-        rounding = float(np.max(sizes[-max(2, size // 4) :]))
-        if rounding > 0.1 * least and least < _GOOD_ERROR:
-            break
-        least = rounding
-        above = np.nonzero(sizes > max(0.3 * wanted, 2.0 * rounding))[0]
-        degree = max(1, int(np.max(above, initial=0)))
-        if rounding <= 0.3 * wanted:
-            break
-    return degree, least
+    return (centre + half * inside)[:, None] + nodes * (half * np.eye(len(half))[index])
 
 
 class ModelBuild:
@@ -202,6 +225,7 @@ class ModelBuild:
         self.efforts = self._samples.efforts
         self._free = len(rotating.free)
         self._checked_period = False
+        self._waves_known: float = _WAVES / _MORE
 
     def model(
         self, centre: Array, half: Array, divisor: int | None = None, wanted: float = FINE
@@ -286,7 +310,8 @@ class ModelBuild:
         """Return how many nodes the mechanism's period needs, and how many periods it holds."""
         inside = generic(_PROBES, self._free)
         inside[0] = 0.0
-        count, period = _WAVES, self._rotating.period
+        # Other ranges take hardly more nodes than known ones.
+        count, period = next_size(_MORE * self._waves_known), self._rotating.period
         while True:
             drive = nodes(count, period)
             q = np.repeat(centre + half * inside, count, axis=0)
@@ -307,6 +332,8 @@ class ModelBuild:
         sizes = np.max(np.abs(amplitudes(values, 1)), axis=(0, 2))
         odd = float(np.max(sizes[1::2], initial=0.0))
         needed = int(np.max(np.nonzero(sizes > 0.1 * wanted)[0], initial=0))
+        if wanted <= FINE:
+            self._waves_known = min(self._waves_known, 2 * needed + 5)
         return 2 * needed + 5, 2 if odd <= _SILENT else 1
 
     def _refuse_unperiodic(self, drive: Array, centre: Array, values: Array, kinds: Array) -> None:
@@ -343,13 +370,18 @@ class ModelBuild:
         """
         basis = polynomials(degrees)
         period = self._rotating.period / divisor
-        terms = self._samples.about(nodes(len(centre), period), centre, half * basis.nodes)
-        coefficients = basis.coefficients(terms)
-        # Positions of the drive between the nodes, and free coordinates there.
+        # Positions of the drive between the nodes, and free coordinates there, tell the error.
         spread = generic(_CHECKS, 1 + self._free)
         position, inside = 0.5 * period * (1.0 + spread[:, 0]), spread[:, 1:]
         weights = interpolation(position, len(centre), period)
-        exact = self._samples.at(position, weights @ centre + half * inside)
+        drive = np.repeat(nodes(len(centre), period), len(basis.nodes))
+        q = (centre[:, None] + half * basis.nodes).reshape(-1, self._free)
+        every = self._samples.at(
+            np.concatenate([drive, position]),
+            np.concatenate([q, weights @ centre + half * inside]),
+        )
+        terms, exact = np.split(every, [len(drive)])
+        coefficients = basis.coefficients(terms.reshape(len(centre), len(basis.nodes), -1))
         values = basis.values(inside)
         found = np.einsum("kn,npf,pk->kf", weights, coefficients, values, optimize=True)
         error = float(np.max(np.abs(found - exact) / self._samples.kinds(exact)))

@@ -50,8 +50,9 @@ _HALVINGS = 6
 """Of the interval in which two branches cross, which then is shorter than the first step aside."""
 _LOOP = 8
 """Points before which no curve can be closed."""
-_GROWTH = 2.0
-"""Range of the next model, as a multiple of the motion that has left one."""
+_FURTHER, _GROWTH = 1.1, 2.0
+"""Range of the next model that is known, and of a new one, as a multiple of the motion that has
+left one."""
 _FULL = 0.98
 """Way from the middle of a model, in half ranges, from which on a motion takes a wider one."""
 _BACK = 0.25
@@ -173,8 +174,9 @@ class Branch:
 
     def _roughly(self, point: Point) -> Point:
         """Return a point in a rough model, which has fewer nodes."""
-        size = float(np.max(np.abs(point.q - np.mean(point.q, axis=0)) / self._units))
-        model = self._models.widest(np.mean(point.q, axis=0), _GROWTH * size, ROUGH)
+        middle = np.mean(point.q, axis=0)
+        size = np.max(np.abs(point.q - middle) / self._units, axis=0)
+        model = self._models.widest(middle, size, ROUGH, room=_GROWTH)
         while True:
             q = resampled(point.q, model.count)
             found = self._corrected(model, q, point.speed, (np.zeros_like(q), 1.0))
@@ -275,11 +277,11 @@ class Branch:
     def _wider(self, q: Array) -> ReducedModel:
         """Return a model that holds a motion."""
         middle = np.mean(q, axis=0)
-        size = float(np.max(np.abs(q - middle) / self._units))
-        most = self._models.max_amplitude
+        sizes = np.max(np.abs(q - middle) / self._units, axis=0)
+        size, most = float(np.max(sizes)), self._models.max_amplitude
         if size < most:
             for error in (ROUGH,) if self._is_rough else (FINE, ROUGH):
-                model = self._models.widest(middle, _GROWTH * size, error)
+                model = self._models.widest(middle, _FURTHER * sizes, error, room=_GROWTH)
                 model = model.on(max(model.count, len(q)))
                 if self._holds(model, resampled(q, model.count)):
                     return model

@@ -48,9 +48,14 @@ def linear_motions(motions: Motions) -> Array:
 
     It is that about the mean of motions.
     """
-    rest = at_mean(motions.course)
-    equation = motions.middle.equation(rest)
-    matrix = jacobian(equation, rest.speed, motions.middle.period)
+    return linear_about(motions.middle, np.mean(motions.course.q, axis=1), motions.course.speed)
+
+
+def linear_about(model: ReducedModel, q: Array, speed: Array) -> Array:
+    """Return motions `(S, N, n)` by the linear equation about coordinates `(S, n)` at rest."""
+    rest = _at_rest(q, speed, model.count)
+    equation = model.equation(rest)
+    matrix = jacobian(equation, speed, model.period)
     return np.asarray(rest.q + newton_steps(matrix, equation.efforts))
 
 

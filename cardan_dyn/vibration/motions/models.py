@@ -16,18 +16,20 @@ from ..model.reduced_model import Course, LocalEquation, ReducedModel
 from ..model.rotating_scene import RotatingScene
 from .harmonic_balance import resolved
 
-FIRST_RANGE = 0.05
+FIRST_RANGE = 0.0125
 """Half width of the first ranges, in units of the coordinates."""
+NARROWEST = 0.1
+"""Least range of a coordinate, as a fraction of the widest one."""
 GROWTH = 3.0
-"""Ratio of a range to the last one: a wider model costs some three times as much."""
+"""Ratio of a range to the last one, where nothing tells how large motions are."""
 _OFF_CENTRE = 0.1
 """Distance between the middles of two ranges, in half widths, at which one serves for both."""
 _SHRINK = 0.8
 """Ratio of a range to the last one that could not be computed, or more."""
 _POWER = 0.07
 """Inverse of the power of the range with which errors of models of many polynomials fall."""
-_ROOM = 1.05
-"""Range of the model in which motions are refined, as a multiple of their own."""
+ROOM = 1.1
+"""Range of a model, as a multiple of that of the motions for which it is built."""
 _NARROW = 0.02
 """Half width of the ranges about a motion, in units of the coordinates."""
 _MOST_MODELS = 3
@@ -81,7 +83,7 @@ class MotionModels:
         self.rotating, self.max_amplitude = rotating, max_amplitude
         self._build = ModelBuild(rotating)
         self._models: dict[float, list[ReducedModel]] = {}
-        self._refused: dict[float, float] = {}
+        self._refused: dict[float, list[Array]] = {}
         self._divisor: int | None = None
         self._about: list[ReducedModel] = []
 
@@ -95,77 +97,96 @@ class MotionModels:
         """Of the equation in the drive's position [rad]; known after a model was built."""
         return self.rotating.period / (self._divisor or 1)
 
-    def grown(self, centre: Array, share: float) -> ReducedModel | None:
+    def grown(self, centre: Array, share: Array) -> ReducedModel | None:
         """Return a model of a range that grows from the first one; None if it goes too far.
 
         Args:
             centre: `(n,)` middle of the range.
-            share: its half width, in units of the coordinates.
+            share: its half widths `(n,)`, in units of the coordinates.
 
         Raises:
             CardanError: not even the first range can be computed.
         """
-        if share >= self._refused.get(FINE, np.inf):
+        if self._is_refused(share, FINE):
             return None
         try:
             return self._model(centre, share * self.rotating.units)
         except CardanError:
             if not self._models.get(FINE):
                 raise
-            self._refused[FINE] = share
+            self._refused.setdefault(FINE, []).append(share)
             return None
+
+    def fine(self, centre: Array) -> list[ReducedModel]:
+        """Return the known models about a place or one near it, the smallest first."""
+        near = [
+            model
+            for model in self._models.get(FINE, [])
+            if np.all(np.abs(model.centre[0] - centre) <= _OFF_CENTRE * model.half)
+        ]
+        return sorted(near, key=_size)
+
+    def _is_refused(self, share: Array, wanted: float) -> bool:
+        """Return whether a range, or one within it, could not be computed."""
+        return any(bool(np.all(share >= other)) for other in self._refused.get(wanted, []))
 
     def _model(self, centre: Array, half: Array, wanted: float = FINE) -> ReducedModel:
         """Return a model of given ranges and error, or a known one that has them."""
-        for model in self._known(centre, wanted):
-            if np.array_equal(model.half, half):
+        for model in self._models.get(wanted, []):
+            is_near = np.all(np.abs(model.centre[0] - centre) <= _OFF_CENTRE * model.half)
+            if is_near and np.array_equal(model.half, half):
                 return model
         model = self._build.model(centre, half, self._divisor, wanted)
         self._divisor = model.divisor
         self._models.setdefault(wanted, []).append(model)
         return model
 
-    def _known(self, centre: Array, wanted: float) -> list[ReducedModel]:
-        """Return the known models of an error about a place or one near it."""
-        return [
+    def _holding(self, centre: Array, size: Array, wanted: float) -> ReducedModel | None:
+        """Return the smallest known model that holds motions, or one finer than wanted."""
+        holding = [
             model
-            for model in self._models.get(wanted, [])
-            if np.all(np.abs(model.centre[0] - centre) <= _OFF_CENTRE * model.half)
+            for error, models in self._models.items()
+            if error <= wanted
+            for model in models
+            if np.all(np.abs(model.centre[0] - centre) + size * self.rotating.units <= model.half)
         ]
+        return min(holding, key=_size, default=None)
 
-    def widest(self, centre: Array, size: float, error: float = FINE) -> ReducedModel:
+    def widest(
+        self, centre: Array, size: Array | float, error: float = FINE, *, room: float = 1.0
+    ) -> ReducedModel:
         """Return the model of a known or new range that holds motions, as far as can be.
 
         Args:
             centre: `(n,)` middle of the ranges.
-            size: half width that motions need, in units of the coordinates.
+            size: half widths that motions need, of each coordinate `(n,)` or of all, in units of
+                the coordinates.
             error: of the model.
+            room: half widths of a new model, as a multiple of these.
 
         Raises:
             CardanError: not even a small range can be computed.
         """
-        share = min(FIRST_RANGE, self.max_amplitude)
-        while share < min(size, self.max_amplitude):
-            share = min(GROWTH * share, self.max_amplitude)
-        least = min(FIRST_RANGE, self.max_amplitude)
-        # A fine one that is hardly too narrow leads to a model about each motion beyond it.
-        known = self._known(centre, error) if error > FINE else []
+        most, least = self.max_amplitude, min(FIRST_RANGE, self.max_amplitude)
+        size = np.minimum(np.broadcast_to(size, self.rotating.units.shape), most)
+        share = np.clip(room * size, max(NARROWEST * room * np.max(size), least), most)
         while True:
+            # A fine one that is hardly too narrow leads to a model about each motion beyond it.
+            enough = np.minimum(size, share if error <= FINE else _SHRINK * share)
+            known = self._holding(centre, enough, error)
+            if known is not None:
+                return known
             ratio = _SHRINK
-            if share < self._refused.get(error, np.inf):
-                enough = (size if size <= share else _SHRINK * share) * self.rotating.units
-                wide = [model for model in known if np.all(model.half >= enough)]
-                if wide:
-                    return min(wide, key=lambda model: float(model.half[0]))
+            if not self._is_refused(share, error):
                 try:
                     return self._model(centre, share * self.rotating.units, error)
                 except CardanError as reason:
-                    if share <= least:
+                    if np.max(share) <= least:
                         raise
                     ratio = _less(reason)
                     # What lies between is not tried.
-                    self._refused[error] = share * ratio / _SHRINK
-            share = max(ratio * share, least)
+                    self._refused.setdefault(error, []).append(share * ratio / _SHRINK)
+            share = np.maximum(ratio * share, least)
 
     def refined(self, speed: Array, q: Array) -> list[Motions]:
         """Return the motions that rough ones are near to, with their index; some may have none.
@@ -180,11 +201,12 @@ class MotionModels:
             return []
         units, result = self.rotating.units, []
         middle = np.mean(q, axis=(0, 1))
-        sizes = np.max(np.abs(q - middle) / units, axis=(1, 2))
-        small = np.nonzero(_ROOM * sizes < self._refused.get(FINE, np.inf))[0]
+        sizes = np.max(np.abs(q - middle) / units, axis=1)
+        (small,) = np.nonzero([not self._is_refused(ROOM * size, FINE) for size in sizes])
         if small.size:
-            model = self.widest(middle, _ROOM * float(np.max(sizes[small])))
-            small = small[sizes[small] <= np.min(model.half / units)]
+            model = self.widest(middle, np.max(sizes[small], axis=0), room=ROOM)
+            left = model.half - np.abs(model.centre[0] - middle)
+            small = small[np.all(sizes[small] * units <= left, axis=1)]
         if small.size:
             count = max(model.count, q.shape[1])
             guess = resampled(q[small], count, 1)
@@ -231,6 +253,11 @@ class MotionModels:
             return [], found.course.q[0]
         rest = middle.on(fine.count)
         return [Motions(fine, index, found.course, found.sign, rest)], found.course.q[0]
+
+
+def _size(model: ReducedModel) -> int:
+    """Return how many numbers a model has, and thus what it costs."""
+    return int(model.coefficients.size)
 
 
 def _less(reason: CardanError) -> float:

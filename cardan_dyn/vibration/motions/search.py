@@ -23,8 +23,8 @@ from ..model.reduced_model import ReducedModel
 from ..model.rotating_scene import RotatingScene
 from .continuation import Branch, Point, Way
 from .harmonic_balance import ROUGHLY, resolved, solved
-from .linear import linear_motions, resting
-from .models import FIRST_RANGE, GROWTH, MotionModels, Motions
+from .linear import linear_about, linear_motions, resting
+from .models import FIRST_RANGE, GROWTH, NARROWEST, ROOM, MotionModels, Motions
 
 _POSITIONS = 24
 _STEP = 1e-4
@@ -34,6 +34,13 @@ _LONGEST = 0.5
 _MOST_STEPS = 40
 _PLACED = 1e-3
 """Step, in units of the coordinates, at which the place is good enough to begin with."""
+_MOVED = 0.025
+"""Distance of the means of motions from the middle of a range, in units of the coordinates, from
+which on they have another middle."""
+_FORESEEN = 30.0
+"""Size of linear motions, as a multiple of a range, up to which it tells how wide the next is."""
+_BETWEEN = 8
+"""Places between two speeds at which that is looked at: resonances may be narrow."""
 _MOST_RANGES = 12
 """Of the loop over ranges, most of which are left for other middles."""
 _LARGE = 5e-3
@@ -126,33 +133,68 @@ class MotionSearch:
             CardanError: see `ModelBuild.model`.
         """
         units, most = self.rotating.units, self.models.max_amplitude
-        centre, share = self.rotating.start[1:].copy(), min(FIRST_RANGE, most)
+        centre = self.rotating.start[1:].copy()
+        share = np.full(len(centre), min(FIRST_RANGE, most))
         left, is_placed = np.arange(len(speed)), False
         found: list[Motions] = []
+        tried: list[ReducedModel] = []
         for _ in range(_MOST_RANGES):
-            model = self.models.grown(centre, share)
-            if model is None:
+            grown = self.models.grown(centre, share)
+            if grown is None:
                 break
-            there, motions, means = _at(model, speed, left)
-            found += motions
-            left = left[~there]
-            if not left.size:
-                break
-            if not found and not is_placed:
-                is_placed = True
-                place = resting_place(self.models.efforts, centre, speed, units)
-                if np.any(np.abs(place - centre) > 0.5 * share * units):
-                    centre = place
+            # Wider ones that are known cost less than new ones.
+            for model in [grown, *self.models.fine(centre)]:
+                if model in tried:
                     continue
-            moved = np.median(means, axis=0)
-            if not found and np.any(np.abs(moved - centre) > 0.5 * share * units):
+                tried.append(model)
+                there, motions, reached = _at(model, speed, left)
+                found += motions
+                left = left[~there]
+                if not left.size:
+                    return found
+            moved = np.median(np.mean(reached, axis=1), axis=0)
+            least = np.maximum(0.5 * share, _MOVED) * units
+            if not found and np.any(np.abs(moved - centre) > least):
                 # What acts all the time moves the middle, not the range.
-                centre = np.clip(moved, centre - 3.0 * share * units, centre + 3.0 * share * units)
+                most_moved = 3.0 * np.maximum(share, FIRST_RANGE) * units
+                place = np.clip(moved, centre - most_moved, centre + most_moved)
+                if not is_placed:
+                    is_placed = True
+                    rest = resting_place(self.models.efforts, centre, speed, units)
+                    place = rest if np.any(np.abs(rest - centre) > least) else place
+                centre = place
                 continue
-            if share >= most:
+            if np.max(share) >= most:
                 break
-            share = min(GROWTH * share, most)
+            share = self._wider(tried[-1], share, _beside(speed, left), reached)
         return found
+
+    def _wider(self, model: ReducedModel, share: Array, speed: Array, reached: Array) -> Array:
+        """Return the half widths `(n,)` of the next range, in units of the coordinates.
+
+        It is as wide in each coordinate as linear motions are, unless they are much larger than
+        what the model says anything of.
+
+        Args:
+            model: about the middle of the last range.
+            share: half widths of that.
+            speed: `(K,)` at and beside which motions leave it.
+            reached: where they were last `(L, N, n)`.
+        """
+        units, most = self.rotating.units, self.models.max_amplitude
+        rest = np.repeat(model.centre[:1], len(speed), axis=0)
+        with np.errstate(all="ignore"):
+            way = np.abs(linear_about(model, rest, speed) - model.centre[0]) / units
+        linear = np.max(np.where(np.isfinite(way), way, np.inf), axis=(0, 1))
+        far = np.minimum(np.abs(reached - model.centre[0]) / units, 3.0 * share)
+        least = ROOM * np.median(np.max(far, axis=1), axis=0)
+        top = max(ROOM * float(np.max(linear)), float(np.max(least)), GROWTH * FIRST_RANGE)
+        if top > _FORESEEN * np.max(share):
+            top = GROWTH * float(np.max(share))
+        top = min(top, most)
+        wider = np.clip(np.maximum(ROOM * linear, least), min(NARROWEST * top, top), top)
+        # What leads nowhere new is widened in every coordinate.
+        return np.minimum(wider if np.any(wider > ROOM * share) else GROWTH * share, most)
 
     def every(self, speed: Array) -> list[Motions]:
         """Return all motions that are found at speeds; those without any are in `missed`.
@@ -307,7 +349,7 @@ class MotionSearch:
         means = [np.mean(motions.course.q, axis=1) for motions in known]
         places = np.concatenate(means) if means else self.rotating.start[None, 1:]
         centre = np.median(places, axis=0)
-        spread = float(np.max(np.abs(places - centre) / units))
+        spread = np.max(np.abs(places - centre) / units, axis=0)
         model = self.models.widest(centre, _ROOM * spread)
         self._rest.append((centre, low, high, model))
         return resting(model, centre, speed)
@@ -444,17 +486,27 @@ def _runs(speed: Array) -> list[tuple[float, float]]:
     return list(zip(every[firsts].tolist(), every[lasts].tolist(), strict=True))
 
 
+def _beside(speed: Array, chosen: Array) -> Array:
+    """Return speeds of given indices, and some between them and their neighbours."""
+    every = np.sort(speed)
+    at = np.searchsorted(every, speed[chosen])
+    ends = np.clip(at + np.array([[-1], [1]]), 0, len(every) - 1)
+    share = np.linspace(0.0, 1.0, _BETWEEN, endpoint=False)[:, None]
+    places = [every[at] + share * (every[end] - every[at]) for end in ends]
+    return np.unique(np.concatenate(places, axis=None))
+
+
 def _at(model: ReducedModel, speed: Array, left: Array) -> tuple[Array, list[Motions], Array]:
-    """Return which speeds have motions in a model, these, and means `(K, n)` of others."""
+    """Return which speeds have motions in a model, these, and where others got `(K, N, n)`."""
     guess = np.tile(model.centre, (len(left), 1, 1))
-    there, motions, means = np.zeros(len(left), dtype=bool), [], []
+    there, motions, others = np.zeros(len(left), dtype=bool), [], []
     for fine, index, found in resolved(model, speed[left], guess):
         there[index] = found.converged
-        means.append(np.mean(found.course.q[~found.converged], axis=1))
+        others.append(resampled(found.course.q[~found.converged], model.count, 1))
         if np.any(found.converged):
             every = Motions(fine, left[index], found.course, found.sign, fine)
             motions.append(every.part(found.converged))
-    return there, motions, np.concatenate(means)
+    return there, motions, np.concatenate(others)
 
 
 def _resonates(motions: Motions) -> Array:

@@ -1,4 +1,4 @@
-"""Stability: what becomes of small disturbances of periodic motions, and where they grow.
+"""Stability: what becomes of small disturbances of periodic motions.
 
 M δq̈ + D δq̇ + K δq = 0 is integrated over one period of its coefficients by Gauss collocation of
 order 16, whose elements are halved until the result stands; many motions together.
@@ -9,7 +9,6 @@ Source: Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +23,7 @@ from .search import MotionSearch
 
 _STAGES = 8
 """Gauss points of an element: the method is of twice that order."""
-_PHASE = 1.2
+_PHASE = 1.6
 """Greatest phase of the fastest motion in an element [rad] at the first try."""
 _STANDS = 3e-14
 """Change of the result, as a fraction of its greatest number, at which elements are short enough:
@@ -56,14 +55,6 @@ _ONE = 1e-9
 """Distance at which two multipliers are one."""
 _REAL = 1e-6
 """Imaginary part of a multiplier, as a fraction of its size, that counts as rounding."""
-_ROUNDS = 7
-"""Rounds of the search for a region between two speeds, each four times as fine as the last."""
-_PLACES = 9
-"""Speeds at which an interval is looked at in each round, its ends among them."""
-_GROWTH_ROUNDS = 6
-"""Rounds of the search for the fastest growth, each three times as fine as the last."""
-_EDGE = 1e-8
-"""Width, as a fraction of the speed, of the interval in which an edge lies at last."""
 
 
 def first_order(equation: LocalEquation, speed: Array) -> Array:
@@ -225,6 +216,8 @@ class Stability(NamedTuple):
         kind: `(S,)` names.
         coexisting: `(S,)` number of further motions that were found.
         decays: `(S,)` whether disturbances decay by more than what varies over a period can add.
+        monodromy: `(S, 2n, 2n)` what a period makes of disturbances.
+        average: `(S, 3, n, n)` mass, damping and stiffness, averaged over a period.
         change: greatest change of a monodromy matrix when its elements were halved last.
     """
 
@@ -235,6 +228,8 @@ class Stability(NamedTuple):
     kind: Array
     coexisting: Array
     decays: Array
+    monodromy: Array
+    average: Array
     change: float
 
     @property
@@ -259,6 +254,8 @@ def stability(search: MotionSearch, speeds: Array) -> Stability:
         kind=np.full(size, NONE, dtype="<U12"),
         coexisting=np.zeros(size, dtype=int),
         decays=np.zeros(size, dtype=bool),
+        monodromy=np.full((size, order, order), np.nan),
+        average=np.full((size, 3, order // 2, order // 2), np.nan),
         change=0.0,
     )
     change = 0.0
@@ -272,16 +269,30 @@ def stability(search: MotionSearch, speeds: Array) -> Stability:
         result.decays[index] = _decays(matrix)
         found, changed = monodromy(matrix, period)
         change = max(change, changed)
-        values = ranked_multipliers(found)
-        result.multipliers[index] = values
+        result.monodromy[index] = found
+        result.average[index] = np.stack(averaged(equation), axis=1)
+        result.multipliers[index], result.kind[index] = judged(
+            found, result.average[index], changed
+        )
         result.trace[index] = np.trace(found, axis1=1, axis2=2)
         result.determinant[index] = np.linalg.det(found)
         spur = np.mean(np.trace(matrix, axis1=2, axis2=3), axis=1)
         result.liouville[index] = np.exp(period * spur)
-        mean = modes(*averaged(equation)).value
-        grows = np.any(mean.real > _UNSTABLE * np.abs(mean), axis=1)
-        result.kind[index] = _kinds(values, grows, _excess_of_rounding(values, changed))
     return result._replace(change=change)
+
+
+def judged(monodromy: Array, average: Array, change: float) -> tuple[Array, Array]:
+    """Return multipliers `(S, 2n)`, the greatest first, and the names `(S,)` of what they mean.
+
+    Args:
+        monodromy: matrices `(S, 2n, 2n)`.
+        average: mass, damping and stiffness `(S, 3, n, n)`, see `averaged`.
+        change: what the matrices may be off by.
+    """
+    values = ranked_multipliers(monodromy)
+    mean = modes(*np.moveaxis(average, 1, 0)).value
+    grows = np.any(mean.real > _UNSTABLE * np.abs(mean), axis=1)
+    return values, _kinds(values, grows, _excess_of_rounding(values, change))
 
 
 def _decays(matrix: Array) -> Array:
@@ -356,139 +367,3 @@ def separation(multipliers: Array) -> Array:
     """
     gaps = np.abs(multipliers[:, :, None] - multipliers[:, None, :])
     return np.asarray(np.min(np.where(gaps <= _ONE, np.inf, gaps), axis=(1, 2)))
-
-
-class Region(NamedTuple):
-    """An interval of speed in which the smallest periodic motion is unstable.
-
-    Attributes:
-        lower, upper: its edges [rad/s]; those of the search where it goes on beyond.
-        kind: see `Floquet.kind`, where it grows fastest.
-        growth: greatest growth rate found inside [1/s].
-        speed: where that is [rad/s].
-        is_closed: whether both edges lie inside the speeds that were searched.
-    """
-
-    lower: float
-    upper: float
-    kind: str
-    growth: float
-    speed: float
-    is_closed: bool
-
-    @property
-    def width(self) -> float:
-        """Of the interval [rad/s]."""
-        return self.upper - self.lower
-
-
-def regions(search: MotionSearch, speeds: Array, known: Stability, period: float) -> list[Region]:
-    """Return all regions that were found between speeds, ascending.
-
-    Regions narrower than the steps of the speeds are looked for where two multipliers come near
-    each other.
-
-    Args:
-        search: of the design.
-        speeds: `(S,)` ascending, of one sign.
-        known: what was found there.
-        period: of the multipliers [rad].
-    """
-    speeds, excess, kind = _refined(search, speeds, known)
-    unstable = (kind != STABLE) & (kind != NONE)
-    growth = np.log1p(np.where(unstable, excess, 0.0)) * np.abs(speeds) / period
-    changes = np.nonzero(unstable[1:] != unstable[:-1])[0]
-    edges = _edges(search, speeds, unstable, changes)
-    found = []
-    bounds = [0, *(changes + 1).tolist(), len(speeds)]
-    for first, last in pairwise(bounds):
-        if not unstable[first]:
-            continue
-        lower = edges[first - 1] if first else float(speeds[0])
-        upper = edges[last - 1] if last < len(speeds) else float(speeds[-1])
-        best = first + int(np.argmax(growth[first:last]))
-        # Beside the first and the last speed inside is an edge.
-        before = lower if best == first else float(speeds[best - 1])
-        after = upper if best == last - 1 else float(speeds[best + 1])
-        known_best = float(growth[best]), float(speeds[best]), str(kind[best])
-        peak, speed, of = _fastest(search, before, after, known_best)
-        found.append(Region(lower, upper, of, peak, speed, bool(first and last < len(speeds))))
-    return found
-
-
-def _fastest(
-    search: MotionSearch, lower: float, upper: float, best: tuple[float, float, str]
-) -> tuple[float, float, str]:
-    """Return the fastest growth between two speeds, where it is, and its kind.
-
-    Args:
-        search: of the design.
-        lower: speed.
-        upper: speed.
-        best: the same of a speed between them.
-    """
-    for _ in range(_GROWTH_ROUNDS):
-        places = np.linspace(lower, upper, _PLACES + 2)[1:-1]
-        found = stability(search, places)
-        is_unstable = (found.kind != STABLE) & (found.kind != NONE)
-        size = np.where(is_unstable, found.excess, 0.0)
-        growth = np.log1p(size) * np.abs(places) / search.models.period
-        top = int(np.argmax(growth))
-        if growth[top] > best[0]:
-            best = float(growth[top]), float(places[top]), str(found.kind[top])
-        width = 1.5 * (upper - lower) / (_PLACES + 1)
-        lower, upper = max(lower, best[1] - width), min(upper, best[1] + width)
-    return best
-
-
-def _refined(search: MotionSearch, speeds: Array, known: Stability) -> tuple[Array, Array, Array]:
-    """Return speeds, excess and kinds, with more speeds where multipliers nearly collide."""
-    every = [(speeds, known.excess, known.kind)]
-    gap = separation(known.multipliers)
-    is_least = np.zeros(len(speeds), dtype=bool)
-    if len(speeds) > 2:
-        is_least[1:-1] = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:])
-    is_least &= (known.kind == STABLE) & ~known.decays
-    at = np.nonzero(is_least)[0]
-    lower, upper = speeds[at - 1], speeds[at + 1] if at.size else speeds[at]
-    for _ in range(_ROUNDS):
-        if not lower.size:
-            break
-        places = np.linspace(lower, upper, _PLACES, axis=1)
-        found = stability(search, places.ravel())
-        every.append((places.ravel(), found.excess, found.kind))
-        gaps = separation(found.multipliers).reshape(places.shape)
-        gaps = np.where(np.isnan(gaps), np.inf, gaps)
-        is_new = np.any(
-            ((found.kind != STABLE) & (found.kind != NONE)).reshape(places.shape), axis=1
-        )
-        best = np.clip(np.argmin(gaps, axis=1), 1, _PLACES - 2)
-        rows = np.nonzero(~is_new)[0]
-        lower, upper = places[rows, best[rows] - 1], places[rows, best[rows] + 1]
-    joined = [np.concatenate(items) for items in zip(*every, strict=True)]
-    order = np.unique(joined[0], return_index=True)[1]
-    speeds, excess, kind = (item[order] for item in joined)
-    is_there = kind != NONE
-    return speeds[is_there], excess[is_there], kind[is_there]
-
-
-def _edges(
-    search: MotionSearch, speeds: Array, unstable: Array, changes: Array
-) -> dict[int, float]:
-    """Return where stability changes after speeds of given indices."""
-    lower, upper = speeds[changes].copy(), speeds[changes + 1].copy()
-    before = unstable[changes]
-    while changes.size and np.any(upper - lower > _EDGE * np.abs(upper)):
-        # Several places at a time, since all of them are solved together.
-        places = np.linspace(lower, upper, _PLACES, axis=1)[:, 1:-1]
-        found = stability(search, places.ravel())
-        is_unstable = ((found.kind != STABLE) & (found.kind != NONE)).reshape(places.shape)
-        differs = is_unstable != before[:, None]
-        first = np.where(np.any(differs, axis=1), np.argmax(differs, axis=1), _PLACES - 2)
-        every = np.column_stack([lower, places, upper])
-        rows = np.arange(len(changes))
-        lower, upper = every[rows, first], every[rows, first + 1]
-    return {
-        int(index): 0.5 * float(first + last)
-        for index, first, last in zip(changes, lower, upper, strict=True)
-    }

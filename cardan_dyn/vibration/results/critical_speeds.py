@@ -19,8 +19,9 @@ from ..model.modes import sense_name
 from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import speeds_of
 from ..motions.continuation import Point
+from ..motions.regions import Region, StabilityOverSpeed, regions
 from ..motions.search import MotionSearch
-from ..motions.stability import NONE, Region, regions, stability
+from ..motions.stability import NONE, stability
 from .campbell import Campbell
 from .periodic_motion import search_of
 from .resonance import Resonance, crossings, lattice, numbered_campbell, resonance
@@ -272,10 +273,11 @@ def critical_speeds(
         if instabilities:
             task.tell(2)
             places, unseen = _places(modes, speeds, search.models.period)
-            known = stability(search, places)
+            over = StabilityOverSpeed(search, speeds, stability(search, speeds))
+            known = over.at(places)
             missed = places[known.kind == NONE]
             task.tell(3)
-            unstable = regions(search, places, known, search.models.period)
+            unstable = regions(over, places, known)
     rows = [row for row, _ in resonances] + [_unstable(item) for item in unstable]
     return CriticalSpeeds(
         scene=search.rotating.scene,

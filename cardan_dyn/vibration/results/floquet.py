@@ -17,8 +17,9 @@ from ...results.table import Table
 from ...time_left import Task
 from ..model.rotating_scene import rotating_scene, speeds_of
 from ..motions.correction import refuse_unheld
+from ..motions.regions import Region, StabilityOverSpeed, regions
 from ..motions.search import MotionSearch
-from ..motions.stability import Region, Stability, regions, stability
+from ..motions.stability import Stability, stability
 from .result import VibrationResult
 
 if TYPE_CHECKING:
@@ -263,8 +264,10 @@ def _of_design(search: MotionSearch, speeds: Array, edges: bool) -> _Done:
     """Return stability, regions and period of one design."""
     refuse_unheld(search.primary(speeds[:: max(1, len(speeds) // _LOOKED_AT)]))
     found = stability(search, speeds)
-    period = search.models.period
-    return found, regions(search, speeds, found, period) if edges else [], period
+    unstable: list[Region] = []
+    if edges:
+        unstable = regions(StabilityOverSpeed(search, speeds, found), speeds, found)
+    return found, unstable, search.models.period
 
 
 def _designs(held: Any) -> dict[str, Array]:

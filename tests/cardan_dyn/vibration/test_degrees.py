@@ -76,9 +76,12 @@ def test_coordinates_that_act_on_each_other_alone_are_no_lone_ones() -> None:
     """Terms that are products are linear in each coordinate, yet need more than that."""
 
     class Product:
+        def at(self, drive: np.ndarray, q: np.ndarray) -> np.ndarray:
+            return (np.sin(q[:, 0]) + q[:, 1] * q[:, 2])[:, None]
+
         def about(self, drive: np.ndarray, centre: np.ndarray, ways: np.ndarray) -> np.ndarray:
-            values = np.sin(ways[:, 0]) + ways[:, 1] * ways[:, 2]
-            return np.broadcast_to(values[None, :, None], (len(drive), len(ways), 1)).copy()
+            values = self.at(drive, ways)
+            return np.broadcast_to(values, (len(drive), len(ways), 1)).copy()
 
         def kinds(self, values: np.ndarray) -> np.ndarray:
             return np.ones(values.shape[-1])

@@ -34,7 +34,7 @@ def test_ranges_grow_only_where_motions_are_large() -> None:
     finder = search(elastic_rigs.torsional_line(), BETA)
     found = finder.primary(np.array([0.3, 0.5, 1.5]))
     ranges = {int(place): float(item.model.half[0]) for item in found for place in item.index}
-    assert ranges[0] == ranges[2] == 0.05
+    assert ranges[0] == ranges[2] == FIRST_RANGE
     assert ranges[1] > 0.3
 
 
@@ -42,7 +42,7 @@ def test_a_load_moves_the_middle() -> None:
     # A mean torque of 0.4 N·m twists the shaft by 0.4 rad, beyond the first range.
     finder = search(elastic_rigs.torsional_line(), 0.1, loads={"bearing_out": -0.4})
     (found,) = finder.primary(np.array([0.8]))
-    assert found.model.half[0] == 0.05
+    assert found.model.half[0] == FIRST_RANGE
     assert np.mean(found.course.q) == pytest.approx(-0.4, abs=0.01)
 
 

@@ -1,0 +1,109 @@
+"""Stability between speeds at which it is known, against that which is found right there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit import elastic_rigs
+
+from benchmarks.waiting import _rig
+from cardan_dyn import Scene, vibration
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions import regions as module
+from cardan_dyn.vibration.motions.regions import StabilityOverSpeed
+from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.vibration.motions.stability import NONE, Stability, stability
+
+
+@pytest.fixture
+def looked_at(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Speeds at which motions are found."""
+    speeds: list[float] = []
+
+    def counted(search: MotionSearch, asked: np.ndarray) -> Stability:
+        speeds.extend(asked.tolist())
+        return stability(search, asked)
+
+    monkeypatch.setattr(module, "stability", counted)
+    return speeds
+
+
+def over(scene: Scene, speeds: np.ndarray) -> tuple[MotionSearch, StabilityOverSpeed]:
+    search = MotionSearch(rotating_scene(scene))
+    return search, StabilityOverSpeed(search, speeds, stability(search, speeds))
+
+
+def by_size(multipliers: np.ndarray) -> np.ndarray:
+    return np.sort(np.abs(multipliers), axis=1)
+
+
+def test_multipliers_are_told_as_they_are_found(looked_at: list[float]) -> None:
+    """Through the region of a spring in front, most of 200 speeds take no motion of their own."""
+    line = elastic_rigs.torsional_line(damping_in=0.01)
+    ends = np.linspace(0.8, 1.2, 31)
+    search, told = over(elastic_rigs.scene(line, np.radians(20.0)), ends)
+    speeds = np.random.default_rng(2).uniform(0.8, 1.2, 200)
+    found, exact = told.at(speeds), stability(search, speeds)
+    np.testing.assert_array_equal(found.kind, exact.kind)
+    assert {"stable", "instability"} == set(found.kind.tolist())
+    np.testing.assert_allclose(by_size(found.multipliers), by_size(exact.multipliers), atol=1e-9)
+    assert len(looked_at) < 20
+
+
+@pytest.mark.slow
+def test_nothing_is_told_across_jumps(looked_at: list[float]) -> None:
+    """Where a resonance leans over, the smallest motion is another one from a speed on."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.04), np.radians(45.0))
+    search, told = over(scene, np.linspace(0.44, 0.56, 25))
+    speeds = np.linspace(0.4401, 0.5599, 60)
+    found, exact = told.at(speeds), stability(search, speeds)
+    assert np.ptp(exact.coexisting) > 0
+    np.testing.assert_array_equal(found.kind, exact.kind)
+    np.testing.assert_allclose(by_size(found.multipliers), by_size(exact.multipliers), atol=1e-9)
+    assert looked_at
+
+
+def test_beside_speeds_without_a_motion_each_is_looked_at(looked_at: list[float]) -> None:
+    line = elastic_rigs.torsional_line(damping_in=0.02)
+    scene = elastic_rigs.scene(line, np.radians(15.0))
+    search = MotionSearch(rotating_scene(scene), 0.1)
+    ends = np.linspace(0.46, 0.56, 26)
+    known = stability(search, ends)
+    (missed,) = np.nonzero(known.kind == NONE)
+    assert missed.size
+    speeds = 0.5 * (ends[1:] + ends[:-1])
+    found = StabilityOverSpeed(search, ends, known).at(speeds)
+    beside = {*missed.tolist(), *(missed - 1).tolist()} & set(range(len(speeds)))
+    assert set(speeds[sorted(beside)].tolist()) <= set(looked_at)
+    np.testing.assert_array_equal(found.kind, stability(search, speeds).kind)
+
+
+@pytest.mark.slow
+def test_a_table_of_four_freedoms_takes_few_motions_and_models(
+    looked_at: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One model serves small motions, one the resonance, in which one coordinate moves most."""
+    from cardan_dyn.vibration.model.build import ModelBuild, TermSamples
+
+    sizes: list[np.ndarray] = []
+    samples: list[int] = []
+    model, at = ModelBuild.model, TermSamples.at
+
+    def built(self: ModelBuild, centre: np.ndarray, half: np.ndarray, *given: object) -> object:
+        sizes.append(half)
+        return model(self, centre, half, *given)  # type: ignore[arg-type]
+
+    def sampled(self: TermSamples, drive: np.ndarray, q: np.ndarray) -> np.ndarray:
+        samples.append(len(drive))
+        return at(self, drive, q)
+
+    monkeypatch.setattr(ModelBuild, "model", built)
+    monkeypatch.setattr(TermSamples, "at", sampled)
+    scene = _rig("twist_in", "tilt_z", "tilt_y", "twist_out")
+    table = vibration.critical_speeds(scene, [0.3, 1.5], orders=(2,))
+    assert [round(row.speed, 3) for row in table] == [0.364, 0.456, 0.754, 1.315]
+    assert len(sizes) == 2
+    assert np.max(sizes[1]) > 5.0 * np.min(sizes[1])
+    assert sum(samples) < 16_000
+    assert len(samples) < 20
+    assert len(looked_at) < 350
