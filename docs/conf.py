@@ -74,6 +74,11 @@ sphinx_gallery_conf = {
 html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = "cardan_dyn"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_context = {"default_mode": "auto"}  # Light or dark as the reader's system is.
+# Pages that stand alone have no section to navigate in.
+html_sidebars = {name: [] for name in ("first_mechanism", "questions", "changelog", "roadmap")}
 html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": True,
