@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -48,6 +49,12 @@ nb_execution_timeout = 120
 nb_execution_show_tb = True
 nb_output_stderr = "warn"  # Nothing may complain.
 os.environ["CARDAN_DYN_PROGRESS"] = "0"
+# Nor do kernels obey the profile of whoever builds the site, or warn of listeners on this machine.
+_ipython = tempfile.TemporaryDirectory()
+_profile = Path(_ipython.name) / "profile_default"
+_profile.mkdir()
+(_profile / "ipython_kernel_config.py").write_text("c.IPKernelApp.log_level = 40\n", "utf-8")
+os.environ["IPYTHONDIR"] = _ipython.name
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # Docstrings say shapes, units and frames; signatures stay readable.
@@ -74,6 +81,11 @@ sphinx_gallery_conf = {
 html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = "cardan_dyn"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_context = {"default_mode": "auto"}  # Light or dark as the reader's system is.
+# Pages that stand alone have no section to navigate in.
+html_sidebars = {name: [] for name in ("first_mechanism", "questions", "changelog", "roadmap")}
 html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": True,

@@ -34,13 +34,21 @@ def absolute(text: str, address: str, tag: str) -> str:
     return LINK.sub(linked, text)
 
 
+def site(address: str, tag: str) -> str:
+    """Return where the documentation of a repository is: its site, or else its text."""
+    host, owner, name = address.removeprefix("https://").rsplit("/", 2)
+    if host == "github.com":
+        return f"https://{owner}.github.io/{name}/"
+    return f"{address}/blob/{tag}/docs/guide.md"
+
+
 def with_urls(project: str, address: str, tag: str) -> str:
     """Return the text of `pyproject.toml` with the addresses of the project."""
     urls = {
         "Repository": address,
         "Issues": f"{address}/issues",
         "Changelog": f"{address}/blob/{tag}/CHANGELOG.md",
-        "Documentation": f"{address}/blob/{tag}/docs/index.md",
+        "Documentation": site(address, tag),
     }
     lines = "".join(f'{name} = "{url}"\n' for name, url in urls.items())
     return project.replace(

@@ -17,7 +17,7 @@ def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any])
         return ""
     block_vars["shown"] = figure
     path = Path(next(block_vars["image_path_iterator"]))
-    figure.savefig(path, dpi=120)
+    figure.savefig(path, dpi=120, bbox_inches="tight", pad_inches=0.15)
     plt.close("all")
     return str(figure_rst([str(path)], gallery_conf["src_dir"]))
 

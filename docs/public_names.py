@@ -91,6 +91,12 @@ def as_markdown(app: Any, what: str, name: str, item: Any, options: Any, lines: 
     ).split("\n")
 
 
+def as_text(app: Any, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
+    """Keep the first line of a property whole: what precedes a colon would become its type."""
+    if what in {"property", "attribute", "data"} and lines and not lines[0].startswith(":"):
+        lines[0] = f": {lines[0]}"  # As if the type were empty.
+
+
 def without_aliases(
     app: Any, what: str, name: str, item: Any, skip: bool, options: Any
 ) -> bool | None:
@@ -101,6 +107,8 @@ def without_aliases(
 def setup(app: Any) -> dict[str, bool]:
     """Join the build."""
     app.connect("builder-inited", write)
+    # Before Napoleon, which listens with 500.
+    app.connect("autodoc-process-docstring", as_text, priority=400)
     app.connect("autodoc-process-docstring", as_markdown)
     app.connect("autodoc-skip-member", without_aliases)
     return {"parallel_read_safe": True}

@@ -81,6 +81,36 @@ def frames() -> plt.Figure:
     return figure
 
 
+def wrench() -> plt.Figure:
+    """Return the wrench of a joint on its child, with its parts along the axis and across it."""
+    figure, sides = plt.subplots(1, 2, figsize=(WIDTH, 2.9))
+    parts = (
+        ("force", "$f$", OUTPUT, (0.75, 0.95), ("axial", "shear")),
+        ("moment", "$m$", MOMENT, (0.95, 0.75), ("torsion", "bending")),
+    )
+    for ax, (title, letter, color, (across, along), (axial, shear)) in zip(
+        sides, parts, strict=True
+    ):
+        bare(ax, (-1.25, 1.35), (-1.75, 1.75))
+        ax.text(0.05, 1.62, title, color=color, ha="center", va="center")
+        # A housing below, the parent; a shaft out of it, the child; the axis upward.
+        ax.add_patch(plt.Rectangle((-0.8, -0.75), 1.6, 0.5, facecolor="#d9d9d9", edgecolor=GREY))
+        ax.plot([0, 0], [-0.95, 1.25], color=INPUT, lw=9, alpha=0.35, solid_capstyle="butt")
+        ax.plot([0, 0], [-1.3, 1.4], color=GREY, lw=0.8, ls=(0, (6, 3)))
+        ax.text(-0.78, -1.0, "parent", color=GREY, ha="center", va="center")
+        ax.text(-0.42, 1.15, "child", color=INPUT, ha="center", va="center")
+        ax.text(0.36, -1.25, "axis", color=GREY, ha="center", va="center")
+        arrow(ax, (0, 0), (across, along), color, letter, (0.14, 0.12))
+        arrow(ax, (0, 0), (0, along), color, axial, (-0.52, -0.32))
+        arrow(ax, (0, 0), (across, 0), color)
+        ax.text(0.72, -0.13, shear, color=color, ha="center", va="center")
+        ax.plot([0, across, across], [along, along, 0], color=color, lw=0.8, ls=(0, (2, 2)))
+        ax.plot([0], [0], "o", color="black", ms=4, zorder=6)
+        ax.text(-0.38, 0.0, "origin", ha="center", va="center", fontsize=9)
+    figure.subplots_adjust(0, 0, 1, 1, wspace=0.02)
+    return figure
+
+
 def swing() -> plt.Figure:
     """Return the path of the moment's direction between both shafts."""
     figure, ax = plt.subplots(figsize=(WIDTH, 3.9))
@@ -232,6 +262,7 @@ def crossing() -> plt.Figure:
 
 
 PICTURES: dict[str, Callable[[], plt.Figure]] = {
+    "wrench": wrench,
     "frames": frames,
     "swing": swing,
     "phasing": phasing,

@@ -45,3 +45,9 @@ def test_the_project_has_its_addresses(script: ModuleType) -> None:
     project = tomllib.loads(script.with_urls(before, ADDRESS, "v1.2.3"))
     assert project["project"].pop("urls")["Issues"] == f"{ADDRESS}/issues"
     assert project == tomllib.loads(before)
+
+
+def test_documentation_is_the_site_where_there_is_one(script: ModuleType) -> None:
+    assert script.site("https://github.com/owner/name", "v1.2.3") == "https://owner.github.io/name/"
+    assert script.site(ADDRESS, "v1.2.3") == f"{ADDRESS}/blob/v1.2.3/docs/guide.md"
+    assert (ROOT / "docs" / "guide.md").exists()
