@@ -260,10 +260,15 @@ class ProblemSolver(Frozen):
         return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
 
     @cached_property
-    def known_efforts(self) -> dict[str, int]:
-        """Names of the driven and held coordinates whose efforts are solved, to their columns."""
-        prescribed = enumerate((*self.problem.independent, *self.problem.held))
-        return {name: column for column, name in prescribed if self.knows_effort(name)}
+    def knows_drive_efforts(self) -> bool:
+        """Whether what acts along all driven coordinates is solved."""
+        return all(map(self.knows_effort, self.problem.independent))
+
+    @cached_property
+    def known_holding_efforts(self) -> dict[str, int]:
+        """Names of the held coordinates whose efforts are solved, to their columns."""
+        held = enumerate(self.problem.held, len(self.problem.independent))
+        return {name: column for column, name in held if self.knows_effort(name)}
 
     @cached_property
     def unsolved(self) -> list[int]:
@@ -345,9 +350,11 @@ class ProblemSolver(Frozen):
         movable = [solver.equations.movable.size for solver in guess.kinematics.solvers]
         cached = _CACHED_NUMBERS // (max(1, *movable) * of_each)
         block_size = max(1, min(BLOCK_SIZE, cached, _BLOCK_NUMBERS // numbers))
-        blocks_needed = max(1, -(-count // block_size))
-        ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
-        spans = [slice(*span) for span in pairwise(ends)]
+        spans = [slice(0, count)]
+        if count > block_size:
+            blocks_needed = -(-count // block_size)
+            ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
+            spans = [slice(*span) for span in pairwise(ends)]
         blocks = InTurn(self.assembly, targets, guess, spans)
         closed = spans, blocks, guess.kinematics
         return AssembledPositions(self, targets, guess.turns, *closed, along_path)

@@ -65,12 +65,14 @@ class _Rates(NamedTuple):
 
     Attributes:
         unit: `(nv, N)` joint velocities with every drive at unit speed.
+        greatest: `(N,)` the greatest of them that is known, of slides over the length.
         error: `(N,)` greatest violation of loops, couplings, drives and held joints, relative.
         velocities: `(M, 2, 3, N)` of the motions' frames; None at rest.
         accelerations: likewise; None also where no body has mass.
     """
 
     unit: Array
+    greatest: Array
     error: Array
     velocities: Array | None
     accelerations: Array | None
@@ -124,6 +126,7 @@ class FreeBodies:
         self.claimed = [frames.joints.index(name) for name in setup.joints]
         self._order = np.argsort(self.claimed)
         self._sorted = sorted(self.claimed)
+        self._is_ordered = self._sorted == self.claimed
         all_claimed = self._sorted == list(range(len(frames.joints)))
         # A slice makes no copies.
         self._chosen: slice | list[int] = slice(None) if all_claimed else self._sorted
@@ -248,7 +251,7 @@ class FreeBodies:
             applied=greatest,
             inertia=inertia,
             power_scale=power_scale,
-            speed_scale=constraints.greatest_rate(rates.unit),
+            speed_scale=rates.greatest,
             bodies_balanced=self._balances,
             power_balanced=self._power_known,
             elastic=None if elements is None else elements.terms,
@@ -261,8 +264,9 @@ class FreeBodies:
         """
         bodies, joints = self.frames.tree, len(self.claimed)
         every = np.empty((bodies + joints, 2, 3, len(claim.x)))
-        rows = claim.wrenches.transpose(1, 2, 0)
-        every[bodies:] = rows.take(self._order, 0).reshape(joints, *every.shape[1:])
+        wrenches = claim.wrenches if self._is_ordered else claim.wrenches.take(self._order, 1)
+        rows = wrenches.transpose(1, 2, 0)
+        every[bodies:] = rows.reshape(joints, *every.shape[1:])
         return every
 
     def _add_joint_wrenches(self, net: Array, wrenches: JointWrenches) -> None:
@@ -298,10 +302,12 @@ class FreeBodies:
                     moved = np.logical_or.reduce(flat_twists, axis=1)
                 np.maximum(violation, constraints.opening(state, relative, moved), out=violation)
             scale = constraints.greatest_rate(flat).reshape(-1, count)
-            worst = np.maximum.reduce(ratio(violation, scale), axis=0)
+            worst = ratio(violation, scale)
+            worst = worst[0] if len(worst) == 1 else np.maximum.reduce(worst, axis=0)
             np.maximum(error, worst, out=error)
+        greatest = scale[0] if drives == 1 else constraints.greatest_rate(unit)
         if not claim.has_rates:
-            return _Rates(unit, error, None, None)
+            return _Rates(unit, greatest, error, None, None)
         v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
         relative = twists.relative(state, v)
         velocities = twists.absolute(relative)
@@ -312,7 +318,8 @@ class FreeBodies:
         for rates, added, scale in ((v, relative, fastest), (a, changes, size)):
             violation = np.maximum(constraints.slip(rates), constraints.opening(state, added))
             np.maximum(error, ratio(violation, scale), out=error)
-        return _Rates(unit, error, velocities, twists.absolute(changes) if self._massive else None)
+        accelerations = twists.absolute(changes) if self._massive else None
+        return _Rates(unit, greatest, error, velocities, accelerations)
 
     def _applied(
         self, state: State, claim: Claim, rates: _Rates, elements: ElementLoads | None

@@ -37,7 +37,7 @@ def sweep_of(
     return Sweep(
         problem=problem,
         source=_source(solver, assembled, acting, solution),
-        unique=read_only(solution.unique[problem.output_indices]),
+        unique=solution.unique[problem.output_indices],
         coupling_moment=frozen(
             {
                 name: solution.coupling_moments[:, index].reshape(shape)
@@ -50,7 +50,7 @@ def sweep_of(
                 for index, name in couplings.items()
             }
         ),
-        condition=read_only(solution.condition.reshape(shape)),
+        condition=solution.condition.reshape(shape),
         # All residuals were judged; how great they are is for those who ask.
         proven=partial(
             solution.residuals.proven,
@@ -130,10 +130,6 @@ def _source(
 ) -> SolvedSource:
     """Return the arrays of a solution as a sweep reads them."""
     problem, targets, shape = solver.problem, assembled.targets, assembled.shape
-    efforts = {
-        name: solution.efforts[:, column].reshape(shape)
-        for name, column in solver.known_efforts.items()
-    }
 
     def of_drives(values: Array) -> Array:
         """Return values `(..., d)` in the shape of the samples, without an axis for one drive."""
@@ -144,13 +140,12 @@ def _source(
         if values.shape != whole:
             alone = values.size == math.prod(whole)
             values = values.reshape(whole) if alone else np.broadcast_to(values, whole)
-        return read_only(values)
+        return values
 
+    efforts, drives = solution.efforts, len(problem.independent)
     drive_efforts = None
-    if all(name in efforts for name in problem.independent):
-        drive_efforts = of_drives(
-            solution.efforts[:, : len(problem.independent)].reshape(*shape, -1)
-        )
+    if solver.knows_drive_efforts:
+        drive_efforts = of_drives(efforts[:, :drives].reshape(*shape, drives))
     v, a, ratios = solution.v, solution.a, solution.velocity_ratios
     rates: Rates | Callable[[], Rates]
     if v is None or a is None or ratios is None:
@@ -164,9 +159,14 @@ def _source(
     wrenches = solution.wrenches
     return SolvedSource(
         shape=shape,
-        wrenches=read_only(wrenches.reshape(*shape, *wrenches.shape[1:])),
+        wrenches=wrenches.reshape(*shape, *wrenches.shape[1:]),
         drive_efforts=drive_efforts,
-        holding_efforts=frozen({name: efforts[name] for name in problem.held if name in efforts}),
+        holding_efforts=frozen(
+            {
+                name: efforts[:, column].reshape(shape)
+                for name, column in solver.known_holding_efforts.items()
+            }
+        ),
         solved_motion=_motion(solver, assembled, solution.x, rates),
         position=of_drives(targets.given),
         speed=of_drives(acting.speeds),

@@ -201,11 +201,11 @@ class DriveMotion:
             where, is_there = position[block], followed.is_there[block]
             if np.count_nonzero(is_there) < len(is_there):
                 where = np.where(is_there, where, self._start)
-            within = turned_back(where, periods[:, 0], branch.period or 0.0)
-            x[block, self._columns] = branch.values(within, self._columns)
             # Zeros that are never written take no memory.
             if np.count_nonzero(periods):
+                where = turned_back(where, periods[:, 0], branch.period or 0.0)
                 turns[block, self._columns] = periods * branch.windings[self._columns]
+            x[block, self._columns] = branch.values(where, self._columns)
 
     def _positions(self, targets: Targets) -> Array:
         """Return the drive's positions `(N,)` at targets of the scene."""
