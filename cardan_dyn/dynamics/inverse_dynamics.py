@@ -260,7 +260,7 @@ class InverseDynamics:
             AccuracyError: see `FreeBodies.prove_flags`.
         """
         if self._claimed:
-            unique = solution.unique.take(self._claimed_indices, 0)
+            unique = solution.unique[self._claimed_indices]
             self.bodies.prove_flags(solution.x, unique, solution.closure_condition)
 
     def solve(self, state: ClosedState, inputs: Inputs) -> Solution:
@@ -345,7 +345,7 @@ class InverseDynamics:
                 accelerations=inputs.accelerations,
                 held=inputs.held,
                 velocity_ratios=rates.velocity_ratios,
-                wrenches=reactions.wrenches.take(self._claimed_indices, 1),
+                wrenches=reactions.wrenches[:, self._claimed_indices],
                 exerted=exerted,
                 couplings=couplings,
                 loads=inputs.loads,

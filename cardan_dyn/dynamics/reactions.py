@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.closing.batch_model import placement
 from ..kinematics.loops.needs import Needs
@@ -167,8 +167,11 @@ class ReactionSolver:
             for case in range(len(cases))
         ]
 
-    def solved(self, needed: Needs) -> tuple[list[str], Array]:
-        """Return the joints whose wrenches are solved, and their indices among all wrenches."""
+    def solved(self, needed: Needs) -> tuple[list[str], slice | Array]:
+        """Return the joints whose wrenches are solved, and their indices among all wrenches.
+
+        The latter ascend, and are a slice if there are no gaps, since slices make no copies.
+        """
         joints = {
             joint.name: joint.id - 1
             for joint in self._mechanism.joints.values()
@@ -177,7 +180,8 @@ class ReactionSolver:
         for loop, index in self._closure.fixed_loops.items():
             if loop in self._solved_loops:
                 joints[self._mechanism.loops[loop].joint] = index
-        return list(joints), np.array(list(joints.values()), dtype=int)
+        names = sorted(joints, key=joints.__getitem__)
+        return names, consecutive(np.array([joints[name] for name in names], dtype=int))
 
     def efforts(self, reactions: Reactions) -> Array:
         """Return what loads, drives and held joints exert along the coordinates, `(N, nv)`.

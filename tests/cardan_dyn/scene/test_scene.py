@@ -263,7 +263,7 @@ def test_positions_closed_once_serve_several_sweeps(
     with pytest.raises(cd.ArgumentError, match="assembled by another scene"):
         double(shaft, 0.5, 0.4).sweep(closed)
     # Nothing that depends on the position alone is done again.
-    monkeypatch.setattr(pin, "computeJointJacobians", None)
+    monkeypatch.setattr(pin, "forwardKinematics", None)
     scene.sweep(closed, speed=5.0)
 
 
