@@ -215,10 +215,11 @@ class Stepper:
         self._rtol, self._atol, self._longest = rtol, atol, longest
         self._tableau = tableau = _tableau()
         self._every = tableau.series.shape[1]
-        # Weights times the length of a step, of each stage but the first.
-        self._weights = np.empty_like(tableau.rows)
+        # Weights times the length of a step, of each stage but the first, behind that of the row.
+        stages = len(tableau.places)
+        self._weights = np.ones((stages, 1 + stages))
         self._stages = [
-            (index, place, self._weights[index, :index])
+            (index, place, self._weights[index, : 1 + index])
             for index, place in enumerate(tableau.places)
         ][1:]
         self._before: tuple[Array, Array] | None = None
@@ -242,11 +243,12 @@ class Stepper:
                 return "the step that accuracy asks for is shorter than numbers are apart"
             end = min(time + length, self._end)
             length = end - time
-            np.multiply(tableau.rows, length, out=self._weights)
-            rates = np.empty((self._every, row.size))
-            rates[0] = rate
+            np.multiply(tableau.rows, length, out=self._weights[:, 1:])
+            weighed = np.empty((1 + self._every, row.size))
+            rates = weighed[1:]
+            weighed[0], rates[0] = row, rate
             for index, place, weights in self._stages:
-                stage = row + weights.dot(rates[:index])
+                stage = weights.dot(weighed[: 1 + index])
                 rates[index] = derivative(time + place * length, stage)
             last = row + length * tableau.last.dot(rates[:taken])
             errors = tableau.errors.dot(rates[:taken])

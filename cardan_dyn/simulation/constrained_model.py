@@ -314,7 +314,6 @@ class ConstrainedChain:
         self.model.armature = self._armature = armature
         self._nothing = np.zeros(self.model.nv)
         self._start_data()
-        self._free = free
         made_of = self.model, self._constraints, self._couplings.rows, self.prescribed
 
         def directions(rank: int, gaps: Callable[[Array], Array] | None = None) -> ClosedDirections:
@@ -555,9 +554,11 @@ class ConstrainedChain:
             if error <= _NEAR and error * off <= _CLOSED:
                 break
         for _ in range(_MOST_STEPS):
-            opening = self._loop_jacobian().dot(v)
+            opening = lacking = self._loop_jacobian().dot(v)
+            if is_coupled:
+                lacking = np.concatenate((opening, self._couplings.rows.dot(v)))
             # Of both only the order of magnitude counts.
-            error = math.sqrt(opening.dot(opening) / (v.dot(v) or 1.0))
+            error = math.sqrt(lacking.dot(lacking) / (v.dot(v) or 1.0))
             v = v - self._solved(opening, rest, 1)
             v = self._coupled(v, *factors) if is_coupled else v
             if error <= _NEAR and error * off <= _CLOSED:

@@ -4,7 +4,7 @@ A branch keeps closed positions with their first and second derivatives as nodes
 between them. Its guesses are so near that Newton's method cannot change the assembly mode. It is
 made longer at both of its ends at once, along two `Lines`: first the quick way, one Newton step per
 node, of several lengths at once, with all nodes closed together and proven afterwards, which takes
-70 % of the processor time of the careful way over a first sweep of the universal joint, its scene
+80 % of the processor time of the careful way over a first sweep of the universal joint, its scene
 included; where nodes are not proven, or an end is not reached, the careful way says why. Branches
 that begin alike and are asked for the same share their nodes through what keeps them (`Kept`).
 """
