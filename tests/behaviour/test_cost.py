@@ -96,7 +96,7 @@ def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.Mon
     assert near < 2000
     assert counts[2] <= 3  # The first one from there evaluates the last position as well.
     assert counts[1] <= 4
-    assert counts[3] > counts[2]
+    assert counts[3] <= 3  # Farther away, a line of one step leads there.
 
 
 def test_single_positions_make_their_guesses_exact() -> None:

@@ -53,8 +53,8 @@ _CLEAR = 0.15
 """How far apart closure equations may be (see `Kinematics.apart`) between two ways that lead to the
 same configuration. Where a singular configuration lay between them it would be at least 1; the rest
 is for how the equations change on both ways, of which only the greatest condition is known."""
-_LOOKS = 24
-"""Positions per turn at which it is looked how near a singular configuration is."""
+_LOOKS = 12
+"""Positions on each half of a period at which it is looked how near a singular configuration is."""
 _NEAREST = 0.1
 """Greatest product of a distance between designs and the condition number at which one represents
 the other: at a distance δ from a singular configuration, the condition number is about 3/δ. It is a
@@ -72,6 +72,8 @@ class JointMotion:
     Attributes:
         groups: indices of the groups whose passives they move.
         is_exact: see `DriveMotion`.
+        amplitudes: `(1, size)` how far joints move, where guesses at the last targets may be exact
+            but for rounding: those from a lattice. None where they are not.
     """
 
     is_exact = False
@@ -90,6 +92,7 @@ class JointMotion:
         The last `varied` drives of the problem are held joints.
         """
         self.groups = groups
+        self.amplitudes: Array | None = None
         self._seen, self._states = start[None, :], start[None, :]
         self._drives = drives
         self._names = tuple(problem.independent[index] for index in drives)
@@ -122,11 +125,6 @@ class JointMotion:
             self._seen = self._states = closed.x[closed.residual < CLOSURE_TOLERANCE]
         return self._states
 
-    @property
-    def amplitudes(self) -> Array | None:
-        """None: how far joints move is not known."""
-        return None
-
     def more_states(self) -> Array:
         """Return no states `(0, size)` besides those that were followed."""
         return self.states[:0]
@@ -149,6 +147,7 @@ class JointMotion:
         Raises:
             AssemblyError: a position is out of reach.
         """
+        self.amplitudes = None
         asked = targets.prescribed[:, self._drives]
         turns = np.zeros((len(asked), self._start.size))
         try:
@@ -186,7 +185,7 @@ class JointMotion:
                 period = TURN if turn is None else turn[0]
                 common = self._kinematics, self._start, self._held, index
                 search = TurnSearch(*common, self._drive_columns, period)
-                far = np.nonzero(np.abs(ahead) > TURN)[0]
+                far = np.nonzero(np.abs(ahead) > 0.5 * period)[0]
                 designs = own[far][:, self._held]
                 periods, found, of = search.turned_back(ahead[far], designs, design_of[far])
                 own[far, index] = turned_back(own[far, index], periods, found.period[of])
@@ -214,6 +213,8 @@ class JointMotion:
             legs = [leg for leg in (self._held, self._driven) if leg]
             x = near_lattices(known, self._start, self._drive_columns, own, self._units, legs)
         is_there = ~np.isnan(x[:, self._drive_columns[0]])
+        if np.any(is_there):
+            self.amplitudes = np.max(np.abs(x[is_there]), axis=0)[None]
         residual, condition = np.zeros((2, len(own)))
         ways = [known]
         if any(
@@ -525,7 +526,8 @@ class TurnSearch(NamedTuple):
         _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
         found = self.of_designs(designs[chosen])
         unit = np.where(found.period > 0.0, found.period, np.inf)[of_design]
-        return np.trunc(ahead / unit), found, of_design
+        # Either way round leads to the same: the nearer one is taken.
+        return np.rint(ahead / unit), found, of_design
 
     @property
     def _coordinates(self) -> Coordinates:
@@ -538,14 +540,16 @@ class TurnSearch(NamedTuple):
         columns = [self.columns[index] for index in self.held]
         begin = along_lines(held, self.start[None, :], columns, rows)
         drive, column = self.kinematics.part([self.drive], groups), self.columns[self.drive]
-        share = np.tile(np.arange(1.0, _LOOKS + 1.0) / _LOOKS, count)
-        looks = OnLines(np.repeat(np.arange(count), _LOOKS), share)
-        ends = begin.x[:, [column]] + self.period
-        way = samples_on_lines(drive, begin.x, [column], ends, looks)
-        end = way.x.reshape(count, _LOOKS, -1)[:, -1]
-        comes_back, windings = whole_turns(self.kinematics, begin.x, end)
-        comes_back &= begin.is_there & np.all(way.is_there.reshape(count, _LOOKS), axis=1)
+        # Half a period each way, which takes half as many steps one after the other.
+        share = np.tile(np.arange(1.0, _LOOKS + 1.0) / _LOOKS, 2 * count)
+        looks = OnLines(np.repeat(np.arange(2 * count), _LOOKS), share)
+        starts = begin.x.repeat(2, axis=0)
+        ends = starts[:, [column]] + np.tile([[-0.5], [0.5]], (count, 1)) * self.period
+        way = samples_on_lines(drive, starts, [column], ends, looks)
+        end = way.x.reshape(count, 2, _LOOKS, -1)[:, :, -1]
+        comes_back, windings = whole_turns(self.kinematics, end[:, 0], end[:, 1])
+        comes_back &= begin.is_there & np.all(way.is_there.reshape(count, -1), axis=1)
         with np.errstate(all="ignore"):  # Of designs out of reach, nothing is said.
-            condition = drive.evaluate(way.x).condition.reshape(count, _LOOKS).max(axis=1)
+            condition = drive.evaluate(way.x).condition.reshape(count, -1).max(axis=1)
         period = np.where(comes_back, self.period, 0.0)
         return DesignTurns(period, windings * comes_back[:, None]), condition

@@ -14,6 +14,9 @@ angles took 2.4 times the processor time at 1000 samples, 4.9 times at 10 000 an
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import reduce
+from itertools import product
+from operator import getitem
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +27,7 @@ from .lines import (
     ALLOWED_ERROR,
     BLOCK_SIZE,
     MOST_CORRECTIONS,
+    NEAR,
     REJECTED,
     Rows,
     allowed_error,
@@ -41,6 +45,9 @@ little of the time of their samples."""
 _FEWEST_PER_POINT = 4
 """Samples per point below which every line is followed by itself: a point takes several steps, one
 from each of its neighbours that lines come from."""
+_MOST_AROUND = 3
+"""Drives up to which guesses are interpolated between the points around: of d drives there are 2ᵈ,
+and it takes the time of a Newton step to read what is known at eight of them."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
 _MOST_PASSED = 100_000
@@ -121,8 +128,8 @@ def near_lattice(
     """
     nearest = np.rint((positions - start[columns]) / units)
     lines, end_of = lines_to(nearest, legs)
-    points = _Points(kinematics, start, columns, lines.points * units)
-    is_good = points.closed_along(lines)
+    points = _Points(kinematics, start, columns, lines, units)
+    is_good = points.closed_along()
     is_there = lines.lead_there(is_good)[end_of]
     for block in _blocks(np.nonzero(is_there)[0]):
         near, is_safe = points.near(lines.ends[end_of[block]], positions[block])
@@ -139,27 +146,37 @@ class _Points:
     """
 
     def __init__(
-        self, kinematics: Kinematics, start: Array, columns: list[int], ahead: Array
+        self,
+        kinematics: Kinematics,
+        start: Array,
+        columns: list[int],
+        lines: LatticeLines,
+        units: Array,
     ) -> None:
-        """Begin at the start, which is the lattice point whose displacement `ahead (M, d)` is 0."""
-        count, d = ahead.shape
+        """Begin at the start, which is the lattice point whose coordinates are 0.
+
+        With units `(d,)`: the spacing of the lattice [rad or m].
+        """
         self._kinematics, self._columns = kinematics, columns
-        self._ahead, self._origin = ahead, start[columns]
+        self._lines, self._units, self._origin = lines, units, start[columns]
+        count, d = lines.points.shape
         self.x = np.repeat(start[None, :], count, axis=0)
-        self.is_closed = ~np.any(ahead, axis=1)
-        nv = kinematics.coordinates.model.nv
-        # Joint rates per rate of each drive, and accelerations per product of two rates.
-        self._ratios, self._curvatures = np.zeros((count, nv, d)), np.zeros((count, nv, d, d))
+        self.is_closed = ~np.any(lines.points, axis=1)
+        self._pairs = [(i, j) for i in range(d) for j in range(i, d)]
+        # Coordinates, their derivatives with respect to each drive, in units of the spacing, and
+        # the second ones with respect to each pair.
+        self._jets = np.zeros((count, 1 + d + len(self._pairs), start.size))
         state = kinematics.evaluate(start[None, :])
         self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
         self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
 
-    def closed_along(self, lines: LatticeLines) -> Array:
+    def closed_along(self) -> Array:
         """Close the loops at all points that safe steps lead to.
 
         Returns:
             `(E,)` which steps are safe.
         """
+        lines = self._lines
         is_good = np.zeros(len(lines.first), dtype=bool)
         is_tried = is_good.copy()
         while True:
@@ -178,16 +195,27 @@ class _Points:
         return is_good
 
     def near(self, points: Array, positions: Array) -> tuple[Array, Array]:
-        """Return coordinates `(N, size)` one Newton step from extrapolations, and `(N,)` safety.
+        """Return coordinates `(N, size)` one Newton step from guesses, and `(N,)` their safety.
+
+        Guesses are interpolated between the points around each position, where these are known:
+        that is off by the fourth power of the spacing, and extrapolations by the third. It counts
+        as a part of the error by how much both differ, so that points around are trusted no more
+        than the one that the line of a sample leads to.
 
         Args:
-            points: `(N,)` to begin at.
+            points: `(N,)` the points (indices) nearest to the positions, to begin at.
             positions: `(N, d)` of the drives [rad or m].
         """
         guess, is_short = self._extrapolated(points, positions)
+        between, is_known = self._interpolated(points, positions)
         with np.errstate(all="ignore"):
+            scale = self._kinematics.coordinates.scale
+            apart = np.max(np.abs(between - guess) * scale, axis=1)
+            is_known &= apart < ALLOWED_ERROR
+            guess[is_known] = between[is_known]
             state = self._kinematics.newton_step(guess)
-            is_safe = is_short & (state.correction < allowed_error(state.condition))
+            error = state.correction + np.where(is_known, apart, 0.0)
+            is_safe = is_short & (error < allowed_error(state.condition))
             is_safe &= self._kinematics.same_side(state, [item[points] for item in self._inverses])
         return state.x, is_safe
 
@@ -198,23 +226,54 @@ class _Points:
             The coordinates, and `(N,)` whether the way there is short enough.
         """
         coordinates, x = self._kinematics.coordinates, self.x[points]
-        step = positions - x[:, self._columns]
-        v = np.einsum("nvi,ni->nv", self._ratios[points], step)
-        a = np.einsum("nvij,ni,nj->nv", self._curvatures[points], step, step, optimize=True)
-        rows = Rows.of_rates(coordinates, x, v, a)
+        jets, d = self._jets[points], len(self._columns)
+        step = (positions - x[:, self._columns]) / self._units
+        first = np.matmul(step[:, None], jets[:, 1 : 1 + d])[:, 0]
+        pairs = [step[:, i] * step[:, j] * (0.5 if i == j else 1.0) for i, j in self._pairs]
+        second = np.matmul(np.stack(pairs, axis=1)[:, None], jets[:, 1 + d :])[:, 0]
+        rows = Rows(x, first, second)
         guess = rows.after(np.ones(len(x)))
         guess[:, self._columns] = positions
         return guess, rows.longest(coordinates) >= 1.0
 
+    def _interpolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` between the points around positions.
+
+        Values and two derivatives agree at all of these: one drive after the other, fifth order
+        for coordinates, third for their first derivatives and first for the second.
+
+        Returns:
+            The coordinates, and `(N,)` whether all points around are known.
+        """
+        d, lines = len(self._columns), self._lines
+        guess, is_known = self.x[points], np.full(len(points), d <= _MOST_AROUND)
+        if d > _MOST_AROUND:
+            return guess, is_known
+        ahead = (positions - self._origin) / self._units
+        nearest = lines.points[points]
+        side = np.where(ahead < nearest, -1.0, 1.0)
+        share = np.abs(ahead - nearest)
+        ends = _hermite(share.T, side.T), _hermite(1.0 - share.T, -side.T)
+        guess = np.zeros(guess.shape)
+        for corner in product((0, 1), repeat=d):
+            at = points
+            if any(corner):
+                at, is_there = lines.index_of(nearest + side * corner)
+                is_known &= is_there & self.is_closed[at]
+            weights = _weights([[values[k] for values in ends[c]] for k, c in enumerate(corner)])
+            guess += np.matmul(weights[:, None], self._jets[at])[:, 0]
+        guess[:, self._columns] = positions
+        return guess, is_known
+
     def _positions(self, points: Array) -> Array:
         """Return drive positions `(K, d)` of points [rad or m]."""
-        return np.asarray(self._origin + self._ahead[points])
+        return np.asarray(self._origin + self._lines.points[points] * self._units)
 
     def _close(self, first: Array, second: Array) -> Array:
         """Close the loops at points from other points; return `(K,)` whether it was safe."""
         guess, is_short = self._extrapolated(first, self._positions(second))
         with np.errstate(all="ignore"):  # Points out of reach may overflow; they are not safe.
-            state = self._kinematics.close(guess, most=MOST_CORRECTIONS)
+            state = self._kinematics.close(guess, most=MOST_CORRECTIONS, leaves=NEAR)
             inverses = [inverse[first] for inverse in self._inverses]
             is_safe = is_short & is_safe_step(self._kinematics, state, inverses)
             self._keep(second[is_safe], state, is_safe)
@@ -236,22 +295,66 @@ class _Points:
 
         With points `(K,)`.
         """
-        kinematics, count = self._kinematics, len(state.x)
-        ratios = kinematics.velocity_ratios(state)
+        kinematics, d = self._kinematics, len(self._columns)
+        ratios = kinematics.velocity_ratios(state) * self._units
         self.x[points], self.is_closed[points] = state.x[chosen], True
-        self._ratios[points] = ratios[chosen]
         for inverse, new in zip(self._inverses, state.inverses, strict=True):
             inverse[points] = new[chosen]
-        d = len(self._columns)
-        at_rest = np.zeros((count, d))
-        own = [kinematics.accelerations(state, ratios[:, :, i], at_rest)[chosen] for i in range(d)]
+        jets, at_rest = np.empty((len(state.x), *self._jets.shape[1:])), np.zeros((len(state.x), d))
+        layout = kinematics.coordinates
+        jets[:, 0] = state.x
         for i in range(d):
-            self._curvatures[points, :, i, i] = own[i]
-            for j in range(i):
-                both = ratios[:, :, i] + ratios[:, :, j]
-                both = kinematics.accelerations(state, both, at_rest)[chosen]
-                mixed = 0.5 * (both - own[i] - own[j])
-                self._curvatures[points, :, i, j] = self._curvatures[points, :, j, i] = mixed
+            jets[:, 1 + i] = layout.derivative(state.x, ratios[:, :, i])
+        own: dict[int, Array] = {}
+        for k, (i, j) in sorted(enumerate(self._pairs), key=lambda pair: pair[1][0] != pair[1][1]):
+            v = ratios[:, :, i] if i == j else ratios[:, :, i] + ratios[:, :, j]
+            bend = layout.curvature(state.x, v, kinematics.accelerations(state, v, at_rest))
+            if i == j:
+                own[i] = bend
+            else:
+                bend = 0.5 * (bend - own[i] - own[j])
+            jets[:, 1 + d + k] = bend
+        self._jets[points] = jets[chosen]
+
+
+def _hermite(share: Array, way: Array) -> tuple[Array, ...]:
+    """Return weights of what is known at one of two points between which is interpolated.
+
+    Args:
+        share: `(d, N)` of the way to the other point.
+        way: `(d, N)` there: 1 or -1.
+
+    Returns:
+        `(d, N)` each: of value, derivative and second derivative in interpolation of fifth order,
+        of value and derivative in that of third order, of the value in a linear one.
+    """
+    rest = 1.0 - share
+    square, cube = rest * rest, rest * rest * rest
+    return (
+        cube * (1.0 + share * (3.0 + 6.0 * share)),
+        way * share * cube * (1.0 + 3.0 * share),
+        0.5 * share * share * cube,
+        square * (1.0 + 2.0 * share),
+        way * share * square,
+        rest,
+    )
+
+
+def _weights(along: list[list[Array]]) -> Array:
+    """Return weights `(N, 1 + d + d (d + 1) / 2)` of a point's coordinates and derivatives.
+
+    Args:
+        along: of each drive, see `_hermite`.
+    """
+    d, (value, slope, bend, cubic_value, cubic_slope, linear) = len(along), range(6)
+    kinds = [[value] * d]
+    kinds += [[cubic_value] * i + [slope] + [value] * (d - i - 1) for i in range(d)]
+    for i in range(d):
+        kinds.append([linear] * i + [bend] + [value] * (d - i - 1))
+        for j in range(i + 1, d):
+            between = [cubic_slope] + [cubic_value] * (j - i - 1) + [slope]
+            kinds.append([linear] * i + between + [value] * (d - j - 1))
+    return np.stack([reduce(np.multiply, map(getitem, along, own)) for own in kinds], axis=1)
 
 
 def _count(ahead: Array, spacing: float) -> float:
@@ -340,6 +443,13 @@ class LatticeLines(NamedTuple):
     ends: Array
     ways: _Ways
     keys: Array
+
+    def index_of(self, points: Array) -> tuple[Array, Array]:
+        """Return `(N,)` indices of lattice points `(N, d)`, and whether they are among them."""
+        keys = _keys(points, self.ways.low, self.ways.factors)
+        index = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
+        # Points outside the box of the lines may have the key of another one.
+        return index, np.all(self.points[index] == points, axis=1)
 
     def lead_there(self, is_good: Array) -> Array:
         """Return `(L,)` on which lines all steps are good, of which `(E,)` are."""
