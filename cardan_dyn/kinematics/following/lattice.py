@@ -23,6 +23,7 @@ import numpy as np
 
 from ...arrays import Array
 from ..closing.all_groups import ClosedState, Kinematics
+from .branch import whole_turns
 from .lines import (
     ALLOWED_ERROR,
     BLOCK_SIZE,
@@ -45,6 +46,9 @@ little of the time of their samples."""
 _FEWEST_PER_POINT = 4
 """Samples per point below which every line is followed by itself: a point takes several steps, one
 from each of its neighbours that lines come from."""
+_FEW = 0.25
+"""Share of the samples up to which a finer lattice is left out where whole turns were taken off
+them: designs that represent others serve so few sooner."""
 _MOST_AROUND = 3
 """Drives up to which guesses are interpolated between the points around: of d drives there are 2ᵈ,
 and it takes the time of a Newton step to read what is known at eight of them."""
@@ -71,6 +75,23 @@ def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
     return spacing
 
 
+class Turn(NamedTuple):
+    """A drive that comes back to where it was, whose whole turns were taken off samples.
+
+    Attributes:
+        drive: index of it among the drives.
+        period: displacement after which it does [rad].
+        taken: `(N,)` periods that were taken off samples, which lie within half of one now.
+        turns: `(N, size)` whole turns of all coordinates; those in the periods taken are added
+            where a lattice serves.
+    """
+
+    drive: int
+    period: float
+    taken: Array
+    turns: Array
+
+
 def near_lattices(
     kinematics: Kinematics,
     start: Array,
@@ -78,6 +99,7 @@ def near_lattices(
     positions: Array,
     units: Array,
     legs: Sequence[list[int]],
+    turn: Turn | None = None,
 ) -> Array:
     """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
@@ -90,6 +112,7 @@ def near_lattices(
         positions: `(N, d)` of the drives [rad or m].
         units: `(d,)` displacements of the drives that count as one radian [rad or m].
         legs: likewise.
+        turn: a drive whose whole turns were taken off; it moves last, and alone.
     """
     x = np.full((len(positions), start.size), np.nan)
     rest, spacing = np.arange(len(positions)), np.inf
@@ -97,7 +120,10 @@ def near_lattices(
     while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
         spacing = found
         common = kinematics, start, columns
-        rest = rest[~near_lattice(x, rest, *common, positions[rest], spacing * units, legs)]
+        is_there = near_lattice(x, rest, *common, positions[rest], spacing * units, legs, turn)
+        rest = rest[~is_there]
+        if turn is not None and len(rest) < _FEW * len(positions):
+            break
     return x
 
 
@@ -110,8 +136,9 @@ def near_lattice(
     positions: Array,
     units: Array,
     legs: Sequence[list[int]],
+    turn: Turn | None = None,
 ) -> Array:
-    """Write coordinates one Newton step from a lattice point's extrapolation into some rows.
+    """Write coordinates one Newton step from a guess between lattice points into some rows.
 
     Args:
         x: `(N, size)`; the rows of samples to which steps are not safe stay as they are.
@@ -122,19 +149,60 @@ def near_lattice(
         positions: `(K, d)` of these samples [rad or m].
         units: `(d,)` spacing of the lattice [rad or m].
         legs: sets of drives that move one after the other.
+        turn: see `near_lattices`.
 
     Returns:
         `(K,)` which rows lie at the end of a sample's line.
     """
+    ends = np.zeros((0, len(columns)))
+    if turn is not None:
+        units, steps = units.copy(), np.ceil(0.5 * turn.period / units[turn.drive])
+        units[turn.drive] = 0.5 * turn.period / steps
     nearest = np.rint((positions - start[columns]) / units)
-    lines, end_of = lines_to(nearest, legs)
+    if turn is not None:
+        ends, column_of = _ends_of_turns(nearest, turn.drive, steps)
+    lines, end_of = lines_to(np.concatenate([nearest, ends]), legs)
     points = _Points(kinematics, start, columns, lines, units)
     is_good = points.closed_along()
     is_there = lines.lead_there(is_good)[end_of]
+    if turn is not None:
+        is_there, there = is_there[: len(samples)], is_there[len(samples) :].reshape(2, -1)
+        last = points.x[lines.ends[end_of[len(samples) :]]].reshape(2, -1, start.size)
+        comes_back, windings = whole_turns(kinematics, *last)
+        comes_back &= there[0] & there[1]
+        is_there &= comes_back[column_of] | (turn.taken[samples] == 0.0)
     for block in _blocks(np.nonzero(is_there)[0]):
         near, is_safe = points.near(lines.ends[end_of[block]], positions[block])
-        x[samples[block[is_safe]]], is_there[block] = near[is_safe], is_safe
+        safe = block[is_safe]
+        x[samples[safe]], is_there[block] = near[is_safe], is_safe
+        if turn is not None:
+            taken = turn.taken[samples[safe], None]
+            turn.turns[samples[safe]] += taken * windings[column_of[safe]]
     return np.asarray(is_there)
+
+
+def _ends_of_turns(nearest: Array, drive: int, steps: float) -> tuple[Array, Array]:
+    """Return where a drive has turned half a period back and ahead, for all others at their places.
+
+    If the mechanism is then at both ends as it is at the other, it comes back there.
+
+    Args:
+        nearest: lattice points `(N, d)`.
+        drive: index of the drive.
+        steps: half its period, in units of the spacing.
+
+    Returns:
+        Lattice points `(2 C, d)`, first those half a period back; and `(N,)` which of C columns
+        of points each point lies in.
+    """
+    columns = nearest.copy()
+    columns[:, drive] = 0.0
+    _, chosen, column_of = np.unique(
+        _keys(columns, *_box(columns)), return_index=True, return_inverse=True
+    )
+    ends = np.repeat(columns[chosen][None], 2, axis=0)
+    ends[:, :, drive] = np.array([[-steps], [steps]])
+    return ends.reshape(-1, nearest.shape[1]), column_of
 
 
 class _Points:
