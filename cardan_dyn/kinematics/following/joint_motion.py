@@ -16,7 +16,7 @@ from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch, whole_turns
 from .drive_motion import TURN, Followed, turned_back, turns_freely
-from .lattice import Turn, near_lattices
+from .lattice import Turn, near_lattices, spacing_for
 from .lines import (
     BLOCK_SIZE,
     MOST_CORRECTIONS,
@@ -57,9 +57,10 @@ is for how the equations change on both ways, of which only the greatest conditi
 _LOOKS = 12
 """Positions on each half of a period at which it is looked how near a singular configuration is."""
 _NEAREST = 0.1
-"""Greatest product of a distance between designs and the condition number at which one represents
-the other: at a distance δ from a singular configuration, the condition number is about 3/δ. It is a
-thirtieth of that, since the condition may be greater between the positions that are looked at."""
+"""Greatest product of a distance between designs and the condition number, see `TurnSearch`, at
+which one represents the other: at a distance δ from a singular configuration, the condition number
+is about 3/δ. It is a thirtieth of that, since the condition may be greater between the positions
+that are looked at."""
 
 
 class JointMotion:
@@ -184,7 +185,8 @@ class JointMotion:
         for index in self._turning:
             column = self._drive_columns[index]
             ahead = own[:, index] - self._start[column]
-            if not np.any(np.abs(ahead) > TURN):
+            farthest = np.max(np.abs(ahead), initial=0.0)
+            if not farthest > (0.5 * TURN if self._is_dense(index, own, design_of) else TURN):
                 continue
             if index not in self._turns:
                 self._turns[index] = self._turn_of(index)
@@ -199,6 +201,12 @@ class JointMotion:
                 for block in _blocks(len(own)):
                     turns[block] += periods[block, None] * windings
         return own, near
+
+    def _is_dense(self, index: int, own: Array, design_of: Array) -> bool:
+        """Return whether a lattice serves designs at positions `(N, d)` of a drive alone."""
+        if not self._held or self._driven != [index] or self._lines_pay(own, design_of):
+            return False
+        return spacing_for((own - self._start[self._drive_columns]) / self._units) is not None
 
     def _turn_designs(
         self,
@@ -230,7 +238,7 @@ class JointMotion:
         back[:, index] = turned_back(own[:, index], taken, period)
         is_open, near = taken != 0.0, None
         common = self._start, self._drive_columns
-        if self._driven == [index] and not self._lines_pay(back, design_of):
+        if self._is_dense(index, back, design_of):
             known, legs = self._known_part(kinematics), [self._held, self._driven]
             turn = Turn(index, period, taken, turns)
             near = near_lattices(known, *common, back, self._units, legs, turn)
@@ -605,7 +613,10 @@ class TurnSearch(NamedTuple):
     def _each(
         self, rows: Array, positions: Array | None = None, of: Array | None = None
     ) -> tuple[DesignTurns, Array, Array]:
-        """Return how each design comes back, and `(D,)` its greatest condition number meanwhile.
+        """Return how each design comes back, and `(D,)` how near a singular configuration is.
+
+        That is the greatest condition number meanwhile, times how far joints move with the held
+        ones where that is farther: towards dead points they do so the faster the nearer they are.
 
         With positions `(K, d)` of samples and the design (index) that represents each `(K,)`; the
         third array is of coordinates there `(K, size)`, with the held joints as in that design.
@@ -634,7 +645,12 @@ class TurnSearch(NamedTuple):
         is_open = is_there[: len(looks)].reshape(count, -1).all(axis=1)
         comes_back &= begin.is_there & is_open
         with np.errstate(all="ignore"):  # Of designs out of reach, nothing is said.
-            condition = drive.evaluate(looks).condition.reshape(count, -1).max(axis=1)
+            state = self.kinematics.evaluate(looks)
+            lengths = self.kinematics.coordinates.rate_scale
+            ratios = self.kinematics.velocity_ratios(state)[:, :, self.held]
+            ratios *= lengths[self.kinematics.drives[self.held]] / lengths[:, None]
+            condition = state.condition * np.maximum(1.0, np.max(np.abs(ratios), axis=(1, 2)))
+            condition = condition.reshape(count, -1).max(axis=1)
         turns = DesignTurns(np.where(comes_back, self.period, 0.0), windings * comes_back[:, None])
         return turns, condition, x[len(looks) :]
 
