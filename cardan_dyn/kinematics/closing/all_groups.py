@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array, consecutive
 from ...mechanism.coordinates import Coordinates
 from .equations import Reduction
-from .group_solver import CONVERGED, MOST_STEPS, GroupSolver, GroupState
+from .group_solver import MOST_STEPS, GroupSolver, GroupState
 
 
 class ClosedState(NamedTuple):
@@ -176,7 +176,7 @@ class Kinematics:
         turns: Array | None = None,
         most: int = MOST_STEPS,
         settles: bool = False,
-        leaves: float = CONVERGED,
+        leaves: float | None = None,
         left: Array | None = None,
     ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.

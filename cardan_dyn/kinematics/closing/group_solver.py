@@ -36,13 +36,13 @@ _EXACT = 2e-15
 _NONE = 0.25
 """Part of a step that is mere rounding below which a sample stays as it is while others are closed:
 with all of it loops of the universal joint stay open five times as far as where all are closed."""
-_FEW = 0.25
+_FEW = 0.4
 """Share of the samples up to which a Newton step is taken for these alone: it saves more than it
 costs to take them out and put them back."""
 _AT_REST = 1e-13
 """A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
 of it is rounding, from which no amplitude follows."""
-CONVERGED = 1e-17
+_CONVERGED = 1e-17
 """Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
 order is known before the loops are evaluated once more."""
 _STRAIGHT, _CURVATURE = 1e-9, 100.0
@@ -253,15 +253,16 @@ class GroupSolver:
             Errors `(N,)` after them, in order of magnitude [rad].
         """
         left = _CURVATURE * sizes**2
-        if not _STRAIGHT < np.maximum.reduce(sizes, initial=0.0) <= _BENT:
+        is_good = (sizes > _STRAIGHT) & (sizes <= _BENT)
+        if not np.logical_or.reduce(is_good):
             return left
         bend = state.bend(step)
         bends = np.maximum.reduce(np.abs(bend * self._scale), axis=1)
-        is_good = bends <= _MOST_BENT * sizes
-        step += bend * is_good[:, None]
+        is_good &= bends <= _MOST_BENT * sizes
         # What a straight step leaves is the bend, and its error falls in the same ratio again; the
         # third power is that of sines, where steps happen to need no bend.
         ratio = bends / np.maximum(sizes, np.finfo(float).tiny)
+        step += np.where(is_good[:, None], bend, 0.0)
         return np.where(is_good, ratio * bends + sizes**3, left)
 
     def newton(
@@ -271,7 +272,7 @@ class GroupSolver:
         rounding: Array,
         turns: Array | None = None,
         most: int = MOST_STEPS,
-        leaves: float = CONVERGED,
+        leaves: float | None = None,
         settles: bool = False,
         left: Array | None = None,
     ) -> GroupState:
@@ -283,7 +284,9 @@ class GroupSolver:
             rounding: `(p,)` steps that are not worth taking, see `rounding`.
             turns: see `evaluate`.
             most: greatest number of Newton steps.
-            leaves: error that may be left [rad].
+            leaves: error that may be left [rad]. Nothing is evaluated after a step that leaves
+                less: what is known is from before it, but for the residual. None closes the loops
+                as far as rounding lets them, as is done where equations outnumber unknowns.
             settles: whether idle rods are turned about their lines to where they settle, see
                 `RodSpins.turned`.
             left: `(N,)` error of the guess where a step that was taken to it tells, see
@@ -293,10 +296,13 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        stays = None if left is None or settles else left <= leaves
+        stays = None if left is None or settles else left <= _CONVERGED
         if stays is not None and np.logical_and.reduce(stays):
             return state
-        state = self._from(state, error, x, rounding, turns, most, leaves, settles, stays=stays)
+        # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
+        if leaves is not None and state.is_square:
+            return self._near(state, error, x, turns, most, leaves)
+        state = self._from(state, error, x, rounding, turns, most, settles, stays=stays)
         if settles:
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
@@ -311,7 +317,6 @@ class GroupSolver:
         rounding: Array,
         turns: Array | None,
         most: int,
-        leaves: float,
         settles: bool = False,
         may_stay: bool = True,
         stays: Array | None = None,
@@ -344,7 +349,7 @@ class GroupSolver:
                 if few.size <= _FEW * len(x):
                     # Of guesses that are exact but for rounding, that of some is too much.
                     own, own_turns = x[few], None if turns is None else turns[few]
-                    rest = rounding, own_turns, most - count, leaves, settles, may_stay
+                    rest = rounding, own_turns, most - count, settles, may_stay
                     later = self._from(state.of(few), error[few], own, *rest)
                     x[few] = own
                     return state.with_samples(few, later)
@@ -368,7 +373,7 @@ class GroupSolver:
             nearby = state.inverse if max(worst, float(spins.max())) < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
             may_stay = False
-            is_done = left <= leaves
+            is_done = left <= _CONVERGED
             if settles:
                 # Steps that are mere rounding are as large as the condition makes them.
                 unmoved = np.maximum(_UNMOVED, _EXACT * state.condition)
@@ -376,6 +381,41 @@ class GroupSolver:
             if np.logical_and.reduce(is_done):
                 break
         return state
+
+    def _near(
+        self,
+        state: GroupState,
+        error: Array,
+        x: Array,
+        turns: Array | None,
+        most: int,
+        leaves: float,
+    ) -> GroupState:
+        """Take Newton steps from a state with its error `(N, R)` until little is left.
+
+        Each sample takes its steps whatever others are beside it.
+
+        Returns:
+            The state before the last step of each sample, whose residual is what that step leaves.
+        """
+        step = state.step(error)
+        sizes = np.maximum.reduce(np.abs(step * self._scale), axis=1)
+        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
+        left = self._bend(state, step, sizes)
+        self._moves.apply(x, step)
+        correction = state.correction + sizes
+        is_near = (left <= leaves) & np.isfinite(state.condition)
+        residual = np.where(is_near, np.minimum(left, state.residual), state.residual)
+        state = state._replace(correction=correction, residual=residual)
+        # Written so that what is not a number stops as well.
+        rest = np.flatnonzero(~is_near & np.isfinite(sizes))
+        if not rest.size or most <= 1:
+            return state
+        own, own_turns = x[rest], None if turns is None else turns[rest]
+        later, error = self.evaluate(own, state.reduction, own_turns, None, correction[rest])
+        later = self._near(later, error, own, own_turns, most - 1, leaves)
+        x[rest] = own
+        return later if rest.size == len(x) else state.with_samples(rest, later)
 
     @cached_property
     def idle_columns(self) -> Array:
@@ -513,6 +553,12 @@ class GroupState(NamedTuple):
     def follows_on(self) -> Array:
         """Return `(N - 1,)` whether positions lie on the same side as those before them."""
         return same_side(self._square[1:], self.inverse[:-1])
+
+    @property
+    def is_square(self) -> bool:
+        """Whether there are as many equations, with those of idle rods, as passives."""
+        rods = 0 if self.spins is None else self.spins.shape[2]
+        return self.passive_rows.shape[1] == self.passive_rows.shape[2] + rods
 
     @property
     def _square(self) -> Array:

@@ -14,15 +14,20 @@ angles took 2.4 times the processor time at 1000 samples, 4.9 times at 10 000 an
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import reduce
+from itertools import product
+from operator import getitem
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import BLOCK_SIZE, Array
 from ..closing.all_groups import ClosedState, Kinematics
+from .branch import whole_turns
 from .lines import (
     ALLOWED_ERROR,
     MOST_CORRECTIONS,
+    NEAR,
     REJECTED,
     Rows,
     allowed_error,
@@ -34,12 +39,23 @@ _GREATEST_SPACING = 0.4
 _SMALLEST_SPACING = 0.02
 """Spacing [rad] of the finest lattice: extrapolations over half of it are off by the third power,
 some 1e-7, which one Newton step makes rounding."""
-_SAMPLES_PER_POINT = 24
+_SAMPLES_PER_POINT = 12
 """Samples that a lattice point is to serve before the lattice becomes finer, so that points take
-little of the time of their samples."""
+no more of the time of their samples than the Newton step that better guesses spare these."""
 _FEWEST_PER_POINT = 4
 """Samples per point below which every line is followed by itself: a point takes several steps, one
 from each of its neighbours that lines come from."""
+_FEW = 0.25
+"""Share of the samples up to which a finer lattice is left out where whole turns were taken off
+them: designs that represent others serve so few sooner."""
+_CLEAR = 0.5
+"""Greatest product of a condition number and how far joints move between the points that one drive
+passes alone and a sample beside them. A singular configuration between both would make it 3 or
+more, see `joint_motion`; half of that is for joints that move the faster the nearer they come to a
+dead point, the rest for positions between the points."""
+_MOST_AROUND = 3
+"""Drives up to which guesses are interpolated between the points around: of d drives there are 2ᵈ,
+and it takes the time of a Newton step to read what is known at eight of them."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
 _MOST_PASSED = 100_000
@@ -63,6 +79,23 @@ def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
     return spacing
 
 
+class Turn(NamedTuple):
+    """A drive that comes back to where it was, whose whole turns were taken off samples.
+
+    Attributes:
+        drive: index of it among the drives.
+        period: displacement after which it does [rad].
+        taken: `(N,)` periods that were taken off samples, which lie within half of one now.
+        turns: `(N, size)` whole turns of all coordinates; those in the periods taken are added
+            where a lattice serves.
+    """
+
+    drive: int
+    period: float
+    taken: Array
+    turns: Array
+
+
 def near_lattices(
     kinematics: Kinematics,
     start: Array,
@@ -70,6 +103,7 @@ def near_lattices(
     positions: Array,
     units: Array,
     legs: Sequence[list[int]],
+    turn: Turn | None = None,
 ) -> tuple[Array, Array]:
     """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
@@ -83,6 +117,7 @@ def near_lattices(
         positions: `(N, d)` of the drives [rad or m].
         units: `(d,)` displacements of the drives that count as one radian [rad or m].
         legs: likewise.
+        turn: a drive whose whole turns were taken off; it moves last, and alone.
     """
     x, left = np.full((len(positions), start.size), np.nan), np.full(len(positions), np.inf)
     rest, spacing = np.arange(len(positions)), np.inf
@@ -90,7 +125,10 @@ def near_lattices(
     while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
         spacing = found
         common = kinematics, start, columns
-        rest = rest[~near_lattice(x, left, rest, *common, positions[rest], spacing * units, legs)]
+        given = *common, positions[rest], spacing * units, legs, turn
+        rest = rest[~near_lattice(x, left, rest, *given)]
+        if turn is not None and len(rest) < _FEW * len(positions):
+            break
     return x, left
 
 
@@ -104,8 +142,9 @@ def near_lattice(
     positions: Array,
     units: Array,
     legs: Sequence[list[int]],
+    turn: Turn | None = None,
 ) -> Array:
-    """Write coordinates one Newton step from a lattice point's extrapolation into some rows.
+    """Write coordinates one Newton step from a guess between lattice points into some rows.
 
     Args:
         x: `(N, size)`; the rows of samples to which steps are not safe stay as they are.
@@ -117,19 +156,51 @@ def near_lattice(
         positions: `(K, d)` of these samples [rad or m].
         units: `(d,)` spacing of the lattice [rad or m].
         legs: sets of drives that move one after the other.
+        turn: see `near_lattices`.
 
     Returns:
         `(K,)` which rows lie at the end of a sample's line.
     """
-    nearest = np.rint((positions - start[columns]) / units)
-    lines, end_of = lines_to(nearest, legs)
-    points = _Points(kinematics, start, columns, lines.points * units)
-    is_good = points.closed_along(lines)
-    is_there = lines.lead_there(is_good)[end_of]
+    if turn is not None:
+        units, steps = units.copy(), np.ceil(0.5 * turn.period / units[turn.drive])
+        units[turn.drive] = 0.5 * turn.period / steps
+    ahead = (positions - start[columns]) / units
+    nearest, count = np.rint(ahead), len(samples)
+    alone = legs[-1] if len(legs) > 1 and len(legs[-1]) == 1 else []
+    beside = nearest.copy()
+    beside[:, alone] = 0.0
+    _, chosen, column_of = np.unique(
+        _keys(beside, *_box(beside)), return_index=True, return_inverse=True
+    )
+    ends = np.zeros((0, len(columns)))
+    if turn is not None:
+        ends = np.repeat(beside[chosen][None], 2, axis=0)
+        ends[:, :, turn.drive] = np.array([[-steps], [steps]])
+        ends = ends.reshape(-1, len(columns))
+    lines, end_of = lines_to(np.concatenate([nearest, ends]), legs)
+    points = _Points(kinematics, start, columns, lines, units)
+    is_good = points.closed_along()
+    leads = lines.lead_there(is_good)[end_of]
+    is_there = leads[:count]
+    if alone:
+        away = np.abs(ahead - nearest)
+        away[:, alone] = 0.0
+        nearness = points.nearness_along(beside[chosen], alone)
+        is_there &= np.sum(nearness[column_of] * away, axis=1) < _CLEAR
+    if turn is not None:
+        # If the mechanism is the same half a period back and ahead, it comes back there.
+        last = points.x[lines.ends[end_of[count:]]].reshape(2, -1, start.size)
+        comes_back, windings = whole_turns(kinematics, *last)
+        comes_back &= leads[count:].reshape(2, -1).all(axis=0)
+        is_there &= comes_back[column_of] | (turn.taken[samples] == 0.0)
     for block in _blocks(np.nonzero(is_there)[0]):
         near, is_safe = points.near(lines.ends[end_of[block]], positions[block])
-        chosen, is_there[block] = samples[block[is_safe]], is_safe
-        x[chosen], left[chosen] = near.x[is_safe], near.left[is_safe]
+        safe = block[is_safe]
+        x[samples[safe]], left[samples[safe]] = near.x[is_safe], near.left[is_safe]
+        is_there[block] = is_safe
+        if turn is not None:
+            taken = turn.taken[samples[safe], None]
+            turn.turns[samples[safe]] += taken * windings[column_of[safe]]
     return np.asarray(is_there)
 
 
@@ -142,27 +213,39 @@ class _Points:
     """
 
     def __init__(
-        self, kinematics: Kinematics, start: Array, columns: list[int], ahead: Array
+        self,
+        kinematics: Kinematics,
+        start: Array,
+        columns: list[int],
+        lines: LatticeLines,
+        units: Array,
     ) -> None:
-        """Begin at the start, which is the lattice point whose displacement `ahead (M, d)` is 0."""
-        count, d = ahead.shape
+        """Begin at the start, which is the lattice point whose coordinates are 0.
+
+        With units `(d,)`: the spacing of the lattice [rad or m].
+        """
         self._kinematics, self._columns = kinematics, columns
-        self._ahead, self._origin = ahead, start[columns]
+        self._lines, self._units, self._origin = lines, units, start[columns]
+        count, d = lines.points.shape
         self.x = np.repeat(start[None, :], count, axis=0)
-        self.is_closed = ~np.any(ahead, axis=1)
-        nv = kinematics.coordinates.model.nv
-        # Joint rates per rate of each drive, and accelerations per product of two rates.
-        self._ratios, self._curvatures = np.zeros((count, nv, d)), np.zeros((count, nv, d, d))
+        self.is_closed = ~np.any(lines.points, axis=1)
+        self._pairs = [(i, j) for i in range(d) for j in range(i, d)]
+        # Coordinates, their derivatives with respect to each drive, in units of the spacing, and
+        # the second ones with respect to each pair.
+        self._jets = np.zeros((count, 1 + d + len(self._pairs), start.size))
+        # Condition numbers times how far joints move to the next point in each direction.
+        self._nearness = np.zeros((count, d))
         state = kinematics.evaluate(start[None, :])
         self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
         self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
 
-    def closed_along(self, lines: LatticeLines) -> Array:
+    def closed_along(self) -> Array:
         """Close the loops at all points that safe steps lead to.
 
         Returns:
             `(E,)` which steps are safe.
         """
+        lines = self._lines
         is_good = np.zeros(len(lines.first), dtype=bool)
         is_tried = is_good.copy()
         while True:
@@ -180,17 +263,45 @@ class _Points:
             is_good[block] = self._agree(lines.first[block], lines.second[block])
         return is_good
 
-    def near(self, points: Array, positions: Array) -> tuple[ClosedState, Array]:
-        """Return what is one Newton step from extrapolations, and `(N,)` whether it is safe.
+    def nearness_along(self, columns: Array, alone: list[int]) -> Array:
+        """Return how near singular configurations are to columns of points.
 
         Args:
-            points: `(N,)` to begin at.
+            columns: a lattice point of each column `(C, d)`.
+            alone: the drive (index) that passes the points of a column.
+
+        Returns:
+            `(C, d)` greatest product of the condition number and how far joints move per spacing.
+        """
+        points = np.concatenate([columns, self._lines.points])
+        points[:, alone] = 0.0
+        _, of = np.unique(_keys(points, *_box(points)), return_inverse=True)
+        greatest = np.zeros((1 + int(np.max(of)), len(self._columns)))
+        np.maximum.at(greatest, of[len(columns) :], self._nearness)
+        return np.asarray(greatest[of[: len(columns)]])
+
+    def near(self, points: Array, positions: Array) -> tuple[ClosedState, Array]:
+        """Return what is one Newton step from guesses, and `(N,)` whether it is safe.
+
+        Guesses are interpolated between the points around each position, where these are known:
+        that is off by the fourth power of the spacing, and extrapolations by the third. It counts
+        as a part of the error by how much both differ, so that points around are trusted no more
+        than the one that the line of a sample leads to.
+
+        Args:
+            points: `(N,)` the points (indices) nearest to the positions, to begin at.
             positions: `(N, d)` of the drives [rad or m].
         """
         guess, is_short = self._extrapolated(points, positions)
+        between, is_known = self._interpolated(points, positions)
         with np.errstate(all="ignore"):
+            scale = self._kinematics.coordinates.scale
+            apart = np.max(np.abs(between - guess) * scale, axis=1)
+            is_known &= apart < ALLOWED_ERROR
+            guess[is_known] = between[is_known]
             state = self._kinematics.newton_step(guess)
-            is_safe = is_short & (state.correction < allowed_error(state.condition))
+            error = state.correction + np.where(is_known, apart, 0.0)
+            is_safe = is_short & (error < allowed_error(state.condition))
             is_safe &= self._kinematics.same_side(state, [item[points] for item in self._inverses])
         return state, is_safe
 
@@ -201,23 +312,54 @@ class _Points:
             The coordinates, and `(N,)` whether the way there is short enough.
         """
         coordinates, x = self._kinematics.coordinates, self.x[points]
-        step = positions - x[:, self._columns]
-        v = np.einsum("nvi,ni->nv", self._ratios[points], step)
-        a = np.einsum("nvij,ni,nj->nv", self._curvatures[points], step, step, optimize=True)
-        rows = Rows.of_rates(coordinates, x, v, a)
+        jets, d = self._jets[points], len(self._columns)
+        step = (positions - x[:, self._columns]) / self._units
+        first = np.matmul(step[:, None], jets[:, 1 : 1 + d])[:, 0]
+        pairs = [step[:, i] * step[:, j] * (0.5 if i == j else 1.0) for i, j in self._pairs]
+        second = np.matmul(np.stack(pairs, axis=1)[:, None], jets[:, 1 + d :])[:, 0]
+        rows = Rows(x, first, second)
         guess = rows.after(np.ones(len(x)))
         guess[:, self._columns] = positions
         return guess, rows.longest(coordinates) >= 1.0
 
+    def _interpolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` between the points around positions.
+
+        Values and two derivatives agree at all of these: one drive after the other, fifth order
+        for coordinates, third for their first derivatives and first for the second.
+
+        Returns:
+            The coordinates, and `(N,)` whether all points around are known.
+        """
+        d, lines = len(self._columns), self._lines
+        guess, is_known = self.x[points], np.full(len(points), d <= _MOST_AROUND)
+        if d > _MOST_AROUND:
+            return guess, is_known
+        ahead = (positions - self._origin) / self._units
+        nearest = lines.points[points]
+        side = np.where(ahead < nearest, -1.0, 1.0)
+        share = np.abs(ahead - nearest)
+        ends = _hermite(share.T, side.T), _hermite(1.0 - share.T, -side.T)
+        guess = np.zeros(guess.shape)
+        for corner in product((0, 1), repeat=d):
+            at = points
+            if any(corner):
+                at, is_there = lines.index_of(nearest + side * corner)
+                is_known &= is_there & self.is_closed[at]
+            weights = _weights([[values[k] for values in ends[c]] for k, c in enumerate(corner)])
+            guess += np.matmul(weights[:, None], self._jets[at])[:, 0]
+        guess[:, self._columns] = positions
+        return guess, is_known
+
     def _positions(self, points: Array) -> Array:
         """Return drive positions `(K, d)` of points [rad or m]."""
-        return np.asarray(self._origin + self._ahead[points])
+        return np.asarray(self._origin + self._lines.points[points] * self._units)
 
     def _close(self, first: Array, second: Array) -> Array:
         """Close the loops at points from other points; return `(K,)` whether it was safe."""
         guess, is_short = self._extrapolated(first, self._positions(second))
         with np.errstate(all="ignore"):  # Points out of reach may overflow; they are not safe.
-            state = self._kinematics.close(guess, most=MOST_CORRECTIONS)
+            state = self._kinematics.close(guess, most=MOST_CORRECTIONS, leaves=NEAR)
             inverses = [inverse[first] for inverse in self._inverses]
             is_safe = is_short & is_safe_step(self._kinematics, state, inverses)
             self._keep(second[is_safe], state, is_safe)
@@ -239,22 +381,68 @@ class _Points:
 
         With points `(K,)`.
         """
-        kinematics, count = self._kinematics, len(state.x)
-        ratios = kinematics.velocity_ratios(state)
+        kinematics, d = self._kinematics, len(self._columns)
+        ratios = kinematics.velocity_ratios(state) * self._units
         self.x[points], self.is_closed[points] = state.x[chosen], True
-        self._ratios[points] = ratios[chosen]
         for inverse, new in zip(self._inverses, state.inverses, strict=True):
             inverse[points] = new[chosen]
-        d = len(self._columns)
-        at_rest = np.zeros((count, d))
-        own = [kinematics.accelerations(state, ratios[:, :, i], at_rest)[chosen] for i in range(d)]
+        jets, at_rest = np.empty((len(state.x), *self._jets.shape[1:])), np.zeros((len(state.x), d))
+        layout = kinematics.coordinates
+        jets[:, 0] = state.x
         for i in range(d):
-            self._curvatures[points, :, i, i] = own[i]
-            for j in range(i):
-                both = ratios[:, :, i] + ratios[:, :, j]
-                both = kinematics.accelerations(state, both, at_rest)[chosen]
-                mixed = 0.5 * (both - own[i] - own[j])
-                self._curvatures[points, :, i, j] = self._curvatures[points, :, j, i] = mixed
+            jets[:, 1 + i] = layout.derivative(state.x, ratios[:, :, i])
+        own: dict[int, Array] = {}
+        for k, (i, j) in sorted(enumerate(self._pairs), key=lambda pair: pair[1][0] != pair[1][1]):
+            v = ratios[:, :, i] if i == j else ratios[:, :, i] + ratios[:, :, j]
+            bend = layout.curvature(state.x, v, kinematics.accelerations(state, v, at_rest))
+            if i == j:
+                own[i] = bend
+            else:
+                bend = 0.5 * (bend - own[i] - own[j])
+            jets[:, 1 + d + k] = bend
+        self._jets[points] = jets[chosen]
+        moved = np.max(np.abs(jets[chosen, 1 : 1 + d]) * layout.scale, axis=2)
+        self._nearness[points] = moved * state.condition[chosen, None]
+
+
+def _hermite(share: Array, way: Array) -> tuple[Array, ...]:
+    """Return weights of what is known at one of two points between which is interpolated.
+
+    Args:
+        share: `(d, N)` of the way to the other point.
+        way: `(d, N)` there: 1 or -1.
+
+    Returns:
+        `(d, N)` each: of value, derivative and second derivative in interpolation of fifth order,
+        of value and derivative in that of third order, of the value in a linear one.
+    """
+    rest = 1.0 - share
+    square, cube = rest * rest, rest * rest * rest
+    return (
+        cube * (1.0 + share * (3.0 + 6.0 * share)),
+        way * share * cube * (1.0 + 3.0 * share),
+        0.5 * share * share * cube,
+        square * (1.0 + 2.0 * share),
+        way * share * square,
+        rest,
+    )
+
+
+def _weights(along: list[list[Array]]) -> Array:
+    """Return weights `(N, 1 + d + d (d + 1) / 2)` of a point's coordinates and derivatives.
+
+    Args:
+        along: of each drive, see `_hermite`.
+    """
+    d, (value, slope, bend, cubic_value, cubic_slope, linear) = len(along), range(6)
+    kinds = [[value] * d]
+    kinds += [[cubic_value] * i + [slope] + [value] * (d - i - 1) for i in range(d)]
+    for i in range(d):
+        kinds.append([linear] * i + [bend] + [value] * (d - i - 1))
+        for j in range(i + 1, d):
+            between = [cubic_slope] + [cubic_value] * (j - i - 1) + [slope]
+            kinds.append([linear] * i + between + [value] * (d - j - 1))
+    return np.stack([reduce(np.multiply, map(getitem, along, own)) for own in kinds], axis=1)
 
 
 def _count(ahead: Array, spacing: float) -> float:
@@ -343,6 +531,13 @@ class LatticeLines(NamedTuple):
     ends: Array
     ways: _Ways
     keys: Array
+
+    def index_of(self, points: Array) -> tuple[Array, Array]:
+        """Return `(N,)` indices of lattice points `(N, d)`, and whether they are among them."""
+        keys = _keys(points, self.ways.low, self.ways.factors)
+        index = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
+        # Points outside the box of the lines may have the key of another one.
+        return index, np.all(self.points[index] == points, axis=1)
 
     def lead_there(self, is_good: Array) -> Array:
         """Return `(L,)` on which lines all steps are good, of which `(E,)` are."""

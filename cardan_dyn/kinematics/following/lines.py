@@ -60,7 +60,7 @@ positions, so that a step always moves; as a share of its way where only its end
 MOST_CORRECTIONS = 6
 """Greatest number of Newton steps per step of a line. Convergence is quadratic: from the allowed
 error about four reach rounding. What needs more is tried again from nearer by."""
-_NEAR = 1e-12
+NEAR = 1e-12
 """Error [rad] with which a position on a line is closed well enough for the next step, far below
 `CLOSURE_TOLERANCE`. Who uses it takes another step."""
 _SMALLEST_BATCH, _LARGEST_BATCH = 8, 512
@@ -384,7 +384,7 @@ class Lines:
             if quick:
                 state = kinematics.newton_step(guess)
             else:
-                state = kinematics.close(guess, most=MOST_CORRECTIONS, leaves=_NEAR)
+                state = kinematics.close(guess, most=MOST_CORRECTIONS, leaves=NEAR)
             new = Rows.along(kinematics, state, self._way[line])
             # Towards a dead point the derivatives grow without bound: a step can be short enough
             # to extrapolate to its end, and too long to interpolate over it.
