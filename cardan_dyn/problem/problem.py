@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -137,8 +136,8 @@ class Problem(Record):
 
     @cached_property
     def acting_everywhere(self) -> Acting | None:
-        """The same over samples of any number, None if a load is not that of all of them."""
-        if any(math.prod(shape) > 1 for shape in self.acting.shapes.values()):
+        """The same over samples of any number and shape, None if a load has a shape of its own."""
+        if any(self.acting.shapes.values()):
             return None
         everywhere = self.acting.flat((1,))
         for values in (everywhere.speeds, everywhere.gravity, everywhere.time):
