@@ -21,7 +21,7 @@ from .structure import Structure
 
 _PIECE = 8
 """Bodies on no loop are divided into groups of this size. Pinocchio's memory for a model grows with
-the third power of its bodies, but every model costs one call per sample."""
+the third power of its bodies, but every model costs calls of its own."""
 _WHOLE = 14
 """Up to this many bodies, one model of the whole mechanism costs less than two smaller ones."""
 

@@ -1,4 +1,4 @@
-"""Batches of free-flyers against plain Pinocchio, and long chains against both."""
+"""Batches of bodies against plain Pinocchio, and long chains against both."""
 
 from __future__ import annotations
 
