@@ -9,7 +9,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import AssemblyError, SingularConfigurationError
-from ...mechanism.coordinates import Coordinates
 from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import ClosedState, Kinematics
@@ -17,9 +16,11 @@ from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch, whole_turns
 from .drive_motion import TURN, Followed, turned_back, turns_freely
-from .lattice import near_lattices
+from .lattice import Turn, near_lattices, spacing_for
 from .lines import (
     BLOCK_SIZE,
+    MOST_CORRECTIONS,
+    NEAR,
     OnLines,
     Reached,
     Rows,
@@ -56,9 +57,10 @@ is for how the equations change on both ways, of which only the greatest conditi
 _LOOKS = 12
 """Positions on each half of a period at which it is looked how near a singular configuration is."""
 _NEAREST = 0.1
-"""Greatest product of a distance between designs and the condition number at which one represents
-the other: at a distance δ from a singular configuration, the condition number is about 3/δ. It is a
-thirtieth of that, since the condition may be greater between the positions that are looked at."""
+"""Greatest product of a distance between designs and the condition number, see `TurnSearch`, at
+which one represents the other: at a distance δ from a singular configuration, the condition number
+is about 3/δ. It is a thirtieth of that, since the condition may be greater between the positions
+that are looked at."""
 
 
 class JointMotion:
@@ -155,8 +157,8 @@ class JointMotion:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
                 reached = Reached(x, np.ones(len(x), dtype=bool), *np.zeros((2, len(x))))
             else:
-                own = self._without_turns(asked, turns, targets.design_of)
-                reached = self._reached(kinematics, own, targets.design_of)
+                own, near = self._without_turns(kinematics, asked, turns, targets.design_of)
+                reached = self._reached(kinematics, own, targets.design_of, near)
                 if not np.all(reached.is_there):
                     self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
                 if strict and not np.all(reached.is_there):
@@ -170,48 +172,108 @@ class JointMotion:
             self._seen = x[np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]]
         return Followed((x, turns), True, is_there)
 
-    def _without_turns(self, own: Array, turns: Array, design_of: Array) -> Array:
-        """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`."""
-        own = own.copy()
+    def _without_turns(
+        self, kinematics: Kinematics, own: Array, turns: Array, design_of: Array
+    ) -> tuple[Array, Array | None]:
+        """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`.
+
+        Returns:
+            The positions; and coordinates `(N, size)` near closed ones, where dense designs have
+            shown them on the way, NaN elsewhere. None where designs are not dense.
+        """
+        own, near = own.copy(), None
         for index in self._turning:
             column = self._drive_columns[index]
             ahead = own[:, index] - self._start[column]
-            if not np.any(np.abs(ahead) > TURN):
+            farthest = np.max(np.abs(ahead), initial=0.0)
+            if not farthest > (0.5 * TURN if self._is_dense(index, own, design_of) else TURN):
                 continue
             if index not in self._turns:
                 self._turns[index] = self._turn_of(index)
             turn = self._turns[index]
             if self._held:
                 period = TURN if turn is None else turn[0]
-                common = self._kinematics, self._start, self._held, index
-                search = TurnSearch(*common, self._drive_columns, period)
-                far = np.nonzero(np.abs(ahead) > 0.5 * period)[0]
-                designs = own[far][:, self._held]
-                periods, found, of = search.turned_back(ahead[far], designs, design_of[far])
-                own[far, index] = turned_back(own[far, index], periods, found.period[of])
-                for block in _blocks(len(far)):
-                    turns[far[block]] += periods[block, None] * found.windings[of[block]]
+                near = self._turn_designs(kinematics, index, period, own, turns, design_of)
             elif turn is not None:
                 period, windings = turn
                 periods = np.trunc(ahead / period)
                 own[:, index] = turned_back(own[:, index], periods, period)
                 for block in _blocks(len(own)):
                     turns[block] += periods[block, None] * windings
-        return own
+        return own, near
 
-    def _reached(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
+    def _is_dense(self, index: int, own: Array, design_of: Array) -> bool:
+        """Return whether a lattice serves designs at positions `(N, d)` of a drive alone."""
+        if not self._held or self._driven != [index] or self._lines_pay(own, design_of):
+            return False
+        return spacing_for((own - self._start[self._drive_columns]) / self._units) is not None
+
+    def _turn_designs(
+        self,
+        kinematics: Kinematics,
+        index: int,
+        period: float,
+        own: Array,
+        turns: Array,
+        design_of: Array,
+    ) -> Array | None:
+        """Take whole turns of a drive off positions `(N, d)` whose designs come back.
+
+        Either way round leads to the same: the nearer one is taken.
+
+        Args:
+            kinematics: of the scene.
+            index: the drive, by its index.
+            period: displacement after which designs are expected to come back [rad].
+            own: changed in place.
+            turns: `(N, size)`, likewise.
+            design_of: `(N,)`.
+
+        Returns:
+            See `_without_turns`.
+        """
+        column = self._drive_columns[index]
+        taken = np.rint((own[:, index] - self._start[column]) / period)
+        back = own.copy()
+        back[:, index] = turned_back(own[:, index], taken, period)
+        is_open, near = taken != 0.0, None
+        common = self._start, self._drive_columns
+        if self._is_dense(index, back, design_of):
+            known, legs = self._known_part(kinematics), [self._held, self._driven]
+            turn = Turn(index, period, taken, turns)
+            near = near_lattices(known, *common, back, self._units, legs, turn)
+            is_open = np.isnan(near[:, column])
+            own[~is_open] = back[~is_open]
+        (rest,) = np.nonzero(is_open)
+        if rest.size:
+            search = TurnSearch(self._kinematics, *common, self._held, index, period)
+            found, of, x = search.of_samples(back[rest], design_of[rest], near is not None)
+            comes_back = found.period[of] > 0.0
+            is_open = comes_back | (taken[rest] == 0.0)
+            if near is not None:
+                near[rest[is_open]] = x[is_open]
+            own[rest[comes_back]] = back[rest[comes_back]]
+            for block in _blocks(len(rest)):
+                turns[rest[block]] += taken[rest[block], None] * found.windings[of[block]]
+        return near
+
+    def _reached(
+        self, kinematics: Kinematics, own: Array, design_of: Array, x: Array | None = None
+    ) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)` without whole turns.
 
-        With design_of `(N,)`.
+        With design_of `(N,)`, and coordinates `x (N, size)` near closed ones as far as they are
+        known.
         """
         known = self._known_part(kinematics)
         near = self._near_last(known, own)
         if near is not None:
             return near
-        x = np.full((len(own), self._start.size), np.nan)
-        if not self._lines_pay(own, design_of):
-            legs = [leg for leg in (self._held, self._driven) if leg]
-            x = near_lattices(known, self._start, self._drive_columns, own, self._units, legs)
+        if x is None:
+            x = np.full((len(own), self._start.size), np.nan)
+            if not self._lines_pay(own, design_of):
+                legs = [leg for leg in (self._held, self._driven) if leg]
+                x = near_lattices(known, self._start, self._drive_columns, own, self._units, legs)
         is_there = ~np.isnan(x[:, self._drive_columns[0]])
         if np.any(is_there):
             self.amplitudes = np.max(np.abs(x[is_there]), axis=0)[None]
@@ -469,87 +531,147 @@ class TurnSearch(NamedTuple):
     Attributes:
         kinematics: of the drives, held joints included, and the groups that they move.
         start: `(size,)` closed coordinates of the scene.
+        columns: columns of the drives, held joints included, in a row of coordinates.
         held: indices of the held joints among the drives.
         drive: index of the drive that turns.
-        columns: columns of all of them in a row of coordinates.
         period: displacement after which designs are expected to come back [rad].
     """
 
     kinematics: Kinematics
     start: Array
+    columns: list[int]
     held: list[int]
     drive: int
-    columns: list[int]
     period: float
 
     def of_designs(self, rows: Array) -> DesignTurns:
         """Return how designs `(D, h)` come back; the held joints' positions [rad or m]."""
-        scale = self._coordinates.scale[[self.columns[index] for index in self.held]]
+        found, _ = self._found(rows, np.zeros((0, len(self.columns))), np.zeros(0, dtype=int))
+        return found
+
+    def of_samples(
+        self, positions: Array, design_of: Array, closes: bool
+    ) -> tuple[DesignTurns, Array, Array]:
+        """Return how the designs of samples come back, and coordinates near closed ones.
+
+        Args:
+            positions: `(K, d)` of the drives, the one that turns within half a period of its start.
+            design_of: `(K,)` which design (index) each sample is of.
+            closes: whether coordinates are asked for.
+
+        Returns:
+            How the different designs come back; `(K,)` which of these (index) each sample is of;
+            and coordinates `(K, size)` at samples whose designs are represented by others, NaN
+            elsewhere.
+        """
+        _, chosen, of = np.unique(design_of, return_index=True, return_inverse=True)
+        count = len(positions) if closes else 0
+        rows = positions[chosen][:, self.held]
+        found, near = self._found(rows, positions[:count], of[:count])
+        x = np.full((len(positions), self.start.size), np.nan)
+        x[:count] = near
+        return found, of, x
+
+    def _found(self, rows: Array, positions: Array, of: Array) -> tuple[DesignTurns, Array]:
+        """Return how designs `(D, h)` come back, and coordinates at samples `(K, size)`.
+
+        With positions `(K, d)` of the samples and their designs (index) `(K,)`.
+        """
+        scale = self.kinematics.coordinates.scale[[self.columns[index] for index in self.held]]
+        x = np.full((len(positions), self.start.size), np.nan)
         for spacing in _SPACINGS:
             cells, of_cell = _cells(rows * scale / spacing)
             if len(cells) * _FEWEST <= len(rows):
                 break
         else:
-            return self._each(rows)[0]
+            return self._each(rows)[0], x
         period, windings = np.zeros(len(rows)), np.zeros((len(rows), self.start.size))
         is_alone, rest = np.zeros(len(rows), dtype=bool), np.arange(len(rows))
         while rest.size and len(cells) * _FEWEST_AGAIN <= len(rest):
             middles = cells * spacing / scale
-            found, condition = self._each(middles)
+            cell_of = np.full(len(rows), -1)
+            cell_of[rest] = of_cell
+            (own,) = np.nonzero(cell_of[of] >= 0)
+            found, condition, beside = self._each(middles, positions[own], cell_of[of[own]])
             away = np.sqrt(np.sum(((rows[rest] - middles[of_cell]) * scale) ** 2, axis=1))
             period[rest], windings[rest] = found.period[of_cell], found.windings[of_cell]
             # Designs beside one that does not come back are looked at, each by itself.
             is_alone[rest[period[rest] == 0.0]] = True
-            rest = rest[~(away * condition[of_cell] < _NEAREST) & (period[rest] > 0.0)]
+            is_near = away * condition[of_cell] < _NEAREST
+            cell_of[rest[~is_near | (period[rest] == 0.0)]] = -1
+            is_served = cell_of[of[own]] >= 0
+            x[own[is_served]] = self._stepped(beside[is_served], positions[own[is_served]])
+            rest = rest[~is_near & (period[rest] > 0.0)]
             spacing *= 0.5
             cells, of_cell = _cells(rows[rest] * scale / spacing)
         is_alone[rest] = True
         if np.any(is_alone):
-            own, _ = self._each(rows[is_alone])
-            period[is_alone], windings[is_alone] = own
-        return DesignTurns(period, windings)
+            alone = self._each(rows[is_alone])[0]
+            period[is_alone], windings[is_alone] = alone
+        return DesignTurns(period, windings), x
 
-    def turned_back(
-        self, ahead: Array, designs: Array, design_of: Array
-    ) -> tuple[Array, DesignTurns, Array]:
-        """Return how many periods a drive turns back at samples, and how their designs come back.
+    def _each(
+        self, rows: Array, positions: Array | None = None, of: Array | None = None
+    ) -> tuple[DesignTurns, Array, Array]:
+        """Return how each design comes back, and `(D,)` how near a singular configuration is.
 
-        Args:
-            ahead: `(K,)` displacements of the drive from the start.
-            designs: `(K, h)` positions of the held joints.
-            design_of: `(K,)` which design (index) each sample is of.
+        That is the greatest condition number meanwhile, times how far joints move with the held
+        ones where that is farther: towards dead points they do so the faster the nearer they are.
 
-        Returns:
-            `(K,)` periods, zero of designs that do not come back; the different designs; and `(K,)`
-            which of these (index) each sample is of.
+        With positions `(K, d)` of samples and the design (index) that represents each `(K,)`; the
+        third array is of coordinates there `(K, size)`, with the held joints as in that design.
         """
-        _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
-        found = self.of_designs(designs[chosen])
-        unit = np.where(found.period > 0.0, found.period, np.inf)[of_design]
-        # Either way round leads to the same: the nearer one is taken.
-        return np.rint(ahead / unit), found, of_design
-
-    @property
-    def _coordinates(self) -> Coordinates:
-        return self.kinematics.coordinates
-
-    def _each(self, rows: Array) -> tuple[DesignTurns, Array]:
-        """Return how each design comes back, and `(D,)` its greatest condition number meanwhile."""
         count, groups = len(rows), list(range(len(self.kinematics.solvers)))
         held = self.kinematics.part(self.held, groups)
         columns = [self.columns[index] for index in self.held]
         begin = along_lines(held, self.start[None, :], columns, rows)
         drive, column = self.kinematics.part([self.drive], groups), self.columns[self.drive]
         # Half a period each way, which takes half as many steps one after the other.
+        starts, half = begin.x.repeat(2, axis=0), 0.5 * self.period
+        ends = starts[:, [column]] + np.tile([[-half], [half]], (count, 1))
+        line = np.repeat(np.arange(2 * count), _LOOKS)
         share = np.tile(np.arange(1.0, _LOOKS + 1.0) / _LOOKS, 2 * count)
-        looks = OnLines(np.repeat(np.arange(2 * count), _LOOKS), share)
-        starts = begin.x.repeat(2, axis=0)
-        ends = starts[:, [column]] + np.tile([[-0.5], [0.5]], (count, 1)) * self.period
-        way = samples_on_lines(drive, starts, [column], ends, looks)
-        end = way.x.reshape(count, 2, _LOOKS, -1)[:, :, -1]
-        comes_back, windings = whole_turns(self.kinematics, end[:, 0], end[:, 1])
-        comes_back &= begin.is_there & np.all(way.is_there.reshape(count, -1), axis=1)
+        if positions is not None and of is not None:
+            ahead = positions[:, self.drive] - self.start[column]
+            line = np.concatenate([line, 2 * of + (ahead > 0.0)])
+            share = np.concatenate([share, np.minimum(np.abs(ahead) / half, 1.0)])
+        order = np.lexsort((share, line))
+        found = samples_on_lines(drive, starts, [column], ends, OnLines(line[order], share[order]))
+        x, is_there = np.empty_like(found.x), np.empty_like(found.is_there)
+        x[order], is_there[order] = found.x, found.is_there
+        looks = x[: len(starts) * _LOOKS]
+        first, last = looks.reshape(count, 2, _LOOKS, -1)[:, :, -1].swapaxes(0, 1)
+        comes_back, windings = whole_turns(self.kinematics, first, last)
+        is_open = is_there[: len(looks)].reshape(count, -1).all(axis=1)
+        comes_back &= begin.is_there & is_open
         with np.errstate(all="ignore"):  # Of designs out of reach, nothing is said.
-            condition = drive.evaluate(way.x).condition.reshape(count, -1).max(axis=1)
-        period = np.where(comes_back, self.period, 0.0)
-        return DesignTurns(period, windings * comes_back[:, None]), condition
+            state = self.kinematics.evaluate(looks)
+            lengths = self.kinematics.coordinates.rate_scale
+            ratios = self.kinematics.velocity_ratios(state)[:, :, self.held]
+            ratios *= lengths[self.kinematics.drives[self.held]] / lengths[:, None]
+            condition = state.condition * np.maximum(1.0, np.max(np.abs(ratios), axis=(1, 2)))
+            condition = condition.reshape(count, -1).max(axis=1)
+        turns = DesignTurns(np.where(comes_back, self.period, 0.0), windings * comes_back[:, None])
+        return turns, condition, x[len(looks) :]
+
+    def _stepped(self, beside: Array, positions: Array) -> Array:
+        """Return coordinates `(K, size)` at positions `(K, d)`, NaN where a step is not safe.
+
+        With coordinates `(K, size)` near closed ones at designs beside them.
+        """
+        kinematics, result = self.kinematics, np.full(beside.shape, np.nan)
+        for block in _blocks(len(positions)):
+            to = positions[block]
+            with np.errstate(all="ignore"):
+                state = kinematics.close(beside[block], most=MOST_CORRECTIONS, leaves=NEAR)
+                is_safe = state.correction < allowed_error(state.condition)
+                is_safe &= state.residual < CLOSURE_TOLERANCE
+                rows = Rows.along(kinematics, state, to - state.x[:, self.columns])
+                guess = rows.after(np.ones(len(to)))
+                guess[:, self.columns] = to
+                there = kinematics.newton_step(guess)
+                is_safe &= rows.longest(kinematics.coordinates) >= 1.0
+                is_safe &= there.correction < allowed_error(there.condition)
+                is_safe &= kinematics.same_side(there, state.inverses)
+            result[block][is_safe] = there.x[is_safe]
+        return result

@@ -23,6 +23,7 @@ import numpy as np
 
 from ...arrays import Array
 from ..closing.all_groups import ClosedState, Kinematics
+from .branch import whole_turns
 from .lines import (
     ALLOWED_ERROR,
     BLOCK_SIZE,
@@ -45,6 +46,14 @@ little of the time of their samples."""
 _FEWEST_PER_POINT = 4
 """Samples per point below which every line is followed by itself: a point takes several steps, one
 from each of its neighbours that lines come from."""
+_FEW = 0.25
+"""Share of the samples up to which a finer lattice is left out where whole turns were taken off
+them: designs that represent others serve so few sooner."""
+_CLEAR = 0.5
+"""Greatest product of a condition number and how far joints move between the points that one drive
+passes alone and a sample beside them. A singular configuration between both would make it 3 or
+more, see `joint_motion`; half of that is for joints that move the faster the nearer they come to a
+dead point, the rest for positions between the points."""
 _MOST_AROUND = 3
 """Drives up to which guesses are interpolated between the points around: of d drives there are 2ᵈ,
 and it takes the time of a Newton step to read what is known at eight of them."""
@@ -71,6 +80,23 @@ def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
     return spacing
 
 
+class Turn(NamedTuple):
+    """A drive that comes back to where it was, whose whole turns were taken off samples.
+
+    Attributes:
+        drive: index of it among the drives.
+        period: displacement after which it does [rad].
+        taken: `(N,)` periods that were taken off samples, which lie within half of one now.
+        turns: `(N, size)` whole turns of all coordinates; those in the periods taken are added
+            where a lattice serves.
+    """
+
+    drive: int
+    period: float
+    taken: Array
+    turns: Array
+
+
 def near_lattices(
     kinematics: Kinematics,
     start: Array,
@@ -78,6 +104,7 @@ def near_lattices(
     positions: Array,
     units: Array,
     legs: Sequence[list[int]],
+    turn: Turn | None = None,
 ) -> Array:
     """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
@@ -90,6 +117,7 @@ def near_lattices(
         positions: `(N, d)` of the drives [rad or m].
         units: `(d,)` displacements of the drives that count as one radian [rad or m].
         legs: likewise.
+        turn: a drive whose whole turns were taken off; it moves last, and alone.
     """
     x = np.full((len(positions), start.size), np.nan)
     rest, spacing = np.arange(len(positions)), np.inf
@@ -97,7 +125,10 @@ def near_lattices(
     while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
         spacing = found
         common = kinematics, start, columns
-        rest = rest[~near_lattice(x, rest, *common, positions[rest], spacing * units, legs)]
+        is_there = near_lattice(x, rest, *common, positions[rest], spacing * units, legs, turn)
+        rest = rest[~is_there]
+        if turn is not None and len(rest) < _FEW * len(positions):
+            break
     return x
 
 
@@ -110,8 +141,9 @@ def near_lattice(
     positions: Array,
     units: Array,
     legs: Sequence[list[int]],
+    turn: Turn | None = None,
 ) -> Array:
-    """Write coordinates one Newton step from a lattice point's extrapolation into some rows.
+    """Write coordinates one Newton step from a guess between lattice points into some rows.
 
     Args:
         x: `(N, size)`; the rows of samples to which steps are not safe stay as they are.
@@ -122,18 +154,50 @@ def near_lattice(
         positions: `(K, d)` of these samples [rad or m].
         units: `(d,)` spacing of the lattice [rad or m].
         legs: sets of drives that move one after the other.
+        turn: see `near_lattices`.
 
     Returns:
         `(K,)` which rows lie at the end of a sample's line.
     """
-    nearest = np.rint((positions - start[columns]) / units)
-    lines, end_of = lines_to(nearest, legs)
+    if turn is not None:
+        units, steps = units.copy(), np.ceil(0.5 * turn.period / units[turn.drive])
+        units[turn.drive] = 0.5 * turn.period / steps
+    ahead = (positions - start[columns]) / units
+    nearest, count = np.rint(ahead), len(samples)
+    alone = legs[-1] if len(legs) > 1 and len(legs[-1]) == 1 else []
+    beside = nearest.copy()
+    beside[:, alone] = 0.0
+    _, chosen, column_of = np.unique(
+        _keys(beside, *_box(beside)), return_index=True, return_inverse=True
+    )
+    ends = np.zeros((0, len(columns)))
+    if turn is not None:
+        ends = np.repeat(beside[chosen][None], 2, axis=0)
+        ends[:, :, turn.drive] = np.array([[-steps], [steps]])
+        ends = ends.reshape(-1, len(columns))
+    lines, end_of = lines_to(np.concatenate([nearest, ends]), legs)
     points = _Points(kinematics, start, columns, lines, units)
     is_good = points.closed_along()
-    is_there = lines.lead_there(is_good)[end_of]
+    leads = lines.lead_there(is_good)[end_of]
+    is_there = leads[:count]
+    if alone:
+        away = np.abs(ahead - nearest)
+        away[:, alone] = 0.0
+        nearness = points.nearness_along(beside[chosen], alone)
+        is_there &= np.sum(nearness[column_of] * away, axis=1) < _CLEAR
+    if turn is not None:
+        # If the mechanism is the same half a period back and ahead, it comes back there.
+        last = points.x[lines.ends[end_of[count:]]].reshape(2, -1, start.size)
+        comes_back, windings = whole_turns(kinematics, *last)
+        comes_back &= leads[count:].reshape(2, -1).all(axis=0)
+        is_there &= comes_back[column_of] | (turn.taken[samples] == 0.0)
     for block in _blocks(np.nonzero(is_there)[0]):
         near, is_safe = points.near(lines.ends[end_of[block]], positions[block])
-        x[samples[block[is_safe]]], is_there[block] = near[is_safe], is_safe
+        safe = block[is_safe]
+        x[samples[safe]], is_there[block] = near[is_safe], is_safe
+        if turn is not None:
+            taken = turn.taken[samples[safe], None]
+            turn.turns[samples[safe]] += taken * windings[column_of[safe]]
     return np.asarray(is_there)
 
 
@@ -166,6 +230,8 @@ class _Points:
         # Coordinates, their derivatives with respect to each drive, in units of the spacing, and
         # the second ones with respect to each pair.
         self._jets = np.zeros((count, 1 + d + len(self._pairs), start.size))
+        # Condition numbers times how far joints move to the next point in each direction.
+        self._nearness = np.zeros((count, d))
         state = kinematics.evaluate(start[None, :])
         self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
         self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
@@ -193,6 +259,23 @@ class _Points:
         for block in _blocks(np.nonzero(is_known & ~is_tried)[0]):
             is_good[block] = self._agree(lines.first[block], lines.second[block])
         return is_good
+
+    def nearness_along(self, columns: Array, alone: list[int]) -> Array:
+        """Return how near singular configurations are to columns of points.
+
+        Args:
+            columns: a lattice point of each column `(C, d)`.
+            alone: the drive (index) that passes the points of a column.
+
+        Returns:
+            `(C, d)` greatest product of the condition number and how far joints move per spacing.
+        """
+        points = np.concatenate([columns, self._lines.points])
+        points[:, alone] = 0.0
+        _, of = np.unique(_keys(points, *_box(points)), return_inverse=True)
+        greatest = np.zeros((1 + int(np.max(of)), len(self._columns)))
+        np.maximum.at(greatest, of[len(columns) :], self._nearness)
+        return np.asarray(greatest[of[: len(columns)]])
 
     def near(self, points: Array, positions: Array) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` one Newton step from guesses, and `(N,)` their safety.
@@ -315,6 +398,8 @@ class _Points:
                 bend = 0.5 * (bend - own[i] - own[j])
             jets[:, 1 + d + k] = bend
         self._jets[points] = jets[chosen]
+        moved = np.max(np.abs(jets[chosen, 1 : 1 + d]) * layout.scale, axis=2)
+        self._nearness[points] = moved * state.condition[chosen, None]
 
 
 def _hermite(share: Array, way: Array) -> tuple[Array, ...]:

@@ -27,7 +27,7 @@ def scene_at(frame: float) -> cd.Scene:
 def search(scene: cd.Scene) -> TurnSearch:
     part = scene.solver.of_varied(("frame",)).assembly._cache._parts[0]
     kinematics, columns = part._kinematics, part._drive_columns
-    return TurnSearch(kinematics, part._start, part._held, part._driven[0], columns, TURN)
+    return TurnSearch(kinematics, part._start, columns, part._held, part._driven[0], TURN)
 
 
 def test_each_design_comes_back_as_grashof_says(scene: cd.Scene) -> None:
@@ -79,9 +79,9 @@ def test_designs_near_a_singular_one_share_ways_as_others_do(
     followed = []
     each = TurnSearch._each
 
-    def counted(finder: TurnSearch, rows: np.ndarray) -> object:
+    def counted(finder: TurnSearch, rows: np.ndarray, *samples: np.ndarray) -> object:
         followed.append(len(rows))
-        return each(finder, rows)
+        return each(finder, rows, *samples)
 
     monkeypatch.setattr(TurnSearch, "_each", counted)
     rng = np.random.default_rng(0)
