@@ -70,6 +70,21 @@ def test_designs_that_do_not_turn_are_not_reached_a_turn_later(scene: cd.Scene) 
     np.testing.assert_array_equal(mask, [[True, True], [True, False], [True, False]])
 
 
+@pytest.mark.parametrize("turns", [1.0, 3.0])
+def test_dense_designs_near_the_border_of_the_kinds_turn_as_grashof_says(turns: float) -> None:
+    """From a frame of 0.55 m on, the drive swings: none is reached a turn later, however dense."""
+    rng, scene = np.random.default_rng(5), scene_at(0.12)
+    frame = rng.uniform(0.1, 0.2, 4000)
+    ahead = turns * rng.uniform(-TURN, TURN, 4000)
+    is_there = scene.reachable(0.5 * np.pi + ahead, held={"frame": frame})
+    np.testing.assert_array_equal(is_there[frame < 0.15], True)
+    rockers = frame > 0.15
+    assert not np.any(is_there[rockers & (np.abs(ahead) > TURN)])
+    # Less than a quarter of a turn ahead the bars beyond the crank are in line, where it ends.
+    assert not np.any(is_there[rockers & (ahead > np.pi)])
+    assert np.mean(is_there[rockers & (np.abs(ahead) < 0.3)]) == 1.0
+
+
 @pytest.mark.slow
 def test_designs_near_a_singular_one_share_ways_as_others_do(
     joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch

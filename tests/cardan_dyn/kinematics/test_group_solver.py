@@ -190,6 +190,41 @@ def test_long_steps_are_shortened_to_half_a_radian() -> None:
     np.testing.assert_allclose(state.correction, stepped.correction, rtol=1e-12)
 
 
+def test_nothing_is_evaluated_after_a_step_that_leaves_little(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x, counted, evaluate = guesses(mechanism, "A", ANGLES), [], item.evaluate
+    closed = x.copy()
+    item.newton(closed, reduction, exact(item))
+    monkeypatch.setattr(
+        item, "evaluate", lambda x, *rest: counted.append(len(x)) or evaluate(x, *rest)
+    )
+    together = x.copy()
+    state = item.newton(together, reduction, exact(item), leaves=1e-12)
+    # The middle guess is exact; those on both sides need the fewer steps the nearer they are.
+    assert counted[0] == len(x)
+    assert len(counted) <= 5
+    assert counted[-1] < len(x)
+    np.testing.assert_allclose(together, closed, atol=1e-11)
+    assert np.all(state.residual <= 1e-12)
+    assert np.any(evaluate(x, reduction)[0].residual > 1e-3)
+    for k in range(len(x)):
+        alone = x[[k]]
+        own = item.newton(alone, reduction, exact(item), leaves=1e-12)
+        np.testing.assert_array_equal(alone[0], together[k])
+        np.testing.assert_array_equal(own.inverse[0], state.inverse[k])
+
+
+def test_open_loops_of_too_few_joints_are_not_taken_for_closed() -> None:
+    """Steps towards the least error end; only the error that is left says that loops are open."""
+    mechanism = cd.load("universal_joint")
+    with pytest.raises(cd.MobilityError) as caught:
+        cd.Scene(mechanism, drive="bearing_in", held={"joint_angle": 0.4, "bearing_out": 0.5})
+    assert caught.value.surplus == ["bearing_out"]
+
+
 @pytest.mark.filterwarnings("ignore:invalid value")
 def test_what_is_not_finite_ends_the_iteration() -> None:
     mechanism = four_bar()

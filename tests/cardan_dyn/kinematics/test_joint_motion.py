@@ -10,6 +10,7 @@ from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
+from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 from cardan_dyn.kinematics.following.joint_motion import JointMotion
 from cardan_dyn.problem.samples import Targets
 
@@ -96,6 +97,34 @@ def test_few_samples_take_few_closings(monkeypatch: pytest.MonkeyPatch) -> None:
     part.followed(Targets.of_positions(at), scene.solver.assembly.kinematics)
     assert closed
     assert sum(closed) < 3000
+
+
+@pytest.mark.parametrize("is_held", [True, False])
+def test_dense_samples_take_few_evaluations(is_held: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One from a guess between points, one for the result; the rest are shared ways to them."""
+    at = positions(10_000)
+    joint = cd.load("universal_joint")
+    if is_held:
+        scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.8})
+        run = lambda: scene.sweep(at[:, 0], held={"joint_angle": at[:, 1]})  # noqa: E731
+    else:
+        scene = cd.Scene(joint, drive=["bearing_in", "joint_angle"])
+        run = lambda: scene.sweep(at)  # noqa: E731
+    run()
+    counted, evaluate = [], GroupSolver.evaluate
+
+    def counting(self: GroupSolver, x: np.ndarray, *rest: object) -> object:
+        counted.append(len(x))
+        return evaluate(self, x, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(GroupSolver, "evaluate", counting)
+    found = run()
+    assert sum(counted) < (3.0 if is_held else 3.5) * len(at)
+    assert len(counted) < 250
+    phi, beta = at.T
+    expected = np.arctan2(np.sin(phi), np.cos(beta) * np.cos(phi))
+    expected += 2.0 * np.pi * np.rint((phi - expected) / (2.0 * np.pi))
+    np.testing.assert_allclose(found.motion.position("bearing_out"), expected, atol=1e-11)
 
 
 def test_positions_near_the_last_one_are_those_of_straight_lines(
