@@ -40,9 +40,9 @@ _GREATEST_SPACING = 0.4
 _SMALLEST_SPACING = 0.02
 """Spacing [rad] of the finest lattice: extrapolations over half of it are off by the third power,
 some 1e-7, which one Newton step makes rounding."""
-_SAMPLES_PER_POINT = 24
+_SAMPLES_PER_POINT = 12
 """Samples that a lattice point is to serve before the lattice becomes finer, so that points take
-little of the time of their samples."""
+no more of the time of their samples than the Newton step that better guesses spare these."""
 _FEWEST_PER_POINT = 4
 """Samples per point below which every line is followed by itself: a point takes several steps, one
 from each of its neighbours that lines come from."""
