@@ -99,7 +99,7 @@ def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.Mon
     assert counts[1] <= 4
     # What the bent step leaves is less than rounding: the loops are evaluated once more, to know.
     assert counts[3] == 2
-    assert counts[4] > counts[2]
+    assert counts[4] <= 3  # Farther away, a line of one step leads there.
 
 
 def test_single_positions_make_their_guesses_exact() -> None:
@@ -130,7 +130,7 @@ def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
     per_sample = (peaks[1] - peaks[0]) / 15_000
     # Not more than the result itself; beside it, the arrays of one block.
     assert per_sample < 1000
-    assert peaks[0] - 5_000 * per_sample < 12e6
+    assert peaks[0] - 5_000 * per_sample < 13e6
 
 
 @pytest.mark.campaign

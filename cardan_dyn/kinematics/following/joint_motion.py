@@ -244,8 +244,12 @@ class JointMotion:
             known, legs = self._known_part(kinematics), [self._held, self._driven]
             turn = Turn(index, period, taken, turns)
             near = near_lattices(known, *common, back, self._units, legs, turn)
-            is_open = np.isnan(near[0][:, column])
-            own[~is_open] = back[~is_open]
+            is_served = ~np.isnan(near[0][:, column])
+            own[is_served] = back[is_served]
+            if np.any(is_served):
+                is_open = ~is_served
+            else:
+                near = None
         (rest,) = np.nonzero(is_open)
         if rest.size:
             search = TurnSearch(self._kinematics, *common, self._held, index, period)
