@@ -345,8 +345,20 @@ class Sweep(MotionResult):
             checks.append(f"power {self.power_residual:.1e}")
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
-            f"{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}>"
+            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}>"
         )
+
+    def _driven(self) -> str:
+        """Return over which range a single drive moves, for `repr`: it shows degrees as turns."""
+        if len(self.coordinates) != 1:
+            return ""
+        (name,) = self.coordinates
+        low, high = float(np.min(self.position)), float(np.max(self.position))
+        unit, turns = self.mechanism.drivable[name].unit, (high - low) / (2.0 * np.pi)
+        if not low < high:
+            return ""
+        how_often = f" ({turns:.3g} turns)" if unit == "rad" and turns > 1.001 else ""
+        return f"{name} {low:.4g} to {high:.4g} {unit}{how_often}, "
 
     def _unchecked(self) -> str:
         """Return in words what residuals that are nan mean, for `repr`."""

@@ -130,11 +130,18 @@ def test_a_drive_effort_that_was_left_out_is_refused() -> None:
 
 def test_its_text_tells_samples_and_residuals(turn: cd.Sweep) -> None:
     assert repr(turn) == (
-        f"<Sweep of 'universal_joint': 40 samples, residuals: loop {turn.loop_residual:.1e}, "
+        "<Sweep of 'universal_joint': 40 samples, bearing_in 0.1 to 6 rad, residuals: "
+        f"loop {turn.loop_residual:.1e}, "
         f"balance {turn.balance_residual:.1e}, power {turn.power_residual:.1e}; not determined by "
         "statics, chosen by least norm: pin_in, bearing_out, bearing_in>"
     )
     assert "not unique: force" in repr(turn["pin_in"])
+
+
+def test_its_text_shows_that_degrees_were_meant(turn: cd.Sweep) -> None:
+    scene = cd.Scene(turn.mechanism, drive="bearing_in", held={"joint_angle": 0.3})
+    assert "3 samples, bearing_in 0 to 360 rad (57.3 turns), " in repr(scene.sweep([0, 180, 360]))
+    assert "1 samples, nothing acts" in repr(scene.sweep(0.3))
 
 
 @pytest.mark.parametrize("made", COPIES)
