@@ -177,6 +177,9 @@ def read(text: str, dimension: str, at: str, bare: str = "") -> float:
     if match is None:
         raise ModelError(f"{at} is {text!r}, not a number with a unit; write {valid}")
     number, name = match.groups()
+    if name.startswith(","):
+        where = "decimals stand behind a point, and blanks between several numbers"
+        raise ModelError(f"{at} is {text!r}: {where}; write {valid}")
     name = name or bare
     for unit in DIMENSIONS[dimension]:
         if plain(name) in map(plain, unit.spellings):

@@ -114,7 +114,20 @@ def _summary(report: Findings) -> str:
             mark = "" if top.determined else ", not determined by statics"
             size = f"{number(top.size)} {top.unit}"
             ends.append(f"the greatest {what}{quantity} is {size} at {top.owner}{mark}")
+            if what == "force" and not top.determined:
+                ends.extend(_determined_shear(report))
     return f"{text} {ends[0][0].upper()}{ends[0][1:]}{''.join(f'; {end}' for end in ends[1:])}."
+
+
+def _determined_shear(report: Findings) -> Iterator[str]:
+    """Yield the greatest shear that statics determines: in flat linkages it does no whole force."""
+    shears = [item for item in report.extremes if item.quantity == "shear" and item.acts]
+    top = max(
+        (item for item in shears if item.determined), key=lambda item: item.size, default=None
+    )
+    if top is not None:
+        size = f"{number(top.size)} {top.unit}"
+        yield f"the greatest shear that statics determines is {size} at {top.owner}"
 
 
 def _count(count: int, name: str) -> str:

@@ -42,6 +42,7 @@ _INSTEAD = {
     "columns": "name columns first: result.plot(…)",
     "joint": "name joints first: result.plot(…)",
     "joints": "name joints first: result.plot(…)",
+    "of": "name the column first, as result.plot('joint.shear')",
     "axes": "axes are ax=…",
     "axis": "axes are ax=…",
     "size": "the size is figsize=(width, height)",

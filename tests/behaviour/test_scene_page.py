@@ -208,6 +208,20 @@ def test_the_graph_tells_the_numbers_of_the_sweep(four_bar: Page) -> None:
     assert cursor == pytest.approx(left + 0.5 * (box["width"] - left - right), abs=2.0)
 
 
+def test_ticks_of_great_numbers_fit_beside_the_graph(opened: Opener, tmp_path: Path) -> None:
+    """As forces near a dead point are."""
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -4e8})
+    sweep = scene.sweep(np.linspace(0.0, 2.0 * np.pi, 25))
+    page = opened(cd.view(sweep).export(tmp_path / "great.html"), size=WINDOWS[0])
+    ticks = page.page.evaluate(
+        "[...document.querySelectorAll('#graphs svg')].flatMap((svg) =>"
+        " [...svg.querySelectorAll('text')].map((item) => [item.textContent,"
+        " item.getBoundingClientRect().left - svg.getBoundingClientRect().left]))"
+    )
+    assert any(text.endswith("e9") for text, _ in ticks)
+    assert min(left for _, left in ticks) >= 0.0
+
+
 def test_what_statics_leaves_open_is_marked(four_bar: Page) -> None:
     text = four_bar.page.inner_text("#chosen")
     assert (

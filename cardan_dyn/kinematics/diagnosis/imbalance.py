@@ -277,7 +277,7 @@ def _locked(surplus: list[str], holds: bool) -> str:
     if surplus:
         return f"it is locked: stop holding {_one_of(surplus)}"
     release = "stop holding more than one joint, or " if holds else ""
-    return f"it is locked: {release}check loops and couplings"
+    return f"it is locked: {release}check loops and couplings, and axes, which are x if left out"
 
 
 def _too_many(still: list[str], surplus: list[str], drives: tuple[str, ...], excess: int) -> str:

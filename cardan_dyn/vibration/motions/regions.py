@@ -173,7 +173,7 @@ def _interpolated(
         (open_,) = np.nonzero(least > _TOLD)
         first = np.clip(after[open_] - below, 0, len(known) - _NEIGHBOURS)
         near = first[:, None] + np.arange(_NEIGHBOURS)
-        places, at, taken = 1.0 / known[near], 1.0 / speeds[open_], rows[near]
+        places, at, taken = known[near], speeds[open_], rows[near]
         weights, fewer = _lagrange(places, at), _lagrange(places[:, 1:-1], at)
         values = np.einsum("sk,skf->sf", weights, taken)
         gap = np.abs(values - np.einsum("sk,skf->sf", fewer, taken[:, 1:-1]))
@@ -187,12 +187,17 @@ def _interpolated(
 
 
 def _lagrange(places: Array, at: Array) -> Array:
-    """Return weights `(S, k)` of values at places `(S, k)` for polynomials at others `(S,)`."""
+    """Return weights `(S, k)` of values at speeds `(S, k)`, of polynomials in 1/speed at `(S,)`.
+
+    Edges are found to rounding, so that two speeds may be neighbours among floating-point numbers.
+    Their difference is exact and not zero, as that of their reciprocals may be.
+    """
     gaps = places[:, :, None] - places[:, None, :]
     ways = np.repeat((at[:, None] - places)[:, None, :], places.shape[1], axis=1)
+    ratios = np.repeat((places / at[:, None])[:, :, None], places.shape[1], axis=2)
     own = np.arange(places.shape[1])
-    gaps[:, own, own] = ways[:, own, own] = 1.0
-    return np.asarray(np.prod(ways / gaps, axis=2))
+    gaps[:, own, own] = ways[:, own, own] = ratios[:, own, own] = 1.0
+    return np.asarray(np.prod(ways / gaps * ratios, axis=2))
 
 
 class Region(NamedTuple):

@@ -25,7 +25,9 @@ function ticks(low, high, about, unit) {
     found.push(Math.abs(value) < 1e-9 * span ? 0 : value);
   }
   const decimals = Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9)));
-  return found.map((value) => ({ value, text: written(value, decimals) }));
+  // Room is for some six signs: of 1.500e+9 it is 1.5e9.
+  const short = (text) => text.replace(/\.?0*e\+?/, "e");
+  return found.map((value) => ({ value, text: short(written(value, decimals)) }));
 }
 
 function drawGraphs(joint) {

@@ -79,6 +79,7 @@ def test_a_path_and_a_text_say_the_same(tmp_path: Path) -> None:
         ("length_mm = 900", "length = 900", r"shafts\[1\]\.length = 900 has no unit; .*length_mm"),
         ("length_mm = 900", 'length = "900"', r"length = '900' has no unit"),
         ("length_mm = 900", 'length = "9 kg"', r"has the unit 'kg', which is none of length"),
+        ("length_mm = 900", 'length = "0,9 m"', r"'0,9 m': decimals stand behind a point"),
         ("length_mm = 900", 'length = "-9 m"', r"length is '-9 m', expected .* greater than 0"),
         ("length_mm = 900", "length_mm = true", r"length_mm is True, expected .*\[mm\]"),
         ("length_mm = 900", 'length_mm = "900"', r"length_mm is '900', expected .*\[mm\]"),

@@ -115,6 +115,7 @@ def test_a_truss_is_locked_whatever_is_held() -> None:
     assert isinstance(error, cd.MobilityError)
     assert error.mobility == 0
     assert "it is locked: stop holding more than one joint, or check loops" in str(error)
+    assert str(error).endswith("axes, which are x if left out")
 
 
 def test_what_is_close_to_singular_is_not_locked() -> None:

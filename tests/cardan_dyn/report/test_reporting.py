@@ -137,6 +137,20 @@ def test_table_and_text(tmp_path: Path) -> None:
     assert "114.231°" in text and "to rounding" in text
 
 
+def test_page_begins_with_what_statics_determines(tmp_path: Path) -> None:
+    """No force in a flat linkage is determined as a whole; the shear of its pins is."""
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -10.0})
+    sweep = scene.sweep(np.linspace(0.0, 2.0 * np.pi, 361))
+    most = {name: sweep[name].shear.max() for name in sweep.outputs}
+    page = Report(sweep).save(tmp_path / "bar.html").read_text("utf-8")
+    told = re.search(r"the greatest shear that statics determines is ([\d.]+) N at (\w+);", page)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(max(most.values()), rel=1e-3)
+    assert most[told[2]] == pytest.approx(max(most.values()), rel=1e-12)
+    joint = Report(cd.load("universal_joint")).save(tmp_path / "joint.html").read_text("utf-8")
+    assert "that statics determines" not in joint
+
+
 def test_refuses_other_things() -> None:
     with pytest.raises(cd.ArgumentError, match="on a sweep, or on a mechanism"):
         Report("four_bar")  # type: ignore[arg-type]

@@ -136,6 +136,7 @@ def test_figures_are_drawn_into_given_axes(turn: cd.Sweep, joint: cd.Mechanism) 
         ({"figsize": (3, 0)}, "expected width and height in inches"),
         ({"figsize": 3}, "expected width and height in inches"),
         ({"over": "time"}, "no option 'over' of a plot: the abscissa is x="),
+        ({"of": "shear"}, "no option 'of' of a plot: name the column first, as .*'joint.shear'"),
         ({"colour": "red"}, "no option 'colour' of a plot; options: .*color"),
         ({"x": "angle"}, "no column 'angle'"),
         ({"x": np.zeros(5)}, r"x has shape \(5,\), expected \(73,\)"),

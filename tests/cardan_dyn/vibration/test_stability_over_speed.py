@@ -50,6 +50,20 @@ def test_multipliers_are_told_as_they_are_found(looked_at: list[float]) -> None:
     assert len(looked_at) < 20
 
 
+def test_known_speeds_may_be_neighbours_among_floating_point_numbers() -> None:
+    """Edges are found to rounding; speeds beside them are told without dividing by zero."""
+    line = elastic_rigs.torsional_line(damping_in=0.01)
+    beside = np.array([1.9, np.nextafter(1.9, 2.0)])
+    assert beside[0] < beside[1]
+    assert 1.0 / beside[0] == 1.0 / beside[1]
+    ends = np.unique([*np.linspace(1.7, 2.1, 31), *beside])
+    search, told = over(elastic_rigs.scene(line, np.radians(20.0)), ends)
+    speeds = np.linspace(1.85, 1.95, 12)
+    found, exact = told.at(speeds), stability(search, speeds)
+    np.testing.assert_array_equal(found.kind, exact.kind)
+    np.testing.assert_allclose(by_size(found.multipliers), by_size(exact.multipliers), atol=1e-9)
+
+
 @pytest.mark.slow
 def test_nothing_is_told_across_jumps(looked_at: list[float]) -> None:
     """Where a resonance leans over, the smallest motion is another one from a speed on."""
