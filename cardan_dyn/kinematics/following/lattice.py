@@ -48,6 +48,10 @@ no more of the time of their samples than the Newton step that better guesses sp
 _FEWEST_PER_POINT = 4
 """Samples per point below which every line is followed by itself: a point takes several steps, one
 from each of its neighbours that lines come from."""
+_SAMPLES_PER_STEP = 48
+"""Samples per step from point to point before the lattice becomes finer. Points that lie in a row,
+as of one turn of a drive while the others hardly move, are closed one after the other, each for the
+calls that many samples beside each other take."""
 _FEW = 0.25
 """Share of the samples up to which a finer lattice is left out where whole turns were taken off
 them: designs that represent others serve so few sooner."""
@@ -75,9 +79,9 @@ def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
     spacing = min(_GREATEST_SPACING, 0.5 * finer_than)
     if spacing < _SMALLEST_SPACING or _count(ahead, spacing) * _FEWEST_PER_POINT > len(ahead):
         return None
-    while 0.5 * spacing >= _SMALLEST_SPACING and _count(
-        ahead, 0.5 * spacing
-    ) * _SAMPLES_PER_POINT <= len(ahead):
+    farthest = float(np.max(np.abs(ahead), initial=0.0))
+    least = 2.0 * max(_SMALLEST_SPACING, farthest * _SAMPLES_PER_STEP / max(1, len(ahead)))
+    while spacing >= least and _count(ahead, 0.5 * spacing) * _SAMPLES_PER_POINT <= len(ahead):
         spacing *= 0.5
     return spacing
 

@@ -8,7 +8,7 @@ import pytest
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.kinematics.following.joint_motion import JointMotion
-from cardan_dyn.kinematics.following.lattice import near_lattice, spacing_for
+from cardan_dyn.kinematics.following.lattice import _Points, near_lattice, spacing_for
 from cardan_dyn.kinematics.following.lines import along_lines
 from cardan_dyn.problem.arguments import checked
 
@@ -63,6 +63,23 @@ def test_ways_round_singular_positions_are_those_of_the_lines() -> None:
         assert 300 < np.sum(there) < 1000
         x = kinematics.close(near[there]).x
         np.testing.assert_allclose(x, lines.x[there], atol=1e-9)
+
+
+def test_points_in_a_row_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one turn while the other drive hardly moves, a point takes the calls of many samples."""
+    steps: list[int] = []
+    close = _Points._close
+
+    def counted(self: _Points, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        steps.append(len(second))
+        return close(self, first, second)
+
+    monkeypatch.setattr(_Points, "_close", counted)
+    scene = cd.Scene(cd.load("universal_joint"), drive=["bearing_in", "joint_angle"])
+    rng = np.random.default_rng(5)
+    positions = np.stack([rng.uniform(0.0, 6.28, 1100), rng.uniform(-0.01, 0.01, 1100)], axis=1)
+    scene.sweep(positions)
+    assert 0 < len(steps) < 30
 
 
 def test_spacing_suits_the_number_of_samples() -> None:
