@@ -186,6 +186,8 @@ class Branch:
 
     def _follow(self, point: Point, way: Way | None) -> None:
         sense = np.sign(self._last - self._first)
+        if way is not None:
+            way = resampled(way[0], len(point.q)), way[1]
         point, ahead = self._at_home(point, way or (np.zeros_like(point.q), sense))
         self.points = [point]
         step, shortest = _FIRST, _SHORTEST

@@ -170,9 +170,11 @@ class MotionModels:
         most, least = self.max_amplitude, min(FIRST_RANGE, self.max_amplitude)
         size = np.minimum(np.broadcast_to(size, self.rotating.units.shape), most)
         share = np.clip(room * size, max(NARROWEST * room * np.max(size), least), most)
+        refused = 1.0
         while True:
             # A fine one that is hardly too narrow leads to a model about each motion beyond it.
-            enough = np.minimum(size, share if error <= FINE else _SHRINK * share)
+            narrower = share if error <= FINE else _SHRINK * share
+            enough = np.where(size <= share, size, narrower)
             known = self._holding(centre, enough, error)
             if known is not None:
                 return known
@@ -186,9 +188,11 @@ class MotionModels:
                     ratio = _less(reason)
                     # What lies between is not tried.
                     self._refused.setdefault(error, []).append(share * ratio / _SHRINK)
-            share = np.maximum(ratio * share, least)
+            # What is refused again and again is so far beyond.
+            refused *= _SHRINK
+            share = np.maximum(min(ratio, refused) * share, least)
 
-    def refined(self, speed: Array, q: Array) -> list[Motions]:
+    def refined(self, speed: Array, q: Array, room: float = ROOM) -> list[Motions]:
         """Return the motions that rough ones are near to, with their index; some may have none.
 
         Those that are too large for a model of their range have models of their own, about them.
@@ -196,6 +200,7 @@ class MotionModels:
         Args:
             speed: `(K,)` [rad/s].
             q: `(K, N, n)` rough motions at the nodes of a period.
+            room: range of a new model, as a multiple of theirs.
         """
         if not len(speed):
             return []
@@ -204,7 +209,7 @@ class MotionModels:
         sizes = np.max(np.abs(q - middle) / units, axis=1)
         (small,) = np.nonzero([not self._is_refused(ROOM * size, FINE) for size in sizes])
         if small.size:
-            model = self.widest(middle, np.max(sizes[small], axis=0), room=ROOM)
+            model = self.widest(middle, np.max(sizes[small], axis=0), room=room)
             left = model.half - np.abs(model.centre[0] - middle)
             small = small[np.all(sizes[small] * units <= left, axis=1)]
         if small.size:

@@ -37,6 +37,8 @@ _PLACED = 1e-3
 _MOVED = 0.025
 """Distance of the means of motions from the middle of a range, in units of the coordinates, from
 which on they have another middle."""
+_LEAST_GROWTH = 1.5
+"""Ratio of a range to the last one, at least."""
 _FORESEEN = 30.0
 """Size of linear motions, as a multiple of a range, up to which it tells how wide the next is."""
 _BETWEEN = 8
@@ -48,6 +50,8 @@ _LARGE = 5e-3
 _BENT = 3e-3
 """Distance from the linear motion, as a fraction of a motion's size, from which on there may be
 others."""
+_FAR = 0.3
+"""The same from which on there may be others wherever modes about the motion resonate."""
 _WINDOW = 0.2
 """Relative distance from a forced resonance within which there may be others."""
 _STRAIGHT = 0.05
@@ -166,6 +170,7 @@ class MotionSearch:
                 continue
             if np.max(share) >= most:
                 break
+            share = np.max([share, *(model.half / units for model in tried)], axis=0)
             share = self._wider(tried[-1], share, _beside(speed, left), reached)
         return found
 
@@ -188,13 +193,14 @@ class MotionSearch:
         linear = np.max(np.where(np.isfinite(way), way, np.inf), axis=(0, 1))
         far = np.minimum(np.abs(reached - model.centre[0]) / units, 3.0 * share)
         least = ROOM * np.median(np.max(far, axis=1), axis=0)
-        top = max(ROOM * float(np.max(linear)), float(np.max(least)), GROWTH * FIRST_RANGE)
+        top = max(ROOM * float(np.max(linear)), _LEAST_GROWTH * float(np.max(share)))
         if top > _FORESEEN * np.max(share):
             top = GROWTH * float(np.max(share))
         top = min(top, most)
-        wider = np.clip(np.maximum(ROOM * linear, least), min(NARROWEST * top, top), top)
-        # What leads nowhere new is widened in every coordinate.
-        return np.minimum(wider if np.any(wider > ROOM * share) else GROWTH * share, most)
+        wider = np.minimum(np.maximum(ROOM * linear, least), top)
+        # The widest range is a step wider than the last, the others in proportion.
+        wider = wider * top / np.max(wider)
+        return np.clip(wider, max(NARROWEST * top, min(FIRST_RANGE, most)), top)
 
     def every(self, speed: Array) -> list[Motions]:
         """Return all motions that are found at speeds; those without any are in `missed`.
@@ -294,7 +300,8 @@ class MotionSearch:
         if not np.any(bends):
             return motions.index[bends]
         part = motions.part(bends)
-        return part.index[_resonates(part)]
+        # Modes about a motion far from the linear one say little of where others resonate.
+        return part.index[_resonates(part) | self._bends(part, _FAR)]
 
     def _bends(self, motions: Motions, share: float = _BENT, least: float = _LARGE) -> Array:
         """Return whether motions differ from the linear ones, or cannot be alone `(S,)`."""

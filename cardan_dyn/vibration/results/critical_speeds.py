@@ -16,7 +16,7 @@ from ...results.plot import Plot
 from ...results.table import Table
 from ...time_left import Task
 from ..model.modes import sense_name
-from ..model.periodic_grid import amplitudes, orders_of
+from ..model.periodic_grid import MOST_NODES, amplitudes, orders_of, resampled
 from ..model.rotating_scene import speeds_of
 from ..motions.continuation import Point
 from ..motions.regions import Region, StabilityOverSpeed, regions
@@ -459,7 +459,9 @@ def _beyond(scene: Scene, peak: Point) -> list[str]:
     """Return by which joints a motion leaves what they allow, or what shafts survive."""
     coordinates = scene.mechanism.drivable
     texts = []
-    for name, q in zip(scene.free, peak.q.T, strict=True):
+    # Between the nodes of a motion is more than at them.
+    course = resampled(peak.q, MOST_NODES)
+    for name, q in zip(scene.free, course.T, strict=True):
         swing = float(np.max(np.abs(q - np.mean(q))))
         if not coordinates[name].slides and swing > _SURVIVED:
             texts.append(
@@ -470,7 +472,7 @@ def _beyond(scene: Scene, peak: Point) -> list[str]:
         lower, upper = joint.limits.lower, joint.limits.upper
         if joint.name not in scene.free:
             continue
-        q = peak.q[:, scene.free.index(joint.name)]
+        q = course[:, scene.free.index(joint.name)]
         if np.max(q) > upper or np.min(q) < lower:
             unit = coordinates[joint.name].unit
             texts.append(

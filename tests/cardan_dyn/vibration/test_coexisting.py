@@ -67,9 +67,9 @@ def test_where_the_linear_equation_holds_nothing_is_searched() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("ratio", "sign"), [(1.1, -1.0), (0.34, 1.0)])
-def test_motions_of_a_slider_crank_behind_an_elastic_shaft(ratio: float, sign: float) -> None:
-    """The motion that comes first has the sign -1 and cannot be alone; a close pair beside a fold.
+@pytest.mark.parametrize("ratio", [1.1, 0.34])
+def test_motions_of_a_slider_crank_behind_an_elastic_shaft(ratio: float) -> None:
+    """All that coexist, whichever comes first, far from the linear one; a close pair beside a fold.
 
     J(θ) θ'' + J'(θ) θ'²/2 + (k (θ - φ) + d Ω (θ' - 1)) / Ω² = 0 by the crank's rotation, with
     J = J₁ + m x'(θ)² and the slider at x = r cos θ + √(1 - r² sin² θ).
@@ -90,8 +90,6 @@ def test_motions_of_a_slider_crank_behind_an_elastic_shaft(ratio: float, sign: f
 
     urdf = elastic_rigs.elastic_crank(inertia, stiffness, damping, radius)
     finder = MotionSearch(rotating_scene(elastic_rigs.scene(urdf, 0.0)))
-    (first,) = finder.primary(np.array([speed]))
-    assert first.sign.tolist() == [sign]
     every = finder.every(np.array([speed]))
     assert sorted(float(sign) for item in every for sign in item.sign) == [-1.0, 1.0, 1.0]
     for start in (

@@ -152,4 +152,4 @@ def test_four_coordinates_that_tilt_and_twist(monkeypatch: pytest.MonkeyPatch) -
     found = periodic_motion(scene, 0.6)
     assert not found.missed
     assert np.max(found.residual) < 1e-12
-    assert sum(counts) < 14_000
+    assert sum(counts) < 5_000

@@ -68,7 +68,7 @@ def test_up_and_down_differ_between_the_folds() -> None:
 @pytest.mark.slow
 def test_motions_nearby_are_found_from_the_path() -> None:
     found = path(elastic_rigs.elastic_rig(), np.radians(25.0), 0.50, 0.52)
-    speeds = np.array([0.5123, 0.5041])
+    speeds = np.array([0.5141, 0.5123])
     near = found.near(speeds)
     assert [item.index.tolist() for item in near] == [[0], [1]]
     (both,) = together(near)
