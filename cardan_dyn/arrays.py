@@ -91,6 +91,11 @@ def consecutive(indices: Array) -> slice | Array:
     return indices
 
 
+def blocks(count: int) -> list[slice]:
+    """Return so many samples in blocks of at most `BLOCK_SIZE`."""
+    return [slice(first, first + BLOCK_SIZE) for first in range(0, count, BLOCK_SIZE)]
+
+
 def flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:
     """Return values `(...)` over all samples `(N,)`; the last `trailing` axes are kept."""
     rest = values.shape[values.ndim - trailing :]

@@ -36,7 +36,7 @@ def base_motions(
     Returns:
         By base; -1 is the world.
     """
-    motions = {-1: BaseMotion.falling(np.broadcast_to(-gravity, (len(state.x), 3)))}
+    motions = {-1: BaseMotion.against(gravity, len(state.x))}
     for base in bases:
         group = state.groups[group_of[base]]
         motions[base] = motion_on(group, base, motions[group.batch.base], dynamics)

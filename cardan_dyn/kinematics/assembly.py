@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import BLOCK_SIZE, Array
+from ..arrays import Array, blocks
 from ..errors import (
     ArgumentError,
     AssemblyError,
@@ -231,12 +231,12 @@ class Assembly:
         is_there = np.ones(targets.size, dtype=bool)
         if guess.is_there is not None:
             is_there &= guess.is_there
-        for first in range(0, len(is_there), BLOCK_SIZE):
-            block = guess.block(slice(first, first + BLOCK_SIZE))
+        for span in blocks(len(is_there)):
+            block = guess.block(span)
             with np.errstate(all="ignore"):  # What is out of reach may overflow.
                 state = block.kinematics.close(block.x, block.turns)
                 is_good = _is_closed(state, block) & (state.condition <= SINGULAR_CONDITION)
-            is_there[first : first + BLOCK_SIZE] &= is_good
+            is_there[span] &= is_good
         return is_there
 
     def period(self) -> float | None:

@@ -462,7 +462,7 @@ class Offsets(NamedTuple):
         placed = None
         if any(matrix is not None for matrix in given):
             placed = np.array([_IDENTITY if matrix is None else matrix for matrix in given])
-        return Offsets(stepped(before) or np.array(before), placed)
+        return Offsets(in_steps(before), placed)
 
     def frames(self, frames: Array) -> Array:
         """Return the frames `(k, 4, 3, N)`, or `(k, 4, 3, 1)` in the world; see `Offset.frame`."""
@@ -609,6 +609,12 @@ def stepped(indices: list[int]) -> slice | None:
     step = indices[1] - indices[0] if len(indices) > 1 else 1
     span = range(indices[0], indices[-1] + 1, step) if step > 0 else range(0)
     return slice(span.start, span.stop, step) if list(span) == indices else None
+
+
+def in_steps(indices: list[int]) -> slice | Array:
+    """Return indices as a slice if they are in equal steps, since slices make no copies."""
+    span = stepped(indices)
+    return np.array(indices) if span is None else span
 
 
 def rotations(q: Array) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays import Array, consecutive
 from ..mechanism.coordinates import Coordinates
-from ..mechanism.frames import Frames, merged, stepped
+from ..mechanism.frames import Frames, in_steps, merged
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
 from .momentum import MassiveBodies
@@ -397,9 +397,8 @@ def _in_rounds(bodies: list[int], first: int = 0) -> list[tuple[slice | Array, s
     result = []
     for found in rounds:
         wrenches, on = ([*indices] for indices in zip(*found, strict=True))
-        of = [indices if (span := stepped(indices)) is None else span for indices in (wrenches, on)]
-        result.append(tuple(np.array(item) if isinstance(item, list) else item for item in of))
-    return result  # type: ignore[return-value]
+        result.append((in_steps(wrenches), in_steps(on)))
+    return result
 
 
 def _covered_bodies(frames: Frames, claimed: Collection[int]) -> Array:

@@ -69,8 +69,10 @@ def greatest_sizes(wrenches: Array, length: float, first: int) -> tuple[Array, A
         `(N,)` of either set; zero of a set of none.
     """
     squares = _squares(wrenches, length)
-    either = slice(first), slice(first, None)
-    return tuple(_greatest(wrenches[of], squares[of], length) for of in either)  # type: ignore[return-value]
+    return (
+        _greatest(wrenches[:first], squares[:first], length),
+        _greatest(wrenches[first:], squares[first:], length),
+    )
 
 
 def _greatest(wrenches: Array, squares: Array, length: float) -> Array:

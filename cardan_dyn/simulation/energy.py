@@ -68,15 +68,14 @@ def open_efforts(
         a: accelerations `(N, nv)`.
     """
     bodies, rest = _every_body(mechanism), np.zeros_like(v)
-    still, falling = np.zeros((2, len(x), 6))
-    falling[:, :3] = -gravity
 
-    def efforts(base: BaseMotion, rates: Array, gains: Array) -> Array:
+    def efforts(gravity: Array, rates: Array, gains: Array) -> Array:
+        base = BaseMotion.against(gravity, len(x))
         wrenches, _ = bodies.inverse_dynamics(base, x, rates, gains)
         return np.asarray(np.einsum("nki,ki->nk", wrenches[:, bodies.moved_body], bodies.subspace))
 
-    unmoved = efforts(BaseMotion(still, falling), v, rest)
-    inertial = efforts(BaseMotion(still, still), rest, a)
+    unmoved = efforts(gravity, v, rest)
+    inertial = efforts(np.zeros(3), rest, a)
     return np.maximum(np.abs(inertial), np.abs(unmoved))
 
 

@@ -70,10 +70,10 @@ def test_calls_for_what_computes_little() -> None:
             assert sweep([0.3])["bearing_out"].bending.shape == (1,)
     assert calls(lambda: once.sweep([0.3])) < 930
     assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 280
-    assert calls(scene) < 1050
+    assert calls(scene) < 650
     assert calls(lambda: cd.load("universal_joint")) < 4200
     # Where the held joint is elsewhere, the way there is followed.
-    assert calls(lambda: scene(0.8)) < 2950
+    assert calls(lambda: scene(0.8)) < 2100
 
 
 def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.MonkeyPatch) -> None:

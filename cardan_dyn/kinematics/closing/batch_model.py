@@ -58,11 +58,16 @@ class BaseMotion(NamedTuple):
     acceleration: Array
 
     @staticmethod
-    def falling(acceleration: Array) -> BaseMotion:
-        """Return the motion from rest with a linear acceleration `(N, 3)` [m/s²]."""
-        spatial = np.zeros((len(acceleration), 6))
-        spatial[:, :3] = acceleration
-        return BaseMotion(np.zeros_like(spatial), spatial)
+    def against(gravity: Array, count: int) -> BaseMotion:
+        """Return the motion `(N, 6)` from rest that is felt as gravity is.
+
+        Args:
+            gravity: `(N, 3)`, `(1, 3)` or `(3,)` [m/s²].
+            count: N.
+        """
+        twist, acceleration = np.zeros((2, count, 6))
+        acceleration[:, :3] = -gravity
+        return BaseMotion(twist, acceleration)
 
 
 class BatchModel:
@@ -170,7 +175,7 @@ class BatchModel:
         self.columns = consecutive(np.array(columns, dtype=int))
         self._rates = consecutive(np.flatnonzero(self.moved_body >= 0))
         self._parts = [part for part, _ in parts]
-        self._placing = self._model(self.origin)
+        self._freedoms = int(np.count_nonzero(self.moved_body >= 0))
 
     def _model(self, origin: Array, copies: int = 1, moves: bool = False) -> pinocchio.Model:
         """Return a model of the bodies and their joints, whose coordinates are those of rows.
@@ -188,20 +193,23 @@ class BatchModel:
                 flyer = pinocchio.JointModelFreeFlyer()
                 root = model.addJoint(0, flyer, pinocchio.SE3.Identity(), f"{copy}")
             joints: list[int] = []
-            for body, parent, hangs_at, part in zip(
-                self.index_of, self.parents.tolist(), self._hangs_at, self._parts, strict=True
-            ):
-                placement = hangs_at.copy()
-                if parent < 0:
-                    placement.translation = placement.translation - origin
+            for index, (body, part) in enumerate(zip(self.index_of, self._parts, strict=True)):
+                parent = int(self.parents[index])
                 name = f"{copy} {self._source.names[body + 1]}"
                 kind = joint_model(part.kind, part.axis)
                 carrier = root if parent < 0 else joints[parent]
-                joints.append(model.addJoint(carrier, kind, placement, name))
+                joints.append(model.addJoint(carrier, kind, self._at_zero(index, origin), name))
                 if body in self._inertial_bodies:
                     inertia = self._source.inertias[body + 1]
                     model.appendBodyToJoint(joints[-1], inertia, pinocchio.SE3.Identity())
         return model
+
+    def _at_zero(self, index: int, origin: Array) -> pinocchio.SE3:
+        """Return where a joint is at its zero: in what carries it, or from a point of the base."""
+        placement = self._hangs_at[index].copy()
+        if self.parents[index] < 0:
+            placement.translation = placement.translation - origin
+        return placement
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -293,8 +301,7 @@ class BatchModel:
 
     def _while_falling(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
         """Return what `wrenches_on_ground` does, whatever gravity is."""
-        base = BaseMotion.falling(np.broadcast_to(-gravity, (len(x), 3)))
-        return self.inverse_dynamics(base, x, v, a)[0]
+        return self.inverse_dynamics(BaseMotion.against(gravity, len(x)), x, v, a)[0]
 
     def inverse_dynamics(
         self, base: BaseMotion, x: Array, v: Array, a: Array
@@ -330,9 +337,10 @@ class BatchModel:
             x: coordinate rows `(N, size)`.
             v: joint velocities `(N, nv)`.
         """
-        model, data = self._placing, self._placing.createData()
+        calls = self._calls_of(1, moves=False)
+        of = calls.model, calls.data
         states = zip(x[:, self.columns], v[:, self._rates], strict=True)
-        return np.array([pinocchio.computeKineticEnergy(model, data, *state) for state in states])
+        return np.array([pinocchio.computeKineticEnergy(*of, *state) for state in states])
 
     def moment_of_mass(self, x: Array) -> Array:
         """Return all masses times where their centres are `(N, 3)` [kg m], in the base's frame.
@@ -342,8 +350,9 @@ class BatchModel:
         """
         if not self.has_mass:
             return np.zeros((len(x), 3))
-        model, data = self._placing, self._placing.createData()
-        centres = [pinocchio.centerOfMass(model, data, row).copy() for row in x[:, self.columns]]
+        calls = self._calls_of(1, moves=False)
+        of = calls.model, calls.data
+        centres = [pinocchio.centerOfMass(*of, row).copy() for row in x[:, self.columns]]
         return self.mass.sum() * (np.array(centres).reshape(-1, 3) + self.origin)
 
     def _calls(self, count: int, moves: bool = False) -> list[tuple[slice, _Calls]]:
@@ -355,7 +364,7 @@ class BatchModel:
             count: number of samples.
             moves: whether the base is a free-flyer.
         """
-        several = _MOST_TOGETHER // (self._placing.nv + 6 * moves)
+        several = _MOST_TOGETHER // (self._freedoms + 6 * moves)
         if count < _FEWEST_TOGETHER or several < 2:
             return [(_ALL, self._calls_of(1, moves))]
         whole = count - count % several
@@ -556,7 +565,7 @@ class LongChain(BatchModel):
 
     def placed(self, x: Array) -> Array:
         """See `BatchModel.placed`."""
-        if self._placing.nv <= _MOST_PLACED:
+        if self._freedoms <= _MOST_PLACED:
             return super().placed(x)
         placed: list[tuple[Array, Array]] = []
         for body, (rotation, position) in enumerate(self._relative(self.configuration(x))):
@@ -681,7 +690,7 @@ class LongChain(BatchModel):
                     [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
                 ]
             )
-            origin = self._placing.jointPlacements[body + 1]
+            origin = self._at_zero(body, self.origin)
             position = origin.translation[:, None] + origin.rotation @ free_flyer[:3]
             result.append((np.einsum("ij,jkn->ikn", origin.rotation, rotation), position))
         return result

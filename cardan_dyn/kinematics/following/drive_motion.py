@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import BLOCK_SIZE, Array, consecutive
+from ...arrays import Array, blocks, consecutive
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
@@ -195,8 +195,7 @@ class DriveMotion:
         if branch.may_refine(node_limit):
             branch.refine(kinematics.part([self._index], self.groups), node_limit)
         position, (every,) = self._positions(targets), followed.values
-        for first in range(0, targets.size, BLOCK_SIZE):
-            block = slice(first, first + BLOCK_SIZE)
+        for block in blocks(targets.size):
             periods = every[block]
             where, is_there = position[block], followed.is_there[block]
             if np.count_nonzero(is_there) < len(is_there):

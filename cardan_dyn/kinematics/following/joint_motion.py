@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import BLOCK_SIZE, Array
+from ...arrays import Array, blocks
 from ...errors import AssemblyError, SingularConfigurationError
 from ...problem.problem import Problem
 from ...problem.samples import Targets
@@ -200,7 +200,7 @@ class JointMotion:
                 period, windings = turn
                 periods = np.trunc(ahead / period)
                 own[:, index] = turned_back(own[:, index], periods, period)
-                for block in _blocks(len(own)):
+                for block in blocks(len(own)):
                     turns[block] += periods[block, None] * windings
         return own, near
 
@@ -259,7 +259,7 @@ class JointMotion:
             if near is not None:
                 near[0][rest[is_open]] = x[is_open]
             own[rest[comes_back]] = back[rest[comes_back]]
-            for block in _blocks(len(rest)):
+            for block in blocks(len(rest)):
                 turns[rest[block]] += taken[rest[block], None] * found.windings[of[block]]
         return near
 
@@ -458,7 +458,7 @@ class JointMotion:
     ) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
         for own, rows in zip(followed.values, (x, turns), strict=True):
-            for block in _blocks(len(own)):
+            for block in blocks(len(own)):
                 rows[block, self._columns] = own[block, self._columns]
 
 
@@ -466,11 +466,6 @@ def _cells(places: Array) -> tuple[Array, Array]:
     """Return the points of the integer lattice near places `(N, d)`, and `(N,)` which is whose."""
     cells, of_cell = np.unique(np.rint(places), axis=0, return_inverse=True)
     return cells, of_cell
-
-
-def _blocks(count: int) -> list[slice]:
-    """Return samples in blocks, of which arrays are made at a time."""
-    return [slice(first, first + BLOCK_SIZE) for first in range(0, count, BLOCK_SIZE)]
 
 
 class _Last:
@@ -555,11 +550,6 @@ class TurnSearch(NamedTuple):
     held: list[int]
     drive: int
     period: float
-
-    def of_designs(self, rows: Array) -> DesignTurns:
-        """Return how designs `(D, h)` come back; the held joints' positions [rad or m]."""
-        found, _ = self._found(rows, np.zeros((0, len(self.columns))), np.zeros(0, dtype=int))
-        return found
 
     def of_samples(
         self, positions: Array, design_of: Array, closes: bool
@@ -672,7 +662,7 @@ class TurnSearch(NamedTuple):
         With coordinates `(K, size)` near closed ones at designs beside them.
         """
         kinematics, result = self.kinematics, np.full(beside.shape, np.nan)
-        for block in _blocks(len(positions)):
+        for block in blocks(len(positions)):
             to = positions[block]
             with np.errstate(all="ignore"):
                 state = kinematics.close(beside[block], most=MOST_CORRECTIONS, leaves=NEAR)

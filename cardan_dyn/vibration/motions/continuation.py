@@ -24,7 +24,7 @@ from ..model.periodic_grid import MOST_NODES, next_size, resampled, tail
 from ..model.reduced_model import LocalEquation, ReducedModel
 from .correction import along
 from .harmonic_balance import course_of, jacobian, lacks_orders
-from .models import MotionModels, Motions
+from .models import ROOM_AHEAD, MotionModels, Motions
 
 _FIRST, _SHORTEST, _LONGEST = 0.05, 1e-7, 0.3
 """Steps: 1 is the greatest motion on the branch so far, or the width of the range."""
@@ -50,9 +50,8 @@ _HALVINGS = 6
 """Of the interval in which two branches cross, which then is shorter than the first step aside."""
 _LOOP = 8
 """Points before which no curve can be closed."""
-_FURTHER, _GROWTH = 1.1, 2.0
-"""Range of the next model that is known, and of a new one, as a multiple of the motion that has
-left one."""
+_FURTHER = 1.1
+"""Range of the next model, if one is known, as a multiple of the motion that has left one."""
 _FULL = 0.98
 """Way from the middle of a model, in half ranges, from which on a motion takes a wider one."""
 _BACK = 0.25
@@ -176,7 +175,7 @@ class Branch:
         """Return a point in a rough model, which has fewer nodes."""
         middle = np.mean(point.q, axis=0)
         size = np.max(np.abs(point.q - middle) / self._units, axis=0)
-        model = self._models.widest(middle, size, ROUGH, room=_GROWTH)
+        model = self._models.widest(middle, size, ROUGH, room=ROOM_AHEAD)
         while True:
             q = resampled(point.q, model.count)
             found = self._corrected(model, q, point.speed, (np.zeros_like(q), 1.0))
@@ -283,7 +282,7 @@ class Branch:
         size, most = float(np.max(sizes)), self._models.max_amplitude
         if size < most:
             for error in (ROUGH,) if self._is_rough else (FINE, ROUGH):
-                model = self._models.widest(middle, _FURTHER * sizes, error, room=_GROWTH)
+                model = self._models.widest(middle, _FURTHER * sizes, error, room=ROOM_AHEAD)
                 model = model.on(max(model.count, len(q)))
                 if self._holds(model, resampled(q, model.count)):
                     return model

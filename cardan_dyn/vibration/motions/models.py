@@ -30,6 +30,8 @@ _POWER = 0.07
 """Inverse of the power of the range with which errors of models of many polynomials fall."""
 ROOM = 1.1
 """Range of a model, as a multiple of that of the motions for which it is built."""
+ROOM_AHEAD = 2.0
+"""The same for a motion that has left a model, since those that follow may be larger."""
 _NARROW = 0.02
 """Half width of the ranges about a motion, in units of the coordinates."""
 _MOST_MODELS = 3

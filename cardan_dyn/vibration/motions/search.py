@@ -67,7 +67,7 @@ _PASSED = 1e-2
 """Difference of a motion from where a branch passes, as a fraction of its size, if it is on it."""
 _ALIKE = 1e-3
 """Distance of two places, in units of the coordinates, about which modes whirl alike."""
-_ROOM = 2.0
+_REST_ROOM = 2.0
 """Range in which places of rest are looked for, as a multiple of what some of them are apart."""
 
 
@@ -357,7 +357,7 @@ class MotionSearch:
         places = np.concatenate(means) if means else self.rotating.start[None, 1:]
         centre = np.median(places, axis=0)
         spread = np.max(np.abs(places - centre) / units, axis=0)
-        model = self.models.widest(centre, _ROOM * spread)
+        model = self.models.widest(centre, _REST_ROOM * spread)
         self._rest.append((centre, low, high, model))
         return resting(model, centre, speed)
 

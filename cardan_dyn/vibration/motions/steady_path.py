@@ -16,7 +16,7 @@ from ...errors import VibrationError
 from ..model.periodic_grid import resampled
 from ..model.reduced_model import Course
 from .harmonic_balance import resolved
-from .models import Motions
+from .models import ROOM_AHEAD, Motions
 from .search import MotionSearch
 
 _FIRST, _LONGEST, _SHORTEST = 1 / 200, 1 / 24, 1e-6
@@ -26,8 +26,6 @@ _FORETOLD = 0.02
 was as long as it should be."""
 _BEYOND = 1.05
 """Size, as a multiple of what is looked for, from which on a motion is none."""
-_ROOM = 2.0
-"""Range of the next model, as a multiple of the motion that has left one."""
 _EDGE = 0.9
 """Way from the middle of a model, in half ranges, from which on a motion may have left it."""
 
@@ -187,7 +185,7 @@ class _Follower:
         found, most = _at(known[-1], speed, foretold, 0), self._search.models.max_amplitude
         if found is None and inside > _EDGE and self._size(foretold) < most:
             # It may only have left the range of its model.
-            wider = self._search.models.refined(np.array([speed]), foretold[None], _ROOM)
+            wider = self._search.models.refined(np.array([speed]), foretold[None], ROOM_AHEAD)
             found = wider[0] if wider else None
         if found is None or self._size(found.course.q[0]) > _BEYOND * most:
             return None, np.inf

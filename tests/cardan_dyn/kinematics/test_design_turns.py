@@ -7,7 +7,7 @@ import pytest
 from testkit.bars_of_lengths import four_bar_of_lengths
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.following.joint_motion import TurnSearch
+from cardan_dyn.kinematics.following.joint_motion import DesignTurns, TurnSearch
 
 TURN = 2.0 * np.pi
 CRANK_ROCKER, DRAG_LINK, ROCKER = 0.0, -0.37, 0.2
@@ -30,9 +30,18 @@ def search(scene: cd.Scene) -> TurnSearch:
     return TurnSearch(kinematics, part._start, columns, part._held, part._driven[0], TURN)
 
 
+def turns_of(finder: TurnSearch, rows: np.ndarray) -> DesignTurns:
+    """Return how designs come back, each of a sample at the start of the drive."""
+    positions = np.repeat(finder.start[None, finder.columns], len(rows), axis=0)
+    positions[:, finder.held] = rows
+    found, of, _ = finder.of_samples(positions, np.arange(len(rows)), closes=False)
+    np.testing.assert_array_equal(of, np.arange(len(rows)))
+    return found
+
+
 def test_each_design_comes_back_as_grashof_says(scene: cd.Scene) -> None:
     rows = np.array([[CRANK_ROCKER], [DRAG_LINK], [ROCKER]])
-    found = search(scene).of_designs(rows)
+    found = turns_of(search(scene), rows)
     np.testing.assert_array_equal(found.period, [TURN, TURN, 0.0])
     column = scene.mechanism.coordinates.named["bearing"].column
     # The rocker swings, the drag link turns with the crank.
@@ -44,7 +53,7 @@ def test_many_designs_come_back_as_each_alone(scene: cd.Scene) -> None:
     """Near the borders of the kinds, at frames of 0.05 m and 0.55 m, none stands for others."""
     rows = np.linspace(-0.375, 0.19, 2400)[:, None]
     finder = search(scene)
-    together, alone = finder.of_designs(rows), finder._each(rows)[0]
+    together, alone = turns_of(finder, rows), finder._each(rows)[0]
     np.testing.assert_array_equal(together.period, alone.period)
     np.testing.assert_array_equal(together.windings, alone.windings)
     assert 0 < np.sum(together.period == 0.0) < 1200
