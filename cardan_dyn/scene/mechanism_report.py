@@ -198,7 +198,7 @@ class MechanismReport:
     def _remarks(self) -> list[str]:
         """Return what else there is to say: of drives, components, singular zeros, warnings."""
         several = len(self.components) > 1
-        remarks = [f"can be driven or held: {choices(self.drivable)}"]
+        remarks = [f"can be driven or held: {choices(self.drivable)}"] if self.mobility else []
         remarks += [
             f"component {component}"
             for component in self.components

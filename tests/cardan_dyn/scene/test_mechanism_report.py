@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from cardan_dyn.scene.mechanism_report import ComponentReport, LoopReport, MechanismReport
 
 REPORT = MechanismReport(
@@ -20,6 +22,10 @@ REPORT = MechanismReport(
     drivable=("bolt.y", "bolt.x", "<i>pin"),
     warnings=("mass < 0",),
 )
+
+
+def test_what_cannot_move_offers_no_drives() -> None:
+    assert "can be driven" not in str(replace(REPORT, mobility=0))
 
 
 def test_texts_of_a_report() -> None:
