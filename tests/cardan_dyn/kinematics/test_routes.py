@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from testkit import tongs
@@ -135,7 +137,7 @@ def test_what_is_crossed_has_to_be_solved() -> None:
     assert needed.forces.isdisjoint({0, 1, 2, 3}) and {4, 5} <= needed.forces
 
 
-def test_welds_of_fixed_loops_and_of_the_world_are_not_crossed() -> None:
+def test_welds_of_fixed_loops_are_not_crossed() -> None:
     """Their wrenches would change with what crosses them."""
     text = tongs.two_chains(6).description.source.text
     pin = text.index('<loop name="p3" type="continuous">')
@@ -145,6 +147,17 @@ def test_welds_of_fixed_loops_and_of_the_world_are_not_crossed() -> None:
     assert fixed == [3]
     for group in groups_of(mechanism):
         assert 3 not in group.crossed_loops
+
+
+def test_no_way_leads_outwards_across_the_world() -> None:
+    """The world would hang from an arm: around p7, only the last arm and the lowest would be."""
+    text = re.sub(r'<loop name="p[0-5]".*?</loop>', "", tongs.two_chains(8).description.source.text)
+    for pin, arm, other in (("p6", "b6", "frame"), ("p7", "b7", "b0")):
+        before, loop = text.split(f'<loop name="{pin}"')
+        text = before + f'<loop name="{pin}"' + loop.replace(f'"{arm}"', f'"{other}"', 1)
+    mechanism = cd.load(text)
+    assert mechanism.loops[0].successor == 0
+    assert not any(group.crossed for group in groups_of(mechanism))
 
 
 def test_short_chains_keep_their_tree() -> None:
