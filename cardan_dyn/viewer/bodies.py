@@ -99,10 +99,20 @@ class Bodies:
         ]
         return np.concatenate([stated, *corners])
 
+    def spread(self) -> tuple[float, ...]:
+        """Return the extents of where joints are along x, y and z [m]; zero if that is unknown."""
+        points = np.concatenate(self._origins or [np.zeros((1, 3))])
+        return tuple(np.ptp(points, axis=0).tolist())
+
+    @cached_property
+    def _origins(self) -> list[Array]:
+        """Where each known joint is `(n, 3)` [m]."""
+        origins = (self._origin(name) for name in self._sweep.mechanism.joints)
+        return [points for points in origins if points is not None]
+
     @cached_property
     def _stated_points(self) -> Array:
         """Points `(n, 3)` of joints and visuals [m]."""
-        origins = (self._origin(name) for name in self._sweep.mechanism.joints)
         drawn = self._drawn()
         centres = (
             self._swept(body, centre[None])
@@ -113,7 +123,7 @@ class Bodies:
         return np.concatenate(
             [
                 np.zeros((0, 3)),
-                *(points for points in origins if points is not None),
+                *self._origins,
                 *centres,
                 *(self._swept(shape.body, shape.corners()) for shape in self.shapes),
             ]

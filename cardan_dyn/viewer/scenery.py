@@ -116,6 +116,7 @@ class Scenery:
         bearings: joints of those that are drawn which are on the ground; all where none is. Their
             wrenches are asked for first. The nodes of a joint are `/force/NAME`, `/torsion/NAME`,
             `/bending/NAME`, `/moment/NAME`, `/traces/NAME`, `/axes/NAME` and `/labels/NAME`.
+        spread: extents of where joints are along x, y and z [m]; by these a linkage is flat.
     """
 
     drawing: Drawing
@@ -124,6 +125,7 @@ class Scenery:
     points: Array
     notes: tuple[str, ...] = ()
     bearings: tuple[str, ...] = ()
+    spread: tuple[float, ...] = (0.0, 0.0, 0.0)
 
 
 def build(sweep: Sweep | Still, joints: tuple[str, ...], parts: Parts, samples: Array) -> Scenery:
@@ -164,7 +166,8 @@ def build(sweep: Sweep | Still, joints: tuple[str, ...], parts: Parts, samples: 
         builder.draw_gravity(sweep, points)
     on_ground = bodies.on_ground()
     bearings = tuple(name for name in joints if name in on_ground) or joints
-    return replace(builder.scenery(), notes=bodies.notes, bearings=bearings)
+    made = builder.scenery()
+    return replace(made, notes=bodies.notes, bearings=bearings, spread=bodies.spread())
 
 
 class _Builder:

@@ -264,6 +264,7 @@ def render(
         "legend": [item._asdict() for item in scenery.legend],
         "scales": [item._asdict() for item in scenery.scales],
         "points": scenery.points.round(_POINT_DECIMALS).tolist(),
+        "spread": [round(extent, _POINT_DECIMALS) for extent in scenery.spread],
         "notes": list(scenery.notes),
         "bearings": list(scenery.bearings),
         "told": told,

@@ -267,6 +267,14 @@ def test_joints_and_links_are_selected_in_the_list_and_in_the_scene(four_bar: Pa
     assert selected(four_bar) == []
 
 
+def test_flat_linkages_are_seen_from_above_their_plane(
+    opened: Opener, files: Callable[[str], Path]
+) -> None:
+    """However thick their links are drawn: the crank of the slider-crank is as tall as wide."""
+    for name, is_flat in (("slider_crank", True), ("universal_joint", False)):
+        assert (opened(files(name)).evaluate("orbit.elevation") > 0.8) == is_flat
+
+
 def test_keys_play_step_and_look(four_bar: Page) -> None:
     page = four_bar.page
     page.focus("#canvas")

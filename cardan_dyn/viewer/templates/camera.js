@@ -104,8 +104,11 @@ function placeCamera() {
 }
 
 // Looks across the two longest extents of the scene, somewhat from above and from the side.
+// A linkage whose joints lie in a plane is flat, however thick its links are drawn.
 function bestDirection() {
-  const { x, y, z } = middle.getSize(new THREE.Vector3());
+  const [least, between] = [...data.spread].sort((one, other) => one - other);
+  const { x, y, z } = least < 0.2 * between
+    ? new THREE.Vector3(...data.spread) : middle.getSize(new THREE.Vector3());
   if (z < 0.6 * Math.min(x, y)) return [-0.25, -0.55, 1];
   if (x < 0.6 * Math.min(y, z)) return [1, -0.5, 0.45];
   return [-0.35, -1, 0.62];
