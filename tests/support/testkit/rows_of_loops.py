@@ -29,10 +29,12 @@ def tower(count: int) -> cd.Mechanism:
     for k in range(count):
         for name, at in (("left", "0 0 0"), ("right", "1 0 0")):
             urdf += _ROD.format(name=f"{name}_{k}", centre="0 0.5 0")
-            urdf += _joint("continuous", f"{name}_joint_{k}", below, f"{name}_{k}", at)
+            urdf += joint_element("continuous", f"{name}_joint_{k}", below, f"{name}_{k}", at)
         urdf += _ROD.format(name=f"top_{k}", centre="0.5 0 0")
-        urdf += _joint("continuous", f"top_joint_{k}", f"left_{k}", f"top_{k}", "0 1 0")
-        urdf += _loop("continuous", f"loop_{k}", (f"top_{k}", "1 0 0"), (f"right_{k}", "0 1 0"))
+        urdf += joint_element("continuous", f"top_joint_{k}", f"left_{k}", f"top_{k}", "0 1 0")
+        urdf += loop_element(
+            "continuous", f"loop_{k}", (f"top_{k}", "1 0 0"), (f"right_{k}", "0 1 0")
+        )
         below = f"top_{k}"
     return cd.load(f'<robot name="tower">{urdf}</robot>')
 
@@ -43,23 +45,25 @@ def _row(count: int, *, coupler: str, loop: str, tilts: list[float]) -> cd.Mecha
         urdf += _ROD.format(name=f"crank_{k}", centre="0 0.5 0")
         tilt = tilts[k % len(tilts)]
         axis = f"{tilt} 0 1"
-        urdf += _joint("continuous", f"pivot_{k}", "base", f"crank_{k}", f"{k} 0 0", axis)
+        urdf += joint_element("continuous", f"pivot_{k}", "base", f"crank_{k}", f"{k} 0 0", axis)
     for k in range(count):
         urdf += _ROD.format(name=f"coupler_{k}", centre="0.5 0 0")
-        urdf += _joint(coupler, f"pin_{k}", f"crank_{k}", f"coupler_{k}", "0 1 0")
+        urdf += joint_element(coupler, f"pin_{k}", f"crank_{k}", f"coupler_{k}", "0 1 0")
         ends = (f"coupler_{k}", "1 0 0"), (f"crank_{k + 1}", "0 1 0")
-        urdf += _loop(loop, f"loop_{k}", *ends)
+        urdf += loop_element(loop, f"loop_{k}", *ends)
     return cd.load(f'<robot name="row">{urdf}</robot>')
 
 
-def _joint(kind: str, name: str, parent: str, child: str, at: str, axis: str = "0 0 1") -> str:
+def joint_element(
+    kind: str, name: str, parent: str, child: str, at: str, axis: str = "0 0 1"
+) -> str:
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
         f'<origin xyz="{at}"/><axis xyz="{axis}"/></joint>'
     )
 
 
-def _loop(kind: str, name: str, first: tuple[str, str], second: tuple[str, str]) -> str:
+def loop_element(kind: str, name: str, first: tuple[str, str], second: tuple[str, str]) -> str:
     # Across the coupler, so that this does not spin.
     across = '<axis2 xyz="0 1 0"/>' if kind == "universal" else ""
     return (

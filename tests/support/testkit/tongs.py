@@ -6,6 +6,8 @@ import numpy as np
 
 import cardan_dyn as cd
 
+from .rows_of_loops import joint_element, loop_element
+
 ARM, SLOPE = 2.0, 0.5
 """Length [m] of the arms, and their slope [rad] at the description's zero."""
 _ACROSS, _UP = float(ARM * np.cos(SLOPE)), float(ARM * np.sin(SLOPE))
@@ -30,9 +32,9 @@ def two_chains(
         side = _side(k)
         first, second = ("continuous", hinge), ("spherical" if balls else "continuous", "0 0 1")
         for name, on, at, (kind, axis) in zip("ab", below, ends, (first, second), strict=True):
-            parts.append(_joint(kind, f"j{name}{k}", on, f"{name}{k}", at, axis))
+            parts.append(joint_element(kind, f"j{name}{k}", on, f"{name}{k}", at, axis))
         middles = f"{side * _ACROSS / 2} {_UP / 2} 0", f"{-side * _ACROSS / 2} {_UP / 2} 0"
-        parts.append(_loop(pin, f"p{k}", (f"a{k}", middles[0]), (f"b{k}", middles[1])))
+        parts.append(loop_element(pin, f"p{k}", (f"a{k}", middles[0]), (f"b{k}", middles[1])))
         below = f"a{k}", f"b{k}"
         ends = f"{side * _ACROSS} {_UP} 0", f"{-side * _ACROSS} {_UP} 0"
     if cylinder is not None:
@@ -46,15 +48,15 @@ def pair_by_pair(count: int) -> cd.Mechanism:
     for k in range(count):
         side = _side(k)
         middle = f"{side * _ACROSS / 2} {_UP / 2} 0"
-        parts.append(_joint("continuous", f"ja{k}", below, f"a{k}", end))
+        parts.append(joint_element("continuous", f"ja{k}", below, f"a{k}", end))
         parts.append(f'<link name="on_pin{k}"/>')
-        parts.append(_joint("continuous", f"p{k}", f"a{k}", f"on_pin{k}", middle))
+        parts.append(joint_element("continuous", f"p{k}", f"a{k}", f"on_pin{k}", middle))
         parts.append(
             f'<joint name="in_arm{k}" type="fixed"><parent link="on_pin{k}"/><child link="b{k}"/>'
             f'<origin xyz="{side * _ACROSS / 2} {-_UP / 2} 0"/></joint>'
         )
         lower = ("foot", "0 0 0") if k == 0 else (f"b{k - 1}", f"{side * _ACROSS} {_UP} 0")
-        parts.append(_loop("continuous", f"jb{k}", lower, (f"b{k}", "0 0 0")))
+        parts.append(loop_element("continuous", f"jb{k}", lower, (f"b{k}", "0 0 0")))
         below, end = f"a{k}", f"{side * _ACROSS} {_UP} 0"
     return cd.load(f'<robot name="pair_by_pair">{"".join(parts)}</robot>')
 
@@ -75,10 +77,10 @@ def _cylinder(k: int) -> str:
     foot, head = (f"{side * part * _ACROSS} {part * _UP} 0" for part in (0.25, 0.75))
     return (
         '<link name="tube"/><link name="rod"/>'
-        + _joint("continuous", "foot", f"a{k}", "tube", foot)
+        + joint_element("continuous", "foot", f"a{k}", "tube", foot)
         + f'<joint name="cylinder" type="prismatic"><parent link="tube"/><child link="rod"/>'
         f'<axis xyz="{along}"/>{_LIMIT}</joint>'
-        + _loop(
+        + loop_element(
             "continuous",
             "head",
             ("rod", f"{side * _ACROSS / 2} {1.5 * _UP} 0"),
@@ -110,20 +112,4 @@ def _arm(name: str, side: int) -> str:
         f'<link name="{name}"><inertial><origin xyz="{side * _ACROSS / 2} {_UP / 2} 0"/>'
         '<mass value="3"/><inertia ixx="0.3" iyy="0.7" izz="1" ixy="0" ixz="0" iyz="0"/>'
         "</inertial></link>"
-    )
-
-
-def _joint(kind: str, name: str, parent: str, child: str, at: str, axis: str = "0 0 1") -> str:
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{at}"/><axis xyz="{axis}"/></joint>'
-    )
-
-
-def _loop(kind: str, name: str, first: tuple[str, str], second: tuple[str, str]) -> str:
-    across = '<axis2 xyz="0 1 0"/>' if kind == "universal" else ""
-    return (
-        f'<loop name="{name}" type="{kind}"><predecessor link="{first[0]}"><origin '
-        f'xyz="{first[1]}"/></predecessor><successor link="{second[0]}"><origin '
-        f'xyz="{second[1]}"/></successor><axis xyz="0 0 1"/>{across}</loop>'
     )
