@@ -1,0 +1,11 @@
+/* The functions of the module; each is described where it is written. */
+
+#ifndef CARDAN_DYN_KERNELS_H
+#define CARDAN_DYN_KERNELS_H
+
+#include "arrays.h"
+
+PyObject *inverse(PyObject *module, Arguments given, Py_ssize_t nargs);
+PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs);
+
+#endif
