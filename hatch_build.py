@@ -1,10 +1,12 @@
-"""Builds the compiled functions with the wheel, where there is a compiler; else does without them.
+"""Builds the compiled functions with the wheel, if there is a compiler; else does without them.
 
-`python hatch_build.py` builds them in place.
+`python hatch_build.py` builds them in place. With `CARDAN_DYN_COMPILED=0` in the environment a
+wheel has none, and serves every machine.
 """
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -26,42 +28,49 @@ def build() -> Path:
 
     extension = Extension(
         "cardan_dyn.compiled._kernel",
-        sorted(str(path.relative_to(ROOT)) for path in SOURCES.glob("*.c")),
-        depends=[str(path) for path in SOURCES.glob("*.h")],
+        sorted(str(path) for path in SOURCES.glob("*.c")),
         define_macros=[("Py_LIMITED_API", "0x030b0000")],
-        # A sum of products is rounded alike on all processors.
+        # Sums of products are rounded alike on all processors.
         extra_compile_args=["-O3", "-std=c11", "-ffp-contract=off", "-fno-math-errno"],
         py_limited_api=True,
     )
-    command = Distribution({"name": "cardan_dyn", "ext_modules": [extension]}).get_command_obj(
-        "build_ext"
-    )
+    distribution = Distribution({"name": "cardan_dyn", "ext_modules": [extension]})
+    command = distribution.get_command_obj("build_ext")
     with tempfile.TemporaryDirectory() as temporary:
-        command.inplace, command.build_temp = True, temporary
+        command.build_lib, command.build_temp = temporary, temporary
+        command.force = True
         command.ensure_finalized()
         command.run()
-    return SOURCES / Path(command.get_ext_filename("_kernel"))
+        built = Path(command.get_ext_fullpath(extension.name))
+        # What a running process has mapped must not change under it.
+        target = SOURCES / built.name
+        target.unlink(missing_ok=True)
+        target.write_bytes(built.read_bytes())
+    return target
 
 
 class CompiledFunctions(BuildHookInterface):
-    """Adds the extension to the wheel."""
+    """Adds the extension to a wheel."""
 
     PLUGIN_NAME = "custom"
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build it, and say for what the wheel is."""
-        if self.target_name != "wheel":
+        """Build it, and say for what machines the wheel is."""
+        if os.environ.get("CARDAN_DYN_COMPILED") == "0":
             return
         try:
             built = build()
         except Exception as error:
-            self.app.display_warning(f"No compiled functions, NumPy does their work: {error}")
+            self.app.display_warning(f"without compiled functions, so NumPy does it all: {error}")
             return
         from packaging.tags import sys_tags
 
+        # Which Linux it runs on is for those to say who repair wheels.
+        platforms = (tag.platform for tag in sys_tags())
+        platform = next(name for name in platforms if not name.startswith(("many", "musl")))
         build_data["pure_python"] = False
-        build_data["tag"] = f"cp311-abi3-{next(sys_tags()).platform}"
-        build_data["artifacts"].append(str(built.relative_to(ROOT)))
+        build_data["tag"] = f"cp311-abi3-{platform}"
+        build_data["artifacts"].append(built.relative_to(ROOT).as_posix())
 
 
 if __name__ == "__main__":

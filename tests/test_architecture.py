@@ -8,7 +8,7 @@ PACKAGE = ROOT / "cardan_dyn"
 
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
-    ("checks", "frozen", "markup", "time_left", "units"),
+    ("checks", "compiled", "frozen", "markup", "time_left", "units"),
     ("figures",),
     ("description",),
     ("mechanism",),

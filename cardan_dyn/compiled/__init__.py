@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,10 +21,8 @@ if TYPE_CHECKING:
 kernel: Any = None
 """The module of compiled functions; None where they are not at hand."""
 if os.environ.get("CARDAN_DYN_COMPILED") != "0":
-    try:
-        from . import _kernel as kernel  # type: ignore[no-redef]
-    except ImportError:
-        pass
+    with suppress(ImportError):
+        kernel = import_module("._kernel", __name__)
 
 
 class Plan:

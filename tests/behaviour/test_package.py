@@ -61,6 +61,7 @@ def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
     assert "cardan_dyn/description/words.json" in names
     assert "cardan_dyn/AGENTS.md" in names
     assert "cardan_dyn/analytic/grossmann.py" in names
+    assert ("cardan_dyn/compiled/_kernel.abi3.so" in names) == ("-abi3-" in wheel.name)
     assert not [name for name in names if name.startswith(("tests/", "urdf/", "analytic/"))]
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
@@ -68,6 +69,23 @@ def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
     ran = python("-c", SCRIPT, str(site), str(elsewhere / "out"), cwd=elsewhere, path=site)
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert (elsewhere / "out" / "index.html").exists()
+
+
+@pytest.mark.slow
+def test_without_a_compiler_there_is_a_wheel_for_every_machine(tmp_path: Path) -> None:
+    pytest.importorskip("build", reason="the extra `test` brings the build front end")
+    to = ("--wheel", "--no-isolation", "--outdir", str(tmp_path), str(ROOT))
+    built = subprocess.run(
+        [sys.executable, "-m", "build", *to],
+        env={**os.environ, "CC": "false"},
+        capture_output=True,
+        text=True,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    (wheel,) = tmp_path.glob("*.whl")
+    assert wheel.name.endswith("-py3-none-any.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        assert not [name for name in archive.namelist() if name.endswith((".so", ".c", ".h"))]
 
 
 def test_importing_loads_nothing_until_a_name_is_asked_for(tmp_path: Path) -> None:
