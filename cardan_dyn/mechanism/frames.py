@@ -88,9 +88,11 @@ class Frames:
         ends: per loop, the `(4, 4)` placement of its frame in its successor.
         loop_ends: the same as offsets.
         motions: elementary motions of all joints, those of a joint in a row.
+        starts: per motion, the offset of its frame where its coordinate is zero.
         last: per joint, the index of its last motion, whose frame is the joint's; where it has
             none (a `fixed` loop), of the one that moves its predecessor.
         fixed_placement: per joint without motion, its `(4, 4)` placement in that frame.
+        fixed: the same as offsets.
         alike: the motions in sets that are placed together, in an order in which each comes after
             those that carry it.
         tree: how many joints the tree has; the loops follow them.
@@ -117,16 +119,16 @@ class Frames:
 
     def _lay_out(self) -> None:
         """Find what placing the frames needs and no position changes."""
-        self._starts = [self._offset(motion.before, motion.placement) for motion in self.motions]
-        self.alike = [Alike.of(places, self.motions, self._starts) for places in self._places()]
-        self._fixed = {
+        self.starts = [self._offset(motion.before, motion.placement) for motion in self.motions]
+        self.alike = [Alike.of(places, self.motions, self.starts) for places in self._places()]
+        self.fixed = {
             joint: self._offset(self.last[joint], placement)
             for joint, placement in self.fixed_placement.items()
         }
         bodies = self.children[self.tree :]
         lasts = [self.last[body] if body >= 0 else -1 for body in bodies]
         self.loop_ends = list(map(self._offset, lasts, self.ends))
-        self._are_motions = not self._fixed and self.last == list(range(len(self.motions)))
+        self._are_motions = not self.fixed and self.last == list(range(len(self.motions)))
         # Sines and cosines of all turns are computed at once; per set, which of them are its own.
         columns: list[int] = []
         signs: list[Array] = []
@@ -148,7 +150,7 @@ class Frames:
         """
         depth: list[int] = []
         kinds: dict[tuple[object, ...], list[int]] = {}
-        for index, (motion, start) in enumerate(zip(self.motions, self._starts, strict=True)):
+        for index, (motion, start) in enumerate(zip(self.motions, self.starts, strict=True)):
             depth.append(depth[motion.before] + 1 if motion.before >= 0 else 0)
             axis = tuple(motion.axis.tolist()) if motion.kind == "turn" else ()
             key = motion.kind, axis, motion.before < 0, start.transposed is None
@@ -296,7 +298,7 @@ class Frames:
         """
         frames = np.empty((len(self.motions), 4, 3, len(x)))
         for motion in path:
-            Alike.of([motion], self.motions, self._starts).place(frames, x)
+            Alike.of([motion], self.motions, self.starts).place(frames, x)
         return frames
 
     def turned(self, x: Array, index: int) -> Array:
@@ -333,7 +335,7 @@ class Frames:
         result = np.empty((len(self.joints), *frames.shape[1:]))
         for index, last in enumerate(self.last):
             result[index] = (
-                self._fixed[index].frame(frames) if index in self._fixed else frames[last]
+                self.fixed[index].frame(frames) if index in self.fixed else frames[last]
             )
         return result
 

@@ -52,10 +52,17 @@ class Constraints:
     Attributes:
         rate_scale: `(nv,)` the characteristic length for slides, 1 for angles: what rates are
             divided by, and efforts multiplied with, to compare those of slides with those of turns.
+        known_rates: indices of the joint velocities that are claimed to be known.
+        drive_rates, held_rates: those of the driven and of the held joints.
+        prescribed_columns: columns in coordinate rows of the drives, then of the held joints.
         loops: indices of the loops whose joints all move as is claimed.
+        signs: per loop of these, `(M,)` 1 for motions on its predecessor's side, -1 on its
+            successor's, else 0.
         coupling_factors: `(G, nv)`: the rates of a coupling's joints times its row add up to zero;
             also the effort along each rate per unit moment of the coupling.
+        column_factors: `(G, size)` likewise, of the coordinates, which add up to an offset.
         couplings: indices of the couplings whose joints all move as is claimed.
+        offsets, slip_scales: of these, the offset, and what a slip is divided by.
     """
 
     def __init__(
@@ -79,23 +86,25 @@ class Constraints:
         self.rate_scale = np.ones(coordinates.model.nv)
         self.rate_scale[twists.rates[twists.sliding]] = length
         driven, held = prescribed_motions(self._frames, motion)
-        self._drive_rates = [item.rate for item in driven]
+        self.drive_rates = [item.rate for item in driven]
         self._unit_ratios = np.eye(len(motion.drives))
-        self._held_rates = [item.rate for item in held]
-        self._held_scale = _scale_of(self.rate_scale[self._held_rates])
+        self.held_rates = [item.rate for item in held]
+        self._held_scale = _scale_of(self.rate_scale[self.held_rates])
         prescribed = [*driven, *held]
-        self._prescribed_columns = np.array([item.column for item in prescribed], dtype=int)
+        self.prescribed_columns = np.array([item.column for item in prescribed], dtype=int)
         # What the errors of angles and slides are divided by.
         self._prescribed_scale = self.rate_scale[[item.rate for item in prescribed]]
         self._lay_out_couplings(description, coordinates)
         signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
-        self._known_rates = consecutive(np.flatnonzero(motion.known))
+        self.known_rates = np.flatnonzero(motion.known)
+        self._known_rates = consecutive(self.known_rates)
         self._known_scale = _scale_of(self.rate_scale[self._known_rates])
         self.loops = [
             loop
             for loop, around in enumerate(signs)
             if np.all(motion.known[twists.rates[around[twists.owners] != 0.0]])
         ]
+        self.signs = [signs[loop] for loop in self.loops]
         # A gap counts over the length. Between frames that are turned by an angle φ, the squared
         # differences of the three axes add up to 2 (2 sin φ/2)², which is 2 φ² for small angles.
         self._gap_scale = np.array([0.5, 0.5, 0.5, length**-2])[:, None, None]
@@ -111,21 +120,22 @@ class Constraints:
         """Lay out the factors of the rates, and of the coordinates, that couplings connect."""
         frames, count = self._frames, len(description.couplings)
         self.coupling_factors = np.zeros((count, coordinates.model.nv))
-        self._column_factors = np.zeros((count, coordinates.size))
-        self._offsets = np.array([coupling.offset for coupling in description.couplings])
+        self.column_factors = np.zeros((count, coordinates.size))
+        offsets = np.array([coupling.offset for coupling in description.couplings])
         for row, coupling in enumerate(description.couplings):
             predecessors, successors = coupled_joints(coupling, frames)
             factors = dict.fromkeys(predecessors, -coupling.ratio) | dict.fromkeys(successors, 1.0)
             for name, factor in factors.items():
                 rate = coordinates.velocity_columns[name].start
                 self.coupling_factors[row, rate] = factor
-                self._column_factors[row, coordinates.columns[name].start] = factor
+                self.column_factors[row, coordinates.columns[name].start] = factor
         self.couplings = [
             row for row in range(count) if np.all(self._known[self.coupling_factors[row] != 0])
         ]
-        self._slip_scale = self._slip_scales()[self.couplings][:, None]
+        self.offsets = offsets[self.couplings]
+        self.slip_scales = self._slip_scales()[self.couplings]
         self._slips_of_rates = SparseRows(self.coupling_factors[self.couplings])
-        self._slips_of_columns = SparseRows(self._column_factors[self.couplings])
+        self._slips_of_columns = SparseRows(self.column_factors[self.couplings])
         self._efforts_of_moments = SparseRows(self.coupling_factors.T)
 
     def _slip_scales(self) -> Array:
@@ -163,9 +173,9 @@ class Constraints:
         if self.couplings:
             positions = claim.x + 2.0 * np.pi * claim.turns
             slip = self._slips_of_columns.times(positions.T)
-            slip -= self._offsets[self.couplings][:, None]
-            worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=0))
-        columns, drives = self._prescribed_columns, len(self._drive_rates)
+            slip -= self.offsets[:, None]
+            worst = np.maximum(worst, np.max(np.abs(slip) / self.slip_scales[:, None], axis=0))
+        columns, drives = self.prescribed_columns, len(self.drive_rates)
         if columns.size:
             prescribed = np.empty((len(claim.x), columns.size))
             prescribed[:, :drives], prescribed[:, drives:] = claim.positions, claim.held
@@ -195,7 +205,7 @@ class Constraints:
         Velocity ratios of drives have to be one and zero. Where a claim has no rates, all of them
         have to be zero, or the error is infinite.
         """
-        unit = np.abs(claim.velocity_ratios.take(self._drive_rates, 1) - self._unit_ratios)
+        unit = np.abs(claim.velocity_ratios.take(self.drive_rates, 1) - self._unit_ratios)
         worst = np.asarray(np.maximum.reduce(unit, axis=(1, 2)))
         if not claim.has_rates:
             still = claim.a is claim.v or not np.count_nonzero(claim.a)
@@ -203,7 +213,7 @@ class Constraints:
                 worst[:] = np.inf
             return worst
         for rates, prescribed in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
-            error = np.abs(rates.take(self._drive_rates, 1) - prescribed).max(axis=1)
+            error = np.abs(rates.take(self.drive_rates, 1) - prescribed).max(axis=1)
             np.maximum(worst, ratio(error, np.abs(prescribed).max(axis=1)), out=worst)
         return worst
 
@@ -216,13 +226,13 @@ class Constraints:
             rates: velocities or accelerations `(nv, N)`.
         """
         worst = np.zeros(rates.shape[1])
-        if self._held_rates:
-            moving = np.abs(rates.take(self._held_rates, 0))
+        if self.held_rates:
+            moving = np.abs(rates.take(self.held_rates, 0))
             if self._held_scale is not None:
                 moving /= self._held_scale
             np.maximum.reduce(moving, axis=0, out=worst)
         if self.couplings:
-            slip = np.abs(self._slips_of_rates.times(rates)) / self._slip_scale
+            slip = np.abs(self._slips_of_rates.times(rates)) / self.slip_scales[:, None]
             np.maximum(worst, slip.max(axis=0), out=worst)
         return worst
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .. import compiled
 from ..arrays import Array, consecutive
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.frames import Frames, in_steps, merged
@@ -34,6 +35,7 @@ from .wrenches import (
 )
 
 if TYPE_CHECKING:
+    from ..compiled import Plan
     from ..description.description import Description
     from ..elements.element import Element
     from ..elements.link_loads import LinkLoad
@@ -42,6 +44,10 @@ if TYPE_CHECKING:
 
 _RATES_TOGETHER = 256
 """Samples, times drives, whose velocity ratios are checked together."""
+
+
+_NO_LOADS = np.zeros((0, 6, 1)), np.zeros((0, 14))
+"""What `link_loads` returns of none."""
 
 
 class Setup(NamedTuple):
@@ -200,9 +206,45 @@ class FreeBodies:
 
     def check(self, claim: Claim) -> Residuals:
         """Return the residuals of a claim."""
+        # Elements and changed inertia are left to NumPy.
+        if compiled.kernel is not None and self._elements is None and not claim.inertia:
+            return self._compiled_residuals(claim)
         # What overflows is refused by those who judge residuals.
         with np.errstate(over="ignore", invalid="ignore"):
             return self._residuals(claim)
+
+    @cached_property
+    def _layout(self) -> Plan:
+        from .layout import Layout  # Without compiled functions, nothing needs it.
+
+        return Layout(
+            self.frames,
+            self._twists,
+            self._constraints,
+            self._massive,
+            self.claimed,
+            self._covered,
+            self._length,
+        ).plan()
+
+    def _compiled_residuals(self, claim: Claim) -> Residuals:
+        """Return what `_residuals` does."""
+        results = np.empty((9, len(claim.x)))
+        loads, places = _NO_LOADS
+        if claim.link_loads:
+            from .layout import link_loads
+
+            loads, places = link_loads(self.frames, claim.link_loads)
+        compiled.kernel.proven(
+            self._layout.handle,
+            results,
+            *claim[:13],  # From `x` to `loads`.
+            claim.gravity,
+            loads,
+            places,
+            claim.has_rates,
+        )
+        return Residuals(*results, self._balances, self._power_known)
 
     def _residuals(self, claim: Claim) -> Residuals:
         """See `check`."""

@@ -44,6 +44,7 @@ class Twists:
         rates: `(K,)` its index among the joint velocities.
         sliding: `(K,)` whether it is a slide.
         axes: `(K, 3)` its direction in the frame of its motion.
+        along_frame_axes: whether all of them are axes of their frames, or opposite to one.
     """
 
     def __init__(self, frames: Frames) -> None:
@@ -65,7 +66,7 @@ class Twists:
         self._balls = [k for k, motion in enumerate(frames.motions) if motion.kind == "ball"]
         # A direction along a frame axis is a column of the frame, up to its sign; copying that
         # column is faster than multiplying the frame with the axis.
-        self._along_frame_axes = bool(np.all(np.count_nonzero(self.axes, axis=1) == 1))
+        self.along_frame_axes = bool(np.all(np.count_nonzero(self.axes, axis=1) == 1))
         self._columns = 4 * self.owners + np.argmax(np.abs(self.axes), axis=1)
         signs = self.axes.sum(axis=1)[:, None, None]
         self._signs = None if np.all(signs == 1.0) else signs
@@ -139,7 +140,7 @@ class Twists:
 
     def _directions(self, motion_frames: Array) -> Array:
         """Return `(K, 3, N)` the unit vector along which each rate acts."""
-        if self._along_frame_axes:
+        if self.along_frame_axes:
             axes = motion_frames.reshape(-1, *motion_frames.shape[2:]).take(self._columns, 0)
             return axes if self._signs is None else np.asarray(axes * self._signs)
         return np.asarray(np.einsum("kc,kcin->kin", self.axes, motion_frames[self.owners, :3]))

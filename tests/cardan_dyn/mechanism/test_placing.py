@@ -84,7 +84,7 @@ def test_motions_that_are_placed_together_are_where_each_is_alone(name: str) -> 
     found = frames.placed(mechanism.coordinates.normalised(x))
     alone = np.full_like(found, np.nan)
     for index in range(len(frames.motions)):
-        Alike.of([index], frames.motions, frames._starts).place(alone, x)
+        Alike.of([index], frames.motions, frames.starts).place(alone, x)
     np.testing.assert_array_equal(found, alone)
     for sample in range(SAMPLES):
         np.testing.assert_array_equal(frames.placed(x[[sample]])[..., 0], found[..., sample])
