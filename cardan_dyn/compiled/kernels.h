@@ -8,5 +8,6 @@
 PyObject *inverse(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *proven(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs);
+PyObject *within(PyObject *module, Arguments given, Py_ssize_t nargs);
 
 #endif

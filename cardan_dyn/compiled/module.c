@@ -134,6 +134,7 @@ static PyMethodDef functions[] = {
     FUNCTION(inverse),
     FUNCTION(proven),
     FUNCTION(refined),
+    FUNCTION(within),
     {NULL, NULL, 0, NULL},
 };
 

@@ -10,7 +10,7 @@
 #include "arrays.h"
 #include "kernels.h"
 
-#define TOGETHER 8
+#define TOGETHER 4
 #define INLINE static inline __attribute__((always_inline))
 #define EACH for (int l = 0; l < lanes; l++)
 #define VECTOR (3 * lanes)
@@ -293,13 +293,9 @@ INLINE void place_all(const Layout *layout, const Array *x, Work *work, int lane
         load(moved, x, motion->column, work, lanes);
         switch (motion->kind) {
         case ALONG_X:
-            turn_along(frame, start, 0, numbers->axis[0], moved, lanes);
-            break;
         case ALONG_Y:
-            turn_along(frame, start, 1, numbers->axis[1], moved, lanes);
-            break;
         case ALONG_Z:
-            turn_along(frame, start, 2, numbers->axis[2], moved, lanes);
+            turn_along(frame, start, (int)motion->kind, numbers->axis[motion->kind], moved, lanes);
             break;
         case TURN:
             turn(frame, start, numbers->axis, moved, lanes);
@@ -1102,6 +1098,43 @@ PyObject *proven(PyObject *module, Arguments given, Py_ssize_t nargs)
         PyErr_NoMemory();
     else
         answer = Py_NewRef(Py_None);
+done:
+    release(&held);
+    return answer;
+}
+
+/* within(tolerance, fields of `Residuals` but `elastic`): whether all samples are, see `is_proven`.
+
+   Comparisons with what is not a number are false, so that it is no proof. */
+PyObject *within(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, RESULTS + 3)
+    Array arrays[RESULTS];
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    const double tolerance = PyFloat_AsDouble(given[0]);
+    const int bodies = PyObject_IsTrue(given[1 + RESULTS]);
+    const int power = PyObject_IsTrue(given[2 + RESULTS]);
+    if (PyErr_Occurred())
+        return NULL;
+    for (int k = 0; k < RESULTS; k++)
+        if (!take(&held, given[1 + k], 1, 0) || has_size(arrays + k, 0, arrays[0].size[0], 0))
+            goto done;
+    int is_within = 1;
+    for (Py_ssize_t sample = 0; sample < arrays[0].size[0]; sample++) {
+        double at[RESULTS];
+        for (int k = 0; k < RESULTS; k++)
+            at[k] = arrays[k].at[sample * arrays[k].step[0]];
+        double size = at[GREATEST_WRENCH] + at[APPLIED] + at[INERTIA];
+        double flow = at[POWER_SCALE] + size * at[SPEED_SCALE];
+        is_within &= greater(at[LOOP_ERROR], at[RATE_ERROR]) <= tolerance;
+        if (bodies)
+            is_within &= at[IMBALANCE] <= tolerance * size && size < INFINITY;
+        if (power)
+            is_within &= at[POWER_IMBALANCE] <= tolerance * flow && flow < INFINITY;
+    }
+    answer = PyBool_FromLong(is_within);
 done:
     release(&held);
     return answer;

@@ -180,15 +180,15 @@ def link_loads(frames: Frames, loads: Mapping[str, LinkLoad]) -> tuple[Array, Ar
         Forces and moments `(L, 6, N)` or `(L, 6, 1)`, and per load the index of its body, whether
         it is in world axes, the link's axes and its point in the body's frame, `(L, 14)`.
     """
-    places = np.empty((len(loads), 14))
-    wrenches = []
-    for row, (link, load) in zip(places, loads.items(), strict=True):
+    samples = max(max(len(load.force), len(load.moment)) for load in loads.values())
+    wrenches, places = np.empty((len(loads), 2, 3, samples)), np.empty((len(loads), 14))
+    for wrench, place, (link, load) in zip(wrenches, places, loads.items(), strict=True):
+        wrench[0], wrench[1] = load.force.T, load.moment.T
         body, placement = frames.links[link]
-        row[:2] = body, load.in_world
-        row[2:11] = placement[:3, :3].ravel()
-        row[11:] = placement[:3, :3] @ load.point + placement[:3, 3]
-        wrenches.append(np.concatenate(np.broadcast_arrays(load.force.T, load.moment.T)))
-    return np.array(np.broadcast_arrays(*wrenches)), places
+        rotation = placement[:3, :3]
+        place[0], place[1], place[2:11] = body, load.in_world, rotation.ravel()
+        place[11:] = rotation @ load.point + placement[:3, 3]
+    return wrenches.reshape(-1, 6, samples), places
 
 
 def _kind(motion: ElementaryMotion, along: int) -> int:
