@@ -126,6 +126,9 @@ class Layout(NamedTuple):
         return self._added(self.frames.fixed[joint], offsets)
 
     def _added(self, offset: Offset, offsets: list[Offset]) -> int:
+        """Return the index of an offset among the frames, to which it is added if it is none."""
+        if offset.in_world is None and offset.transposed is None:
+            return offset.before
         offsets.append(offset)
         return len(self.frames.motions) + len(offsets) - 1
 

@@ -80,14 +80,17 @@ def _greatest(wrenches: Array, squares: Array, length: float) -> Array:
     if not len(wrenches):
         return np.zeros(wrenches.shape[-1])
     greatest = np.maximum.reduce(squares.reshape(-1, squares.shape[-1]), axis=0)
-    if _LEAST_SQUARE < np.maximum.reduce(greatest) < _GREATEST_SQUARE:
-        return np.asarray(np.sqrt(greatest))
-    # Squares overflow, or vanish, long before the wrenches do.
-    sizes = np.asarray(np.abs(wrenches).max(axis=(0, 1, 2)))
-    scale = float(sizes.max())
-    if not 0.0 < scale < np.inf:
-        return sizes
-    return np.asarray(scale * np.sqrt(_squares(wrenches / scale, length).max(axis=(0, 1))))
+    lost = ~((greatest > _LEAST_SQUARE) & (greatest < _GREATEST_SQUARE))
+    greatest = np.sqrt(greatest)
+    if lost.any():
+        # Squares overflow, or vanish, long before the wrenches do.
+        parts = wrenches[..., lost]
+        sizes = np.abs(parts).max(axis=(0, 1, 2))
+        has_size = (sizes > 0.0) & (sizes < np.inf)
+        scale = np.where(has_size, sizes, 1.0)
+        whole = scale * np.sqrt(_squares(parts / scale, length).max(axis=(0, 1)))
+        greatest[lost] = np.where(has_size, whole, sizes)
+    return np.asarray(greatest)
 
 
 def _squares(wrenches: Array, length: float) -> Array:
