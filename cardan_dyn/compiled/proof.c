@@ -888,10 +888,9 @@ INLINE void check(const Layout *layout, const Claim *claim, Work *work, int *mov
     for (int64_t k = 0; k < layout->n_bodies; k++) {
         double *net = work->net + k * WRENCH;
         const double *frame = work->frames + layout->bodies[k].motion * FRAME;
-        if (layout->bodies[k].is_covered)
-            add_cross(net + VECTOR, -1.0, frame + 3 * VECTOR, net, lanes);
-        else
+        if (!layout->bodies[k].is_covered)
             memset(net, 0, sizeof(double) * WRENCH);
+        add_cross(net + VECTOR, -1.0, frame + 3 * VECTOR, net, lanes);
     }
     greatest_size(work->net, layout->n_bodies, layout->length, out[IMBALANCE], lanes);
     greatest_size(work->wrenches, layout->n_joints, layout->length, out[GREATEST_WRENCH], lanes);

@@ -1,0 +1,425 @@
+"""The compiled proof against its twin by NumPy: of right claims, of random ones, of false ones."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from compare import scene_of
+from scenes import draw
+from testkit.ball_rods import as_a_floating_rod, as_balls
+from testkit.claims import RATES, SCENES, bent, claimed, coupled_wheels, positions, universal
+from testkit.mixed_chain import MIXED, rows
+
+import cardan_dyn as cd
+from cardan_dyn import compiled
+from cardan_dyn.description.second_reading import reread
+from cardan_dyn.elements.link_loads import LinkLoad
+from cardan_dyn.mechanism.frames import Frames
+from cardan_dyn.proof.constraints import Motion
+from cardan_dyn.proof.free_bodies import FreeBodies, Setup
+from cardan_dyn.proof.named_motions import named_motions
+from cardan_dyn.proof.residuals import BALANCE_TOLERANCE, Claim, Residuals
+from cardan_dyn.scene.usual_motion import usual_motion
+
+pytestmark = pytest.mark.skipif(compiled.kernel is None, reason="nothing is compiled here")
+
+ROUNDING = 1e-13
+NAMES = Residuals._fields[:9]
+FIELDS = (*Claim._fields[:13], "gravity")
+"""Arrays of a claim."""
+MECHANISMS: dict[str, Callable[[], cd.Mechanism]] = {
+    **{name: lambda name=name: cd.load(name) for name in cd.bundled_names()},
+    "every kind of joint": lambda: cd.load(MIXED),
+    "balls": lambda: cd.load(as_balls()),
+    "floating": lambda: cd.load(as_a_floating_rod()),
+    "balls by angles": lambda: cd.load(as_balls()).variant(cardan={"b"}),
+    "gears": lambda: coupled_wheels().mechanism,
+    "many drives": lambda: SCENES["arms"]().mechanism,
+}
+
+
+def by_numpy(bodies: FreeBodies, claim: Claim) -> Residuals:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiled, "kernel", None)
+        return bodies.check(claim)
+
+
+def sizes(residuals: Residuals) -> list[np.ndarray]:
+    """Return `(N,)` per residual what rounding of it is in proportion to."""
+    one = np.ones_like(residuals.wrench)
+    wrench = residuals.wrench + residuals.applied + residuals.inertia
+    power = residuals.power_scale + wrench * residuals.speed_scale
+    error = one + residuals.loop_error, one + residuals.rate_error
+    return [wrench, power, *error, wrench, wrench, wrench, power, one + residuals.speed_scale]
+
+
+def assert_same(bodies: FreeBodies, claim: Claim, judge: str = "numbers") -> Residuals:
+    """Return the compiled residuals, after they were found to be those by NumPy."""
+    found, expected = bodies.check(claim), by_numpy(bodies, claim)
+    assert found[9:] == expected[9:]
+    with np.errstate(invalid="ignore"):
+        for name, size in zip(NAMES, sizes(expected), strict=True):
+            one, other = getattr(found, name), getattr(expected, name)
+            assert one.shape == other.shape
+            # Whether infinite terms cancel may depend on how the finite ones were rounded.
+            is_finite = np.isfinite(other)
+            assert np.array_equal(np.isfinite(one), is_finite), name
+            if judge == "numbers":
+                assert np.array_equal(np.isnan(one), np.isnan(other)), name
+            apart = np.abs(one - other)[is_finite & np.isfinite(size)]
+            allowed = ROUNDING * size[is_finite & np.isfinite(size)] + 1e-300
+            assert np.all(apart <= allowed), (name, np.max(apart / allowed))
+    assert found.is_proven() == by_numpy_proven(expected)
+    return found
+
+
+def by_numpy_proven(residuals: Residuals) -> bool:
+    with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
+        patch.setattr(compiled, "kernel", None)
+        return residuals.is_proven()
+
+
+def random_bodies(mechanism: cd.Mechanism, seed: int) -> FreeBodies:
+    """Return the proof of a scene with random drives, held, known and claimed joints."""
+    rng = np.random.default_rng(seed)
+    description, coordinates = reread(mechanism.description), mechanism.coordinates
+    frames = Frames(description, coordinates)
+    names = rng.permutation(list(named_motions(frames))).tolist()
+    drives = rng.integers(1, min(4, len(names) + 1))
+    held = names[drives : drives + rng.integers(0, 3)]
+    known, joints = np.ones(mechanism.model.nv, dtype=bool), rng.permutation(frames.joints).tolist()
+    if seed % 2:
+        known = rng.random(len(known)) < 0.9
+        joints = joints[: rng.integers(0, len(joints) + 1)]
+    motion = Motion(tuple(names[:drives]), tuple(held), known)
+    return FreeBodies(description, coordinates, rng.uniform(0.2, 3.0), Setup(motion, joints))
+
+
+def random_claim(mechanism: cd.Mechanism, bodies: FreeBodies, seed: int, count: int = 5) -> Claim:
+    """Return a claim that is false in everything: each of its numbers counts."""
+    rng = np.random.default_rng(100 + seed)
+    x, nv = rows(mechanism, count, seed), mechanism.model.nv
+    constraints, has_rates = bodies._constraints, seed % 3 > 0
+    drives, held = len(constraints.drive_rates), len(constraints.held_rates)
+    every = [1, count]
+
+    def some(*shape: int, at: int | None = None) -> np.ndarray:
+        return rng.normal(size=(rng.choice(every) if at is None else at, *shape))
+
+    v, a = has_rates * some(2, nv, at=count).transpose(1, 0, 2)
+    loads = {}
+    for link, (body, placement) in bodies.frames.links.items():
+        if body >= 0 and rng.random() < 0.3:
+            force, moment = some(3), some(3)
+            rotation, translation = placement[:3, :3], placement[:3, 3]
+            in_world, point = bool(rng.random() < 0.5), rng.normal(size=3)
+            loads[link] = LinkLoad(body, rotation, translation, force, moment, in_world, point)
+    return Claim(
+        x=x,
+        turns=rng.integers(-3, 4, x.shape).astype(float),
+        v=v,
+        a=a,
+        positions=some(drives, at=count),
+        speeds=some(drives),
+        accelerations=some(drives),
+        held=some(held),
+        velocity_ratios=some(nv, drives, at=count),
+        wrenches=some(len(bodies.claimed), 6, at=count),
+        exerted=some(nv, at=count),
+        couplings=some(len(constraints.coupling_factors), at=count),
+        loads=some(nv),
+        link_loads=loads,
+        gravity=some(3) * (seed % 4 > 0),
+        inertia={},
+        has_rates=has_rates,
+    )
+
+
+def entries(claim: Claim, most: int, seed: int = 0) -> list[tuple[str, tuple[int, ...]]]:
+    """Return fields of a claim with indices of some of their numbers, those of a middle sample."""
+    rng, found = np.random.default_rng(seed), []
+    for field in FIELDS:
+        array = getattr(claim, field)
+        for index in rng.permutation(array[0].size)[:most]:
+            at = np.unravel_index(index, array.shape[1:])
+            found.append((field, (len(array) // 2, *map(int, at))))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_random_claims(name: str, seed: int) -> None:
+    """Their residuals are great, so that nothing is lost in rounding."""
+    mechanism = MECHANISMS[name]()
+    bodies = random_bodies(mechanism, seed)
+    claim = random_claim(mechanism, bodies, seed)
+    found = assert_same(bodies, claim)
+    assert not found.is_proven()
+    moved = 0
+    for field, index in entries(claim, 3, seed):
+        bended = bent(getattr(claim, field), index, 0.3)
+        false = assert_same(bodies, claim._replace(**{field: bended}))
+        moved += any(np.any(getattr(false, of) != getattr(found, of)) for of in NAMES)
+    assert moved
+
+
+@pytest.mark.parametrize("rates", [{}, RATES], ids=["at rest", "moving"])
+@pytest.mark.parametrize("name", SCENES)
+def test_any_false_number_raises_the_same_residuals(name: str, rates: dict[str, float]) -> None:
+    bodies, claim, _ = claimed(SCENES[name](), positions(SCENES[name]())[:5], **rates)
+    right = assert_same(bodies, claim)
+    assert right.is_proven()
+    raised = set()
+    for field, index in entries(claim, 200):
+        array = getattr(claim, field)
+        false = assert_same(bodies, claim._replace(**{field: bent(array, index, 1e-6)}))
+        rises = [
+            np.max((getattr(false, of) - getattr(right, of)) / (size + 1e-300))
+            for of, size in zip(NAMES[:4], sizes(right)[:4], strict=True)
+        ]
+        if max(rises) > 1e-9:
+            raised.add(field)
+            assert max(rises) < 2.0 * BALANCE_TOLERANCE or not false.is_proven()
+    zero_at_rest = {"v", "a", "speeds", "accelerations"}
+    expected = {field for field in FIELDS if getattr(claim, field).size} - {"turns", "exerted"}
+    assert raised >= (expected if rates else expected - zero_at_rest) - (
+        set() if claim.loads.any() else {"loads"}
+    )
+
+
+@pytest.mark.parametrize("speed", [0.0, 3.0])
+@pytest.mark.parametrize("name", cd.bundled_names())
+def test_claims_of_bundled_mechanisms(name: str, speed: float) -> None:
+    usual = usual_motion(cd.load(name), gravity=(1.0, -2.0, -9.0), samples=5)
+    bodies, claim, _ = claimed(usual.scene, usual.positions, speed=speed, acceleration=speed)
+    assert assert_same(bodies, claim).is_proven()
+    for field, index in entries(claim, 8):
+        assert_same(bodies, claim._replace(**{field: bent(getattr(claim, field), index, 1e-6)}))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_claims_of_random_chains(seed: int) -> None:
+    case = draw(seed)
+    where, speeds = case.positions[:5], case.speeds[:5]
+    bodies, claim, _ = claimed(
+        scene_of(case), where, speed=speeds, acceleration=case.accelerations[:5]
+    )
+    assert assert_same(bodies, claim).is_proven()
+    for field, index in entries(claim, 8):
+        assert_same(bodies, claim._replace(**{field: bent(getattr(claim, field), index, 1e-6)}))
+
+
+@pytest.mark.parametrize("outputs", [[], ["bearing_in"], ["cross_out"]])
+def test_claims_that_leave_joints_out(outputs: list[str]) -> None:
+    scene = universal(outputs=[name for name in outputs if name in universal().mechanism.joints])
+    bodies, claim, _ = claimed(scene, positions(scene)[:5], **RATES)
+    assert assert_same(bodies, claim).is_proven()
+    for field, index in entries(claim, 20):
+        assert_same(bodies, claim._replace(**{field: bent(getattr(claim, field), index, 1e-6)}))
+
+
+@pytest.mark.parametrize("name", ["every kind of joint", "gears", "many drives", "balls"])
+def test_what_is_not_a_number_stays_so(name: str) -> None:
+    """Infinite numbers stay infinite, or leave what is not a number where they cancel."""
+    mechanism = MECHANISMS[name]()
+    for seed in range(4):
+        bodies = random_bodies(mechanism, seed)
+        claim = random_claim(mechanism, bodies, seed)
+        for field, index in entries(claim, 6, seed):
+            for value, judge in ((np.nan, "numbers"), (np.inf, "finite"), (-np.inf, "finite")):
+                array = getattr(claim, field).copy()
+                array[index] = value
+                residuals = assert_same(bodies, claim._replace(**{field: array}), judge)
+                assert not residuals.is_proven()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_no_claim_with_what_is_not_a_number_is_proven(name: str) -> None:
+    bodies, claim, _ = claimed(SCENES[name](), positions(SCENES[name]())[:5], **RATES)
+    for field, index in entries(claim, 200):
+        if field == "turns" and not claim.couplings.size:
+            continue  # Whole turns count where couplings do.
+        array = getattr(claim, field).copy()
+        array[index] = np.nan
+        residuals = assert_same(bodies, claim._replace(**{field: array}))
+        assert residuals.is_proven() == (field == "turns" and not is_coupled(bodies, index[1]))
+    for link, load in claim.link_loads.items():
+        for part in ("force", "moment"):
+            array = np.array(getattr(load, part))
+            array[0, 1] = np.nan
+            false = claim._replace(link_loads={link: replace(load, **{part: array})})
+            assert not assert_same(bodies, false).is_proven()
+
+
+def is_coupled(bodies: FreeBodies, column: int) -> bool:
+    return bool(np.any(bodies._constraints.column_factors[:, column]))
+
+
+@pytest.mark.parametrize("name", ["every kind of joint", "gears", "universal_joint"])
+@pytest.mark.parametrize("exponent", [-1000, -600, -340, 340, 500, 600, 1000])
+def test_huge_and_tiny_wrenches(name: str, exponent: int) -> None:
+    """Squares of which overflow or vanish, at one of the samples."""
+    mechanism = MECHANISMS[name]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 0)._replace(link_loads={})
+    for names in (("wrenches",), ("wrenches", "loads", "exerted", "couplings", "gravity")):
+        for samples in (slice(2, 3), slice(None)):
+            changes = {}
+            for field in names:
+                array = np.array(getattr(claim, field))
+                array[samples] = np.ldexp(array[samples], exponent)
+                changes[field] = array
+            assert_same(bodies, claim._replace(**changes), "finite")
+
+
+def test_a_huge_sample_hides_no_imbalance_of_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism = MECHANISMS["universal_joint"]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 0)
+    alone = bodies.check(claim)
+    huge = claim.wrenches.copy()
+    huge[2] *= 1e250
+    for kernel in (compiled.kernel, None):
+        monkeypatch.setattr(compiled, "kernel", kernel)
+        beside = bodies.check(claim._replace(wrenches=huge))
+        for sample in (0, 1, 3, 4):
+            np.testing.assert_allclose(beside.imbalance[sample], alone.imbalance[sample])
+            np.testing.assert_allclose(beside.wrench[sample], alone.wrench[sample])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 9])
+@pytest.mark.parametrize("name", ["every kind of joint", "gears", "many drives"])
+def test_a_sample_comes_out_alike_wherever_it_stands(name: str, count: int) -> None:
+    """To the last bit, and however the arrays lie in memory."""
+    mechanism = MECHANISMS[name]()
+    for seed in range(3):
+        bodies = random_bodies(mechanism, seed)
+        claim = random_claim(mechanism, bodies, seed, count)
+        together = bodies.check(claim)
+        arrays = {field: getattr(claim, field) for field in FIELDS}
+        spread = {
+            field: np.asfortranarray(np.repeat(array, 2, axis=-1))[..., ::2]
+            for field, array in arrays.items()
+        }
+        backwards = {field: array[::-1].copy()[::-1] for field, array in arrays.items()}
+        for other in (spread, backwards):
+            for one, again in zip(together[:9], bodies.check(claim._replace(**other)), strict=False):
+                assert np.array_equal(one, again)
+        for sample in range(count):
+            span = slice(sample, sample + 1)
+            single = claim._replace(
+                **{
+                    field: array if len(array) == 1 else array[span]
+                    for field, array in arrays.items()
+                },
+                link_loads={
+                    link: load.of_samples(span) for link, load in claim.link_loads.items()
+                },
+            )
+            for one, alone in zip(together[:9], bodies.check(single), strict=False):
+                assert one[sample] == alone[0]
+
+
+def test_rates_at_rest_are_no_proof() -> None:
+    bodies, claim, _ = claimed(SCENES["four-bar"](), positions(SCENES["four-bar"]())[:5])
+    for field in ("v", "a"):
+        for value in (1e-30, np.nan):
+            array = np.zeros_like(claim.v)
+            array[3, 1] = value
+            residuals = assert_same(bodies, claim._replace(**{field: array}))
+            assert np.all(residuals.rate_error == np.inf)
+
+
+def test_no_input_is_changed() -> None:
+    mechanism = MECHANISMS["gears"]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 1)
+    for field in FIELDS:
+        getattr(claim, field).setflags(write=False)
+    before = pickle.dumps(claim)
+    bodies.check(claim)
+    assert pickle.dumps(claim) == before
+
+
+def test_no_samples_have_no_residuals() -> None:
+    mechanism = MECHANISMS["gears"]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 0)
+    nothing = {field: getattr(claim, field)[:0] for field in FIELDS}
+    residuals = bodies.check(claim._replace(**nothing, link_loads={}))
+    assert all(array.shape == (0,) for array in residuals[:9])
+
+
+def test_arrays_of_other_sizes_are_refused() -> None:
+    mechanism = MECHANISMS["gears"]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 1)
+    for field in FIELDS:
+        array = getattr(claim, field)
+        for axis in np.flatnonzero(array.shape).tolist():
+            with pytest.raises(ValueError, match="numbers instead of"):
+                bodies.check(claim._replace(**{field: np.repeat(array, 3, axis=axis)[:14]}))
+        for other in (array[0], array.astype(int), array.astype("f4"), None):
+            with pytest.raises(TypeError):
+                bodies.check(claim._replace(**{field: other}))
+    other = compiled.Plan([np.zeros(3)], [np.zeros(2)])
+    given = [np.zeros((9, 5)), *claim[:13], claim.gravity]
+    given += [np.zeros((0, 6, 1)), np.zeros((0, 14)), True]
+    compiled.kernel.proven(bodies._layout.handle, *given)
+    with pytest.raises(ValueError, match="plan of another function"):
+        compiled.kernel.proven(other.handle, *given)
+    with pytest.raises(TypeError, match="arguments are needed"):
+        compiled.kernel.proven(other.handle)
+    given[-3:-1] = np.zeros((1, 6, 1)), np.zeros((1, 14))
+    for body in (-1.0, 1e3, np.nan):
+        given[-2][0, 0] = body
+        with pytest.raises(ValueError, match="acts on no body"):
+            compiled.kernel.proven(bodies._layout.handle, *given)
+
+
+def test_the_proof_can_be_copied_and_sent() -> None:
+    mechanism = MECHANISMS["gears"]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 1)
+    expected = bodies.check(claim)
+    for other in (copy.deepcopy(bodies), pickle.loads(pickle.dumps(bodies))):
+        for one, again in zip(expected[:9], other.check(claim), strict=False):
+            assert np.array_equal(one, again)
+
+
+def test_residuals_are_judged_as_by_numpy() -> None:
+    rng = np.random.default_rng(3)
+    awkward = [0.0, 1.0, BALANCE_TOLERANCE, 1e-9, 1e300, np.inf, np.nan]
+    verdicts = []
+    for _ in range(3000):
+        # Few of them are proven unless most residuals are small.
+        arrays = rng.choice([0.0, 1e-9, 1e-10, 1.0], (9, rng.choice([1, 3])))
+        arrays[:4] *= BALANCE_TOLERANCE
+        arrays[rng.integers(9), 0] = rng.choice(awkward)
+        residuals = Residuals(*arrays, *rng.choice([True, False], 2).tolist())
+        verdicts.append(residuals.is_proven())
+        assert verdicts[-1] == by_numpy_proven(residuals)
+    assert 300 < sum(verdicts) < 2700
+
+
+def test_what_a_proof_of_one_sample_calls() -> None:
+    bodies, claim, where = claimed(SCENES["four-bar"](), positions(SCENES["four-bar"]())[:1], **RATES)
+    residuals, counted = bodies.check(claim), 0
+
+    def count(frame: object, event: str, argument: object) -> None:
+        nonlocal counted
+        counted += event in ("call", "c_call")
+
+    sys.setprofile(count)
+    try:
+        bodies.check(claim)
+        residuals.prove(where, np.ones(1))
+    finally:
+        sys.setprofile(None)
+    assert counted <= 15
