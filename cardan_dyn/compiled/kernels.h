@@ -5,6 +5,7 @@
 
 #include "arrays.h"
 
+PyObject *cancellation(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *inverse(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *proven(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs);

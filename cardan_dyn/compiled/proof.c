@@ -3,97 +3,16 @@
    It shares nothing with the functions that solve: frames, twists and wrenches are computed here
    once more, from the second reading of the description. What they mean is said in proof/.
 
-   Vectors, wrenches and frames are rows of three components in world axes about the corner; of each
-   component, a few samples lie side by side, so that processors work on several at once. All is
-   written for one sample too, by the same text: `lanes` is 1 or TOGETHER wherever it is compiled. */
+   Vectors, wrenches and frames are in world axes about the corner. */
 
 #include "arrays.h"
 #include "kernels.h"
-
-#define TOGETHER 4
-#define INLINE static inline __attribute__((always_inline))
-#define EACH for (int l = 0; l < lanes; l++)
-#define VECTOR (3 * lanes)
-#define WRENCH (6 * lanes)
-#define FRAME (12 * lanes)
+#include "lanes.h"
+#include "proof_plan.h"
 
 #define TAU 6.283185307179586
-#define LEAST_SCALE 1e-300
 #define LEAST_SQUARE 1e-200
 #define GREATEST_SQUARE 1e200
-
-/* Kinds of motions: turns about an axis of the frame before them, any other turn, slide, ball. */
-enum { ALONG_X, ALONG_Y, ALONG_Z, TURN, SLIDE, BALL };
-
-/* Rows of tables of integers, and of numbers; proof/layout.py fills them. */
-typedef struct {
-    int64_t kind, before, is_placed, column, rate, row, along;
-} Motion;
-typedef struct {
-    int64_t column, frame, child, parent;
-} Joint;
-typedef struct {
-    int64_t motion, is_covered;
-} Body;
-typedef struct {
-    int64_t joint, is_last, is_moment, component, motion, row, rate;
-} Effort;
-typedef struct {
-    int64_t start, end, last, from, to;
-} Loop;
-typedef struct {
-    int64_t motion, sign;
-} Around;
-typedef struct {
-    int64_t from_rate, to_rate, from_column, to_column;
-} Coupling;
-typedef struct {
-    int64_t rate, coupling;
-} Coupled;
-typedef struct {
-    int64_t rate, column;
-} Prescribed;
-typedef struct {
-    int64_t body, motion;
-} Massive;
-
-typedef struct {
-    double placement[16], axis[3];
-} MotionNumbers;
-typedef struct {
-    double mass, centre[3], inertia[9];
-} MassNumbers;
-typedef struct {
-    double axis[3], scale;
-} EffortNumbers;
-typedef struct {
-    double offset, scale;
-} CouplingNumbers;
-
-typedef struct {
-    int64_t size, rates, unit_twists, couplings, drives;
-    int64_t n_motions, n_offsets, n_joints, n_bodies, n_efforts, n_loops, n_coupled, n_moments,
-        n_prescribed, n_known, n_massive, n_slides;
-    const Motion *motions;
-    const int64_t *offsets; /* Per placed frame, the motion before it; -1 for the world. */
-    const Joint *joints;
-    const Body *bodies;
-    const Effort *efforts;
-    const Loop *loops;
-    const Around *around;
-    const Coupling *coupled;
-    const int64_t *coupled_at; /* Rates, or columns, of the factors of couplings. */
-    const Coupled *moments;
-    const Prescribed *prescribed; /* The drives, then the held joints. */
-    const int64_t *known, *slides;
-    const Massive *massive;
-    double length, greatest_mass;
-    const double *rate_scale, *placements, *coupled_by, *moment_factors;
-    const MotionNumbers *motion_numbers;
-    const EffortNumbers *effort_numbers;
-    const CouplingNumbers *coupling_numbers;
-    const MassNumbers *mass_numbers;
-} Layout;
 
 /* Arrays of a claim, in the order in which they are handed over. */
 enum {
@@ -122,17 +41,6 @@ typedef struct {
     double *v, *a, *unit, *ratios, *given, *wrenches, *in_world, *net;
 } Work;
 
-/* The greater number; what is not a number is kept, as by `np.maximum`. */
-INLINE double greater(double a, double b)
-{
-    return (a >= b) | (a != a) ? a : b;
-}
-
-INLINE double ratio(double numerator, double denominator)
-{
-    return numerator == 0.0 ? 0.0 : numerator / (denominator + LEAST_SCALE);
-}
-
 INLINE void load(double *out, const Array *array, int64_t column, const Work *work, int lanes)
 {
     const double *at = array->at + column * array->step[1];
@@ -143,137 +51,6 @@ INLINE void load_all(double *out, const Array *array, const Work *work, int lane
 {
     for (Py_ssize_t k = 0; k < array->size[1]; k++)
         load(out + k * lanes, array, k, work, lanes);
-}
-
-/* out += factor (a x b); the factor is 1 or -1. */
-INLINE void add_cross(double *restrict out, double factor, const double *a, const double *b,
-                      int lanes)
-{
-    EACH {
-        double x = a[l], y = a[lanes + l], z = a[2 * lanes + l];
-        double u = b[l], v = b[lanes + l], w = b[2 * lanes + l];
-        out[l] += factor * (y * w - z * v);
-        out[lanes + l] += factor * (z * u - x * w);
-        out[2 * lanes + l] += factor * (x * v - y * u);
-    }
-}
-
-INLINE void add(double *restrict out, const double *restrict values, int count)
-{
-    for (int k = 0; k < count; k++)
-        out[k] += values[k];
-}
-
-INLINE double dot(const double *a, const double *b, int l, int lanes)
-{
-    return a[l] * b[l] + a[lanes + l] * b[lanes + l] + a[2 * lanes + l] * b[2 * lanes + l];
-}
-
-/* out = the sum of the axes of a frame times components: those of a vector in the frame. */
-INLINE void in_world(double *restrict out, const double *restrict frame,
-                     const double *restrict components, int lanes)
-{
-    for (int i = 0; i < 3; i++)
-        EACH out[i * lanes + l] = components[l] * frame[i * lanes + l] +
-                                  components[lanes + l] * frame[VECTOR + i * lanes + l] +
-                                  components[2 * lanes + l] * frame[2 * VECTOR + i * lanes + l];
-}
-
-/* The same for three constants. */
-INLINE void along(double *restrict out, const double *restrict frame, const double *components,
-                  int lanes)
-{
-    double x = components[0], y = components[1], z = components[2];
-    for (int k = 0; k < VECTOR; k++)
-        out[k] = x * frame[k] + y * frame[VECTOR + k] + z * frame[2 * VECTOR + k];
-}
-
-/* A constant placement, transposed, in a frame; in the world, of which there is no frame.
-
-   Products with zeros are not left out, which keeps what is not a number. */
-INLINE void place(double *restrict out, const double *restrict frame,
-                  const double *restrict placement, int lanes)
-{
-    for (int row = 0; row < 4; row++) {
-        double x = placement[4 * row], y = placement[4 * row + 1], z = placement[4 * row + 2];
-        double *to = out + row * VECTOR;
-        if (!frame) {
-            EACH to[l] = x, to[lanes + l] = y, to[2 * lanes + l] = z;
-            continue;
-        }
-        double w = placement[4 * row + 3];
-        for (int k = 0; k < VECTOR; k++)
-            to[k] = x * frame[k] + y * frame[VECTOR + k] + z * frame[2 * VECTOR + k] +
-                    w * frame[3 * VECTOR + k];
-    }
-}
-
-/* A frame after a turn about one of its axes, with a sign. */
-INLINE void turn_along(double *restrict frame, const double *restrict start, int axis, double sign,
-                       const double *angle, int lanes)
-{
-    double cosine[TOGETHER], sine[TOGETHER];
-    EACH cosine[l] = cos(angle[l]), sine[l] = sin(angle[l]);
-    EACH sine[l] *= sign;
-    const int second = (axis + 1) % 3 * VECTOR, third = (axis + 2) % 3 * VECTOR;
-    memcpy(frame + axis * VECTOR, start + axis * VECTOR, sizeof(double) * VECTOR);
-    memcpy(frame + 3 * VECTOR, start + 3 * VECTOR, sizeof(double) * VECTOR);
-    for (int i = 0; i < 3; i++)
-        EACH {
-            double y = start[second + i * lanes + l], z = start[third + i * lanes + l];
-            frame[second + i * lanes + l] = y * cosine[l] + z * sine[l];
-            frame[third + i * lanes + l] = z * cosine[l] - y * sine[l];
-        }
-}
-
-/* A frame after a turn about any axis: R = 1 + sin K + (1 - cos) K K, after Rodrigues. */
-INLINE void turn(double *restrict frame, const double *restrict start, const double *axis,
-                 const double *angle, int lanes)
-{
-    double x = axis[0], y = axis[1], z = axis[2];
-    double K[3][3] = {{0.0, z, -y}, {-z, 0.0, x}, {y, -x, 0.0}}, square[3][3];
-    double sine[TOGETHER], versine[TOGETHER];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            square[i][j] = K[i][0] * K[0][j] + K[i][1] * K[1][j] + K[i][2] * K[2][j];
-    EACH {
-        double cosine = cos(angle[l]);
-        sine[l] = sin(angle[l]);
-        /* Without cancellation for small angles. */
-        versine[l] = cosine > 0.0 ? sine[l] * sine[l] / (1.0 + cosine) : 1.0 - cosine;
-    }
-    memcpy(frame + 3 * VECTOR, start + 3 * VECTOR, sizeof(double) * VECTOR);
-    for (int row = 0; row < 3; row++)
-        for (int i = 0; i < 3; i++)
-            EACH {
-                double u = start[i * lanes + l], v = start[VECTOR + i * lanes + l],
-                       w = start[2 * VECTOR + i * lanes + l];
-                double linear = K[row][0] * u + K[row][1] * v + K[row][2] * w;
-                double quadratic = square[row][0] * u + square[row][1] * v + square[row][2] * w;
-                frame[row * VECTOR + i * lanes + l] = start[row * VECTOR + i * lanes + l] +
-                                                      sine[l] * linear + versine[l] * quadratic;
-            }
-}
-
-/* A frame after a rotation by unit quaternions (x, y, z, w). */
-INLINE void rotate(double *restrict frame, const double *restrict start,
-                   const double *quaternions, int lanes)
-{
-    memcpy(frame + 3 * VECTOR, start + 3 * VECTOR, sizeof(double) * VECTOR);
-    EACH {
-        double x = quaternions[l], y = quaternions[lanes + l], z = quaternions[2 * lanes + l],
-               w = quaternions[3 * lanes + l];
-        double R[3][3] = {
-            {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)},
-            {2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)},
-            {2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)},
-        };
-        for (int row = 0; row < 3; row++)
-            for (int i = 0; i < 3; i++)
-                frame[row * VECTOR + i * lanes + l] =
-                    R[0][row] * start[i * lanes + l] + R[1][row] * start[VECTOR + i * lanes + l] +
-                    R[2][row] * start[2 * VECTOR + i * lanes + l];
-    }
 }
 
 /* Frames of all motions, then those with an offset from one of them, or in the world. */
@@ -962,64 +739,6 @@ static int check_together(const Layout *layout, const Claim *claim)
     return check_all(layout, claim, TOGETHER);
 }
 
-/* A table of integers of a plan whose rows are so many bytes, and their number. */
-static const void *integers(const Plan *plan, int table, size_t row, int64_t *rows)
-{
-    *rows = plan->integer_sizes[table] * 8 / (int64_t)row;
-    return plan->integers[table];
-}
-
-static const void *numbers(const Plan *plan, int table, size_t row, int64_t *rows)
-{
-    *rows = plan->number_sizes[table] * 8 / (int64_t)row;
-    return plan->numbers[table];
-}
-
-/* Find the tables of a plan, in the order of proof/layout.py; -1 if it is another one. */
-static int read_plan(const Plan *plan, Layout *layout)
-{
-    int64_t n_counts, n_sizes, n_around, n_factors, rows[7];
-    if (plan->integer_arrays != 15 || plan->number_arrays != 9)
-        return -1;
-    const int64_t *counts = integers(plan, 0, 8, &n_counts);
-    layout->motions = integers(plan, 1, sizeof(Motion), &layout->n_motions);
-    layout->offsets = integers(plan, 2, 8, &layout->n_offsets);
-    layout->joints = integers(plan, 3, sizeof(Joint), &layout->n_joints);
-    layout->bodies = integers(plan, 4, sizeof(Body), &layout->n_bodies);
-    layout->efforts = integers(plan, 5, sizeof(Effort), &layout->n_efforts);
-    layout->loops = integers(plan, 6, sizeof(Loop), &layout->n_loops);
-    layout->around = integers(plan, 7, sizeof(Around), &n_around);
-    layout->coupled = integers(plan, 8, sizeof(Coupling), &layout->n_coupled);
-    layout->coupled_at = integers(plan, 9, 8, &n_factors);
-    layout->moments = integers(plan, 10, sizeof(Coupled), &layout->n_moments);
-    layout->prescribed = integers(plan, 11, sizeof(Prescribed), &layout->n_prescribed);
-    layout->known = integers(plan, 12, 8, &layout->n_known);
-    layout->slides = integers(plan, 13, 8, &layout->n_slides);
-    layout->massive = integers(plan, 14, sizeof(Massive), &layout->n_massive);
-    const double *sizes = numbers(plan, 0, 8, &n_sizes);
-    layout->rate_scale = numbers(plan, 1, 8, rows);
-    layout->placements = numbers(plan, 2, 16 * 8, rows + 1);
-    layout->coupled_by = numbers(plan, 3, 8, rows + 2);
-    layout->moment_factors = numbers(plan, 4, 8, rows + 3);
-    layout->motion_numbers = numbers(plan, 5, sizeof(MotionNumbers), rows + 4);
-    layout->effort_numbers = numbers(plan, 6, sizeof(EffortNumbers), rows + 5);
-    layout->coupling_numbers = numbers(plan, 7, sizeof(CouplingNumbers), rows + 6);
-    layout->mass_numbers = numbers(plan, 8, sizeof(MassNumbers), &n_around);
-    if (n_counts != 5 || n_sizes != 2 || n_around != layout->n_massive)
-        return -1;
-    layout->size = counts[0];
-    layout->rates = counts[1];
-    layout->unit_twists = counts[2];
-    layout->couplings = counts[3];
-    layout->drives = counts[4];
-    layout->length = sizes[0];
-    layout->greatest_mass = sizes[1];
-    const int64_t expected[] = {layout->rates,     layout->n_offsets, n_factors,
-                                layout->n_moments, layout->n_motions, layout->n_efforts,
-                                layout->n_coupled};
-    return memcmp(rows, expected, sizeof(expected)) ? -1 : 0;
-}
-
 /* Whether a number of an array (rows, columns) differs from zero. */
 static int any_nonzero(const Array *array)
 {
@@ -1097,6 +816,31 @@ PyObject *proven(PyObject *module, Arguments given, Py_ssize_t nargs)
         PyErr_NoMemory();
     else
         answer = Py_NewRef(Py_None);
+done:
+    release(&held);
+    return answer;
+}
+
+/* cancellation(inertia, wrench, applied, result (N,)): the twin of `Residuals.cancellation`. */
+PyObject *cancellation(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 4)
+    Array arrays[4];
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    for (int k = 0; k < 4; k++)
+        if (!take(&held, given[k], 1, k == 3) || has_size(arrays + k, 0, arrays[0].size[0], 0))
+            goto done;
+    for (Py_ssize_t sample = 0; sample < arrays[0].size[0]; sample++) {
+        double at[3];
+        for (int k = 0; k < 3; k++)
+            at[k] = arrays[k].at[sample * arrays[k].step[0]];
+        double left = greater(at[1], at[2]);
+        left = left > 0.0 ? left : at[0];
+        arrays[3].at[sample * arrays[3].step[0]] = 1.0 + ratio(at[0], left);
+    }
+    answer = Py_NewRef(Py_None);
 done:
     release(&held);
     return answer;

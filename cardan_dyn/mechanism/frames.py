@@ -334,9 +334,7 @@ class Frames:
             return frames
         result = np.empty((len(self.joints), *frames.shape[1:]))
         for index, last in enumerate(self.last):
-            result[index] = (
-                self.fixed[index].frame(frames) if index in self.fixed else frames[last]
-            )
+            result[index] = self.fixed[index].frame(frames) if index in self.fixed else frames[last]
         return result
 
 

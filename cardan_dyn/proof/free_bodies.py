@@ -22,6 +22,7 @@ from ..mechanism.coordinates import Coordinates
 from ..mechanism.frames import Frames, in_steps, merged
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
+from .layout import RESULTS, Layout, link_loads
 from .momentum import MassiveBodies
 from .residuals import Claim, Residuals, ratio
 from .self_stress import SelfStressProof, prove_flags
@@ -44,10 +45,6 @@ if TYPE_CHECKING:
 
 _RATES_TOGETHER = 256
 """Samples, times drives, whose velocity ratios are checked together."""
-
-
-_NO_LOADS = np.zeros((0, 6, 1)), np.zeros((0, 14))
-"""What `link_loads` returns of none."""
 
 
 class Setup(NamedTuple):
@@ -214,9 +211,7 @@ class FreeBodies:
             return self._residuals(claim)
 
     @cached_property
-    def _layout(self) -> Plan:
-        from .layout import Layout  # Without compiled functions, nothing needs it.
-
+    def _plan(self) -> Plan:
         return Layout(
             self.frames,
             self._twists,
@@ -228,23 +223,17 @@ class FreeBodies:
         ).plan()
 
     def _compiled_residuals(self, claim: Claim) -> Residuals:
-        """Return what `_residuals` does."""
-        results = np.empty((9, len(claim.x)))
-        loads, places = _NO_LOADS
-        if claim.link_loads:
-            from .layout import link_loads
-
-            loads, places = link_loads(self.frames, claim.link_loads)
+        """Return what `_residuals` does, of claims without elements and factors on inertia."""
+        results = np.empty((RESULTS, len(claim.x)))
         compiled.kernel.proven(
-            self._layout.handle,
+            self._plan.handle,
             results,
             *claim[:13],  # From `x` to `loads`.
             claim.gravity,
-            loads,
-            places,
+            *link_loads(self.frames, claim.link_loads),
             claim.has_rates,
         )
-        return Residuals(*results, self._balances, self._power_known)
+        return Residuals._make((*results, self._balances, self._power_known, None))
 
     def _residuals(self, claim: Claim) -> Residuals:
         """See `check`."""

@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 
 _KINDS = {"turn": 3, "slide": 4, "ball": 5}
 """Numbers of the kinds of motions; turns about an axis of the frame before them have its index."""
+RESULTS = 9
+"""How many arrays of `Residuals` are computed."""
+_PLACE = 14
+"""Numbers that say on what a load on a link acts."""
+_NO_LOADS = np.zeros((0, 6, 1)), np.zeros((0, _PLACE))
 
 
 class Layout(NamedTuple):
@@ -134,7 +139,9 @@ class Layout(NamedTuple):
 
     def _loops(self, offsets: list[Offset]) -> tuple[list[Any], list[Any]]:
         """Return the loops, and the motions around them one loop after the other."""
-        frames, loops, around = self.frames, [], []
+        frames = self.frames
+        loops: list[Any] = []
+        around: list[Any] = []
         for loop, signs in zip(self.constraints.loops, self.constraints.signs, strict=True):
             joint, first = frames.tree + loop, len(around)
             around += [(motion, signs[motion]) for motion in np.flatnonzero(signs)]
@@ -145,7 +152,9 @@ class Layout(NamedTuple):
 
     def _couplings(self) -> tuple[list[Any], list[Any], list[Any]]:
         """Return spans of the factors of rates and of coordinates, their indices and factors."""
-        spans, at, by = [], [], []
+        spans: list[Any] = []
+        at: list[int] = []
+        by: list[float] = []
         constraints = self.constraints
         for coupling in constraints.couplings:
             stops = [len(at)]
@@ -176,15 +185,16 @@ def link_loads(frames: Frames, loads: Mapping[str, LinkLoad]) -> tuple[Array, Ar
 
     Args:
         frames: of the description.
-        loads: links and the wrenches that act on them, one at least; vectors are `(N, 3)` or
-            `(1, 3)`.
+        loads: links and the wrenches that act on them, with `(N, 3)` or `(1, 3)` vectors.
 
     Returns:
         Forces and moments `(L, 6, N)` or `(L, 6, 1)`, and per load the index of its body, whether
         it is in world axes, the link's axes and its point in the body's frame, `(L, 14)`.
     """
+    if not loads:
+        return _NO_LOADS
     samples = max(max(len(load.force), len(load.moment)) for load in loads.values())
-    wrenches, places = np.empty((len(loads), 2, 3, samples)), np.empty((len(loads), 14))
+    wrenches, places = np.empty((len(loads), 2, 3, samples)), np.empty((len(loads), _PLACE))
     for wrench, place, (link, load) in zip(wrenches, places, loads.items(), strict=True):
         wrench[0], wrench[1] = load.force.T, load.moment.T
         body, placement = frames.links[link]

@@ -189,6 +189,10 @@ class Residuals(NamedTuple):
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
+        if compiled.kernel is not None and self.elastic is None:
+            result = np.empty(len(self.inertia))
+            compiled.kernel.cancellation(self.inertia, self.wrench, self.applied, result)
+            return result
         if not np.count_nonzero(self.inertia):
             return np.ones(len(self.inertia))
         remaining = np.maximum(self.wrench, self.applied)

@@ -309,7 +309,9 @@ def test_a_sample_comes_out_alike_wherever_it_stands(name: str, count: int) -> N
         }
         backwards = {field: array[::-1].copy()[::-1] for field, array in arrays.items()}
         for other in (spread, backwards):
-            for one, again in zip(together[:9], bodies.check(claim._replace(**other)), strict=False):
+            for one, again in zip(
+                together[:9], bodies.check(claim._replace(**other)), strict=False
+            ):
                 assert np.array_equal(one, again)
         for sample in range(count):
             span = slice(sample, sample + 1)
@@ -318,9 +320,7 @@ def test_a_sample_comes_out_alike_wherever_it_stands(name: str, count: int) -> N
                     field: array if len(array) == 1 else array[span]
                     for field, array in arrays.items()
                 },
-                link_loads={
-                    link: load.of_samples(span) for link, load in claim.link_loads.items()
-                },
+                link_loads={link: load.of_samples(span) for link, load in claim.link_loads.items()},
             )
             for one, alone in zip(together[:9], bodies.check(single), strict=False):
                 assert one[sample] == alone[0]
@@ -371,16 +371,16 @@ def test_arrays_of_other_sizes_are_refused() -> None:
     other = compiled.Plan([np.zeros(3)], [np.zeros(2)])
     given = [np.zeros((9, 5)), *claim[:13], claim.gravity]
     given += [np.zeros((0, 6, 1)), np.zeros((0, 14)), True]
-    compiled.kernel.proven(bodies._layout.handle, *given)
+    compiled.kernel.proven(bodies._plan.handle, *given)
     with pytest.raises(ValueError, match="plan of another function"):
         compiled.kernel.proven(other.handle, *given)
     with pytest.raises(TypeError, match="arguments are needed"):
         compiled.kernel.proven(other.handle)
     given[-3:-1] = np.zeros((1, 6, 1)), np.zeros((1, 14))
-    for body in (-1.0, 1e3, np.nan):
+    for body in (-1.0, float(bodies.frames.tree), 1e3, np.nan):
         given[-2][0, 0] = body
         with pytest.raises(ValueError, match="acts on no body"):
-            compiled.kernel.proven(bodies._layout.handle, *given)
+            compiled.kernel.proven(bodies._plan.handle, *given)
 
 
 def test_the_proof_can_be_copied_and_sent() -> None:
@@ -393,7 +393,7 @@ def test_the_proof_can_be_copied_and_sent() -> None:
             assert np.array_equal(one, again)
 
 
-def test_residuals_are_judged_as_by_numpy() -> None:
+def test_residuals_are_judged_as_by_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(3)
     awkward = [0.0, 1.0, BALANCE_TOLERANCE, 1e-9, 1e300, np.inf, np.nan]
     verdicts = []
@@ -404,12 +404,18 @@ def test_residuals_are_judged_as_by_numpy() -> None:
         arrays[rng.integers(9), 0] = rng.choice(awkward)
         residuals = Residuals(*arrays, *rng.choice([True, False], 2).tolist())
         verdicts.append(residuals.is_proven())
-        assert verdicts[-1] == by_numpy_proven(residuals)
+        cancellation = residuals.cancellation
+        with monkeypatch.context() as patch, np.errstate(all="ignore"):
+            patch.setattr(compiled, "kernel", None)
+            assert verdicts[-1] == residuals.is_proven()
+            np.testing.assert_array_equal(cancellation, residuals.cancellation)
     assert 300 < sum(verdicts) < 2700
 
 
 def test_what_a_proof_of_one_sample_calls() -> None:
-    bodies, claim, where = claimed(SCENES["four-bar"](), positions(SCENES["four-bar"]())[:1], **RATES)
+    bodies, claim, where = claimed(
+        SCENES["four-bar"](), positions(SCENES["four-bar"]())[:1], **RATES
+    )
     residuals, counted = bodies.check(claim), 0
 
     def count(frame: object, event: str, argument: object) -> None:
@@ -422,4 +428,4 @@ def test_what_a_proof_of_one_sample_calls() -> None:
         residuals.prove(where, np.ones(1))
     finally:
         sys.setprofile(None)
-    assert counted <= 15
+    assert counted <= 16
