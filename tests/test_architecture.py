@@ -1,6 +1,7 @@
 """The architecture: imports run one way."""
 
 import ast
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -92,6 +93,27 @@ def test_the_proof_takes_nothing_from_what_it_proves() -> None:
     used = {other for module in GRAPH if room_of(module) == "proof" for other in GRAPH[module]}
     grounds = {room for floor in FLOORS[:6] for room in floor} - {"analytic"}
     assert {room_of(other) for other in used} <= {"proof", *grounds}
+
+
+def test_the_compiled_proof_takes_nothing_from_what_it_proves() -> None:
+    """Arrays and the list of functions are all that its files share with the others."""
+    own = {"proven", "within", "cancellation"}
+    sources = {
+        path.name: path.read_text(encoding="utf-8")
+        for path in (PACKAGE / "compiled").glob("*.[ch]")
+    }
+    for name, text in sources.items():
+        included = set(re.findall(r'#include "(.*)"', text))
+        if name.startswith("proof"):
+            assert included <= {"arrays.h", "kernels.h", "proof_lanes.h", "proof_plan.h"}
+            assert set(re.findall(r"^PyObject \*(\w+)\(", text, re.MULTILINE)) <= own
+        else:
+            assert not [other for other in included if other.startswith("proof")]
+            if name != "kernels.h":
+                assert not re.findall(rf"^PyObject \*({'|'.join(own)})\(", text, re.MULTILINE)
+    for path in (PACKAGE / "proof").glob("*.py"):
+        called = re.findall(r"compiled\.kernel\.(\w+)", path.read_text(encoding="utf-8"))
+        assert set(called) <= own
 
 
 def test_every_room_is_in_the_architecture() -> None:

@@ -7,7 +7,7 @@
 
 #include "arrays.h"
 #include "kernels.h"
-#include "lanes.h"
+#include "proof_lanes.h"
 #include "proof_plan.h"
 
 #define TAU 6.283185307179586

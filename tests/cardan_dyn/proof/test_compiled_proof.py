@@ -152,7 +152,9 @@ def entries(claim: Claim, most: int, seed: int = 0) -> list[tuple[str, tuple[int
     return found
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize(
+    "seed", [*range(5), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(5, 25))]
+)
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_random_claims(name: str, seed: int) -> None:
     """Their residuals are great, so that nothing is lost in rounding."""
@@ -231,8 +233,8 @@ def test_what_is_not_a_number_stays_so(name: str) -> None:
     for seed in range(4):
         bodies = random_bodies(mechanism, seed)
         claim = random_claim(mechanism, bodies, seed)
-        for field, index in entries(claim, 6, seed):
-            for value, judge in ((np.nan, "numbers"), (np.inf, "finite"), (-np.inf, "finite")):
+        for field, index in entries(claim, 3, seed):
+            for value, judge in ((np.nan, "numbers"), (np.inf, "finite")):
                 array = getattr(claim, field).copy()
                 array[index] = value
                 residuals = assert_same(bodies, claim._replace(**{field: array}), judge)
@@ -397,7 +399,7 @@ def test_residuals_are_judged_as_by_numpy(monkeypatch: pytest.MonkeyPatch) -> No
     rng = np.random.default_rng(3)
     awkward = [0.0, 1.0, BALANCE_TOLERANCE, 1e-9, 1e300, np.inf, np.nan]
     verdicts = []
-    for _ in range(3000):
+    for _ in range(1000):
         # Few of them are proven unless most residuals are small.
         arrays = rng.choice([0.0, 1e-9, 1e-10, 1.0], (9, rng.choice([1, 3])))
         arrays[:4] *= BALANCE_TOLERANCE
@@ -409,7 +411,7 @@ def test_residuals_are_judged_as_by_numpy(monkeypatch: pytest.MonkeyPatch) -> No
             patch.setattr(compiled, "kernel", None)
             assert verdicts[-1] == residuals.is_proven()
             np.testing.assert_array_equal(cancellation, residuals.cancellation)
-    assert 300 < sum(verdicts) < 2700
+    assert 100 < sum(verdicts) < 900
 
 
 def test_what_a_proof_of_one_sample_calls() -> None:

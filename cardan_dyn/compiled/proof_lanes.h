@@ -1,12 +1,11 @@
-/* Lanes: vectors, wrenches and frames of a few samples side by side.
+/* Lanes: vectors, wrenches and frames of a few samples side by side, for the proof alone.
 
    They are rows of three components; of each component, the samples lie side by side, so that
    processors work on several at once. A wrench has two rows, a frame four: three axes and an origin.
-   Whoever includes this writes his functions for `lanes` samples, and compiles them for one and for
-   TOGETHER. */
+   Functions are written for `lanes` samples, and compiled for one and for TOGETHER. */
 
-#ifndef CARDAN_DYN_LANES_H
-#define CARDAN_DYN_LANES_H
+#ifndef CARDAN_DYN_PROOF_LANES_H
+#define CARDAN_DYN_PROOF_LANES_H
 
 #include <math.h>
 #include <string.h>
