@@ -105,6 +105,9 @@ def random_claim(mechanism: cd.Mechanism, bodies: FreeBodies, seed: int, count: 
     """Return a claim that is false in everything: each of its numbers counts."""
     rng = np.random.default_rng(100 + seed)
     x, nv = rows(mechanism, count, seed), mechanism.model.nv
+    for motion in bodies.frames.motions:
+        if motion.kind == "turn":  # By more than a right angle, too.
+            x[:, motion.column] *= 3.0
     constraints, has_rates = bodies._constraints, seed % 3 > 0
     drives, held = len(constraints.drive_rates), len(constraints.held_rates)
     every = [1, count]
