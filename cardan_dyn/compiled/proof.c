@@ -488,7 +488,7 @@ INLINE void add_link_loads(const Layout *layout, const Claim *claim, Work *work,
     }
 }
 
-/* (rows of a frame) · vector: its components in the frame. */
+/* The components of a vector along the axes of a frame. */
 INLINE void in_frame(double *restrict out, const double *restrict frame,
                      const double *restrict vector, int lanes)
 {
@@ -496,11 +496,13 @@ INLINE void in_frame(double *restrict out, const double *restrict frame,
         EACH out[i * lanes + l] = dot(frame + i * VECTOR, vector, l, lanes);
 }
 
-/* Momentum rates of a body of unit density of mass, taken off its weight; Euler's equations hold
-   in its own axes, in which its inertia is constant. */
-INLINE void momentum_rates(const double *frame, const double *velocity, const double *acceleration,
-                           const double *centre, const MassNumbers *numbers,
-                           const double *gravity, double *restrict wrench, int lanes)
+/* wrench = the weight of a body less its momentum rates, about the corner.
+
+   By Euler's equations in the axes of the body, in which its inertia is constant. */
+INLINE void inertial_wrench(const double *frame, const double *velocity,
+                            const double *acceleration, const double *centre,
+                            const MassNumbers *numbers, const double *gravity,
+                            double *restrict wrench, int lanes)
 {
     const double *spin = velocity + VECTOR, *spin_rate = acceleration + VECTOR;
     double speed[3 * TOGETHER], own[3 * TOGETHER], own_rate[3 * TOGETHER],
@@ -548,7 +550,8 @@ INLINE void add_inertia(const Layout *layout, const Claim *claim, Work *work,
             const double *velocity = work->velocities + massive->motion * WRENCH;
             const double *acceleration = work->changes + massive->motion * WRENCH;
             const double *spin = velocity + VECTOR, *spin_rate = acceleration + VECTOR;
-            momentum_rates(frame, velocity, acceleration, centre, numbers, gravity, wrench, lanes);
+            inertial_wrench(frame, velocity, acceleration, centre, numbers, gravity, wrench,
+                            lanes);
             double scale = numbers->mass * (length * length);
             EACH turning[l] =
                 greater(turning[l], (sqrt(dot(spin_rate, spin_rate, l, lanes)) +
@@ -572,7 +575,8 @@ INLINE void add_inertia(const Layout *layout, const Claim *claim, Work *work,
                 greatest[l] = greater(greatest[l], fabs(work->a[at]));
             }
     EACH {
-        double mass = layout->greatest_mass, weight = length * sqrt(dot(gravity, gravity, l, lanes));
+        double mass = layout->greatest_mass;
+        double weight = length * sqrt(dot(gravity, gravity, l, lanes));
         out[POWER_IMBALANCE][l] += power[l];
         out[POWER_SCALE][l] += fabs(power[l]);
         out[APPLIED][l] = greater(out[APPLIED][l], weight * mass);

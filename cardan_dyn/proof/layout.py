@@ -1,7 +1,7 @@
 """Layout: the tables along which the compiled proof works, made once per scene.
 
 They hold what `Frames`, `Twists`, `Constraints`, `EffortBalance` and `MassiveBodies` found, one row
-per item, in the order of the structures of compiled/proof.c.
+per item, in the order of the structures of compiled/proof_plan.h.
 """
 
 from __future__ import annotations
