@@ -1,8 +1,8 @@
 /* Lanes: vectors, wrenches and frames of a few samples side by side, for the proof alone.
 
    They are rows of three components; of each component, the samples lie side by side, so that
-   processors work on several at once. A wrench has two rows, a frame four: three axes and an origin.
-   Functions are written for `lanes` samples, and compiled for one and for TOGETHER. */
+   processors work on several at once. A wrench has two rows, a frame four: three axes and an
+   origin. Functions are written for `lanes` samples, and compiled for one and for TOGETHER. */
 
 #ifndef CARDAN_DYN_PROOF_LANES_H
 #define CARDAN_DYN_PROOF_LANES_H
