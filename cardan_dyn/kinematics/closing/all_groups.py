@@ -212,9 +212,8 @@ class Kinematics:
         v = np.zeros((len(drive_rates), self.coordinates.model.nv))
         v[:, self.drives] = drive_rates
         for group_state in state.groups:
-            group = group_state.group
-            if group.passives.size:
-                v[:, group.passives] = group_state.rates(v[:, group.known, None])[:, :, 0]
+            if group_state.solver.group.passives.size:
+                group_state.set_rates(v[:, :, None])
         return v
 
     def velocity_ratios(self, state: ClosedState) -> Array:
@@ -225,12 +224,10 @@ class Kinematics:
         ratios = np.zeros((count, self.coordinates.model.nv, drives))
         ratios[:, self.drives, np.arange(drives)] = 1.0
         for group_state, moving in zip(state.groups, self._moving, strict=True):
-            group = group_state.group
-            rates = group_state.rates(ratios[:, group.known][:, :, moving])
-            if isinstance(moving, slice):
-                ratios[:, group.passives, moving] = rates
-            else:
-                ratios[:, group.passives[:, None], moving] = rates
+            own = ratios[:, :, moving]
+            group_state.set_rates(own)
+            if not isinstance(moving, slice):
+                ratios[:, :, moving] = own
         return ratios
 
     @cached_property
@@ -259,9 +256,8 @@ class Kinematics:
         a = np.zeros(v.shape)
         a[:, self.drives] = drive_accelerations
         for group_state in state.groups:
-            group = group_state.group
-            if group.passives.size:
-                a[:, group.passives] = group_state.accelerations(v, a[:, group.known])
+            if group_state.solver.group.passives.size:
+                group_state.set_accelerations(v, a)
         return a
 
     def same_side(self, state: ClosedState, inverses: list[Array]) -> Array:
