@@ -343,9 +343,10 @@ static void rows_of(const Closure *of, const double *twists, const double *actio
 
 /* closure(plan, placed (N, n, 12), x (N, size), turns (N, size) or None,
            actions (N, 6 n, 6), twists (N, m, 6), rows (N, m, R + k), error (N, R),
-           samples (2, N), inverse (N, R + k, p) or None): whether no matrix is exactly singular.
+           samples (4, N), inverse (N, R + k, p) or None): whether no matrix is exactly singular.
 
-   `samples` are residuals and, if an inverse is asked for, condition numbers. */
+   `samples` are residuals; condition numbers, if inverses are asked for; and what is known of guesses
+   from which no step was taken: zero correction, and infinity for what a step leaves. */
 PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
@@ -375,7 +376,7 @@ PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
         is_whole(actions, count, 0, 6 * of->bodies, 6) ||
         is_whole(twists, count, 0, of->movable, 6) ||
         is_whole(rows, count, 0, of->movable, of->whole) || has_size(error, 0, count, 0) ||
-        has_size(error, 1, of->rows, 0) || has_size(samples, 0, 2, 0) ||
+        has_size(error, 1, of->rows, 0) || has_size(samples, 0, 4, 0) ||
         has_size(samples, 1, count, 0) ||
         (inverse && (has_size(rows, 2, p, 0) || is_whole(inverse, count, 0, of->whole, p))))
         goto done;
@@ -426,7 +427,10 @@ PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
         }
         for (Py_ssize_t k = 0; k < of->rows; k++)
             error->at[sample * error->step[0] + k * error->step[1]] = left[k];
-        samples->at[sample * samples->step[1]] = residual;
+        double *of_sample = samples->at + sample * samples->step[1];
+        of_sample[0] = residual;
+        of_sample[2 * samples->step[0]] = 0.0;
+        of_sample[3 * samples->step[0]] = INFINITY;
         if (!inverse || !regular)
             continue;
         const double *passive = row + of->known * of->whole, *scale = of->numbers[ROW_SCALE];
@@ -443,7 +447,7 @@ PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
             of_rows += of_row * scale[i] * scale[i];
             of_inverse += of_column / (scale[i] * scale[i]);
         }
-        samples->at[samples->step[0] + sample * samples->step[1]] = sqrt(of_rows * of_inverse);
+        of_sample[samples->step[0]] = sqrt(of_rows * of_inverse);
     }
     answer = PyBool_FromLong(regular);
 done:

@@ -218,11 +218,15 @@ class Kinematics:
 
     def velocity_ratios(self, state: ClosedState) -> Array:
         """Return joint rates `(N, nv, d)` per unit rate of each drive while the others rest."""
-        count, drives, depends = len(state.x), len(self.drives), self.depends
+        depends, drives = self.depends, self.drives
+        ratios = np.zeros((len(state.x), self.coordinates.model.nv, drives.size))
         if depends is None:
-            return self.rates(state, np.ones((count, drives)))[:, :, None]
-        ratios = np.zeros((count, self.coordinates.model.nv, drives))
-        ratios[:, self.drives, np.arange(drives)] = 1.0
+            ratios[:, drives] = 1.0
+            for group_state in state.groups:
+                if group_state.solver.group.passives.size:
+                    group_state.set_rates(ratios)
+            return ratios
+        ratios[:, drives, np.arange(drives.size)] = 1.0
         for group_state, moving in zip(state.groups, self._moving, strict=True):
             own = ratios[:, :, moving]
             group_state.set_rates(own)
@@ -289,7 +293,7 @@ class Kinematics:
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
     """Return the state of all groups, each at the coordinates `x`."""
-    if len(groups) == 1 and groups[0].group.passives.size:
+    if len(groups) == 1 and groups[0].solver.group.passives.size:
         (only,) = groups
         return ClosedState(x, groups, only.residual, only.condition, only.correction, only.left)
     residual, condition = np.zeros(len(x)), np.ones(len(x))

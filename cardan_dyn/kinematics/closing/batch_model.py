@@ -364,8 +364,10 @@ class BatchModel:
             count: number of samples.
             moves: whether the base is a free-flyer.
         """
+        if count < _FEWEST_TOGETHER:
+            return [(_ALL, self._calls_of(1, moves))]
         several = _MOST_TOGETHER // (self._freedoms + 6 * moves)
-        if count < _FEWEST_TOGETHER or several < 2:
+        if several < 2:
             return [(_ALL, self._calls_of(1, moves))]
         whole = count - count % several
         of_one = [(slice(whole, count), self._calls_of(1, moves))] if whole < count else []

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,7 +70,7 @@ _UNMOVED = 1e-12
 how its line lies, so each step turns it about that in proportion."""
 _MOST_SETTLING = 40
 """Greatest number of such steps: half a turn takes seven of the longest ones."""
-_MOST_INVERTED = 16
+_MOST_INVERTED = 48
 """Passives up to which the compiled functions invert their rows: LAPACK is made for more."""
 MOST_STEPS = 12
 """Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
@@ -143,19 +143,8 @@ class GroupSolver:
             inverse: inverse at a position nearby; used where it is near enough.
             correction: `(N,)` how far the guess was off; zero if None.
         """
-        count, at = x.shape[0], self._at if compiled.kernel is None else self._compiled_at
-        actions, twists, rows, error, residual, factors = at(x, reduction, turns)
-        if factors is None:
-            factors = self._factors(rows[:, self.group.known.size :], inverse)
-        left = np.empty(count)
-        left.fill(np.inf)
-        if correction is None:
-            correction = np.zeros(count)
-        found = actions, twists, rows, *factors[:2], residual, factors[2], correction, left
-        return GroupState(self, reduction, x, *found), error
-
-    def _at(self, x: Array, reduction: Reduction, turns: Array | None) -> _Found:
-        """Return what is known at `x` before the equations are factorised, see `evaluate`."""
+        if compiled.kernel is not None:
+            return self._compiled(x, reduction, turns, inverse, correction)
         equations = self.equations
         placed = self.batch.placed(x)
         actions = actions_of(placed)
@@ -170,25 +159,51 @@ class GroupSolver:
         if self.group.idle:
             spins = equations.rod_spins.rows(twists, equations.rod_spins.lines(actions))
             rows = np.concatenate([rows, spins], axis=2)
-        reduced = equations.project(error, slips, actions, reduction)
-        return actions, twists, rows, reduced, residual, None
+        inverse, null, condition = self._factors(rows[:, self.group.known.size :], inverse)
+        state = GroupState(
+            solver=self,
+            reduction=reduction,
+            x=x,
+            actions=actions,
+            twists=twists,
+            rows=rows,
+            inverse=inverse,
+            null=null,
+            residual=residual,
+            condition=condition,
+            correction=np.zeros(len(x)) if correction is None else correction,
+            left=np.full(len(x), np.inf),
+        )
+        return state, equations.project(error, slips, actions, reduction)
 
-    def _compiled_at(self, x: Array, reduction: Reduction, turns: Array | None) -> _Found:
-        """Return the same as `_at`, and the factors of as many equations as unknowns."""
+    def _compiled(
+        self,
+        x: Array,
+        reduction: Reduction,
+        turns: Array | None,
+        inverse: Array | None,
+        correction: Array | None,
+    ) -> tuple[GroupState, Array]:
+        """Return what `evaluate` does, by compiled functions."""
         plan, placed, empty = self.plan(reduction), self.batch.placed(x), np.empty
         count, bodies, _ = placed.shape
-        movable, whole = self.equations.movable.size, plan.whole
-        actions = empty((count, 6 * bodies, 6))
-        twists, rows = empty((count, movable, 6)), empty((count, movable, whole))
-        error, of_samples = empty((count, plan.rows)), empty((2, count))
-        inverse = empty((count, whole, whole)) if plan.inverts else None
-        results = actions, twists, rows, error, of_samples, inverse
-        is_regular = compiled.kernel.closure(plan.handle, placed, x, turns, *results)
-        residual, condition = of_samples
-        factors = None
-        if inverse is not None and is_regular:
-            factors = inverse, empty((count, plan.rows, 0)), condition
-        return actions, twists, rows, error, residual, factors
+        movable, rows, whole = self.equations.movable.size, plan.rows, plan.whole
+        actions, twists = empty((count, 6 * bodies, 6)), empty((count, movable, 6))
+        all_rows, error = empty((count, movable, whole)), empty((count, rows))
+        of_samples = empty((4, count))
+        own = empty((count, whole, whole)) if plan.inverts else None
+        found = actions, twists, all_rows, error, of_samples, own
+        is_regular = compiled.kernel.closure(plan.handle, placed, x, turns, *found)
+        residual, condition, uncorrected, left = of_samples
+        if own is None or not is_regular:
+            square = all_rows[:, self.group.known.size :]
+            inverse, null, condition = self._factors(square, inverse)
+        else:
+            inverse, null = own, own[:, :rows, :0]
+        if correction is None:
+            correction = uncorrected
+        factors = inverse, null, residual, condition, correction, left
+        return GroupState(self, reduction, x, actions, twists, all_rows, *factors), error
 
     def _factors(self, square: Array, inverse: Array | None) -> tuple[Array, Array, Array]:
         """Return inverses, null spaces and condition numbers of the passives' rows.
@@ -214,9 +229,7 @@ class GroupSolver:
         if len(self._plans) >= MOST:
             self._plans = {}
         given = self.equations, reduction, self.coordinates, self._scale, self.row_scale
-        plan = self._kept.of(
-            "plan", reduction.key, lambda: closure_plan(*given, most=_MOST_INVERTED)
-        )
+        plan = self._kept.of("plan", reduction.key, lambda: closure_plan(*given, _MOST_INVERTED))
         # While it is kept here, no other reduction has its identity.
         self._plans[id(reduction)] = plan._replace(reduction=reduction)
         return plan
@@ -559,10 +572,6 @@ class _Steps(NamedTuple):
     sizes: Array
     left: Array | None
     level: Array
-
-
-_Found: TypeAlias = tuple[Array, Array, Array, Array, Array, tuple[Array, Array, Array] | None]
-"""Actions, twists, rows, reduced error, residual; and inverse, null space and condition number."""
 
 
 class GroupState(NamedTuple):
