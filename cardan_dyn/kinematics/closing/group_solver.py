@@ -194,15 +194,15 @@ class GroupSolver:
         own = empty((count, whole, whole)) if plan.inverts else None
         found = actions, twists, all_rows, error, of_samples, own
         is_regular = compiled.kernel.closure(plan.handle, placed, x, turns, *found)
-        residual, condition, uncorrected, left = of_samples
+        condition = of_samples[1]  # Iterating over an array takes longer.
         if own is None or not is_regular:
             square = all_rows[:, self.group.known.size :]
             inverse, null, condition = self._factors(square, inverse)
         else:
             inverse, null = own, own[:, :rows, :0]
         if correction is None:
-            correction = uncorrected
-        factors = inverse, null, residual, condition, correction, left
+            correction = of_samples[2]
+        factors = inverse, null, of_samples[0], condition, correction, of_samples[3]
         return GroupState(self, reduction, x, actions, twists, all_rows, *factors), error
 
     def _factors(self, square: Array, inverse: Array | None) -> tuple[Array, Array, Array]:
@@ -323,11 +323,12 @@ class GroupSolver:
             longest: see `_bend`.
         """
         if compiled.kernel is not None:
-            step, of_samples = np.empty((len(error), len(self._scale))), np.empty((3, len(error)))
+            count = len(error)
+            step, of_samples = np.empty((count, self._scale.size)), np.empty((3, count))
             given = state.inverse, error, state.twists, state.actions, rounding, longest
             handle = self.plan(state.reduction).handle
             compiled.kernel.newton_step(handle, *given, step, of_samples)
-            return _Steps(step, *of_samples)
+            return _Steps(step, of_samples[0], of_samples[1], of_samples[2])
         step = state.step(error)
         scaled = np.abs(step * self._scale)
         sizes = np.maximum.reduce(scaled, axis=1, initial=0.0)
