@@ -477,18 +477,19 @@ static void drift_of(const Closure *of, const int64_t *columns, const double *si
 {
     const int64_t *moved = of->integers[MOVED];
     double carrier[6] = {0.0}, sum[6] = {0.0}, end[6] = {0.0};
-    int64_t body = -1;
+    int64_t body = -1; /* The base carries the first body of a side, and does not move. */
+    int is_carried = 0;
     memset(result, 0, 6 * sizeof(double));
     for (Py_ssize_t k = 0; k < count; k++) {
         if (k && signs[k] != signs[k - 1]) {
             memcpy(end, sum, sizeof sum);
-            memset(carrier, 0, sizeof carrier);
             memset(sum, 0, sizeof sum);
             body = -1;
         }
         int64_t own = moved[columns[k]];
         if (own != body) {
             memcpy(carrier, sum, sizeof sum);
+            is_carried = body >= 0;
             body = own;
         }
         const double *twist = twists + 6 * columns[k];
@@ -497,7 +498,8 @@ static void drift_of(const Closure *of, const int64_t *columns, const double *si
             joint[i] = twist[i] * rate;
             sum[i] += joint[i];
         }
-        add_product_of_twists(carrier, joint, signs[k], result);
+        if (is_carried)
+            add_product_of_twists(carrier, joint, signs[k], result);
     }
     /* On one side only, nothing is at the other end. */
     if (closes && count && signs[0] != signs[count - 1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,6 @@ class ClosurePlan(NamedTuple):
     Attributes:
         reduction: the rows that are solved.
         plan: the plan.
-        handle: of it.
         rows: number of rows, those of couplings included.
         whole: the same, with those of idle rods.
         inverts: whether the rows of the passives are inverted as they are found.
@@ -26,7 +25,6 @@ class ClosurePlan(NamedTuple):
 
     reduction: Reduction
     plan: Plan
-    handle: Any
     rows: int
     whole: int
     inverts: bool
@@ -102,7 +100,7 @@ def closure_plan(
     plan = Plan([np.array(item) for item in integers], [np.array(item) for item in numbers])
     reduced = sum(len(own) for own in rows) + couplings
     whole = reduced + len(of_rods)
-    return ClosurePlan(reduction, plan, plan.handle, reduced, whole, whole == passives <= most)
+    return ClosurePlan(reduction, plan, reduced, whole, whole == passives <= most)
 
 
 def moves_plan(moves: Moves) -> Plan:

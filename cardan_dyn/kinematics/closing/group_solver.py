@@ -193,7 +193,7 @@ class GroupSolver:
         of_samples = empty((4, count))
         own = empty((count, whole, whole)) if plan.inverts else None
         found = actions, twists, all_rows, error, of_samples, own
-        is_regular = compiled.kernel.closure(plan.handle, placed, x, turns, *found)
+        is_regular = compiled.kernel.closure(plan.plan.handle, placed, x, turns, *found)
         condition = of_samples[1]  # Iterating over an array takes longer.
         if own is None or not is_regular:
             square = all_rows[:, self.group.known.size :]
@@ -302,31 +302,31 @@ class GroupSolver:
             reduction: the rows that are solved.
         """
         state, error = self.evaluate(x.copy(), reduction)
-        steps = self._straight(state, error)
+        steps = self._steps(state, error, np.inf)
         left = self._bend(state, steps, np.inf)
         self._move(x, steps.step)
         return state._replace(correction=steps.sizes, left=left)
 
-    def _straight(
+    def _steps(
         self,
         state: GroupState,
         error: Array,
+        longest: float,
         rounding: Array | None = None,
-        longest: float = np.inf,
     ) -> _Steps:
         """Return Newton's steps from a state with its error; compiled ones are bent already.
 
         Args:
             state: where they begin.
             error: `(N, R)`, see `evaluate`.
-            rounding: `(p,)` steps that are not worth taking, if that is of interest.
             longest: see `_bend`.
+            rounding: `(p,)` steps that are not worth taking, if that is of interest.
         """
         if compiled.kernel is not None:
             count = len(error)
             step, of_samples = np.empty((count, self._scale.size)), np.empty((3, count))
             given = state.inverse, error, state.twists, state.actions, rounding, longest
-            handle = self.plan(state.reduction).handle
+            handle = self.plan(state.reduction).plan.handle
             compiled.kernel.newton_step(handle, *given, step, of_samples)
             return _Steps(step, of_samples[0], of_samples[1], of_samples[2])
         step = state.step(error)
@@ -431,9 +431,7 @@ class GroupSolver:
         reduction, correction = state.reduction, state.correction
         angles, spins, is_done = None, np.zeros(1), np.zeros(len(x), dtype=bool)
         for count in range(most + _MOST_SETTLING if settles else most):
-            steps = self._straight(
-                state, error, rounding if may_stay else None, longest=LONGEST_STEP
-            )
+            steps = self._steps(state, error, LONGEST_STEP, rounding if may_stay else None)
             step, sizes, left, level = steps
             if settles:
                 angles = self.equations.rod_spins.turned(state.actions)
@@ -501,7 +499,7 @@ class GroupSolver:
         Returns:
             The state before the last step of each sample, whose residual is what that step leaves.
         """
-        steps = self._straight(state, error, longest=LONGEST_STEP)
+        steps = self._steps(state, error, LONGEST_STEP)
         sizes, left = steps.sizes, self._bend(state, steps)
         self._move(x, steps.step)
         correction = state.correction + sizes
@@ -769,7 +767,7 @@ class GroupState(NamedTuple):
     def set_rates(self, v: Array) -> None:
         """Write the rates of the passives into joint rates `(N, nv, c)`, see `rates`."""
         if compiled.kernel is not None:
-            handle = self.solver.plan(self.reduction).handle
+            handle = self.solver.plan(self.reduction).plan.handle
             compiled.kernel.passive_rates(handle, self.rows, self.inverse, v)
         else:
             v[:, self.group.passives] = self.rates(v[:, self.group.known])
@@ -782,7 +780,7 @@ class GroupState(NamedTuple):
             a: joint accelerations, those of what is known, and the result.
         """
         if compiled.kernel is not None:
-            handle = self.solver.plan(self.reduction).handle
+            handle = self.solver.plan(self.reduction).plan.handle
             given = self.rows, self.inverse, self.twists, self.actions, v
             compiled.kernel.passive_accelerations(handle, *given, a)
         else:

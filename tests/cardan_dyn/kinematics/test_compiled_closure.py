@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -144,9 +145,9 @@ def compare_motion(state: GroupState) -> None:
         error = -np.einsum("npr,np->nr", state.passive_rows, step)
         rounding = np.full(len(solver.group.passives), 0.5 * size)
         for longest in (0.5, np.inf):
-            found = solver._straight(state, error, rounding, longest)
+            found = solver._steps(state, error, longest, rounding)
             with with_numpy():
-                expected = solver._straight(state, error, rounding, longest)
+                expected = solver._steps(state, error, longest, rounding)
                 left = solver._bend(state, expected, longest)
             near(found.sizes, expected.sizes)
             near(found.step, expected.step, 1e-12)
@@ -314,7 +315,7 @@ def test_what_is_not_finite_shows(name: str) -> None:
             for index in (0, 1, 3, 4):
                 np.testing.assert_array_equal(found.inverse[index], good.inverse[index])
                 np.testing.assert_array_equal(its_error[index], error[index])
-            steps = solver._straight(found, its_error, np.zeros(len(solver._scale)), 0.5)
+            steps = solver._steps(found, its_error, 0.5, np.zeros(len(solver._scale)))
             assert not steps.sizes[2] < np.inf
             assert not steps.left[2] < np.inf
             np.testing.assert_array_equal(steps.level[2], 2.0)
@@ -401,3 +402,106 @@ def test_refined_solutions_of_views(shape: tuple[int, int]) -> None:
         with with_numpy():
             expected = refined(*given)
         near(found, expected)
+
+
+def calls(run: Callable[[], object]) -> int:
+    """Count calls of Python and C functions."""
+    counted = 0
+
+    def count(frame: object, event: str, argument: object) -> None:
+        nonlocal counted
+        counted += event in ("call", "c_call")
+
+    sys.setprofile(count)
+    try:
+        run()
+    finally:
+        sys.setprofile(None)
+    return counted
+
+
+def test_single_samples_take_few_calls() -> None:
+    kinematics, closed = kinematics_of("universal_joint")
+    x, left, rest = closed[:1], np.zeros(1), np.zeros((1, 1))
+    state = kinematics.close(x, left=left)
+    v = kinematics.rates(state, rest)
+    for run, most in (
+        (lambda: kinematics.close(x, left=left), 30),
+        (lambda: kinematics.close(x, leaves=1e-12), 48),
+        (lambda: kinematics.velocity_ratios(state), 9),
+        (lambda: kinematics.accelerations(state, v, rest), 9),
+    ):
+        run()
+        # The function itself counts, and the end of counting.
+        assert calls(run) <= most
+
+
+def arguments_of() -> dict[str, list[object]]:
+    """Good arguments of the compiled functions."""
+    kinematics, closed = kinematics_of("slider_crank")
+    (solver,), (reduction,) = kinematics.solvers, kinematics.reductions
+    plan, x = solver.plan(reduction), closed.copy()
+    state, error = solver.evaluate(x, reduction)
+    placed, p, nv = solver.batch.placed(x), len(solver._scale), kinematics.coordinates.model.nv
+    of_state = state.actions, state.twists, state.rows, error
+    rates = [plan.plan.handle, state.rows, state.inverse]
+    return {
+        "closure": [
+            *(plan.plan.handle, placed, x, np.zeros(x.shape), *of_state),
+            *(np.empty((4, COUNT)), state.inverse),
+        ],
+        "newton_step": [
+            *(plan.plan.handle, state.inverse, error, state.twists, state.actions),
+            *(solver._scale, 0.5, np.empty((COUNT, p)), np.empty((3, COUNT))),
+        ],
+        "passive_rates": [*rates, np.zeros((COUNT, nv, 2))],
+        "passive_accelerations": [
+            *(*rates, state.twists, state.actions),
+            *np.zeros((2, COUNT, nv)),
+        ],
+        "moved": [solver._moves_plan.handle, x, np.zeros((COUNT, p))],
+        "refined": [
+            state.rows[:, 1:],
+            state.inverse,
+            np.zeros((COUNT, p, 2)),
+            np.zeros((COUNT, p, 2)),
+        ],
+    }
+
+
+@pytest.mark.parametrize("name", arguments_of() if compiled.kernel is not None else [])
+def test_other_arguments_are_refused(name: str) -> None:
+    """Whatever comes in, nothing beyond its arrays is read or written."""
+    function, good = getattr(compiled.kernel, name), arguments_of()[name]
+    function(*good)
+    other_plan = compiled.Plan([np.arange(3)], []).handle
+    refused = (TypeError, ValueError)
+    for place, argument in enumerate(good):
+        if isinstance(argument, float):
+            bad = ["0.5", None]
+        elif isinstance(argument, np.ndarray):
+            bad = [argument.astype(np.float32), argument[..., None], argument.tolist(), 1.0]
+            for axis in range(argument.ndim):
+                span = [slice(None)] * argument.ndim
+                span[axis] = slice(argument.shape[axis] - 1)
+                bad.append(argument[tuple(span)].copy())
+                bad.append(np.concatenate([argument, argument], axis=axis))
+        else:
+            bad = [other_plan, None, 3]
+        for item in bad:
+            given = [*good[:place], item, *good[place + 1 :]]
+            of_any_size = (name, place) in MAY_DIFFER and isinstance(item, np.ndarray)
+            with suppress(*refused) if of_any_size else pytest.raises(refused):
+                function(*given)
+    with pytest.raises(TypeError):
+        function(*good[:-1])
+    # Results that may not be written into.
+    place = 1 if name == "moved" else len(good) - 1
+    result = good[place].copy()
+    result.setflags(write=False)
+    with pytest.raises((*refused, BufferError)):
+        function(*good[:place], result, *good[place + 1 :])
+
+
+MAY_DIFFER = {("passive_rates", 3), ("moved", 1), ("moved", 2)}
+"""Rows that may have more columns than are asked for, or more cases."""
