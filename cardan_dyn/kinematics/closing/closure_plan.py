@@ -61,13 +61,12 @@ def closure_plan(
             ends[of, side] = -1 if end.bodies is None else bodies[end.bodies]
             places[of, side] = _places(end)
     rows = [rows.T for rows in reduction.rows]
-    of_rods, lines, rods = [], np.zeros((0, 3)), np.zeros(0)
+    signs, lines, rods = list(equations.column_signs), np.zeros((0, 3)), []
     if hasattr(equations, "rod_spins"):
-        of_rods, rods = list(equations.rod_spins.moves.T), equations.rod_spins.bodies
-        lines = equations.rod_spins.directions
-    signs = [*equations.column_signs, *of_rods]
+        spins = equations.rod_spins
+        signs, lines, rods = [*signs, *spins.moves.T], spins.directions, spins.bodies
     paths = [_outwards(own, equations.moved_bodies) for own in signs]
-    sizes = [len(bodies), len(movable), len(movable) - passives, loops, couplings, len(of_rods)]
+    sizes = [len(bodies), len(movable), len(movable) - passives, loops, couplings, len(rods)]
     integers = [
         [*sizes, coordinates.size],
         movable,
@@ -99,7 +98,7 @@ def closure_plan(
     ]
     plan = Plan([np.array(item) for item in integers], [np.array(item) for item in numbers])
     reduced = sum(len(own) for own in rows) + couplings
-    whole = reduced + len(of_rods)
+    whole = reduced + len(rods)
     return ClosurePlan(reduction, plan, reduced, whole, whole == passives <= most)
 
 

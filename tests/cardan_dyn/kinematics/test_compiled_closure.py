@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scenes import draw
-from testkit.ball_rods import WAYS
+from testkit.ball_rods import WAYS, hinge
 from testkit.linkages import carriage, coupling, gears, rack
+from testkit.mimicking import finger, mimic
 from testkit.mixed_chain import MIXED
 from testkit.planar_linkages import four_bar, geared
+from testkit.planar_linkages import solver as solver_of_linkage
 from testkit.rows_of_loops import parallelograms, spatial, tower
 from testkit.tongs import two_chains
 from testkit.urdf_reader import URDF
@@ -32,7 +34,19 @@ pytestmark = pytest.mark.skipif(compiled.kernel is None, reason="there are no co
 COUNT = 5
 LEGS = [f"leg_{k}" for k in range(1, 7)]
 BUNDLED = sorted(path.stem for path in Path(URDF).glob("*.urdf"))
+
+
+def carried_rod() -> str:
+    """An idle rod that hangs from the world, while what its balls are on turns as a whole."""
+    world = '<link name="world"/>' + hinge("turn", "world", "ground", "0.1 0 0", "0.6 0 0.8")
+    text = WAYS["floating"]().replace('<parent link="ground"/><child link="rod"/>', RODS_JOINT)
+    return text.replace('<robot name="floating">', f'<robot name="carried">{world}')
+
+
+RODS_JOINT = '<parent link="world"/><child link="rod"/>'
 OTHERS = {
+    "carried rod": lambda: cd.load(carried_rod()),
+    "finger": lambda: cd.load(finger(mimic("knuckle", 0.5, 0.3), mimic("middle", -0.2, 0.1))),
     "mixed": lambda: cd.load(MIXED),
     "delta": lambda: cd.load(delta(balls=True)),
     "hinged delta": lambda: cd.load(delta(balls=False)),
@@ -211,6 +225,8 @@ SCENES = {
     "stewart_platform": {"drive": LEGS},
     "delta": {"drive": [f"arm_{k}" for k in range(1, 4)]},
     "balls": {"drive": "a"},
+    "carried rod": {"drive": ["a", "turn"]},
+    "finger": {"drive": "knuckle"},
     "floating": {"drive": "a"},
     "hinges": {"drive": "a"},
     "rack": {"drive": "a"},
@@ -351,24 +367,44 @@ def test_half_turns_show_their_axis() -> None:
     np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-14)
 
 
+def in_line(apart: float) -> tuple[GroupSolver, Reduction]:
+    """A four-bar all pins of which are in line at zero, but for the ground's, which are apart."""
+    kinematics, _ = solver_of_linkage(four_bar(base=apart), "A")
+    (item,), (reduction,) = kinematics.solvers, kinematics.reductions
+    assert item.group.passives.size == 3
+    return item, reduction
+
+
 def test_exactly_singular_positions_have_pseudoinverses() -> None:
-    """Of all samples, as NumPy's have."""
-    mechanism = four_bar()
-    solver = whole(mechanism)
-    item = GroupSolver(mechanism, solver.group)
-    x = np.repeat(mechanism.coordinates.neutral()[None], 3, axis=0)
-    x[1:] += 0.1
-    kinematics = cd.Scene(cd.load("four_bar"), drive="crank_bearing").solver.assembly.kinematics
-    for item, reduction in zip(kinematics.solvers, kinematics.reductions, strict=True):
-        if item.group.passives.size:
-            x = np.repeat(item._zero[None], 3, axis=0)
-            for column in item._moves.columns:
-                x[0] = 0.0
-                x[1:, column] += 0.1
-            found, _ = item.evaluate(x, reduction)
-            with with_numpy():
-                expected, _ = item.evaluate(x, reduction)
-            np.testing.assert_allclose(found.inverse[1:], expected.inverse[1:], atol=1e-9)
+    """Of all samples of a block, as NumPy's have."""
+    item, reduction = in_line(0.0)
+    x = np.zeros((3, item.coordinates.size))
+    x[1:] += np.array([0.2, -0.1, 0.3, 0.4])
+    found, expected = compare(item, reduction, x)
+    assert np.isinf(expected.condition[0]) or expected.condition[0] > 1e15
+    assert found.condition[0] > 1e15
+    np.testing.assert_allclose(found.inverse, expected.inverse, rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(found.condition[1:], expected.condition[1:], rtol=1e-11)
+
+
+@pytest.mark.parametrize("apart", [1e-3, 1e-6, 1e-9])
+def test_positions_near_singular_ones(apart: float) -> None:
+    item, reduction = in_line(apart)
+    x = np.zeros((3, item.coordinates.size))
+    x[1] += apart
+    found, error = item.evaluate(x, reduction)
+    with with_numpy():
+        expected, its_error = item.evaluate(x, reduction)
+    condition = float(np.max(expected.condition))
+    assert condition > 0.1 / apart
+    near(found.inverse, expected.inverse, 1e-15 * condition)
+    near(found.condition, expected.condition, 1e-15 * condition)
+    # Refined, solutions have the rounding of eliminations.
+    right = np.random.default_rng(1).normal(size=(3, 3, 2))
+    own = found.solve(right)
+    left = np.einsum("npr,npc->nrc", found.passive_rows, own) - right
+    assert np.max(np.abs(left)) < 1e-14 * np.max(np.abs(own))
+    near(error, its_error, 1e-12)
 
 
 @pytest.mark.parametrize("seed", range(24))
