@@ -16,8 +16,8 @@ _STALE = 1e-8
 """Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
 refinement squares this error, to 1e-16."""
 
-_MOST_ROWS = 32
-"""Rows up to which compiled functions are faster than NumPy's, which are made for more."""
+_FEW_NUMBERS = 48
+"""Rows times right-hand sides up to which compiled functions solve: NumPy's are made for more."""
 
 
 def same_side(rows: Array, inverses: Array) -> Array:
@@ -151,9 +151,11 @@ def refined(matrices: Array, inverses: Array, right: Array) -> Array:
         right: right-hand sides `(N, i, k)`.
     """
     _, rows, columns = matrices.shape
-    if compiled.kernel is not None and max(rows, columns) <= _MOST_ROWS:
+    sides = right.shape[2]
+    # A sample must come out alike whatever others are beside it: their number may not decide.
+    if compiled.kernel is not None and max(rows, columns) * sides <= _FEW_NUMBERS:
         count = len(matrices) if len(right) == 1 else len(right)
-        solution = np.empty((count, columns, right.shape[2]))
+        solution = np.empty((count, columns, sides))
         compiled.kernel.refined(matrices, inverses, right, solution)
         return solution
     solution = np.matmul(inverses, right)
