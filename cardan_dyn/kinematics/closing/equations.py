@@ -881,7 +881,7 @@ class RodSpins:
 
     def _rotations(self, actions: Array, bodies: list[int]) -> Array:
         """Return the rotations `(3, k, 3, N)` of bodies in the axes of the base."""
-        blocks = actions.reshape(len(actions), -1, 6, 6)[:, bodies, :3, :3]
+        blocks = actions.reshape(len(actions), len(self._batch), 6, 6)[:, bodies, :3, :3]
         return np.ascontiguousarray(blocks.transpose(3, 1, 2, 0))
 
     def _seen(self, actions: Array, rotations: Array, vectors: Array) -> Array:

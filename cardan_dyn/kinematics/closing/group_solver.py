@@ -352,7 +352,7 @@ class GroupSolver:
         if steps.left is not None:
             return steps.left
         step, sizes = steps.step, steps.sizes
-        if longest < np.inf and not np.maximum.reduce(sizes) <= longest:
+        if longest < np.inf and not _greatest(sizes) <= longest:
             step *= np.minimum(1.0, longest / np.maximum(sizes, longest))[:, None]
         left = _CURVATURE * sizes**2
         is_good = (sizes > _STRAIGHT) & (sizes <= _BENT)
@@ -398,9 +398,11 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        stays = None if left is None or settles else left <= _CONVERGED
-        if stays is not None and np.logical_and.reduce(stays):
-            return state
+        stays = None
+        if left is not None and not settles:
+            if _greatest(left) <= _CONVERGED:
+                return state
+            stays = left <= _CONVERGED
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
         if leaves is not None and state.is_square:
             return self._near(state, error, x, turns, most, leaves)
@@ -429,7 +431,9 @@ class GroupSolver:
         what that left is less: such samples stay as they are, `(N,)`.
         """
         reduction, correction = state.reduction, state.correction
-        angles, spins, is_done = None, np.zeros(1), np.zeros(len(x), dtype=bool)
+        # By which idle rods are to be turned, if they are.
+        angles, spins, spin = None, np.zeros(1), 0.0
+        is_done = np.zeros(len(x), dtype=bool)
         for count in range(most + _MOST_SETTLING if settles else most):
             steps = self._steps(state, error, LONGEST_STEP, rounding if may_stay else None)
             step, sizes, left, level = steps
@@ -437,11 +441,11 @@ class GroupSolver:
                 angles = self.equations.rod_spins.turned(state.actions)
                 angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
                 spins = np.maximum.reduce(np.abs(angles), axis=1)
+                spin = _greatest(spins)
             if may_stay:
-                is_still = spins <= _EXACT
-                if np.maximum.reduce(level) <= 1.0 and np.logical_and.reduce(is_still):
+                if _greatest(level) <= 1.0 and spin <= _EXACT:
                     break
-                is_done = (level == 0.0) & is_still
+                is_done = (level == 0.0) & (spins <= _EXACT)
                 if stays is not None:
                     is_done |= stays
             if len(x) > 1:
@@ -462,7 +466,7 @@ class GroupSolver:
                 if angles is not None:
                     angles[is_done] = 0.0
             correction = correction + sizes
-            worst = float(np.maximum.reduce(sizes))
+            worst = _greatest(sizes)
             if not math.isfinite(worst):
                 return state._replace(correction=correction)
             if count >= most and worst > _STRAIGHT:
@@ -471,16 +475,19 @@ class GroupSolver:
             if angles is not None:
                 step += state.spun_back(angles)
             self._move(x, step)
-            nearby = state.inverse if max(worst, float(spins.max())) < _NEARBY else None
+            nearby = state.inverse if worst < _NEARBY and spin < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
             may_stay = False
-            is_done = left <= _CONVERGED
             if settles:
                 # Steps that are mere rounding are as large as the condition makes them.
                 unmoved = np.maximum(_UNMOVED, _EXACT * state.condition)
                 is_done = (sizes < unmoved) & (spins < _SETTLED)
-            if np.logical_and.reduce(is_done):
+                if np.logical_and.reduce(is_done):
+                    break
+            elif _greatest(left) <= _CONVERGED:
                 break
+            else:
+                is_done = left <= _CONVERGED
         return state
 
     def _near(
@@ -552,6 +559,11 @@ def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
     return batch_model(
         mechanism, group.bodies, group.inertial_bodies, origin, group.base, group.crossed
     )
+
+
+def _greatest(values: Array) -> float:
+    """Return the greatest of sizes `(N,)`: of a single one, NumPy's function takes long."""
+    return float(values[0]) if values.size == 1 else float(np.maximum.reduce(values, initial=0.0))
 
 
 class _Steps(NamedTuple):

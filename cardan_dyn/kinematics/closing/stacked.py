@@ -188,8 +188,8 @@ def condition_numbers(rows: Array, inverse: Array, scale: Array | None) -> Array
 
 def _squared_norms(matrices: Array) -> Array:
     """Return the sums `(N,)` of all squared entries of matrices `(N, i, j)`."""
-    count = len(matrices)
-    vectors = matrices.reshape(count, 1, -1)
+    count, rows, columns = matrices.shape
+    vectors = matrices.reshape(count, 1, rows * columns)
     return np.matmul(vectors, vectors.transpose(0, 2, 1)).reshape(count)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import numpy as np
@@ -340,14 +340,20 @@ def test_what_is_not_finite_shows(name: str) -> None:
             assert np.all(state.residual[[0, 1, 3, 4]] < 1e-14)
 
 
-@pytest.mark.parametrize("name", ["balls", "mixed", "spatial", "universal_joint"])
-def test_no_samples(name: str) -> None:
-    mechanism = mechanism_of(name)
-    solver, x = whole(mechanism), np.zeros((0, mechanism.coordinates.size))
-    state, error = solver.evaluate(x, solver.equations.full())
-    assert [len(values) for values in (*state[2:], error)] == [0] * 11
-    state.set_rates(np.zeros((0, mechanism.model.nv, 2)))
-    state.set_accelerations(*np.zeros((2, 0, mechanism.model.nv)))
+@pytest.mark.parametrize("way", [nullcontext, with_numpy])
+@pytest.mark.parametrize("name", ["delta", "geared", "spatial", "universal_joint"])
+def test_no_samples(name: str, way: Callable[[], AbstractContextManager[None]]) -> None:
+    kinematics, closed = kinematics_of(name)
+    with way():
+        for options in ({}, {"leaves": 1e-12}, {"left": np.zeros(0)}):
+            state = kinematics.close(closed[:0], **options)
+            assert len(state.x) == 0
+            for group in state.groups:
+                assert [len(values) for values in group[2:]] == [0] * 10
+        v, nv = np.zeros((0, len(kinematics.drives))), kinematics.coordinates.model.nv
+        assert kinematics.rates(state, v).shape == (0, nv)
+        assert kinematics.velocity_ratios(state).shape == (0, nv, len(kinematics.drives))
+        assert kinematics.accelerations(state, np.zeros((0, nv)), v).shape == (0, nv)
 
 
 def test_half_turns_show_their_axis() -> None:
