@@ -128,8 +128,8 @@ other:
     return -1;
 }
 
-/* Return 0 if an array has these sizes and no gaps; else -1 with an error set. `samples` may be one
-   if `count` is not: then its step is zero. */
+/* Return 0 if an array `(count, rows, columns)` has no gaps within samples; else -1 with an error
+   set. There may be one sample for all. */
 static int is_whole(const Array *array, Py_ssize_t count, int may_be_one, Py_ssize_t rows,
                     Py_ssize_t columns)
 {
@@ -345,8 +345,8 @@ static void rows_of(const Closure *of, const double *twists, const double *actio
            actions (N, 6 n, 6), twists (N, m, 6), rows (N, m, R + k), error (N, R),
            samples (4, N), inverse (N, R + k, p) or None): whether no matrix is exactly singular.
 
-   `samples` are residuals; condition numbers, if inverses are asked for; and what is known of guesses
-   from which no step was taken: zero correction, and infinity for what a step leaves. */
+   `samples` are residuals; condition numbers, if inverses are asked for; and what is known of
+   guesses from which no step was taken: zero correction, and infinity for what a step leaves. */
 PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
@@ -646,7 +646,7 @@ static void solve(const Closure *of, const Matrix *inverse, const double *rows, 
     add_product(inverse, right, 1.0, solution);
 }
 
-/* What both of the following have: the sizes of the state's arrays, of one or of `count` samples. */
+/* What both of the following have: arrays of a state, of one or of `count` samples. */
 static int has_state(const Closure *of, const Array *rows, const Array *inverse, Py_ssize_t count)
 {
     return is_whole(rows, count, 1, of->movable, of->whole) || has_size(inverse, 0, count, 1) ||
