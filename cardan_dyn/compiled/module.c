@@ -132,7 +132,11 @@ static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
 static PyMethodDef functions[] = {
     FUNCTION(plan),
     FUNCTION(cancellation),
-    FUNCTION(inverse),
+    FUNCTION(closure),
+    FUNCTION(moved),
+    FUNCTION(newton_step),
+    FUNCTION(passive_accelerations),
+    FUNCTION(passive_rates),
     FUNCTION(proven),
     FUNCTION(refined),
     FUNCTION(within),

@@ -212,25 +212,26 @@ class Kinematics:
         v = np.zeros((len(drive_rates), self.coordinates.model.nv))
         v[:, self.drives] = drive_rates
         for group_state in state.groups:
-            group = group_state.group
-            if group.passives.size:
-                v[:, group.passives] = group_state.rates(v[:, group.known, None])[:, :, 0]
+            if group_state.solver.group.passives.size:
+                group_state.set_rates(v[:, :, None])
         return v
 
     def velocity_ratios(self, state: ClosedState) -> Array:
         """Return joint rates `(N, nv, d)` per unit rate of each drive while the others rest."""
-        count, drives, depends = len(state.x), len(self.drives), self.depends
+        depends, drives = self.depends, self.drives
+        ratios = np.zeros((len(state.x), self.coordinates.model.nv, drives.size))
         if depends is None:
-            return self.rates(state, np.ones((count, drives)))[:, :, None]
-        ratios = np.zeros((count, self.coordinates.model.nv, drives))
-        ratios[:, self.drives, np.arange(drives)] = 1.0
+            ratios[:, drives] = 1.0
+            for group_state in state.groups:
+                if group_state.solver.group.passives.size:
+                    group_state.set_rates(ratios)
+            return ratios
+        ratios[:, drives, np.arange(drives.size)] = 1.0
         for group_state, moving in zip(state.groups, self._moving, strict=True):
-            group = group_state.group
-            rates = group_state.rates(ratios[:, group.known][:, :, moving])
-            if isinstance(moving, slice):
-                ratios[:, group.passives, moving] = rates
-            else:
-                ratios[:, group.passives[:, None], moving] = rates
+            own = ratios[:, :, moving]
+            group_state.set_rates(own)
+            if not isinstance(moving, slice):
+                ratios[:, :, moving] = own
         return ratios
 
     @cached_property
@@ -259,9 +260,8 @@ class Kinematics:
         a = np.zeros(v.shape)
         a[:, self.drives] = drive_accelerations
         for group_state in state.groups:
-            group = group_state.group
-            if group.passives.size:
-                a[:, group.passives] = group_state.accelerations(v, a[:, group.known])
+            if group_state.solver.group.passives.size:
+                group_state.set_accelerations(v, a)
         return a
 
     def same_side(self, state: ClosedState, inverses: list[Array]) -> Array:
@@ -293,7 +293,7 @@ class Kinematics:
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
     """Return the state of all groups, each at the coordinates `x`."""
-    if len(groups) == 1 and groups[0].group.passives.size:
+    if len(groups) == 1 and groups[0].solver.group.passives.size:
         (only,) = groups
         return ClosedState(x, groups, only.residual, only.condition, only.correction, only.left)
     residual, condition = np.zeros(len(x)), np.ones(len(x))

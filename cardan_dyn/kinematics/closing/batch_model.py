@@ -265,10 +265,16 @@ class BatchModel:
         Args:
             x: coordinate rows `(N, size)`.
         """
-        placed = np.empty((x.shape[0], self.parents.size, 12))
-        if placed.shape[1]:
-            rows, forward = x[:, self.columns], pinocchio.forwardKinematics
-            for span, calls in self._calls(x.shape[0]):
+        count, bodies, forward = x.shape[0], self.parents.size, pinocchio.forwardKinematics
+        placed = np.empty((count, bodies, 12))
+        if count == 1 and bodies:
+            # Loops over arrays take as long as all the rest.
+            calls = self._calls_of(1, False)
+            forward(calls.model, calls.data, x[0, self.columns])
+            placed[0] = calls.placements
+        elif bodies:
+            rows = x[:, self.columns]
+            for span, calls in self._calls(count):
                 copies, model, data, placements, _ = calls
                 given, found = rows[span], placed[span]
                 if copies > 1:
@@ -364,8 +370,10 @@ class BatchModel:
             count: number of samples.
             moves: whether the base is a free-flyer.
         """
+        if count < _FEWEST_TOGETHER:
+            return [(_ALL, self._calls_of(1, moves))]
         several = _MOST_TOGETHER // (self._freedoms + 6 * moves)
-        if count < _FEWEST_TOGETHER or several < 2:
+        if several < 2:
             return [(_ALL, self._calls_of(1, moves))]
         whole = count - count % several
         of_one = [(slice(whole, count), self._calls_of(1, moves))] if whole < count else []

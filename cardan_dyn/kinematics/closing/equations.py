@@ -83,6 +83,9 @@ class ClosureEquations:
         rod_spins: of the group's idle rods, if it has any.
         loops: the L loops of the group.
         couplings: its G couplings.
+        length: the mechanism's characteristic length [m].
+        alike: the loops with the placements of their ends.
+        moved_bodies: `(m,)` index in the batch of the body that each movable coordinate moves.
         signs: `(L, n)` +1 for bodies on a loop's predecessor path, -1 on its successor path.
         column_signs: `(L, m)` the same for the movable coordinates.
         weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
@@ -91,6 +94,7 @@ class ClosureEquations:
         coupled_ratios: their coefficients in the couplings' rows, `(len(coupled_columns), G)`.
         coupled_offsets: `(G,)` what their slips are at zero [rad or m].
         slip_units: `(G,)` the length where a slip is one, else 1.
+        coupling_rows: `(m, G)` the couplings' rows of the movable coordinates, in these units.
     """
 
     def __init__(self, mechanism: Mechanism, batch: BatchModel, group: Group) -> None:
@@ -103,7 +107,7 @@ class ClosureEquations:
         """
         self.batch = batch
         self._at_zero = mechanism.placements_at_zero
-        self._length = mechanism.characteristic_length
+        self.length = mechanism.characteristic_length
         self.movable = np.concatenate([group.known, group.passives])
         self.unit_twists = UnitTwists(batch, self.movable)
         self.loops = [mechanism.loops[index] for index in group.loops]
@@ -112,12 +116,12 @@ class ClosureEquations:
         self._weight_column = self.weights[:, None]
         self.signs = np.array([self._signs_of(loop) for loop in self.loops])
         self.signs = self.signs.reshape(len(self.loops), len(batch))
-        self._moved_bodies = batch.moved_body[self.movable]
+        self.moved_bodies = batch.moved_body[self.movable]
         if group.idle:
-            self.rod_spins = RodSpins(batch, group.idle, self._moved_bodies, mechanism.zero)
-        self.column_signs = self.signs[:, self._moved_bodies]
-        self._alike = _alike(self.loops, batch)
-        self._paths = LoopPaths.of(self.column_signs, self._moved_bodies)
+            self.rod_spins = RodSpins(batch, group.idle, self.moved_bodies, mechanism.zero)
+        self.column_signs = self.signs[:, self.moved_bodies]
+        self.alike = _alike(self.loops, batch)
+        self._paths = LoopPaths.of(self.column_signs, self.moved_bodies)
         self._axes = tuple(_axes_of(loop, mechanism, batch) for loop in self.loops)
         on_loops = [np.flatnonzero(signs) for signs in self.column_signs]
         self._columns_on = [consecutive(on) for on in on_loops]
@@ -145,7 +149,7 @@ class ClosureEquations:
         )
         # In units of their slips, like the rows of loops: the unit of length would decide rank and
         # condition.
-        self._coupling_rows = coupling_rows[self.movable] / self.slip_units
+        self.coupling_rows = coupling_rows[self.movable] / self.slip_units
 
     def _signs_of(self, loop: Loop) -> Array:
         """Return `(n,)` on which side of a loop each body is, see `signs`."""
@@ -208,7 +212,7 @@ class ClosureEquations:
             result[:, on, own] = self._rows_of_loop(index, twists[:, on], actions, reduction)
             start = own.stop
         if self.couplings:
-            result[:, :, loops:] = self._coupling_rows
+            result[:, :, loops:] = self.coupling_rows
         return result
 
     def _rows_of_loop(
@@ -246,7 +250,7 @@ class ClosureEquations:
                 own = weighted[:, index]
                 blocks.append(own if rows.shape[1] == 6 else own @ rows)
         if self.couplings or not blocks:
-            none = np.zeros((len(twist), self._coupling_rows.shape[1]))
+            none = np.zeros((len(twist), self.coupling_rows.shape[1]))
             blocks.append(none if slips is None else slips / self.slip_units)
         return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
 
@@ -288,7 +292,7 @@ class ClosureEquations:
         result[:, :, :3] = (gap - cross(turn, middle)).transpose(2, 1, 0)
         result[:, :, 3:] = turn.transpose(2, 1, 0)
         deviation = np.empty((2, *gap.shape))
-        np.divide(gap, self._length, out=deviation[0])
+        np.divide(gap, self.length, out=deviation[0])
         deviation[1] = turn
         deviation *= deviation
         squares = np.add.reduce(deviation, axis=1)
@@ -297,11 +301,11 @@ class ClosureEquations:
 
     def _gaps(self, placed: Array) -> tuple[Array, Array, Array]:
         """Return the gaps, rotations and middles `(3, L, N)` of all loops, see `LoopGaps.at`."""
-        found = [alike.at(placed) for alike in self._alike]
+        found = [alike.at(placed) for alike in self.alike]
         if len(found) == 1:
             return found[0]
         gap, turn, middle = np.empty((3, 3, len(self.loops), len(placed)))
-        for alike, own in zip(self._alike, found, strict=True):
+        for alike, own in zip(self.alike, found, strict=True):
             gap[:, alike.loops], turn[:, alike.loops], middle[:, alike.loops] = own
         return gap, turn, middle
 
@@ -329,7 +333,7 @@ class ClosureEquations:
             parts.append(rows * self.weights)
             errors.append(np.concatenate([gap, turn]).T * self.weights)
         count = len(twists)
-        parts.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
+        parts.append(np.broadcast_to(self.coupling_rows, (count, *self.coupling_rows.shape)))
         errors.append(np.zeros((count, 0)))
         return np.concatenate(parts, axis=2), np.concatenate(errors, axis=1)
 
@@ -768,7 +772,13 @@ def _spanned(twists: Array, units: Array, axes: LoopAxes, actions: Array) -> _Sp
 
 
 class RodSpins:
-    """The k idle rods of a group, and the coordinates that move them."""
+    """The k idle rods of a group, and the coordinates that move them.
+
+    Attributes:
+        bodies: their indices in the batch model.
+        directions: `(k, 3)` of their lines, in the frames of their joints.
+        moves: `(m, k)` 1 for what moves a rod, -1 for what moves its frame.
+    """
 
     def __init__(
         self,
@@ -787,19 +797,19 @@ class RodSpins:
             zero: `(size,)` coordinates of the description's zero.
         """
         self._batch, self._zero = batch, zero
-        self._bodies = [batch.index_of[rod.body] for rod in rods]
-        self._lines = np.array([rod.line for rod in rods])
+        self.bodies = [batch.index_of[rod.body] for rod in rods]
+        self.directions = np.array([rod.line for rod in rods])
         # The base of the batch stands for what carries it.
         self._frames = [batch.index_of.get(rod.frame, -1) for rod in rods]
         self._carried = [k for k, frame in enumerate(self._frames) if frame >= 0]
         # How a rod moves relative to its frame: what moves both alike makes no difference.
         moves = np.zeros((len(rods), len(moved_bodies)))
-        for row, (body, frame) in enumerate(zip(self._bodies, self._frames, strict=True)):
+        for row, (body, frame) in enumerate(zip(self.bodies, self._frames, strict=True)):
             of_rod, of_frame = set(batch.path(body)), set(batch.path(frame))
             moves[row, np.isin(moved_bodies, list(of_rod - of_frame))] = 1.0
             moves[row, np.isin(moved_bodies, list(of_frame - of_rod))] = -1.0
         self._paths = LoopPaths.of(moves, moved_bodies)
-        self._moves = moves.T
+        self.moves = moves.T
 
     def turned(self, actions: Array) -> Array:
         """Return `(N, k)` angles [rad] of the rods about their lines from where they settle.
@@ -811,9 +821,9 @@ class RodSpins:
             actions: of the batch at closed positions, see `actions_of`.
         """
         start, across, side = self._at_zero
-        rotations = self._rotations(actions, self._bodies)
+        rotations = self._rotations(actions, self.bodies)
         now, found = (
-            self._seen(actions, rotations, self._lines),
+            self._seen(actions, rotations, self.directions),
             self._seen(actions, rotations, side),
         )
         # A vector across the line, turned by the least rotation. At half a turn there is none;
@@ -834,11 +844,11 @@ class RodSpins:
         batch = self._batch
         actions = batch.actions(self._zero[None, :])
         # Across the line: along the axis that is farthest from it, less the part along the line.
-        side = np.eye(3)[np.argmin(np.abs(self._lines), axis=1)]
-        side -= np.sum(side * self._lines, axis=1, keepdims=True) * self._lines
+        side = np.eye(3)[np.argmin(np.abs(self.directions), axis=1)]
+        side -= np.sum(side * self.directions, axis=1, keepdims=True) * self.directions
         side /= np.linalg.norm(side, axis=1, keepdims=True)
-        rotations = self._rotations(actions, self._bodies)
-        start, across = (self._seen(actions, rotations, item) for item in (self._lines, side))
+        rotations = self._rotations(actions, self.bodies)
+        start, across = (self._seen(actions, rotations, item) for item in (self.directions, side))
         return start, across, side
 
     def rows(self, twists: Array, lines: Array) -> Array:
@@ -848,12 +858,14 @@ class RodSpins:
             twists: `(N, m, 6)` unit twists of the movable coordinates.
             lines: `(N, 3, k)`, see `lines`.
         """
-        return np.asarray(np.matmul(twists[:, :, 3:], lines) * self._moves)
+        return np.asarray(np.matmul(twists[:, :, 3:], lines) * self.moves)
 
     def lines(self, actions: Array) -> Array:
         """Return the directions `(N, 3, k)` of the rods' lines, in the axes of the base."""
-        rotations = self._rotations(actions, self._bodies)
-        return np.asarray(np.matmul(self._lines[:, None], rotations)[:, :, 0].transpose(2, 0, 1))
+        rotations = self._rotations(actions, self.bodies)
+        return np.asarray(
+            np.matmul(self.directions[:, None], rotations)[:, :, 0].transpose(2, 0, 1)
+        )
 
     def drift(self, twists: Array, v: Array, lines: Array) -> Array:
         """Return `(N, k)` accelerations about the lines that rates alone cause.
@@ -869,7 +881,7 @@ class RodSpins:
 
     def _rotations(self, actions: Array, bodies: list[int]) -> Array:
         """Return the rotations `(3, k, 3, N)` of bodies in the axes of the base."""
-        blocks = actions.reshape(len(actions), -1, 6, 6)[:, bodies, :3, :3]
+        blocks = actions.reshape(len(actions), len(self._batch), 6, 6)[:, bodies, :3, :3]
         return np.ascontiguousarray(blocks.transpose(3, 1, 2, 0))
 
     def _seen(self, actions: Array, rotations: Array, vectors: Array) -> Array:

@@ -12,12 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ... import compiled
 from ...arrays import Array, generic
 from ...mechanism.kept import MOST, Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
 from .batch_model import BatchModel, actions_of, batch_model
+from .closure_plan import ClosurePlan, closure_plan, moves_plan
 from .equations import ClosureEquations, Reduction
 from .stacked import (
     apart,
@@ -68,6 +70,8 @@ _UNMOVED = 1e-12
 how its line lies, so each step turns it about that in proportion."""
 _MOST_SETTLING = 40
 """Greatest number of such steps: half a turn takes seven of the longest ones."""
+_MOST_INVERTED = 48
+"""Passives up to which the compiled functions invert their rows: LAPACK is made for more."""
 MOST_STEPS = 12
 """Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
 each squares the error; the rest is for guesses from which steps are shortened to `LONGEST_STEP`."""
@@ -92,6 +96,7 @@ class GroupSolver:
     def __init__(self, mechanism: Mechanism, group: Group) -> None:
         self.group = group
         self._kept = Kept()
+        self._plans: dict[int, ClosurePlan] = {}
         self.coordinates = coordinates = mechanism.coordinates
         self.batch = _batch_model(mechanism, group)
         self.equations = ClosureEquations(mechanism, self.batch, group)
@@ -138,46 +143,108 @@ class GroupSolver:
             inverse: inverse at a position nearby; used where it is near enough.
             correction: `(N,)` how far the guess was off; zero if None.
         """
-        equations, known, count = self.equations, self.group.known.size, x.shape[0]
+        if compiled.kernel is not None:
+            return self._compiled(x, reduction, turns, inverse, correction)
+        equations = self.equations
         placed = self.batch.placed(x)
         actions = actions_of(placed)
         twists = equations.unit_twists.of(actions)
         rows = equations.rows(twists, actions, reduction)
-        passive = rows[:, known:]
         error, residual = equations.error(placed)
         slips = None
         if equations.couplings:
             slips = self._slips(x, turns)
             relative = np.abs(slips) / equations.slip_units
             residual = np.maximum(residual, relative.max(axis=1))
-        idle, spins, square = len(self.group.idle), None, passive
-        if idle:
+        if self.group.idle:
             spins = equations.rod_spins.rows(twists, equations.rod_spins.lines(actions))
-            square = np.concatenate([passive, spins[:, known:]], axis=2)
-        if inverse is not None and is_near(square, inverse, self.row_scale):
-            null = np.zeros((count, passive.shape[2], 0))
-            condition = condition_numbers(square, inverse, self.row_scale)
-        elif idle:
-            inverse, null, condition = factorised_with_spins(square, self.row_scale, idle)
-        else:
-            inverse, null, condition = factorised(passive, self.row_scale)
+            rows = np.concatenate([rows, spins], axis=2)
+        inverse, null, condition = self._factors(rows[:, self.group.known.size :], inverse)
         state = GroupState(
             solver=self,
             reduction=reduction,
             x=x,
             actions=actions,
             twists=twists,
-            known_rows=rows[:, :known],
-            passive_rows=passive,
+            rows=rows,
             inverse=inverse,
             null=null,
             residual=residual,
             condition=condition,
-            correction=np.zeros(count) if correction is None else correction,
-            left=np.full(count, np.inf),
-            spins=spins,
+            correction=np.zeros(len(x)) if correction is None else correction,
+            left=np.full(len(x), np.inf),
         )
         return state, equations.project(error, slips, actions, reduction)
+
+    def _compiled(
+        self,
+        x: Array,
+        reduction: Reduction,
+        turns: Array | None,
+        inverse: Array | None,
+        correction: Array | None,
+    ) -> tuple[GroupState, Array]:
+        """Return what `evaluate` does, by compiled functions."""
+        plan, placed, empty = self.plan(reduction), self.batch.placed(x), np.empty
+        count, bodies, _ = placed.shape
+        movable, rows, whole = self.equations.movable.size, plan.rows, plan.whole
+        actions, twists = empty((count, 6 * bodies, 6)), empty((count, movable, 6))
+        all_rows, error = empty((count, movable, whole)), empty((count, rows))
+        of_samples = empty((4, count))
+        own = empty((count, whole, whole)) if plan.inverts else None
+        found = actions, twists, all_rows, error, of_samples, own
+        is_regular = compiled.kernel.closure(plan.plan.handle, placed, x, turns, *found)
+        condition = of_samples[1]  # Iterating over an array takes longer.
+        if own is None or not is_regular:
+            square = all_rows[:, self.group.known.size :]
+            inverse, null, condition = self._factors(square, inverse)
+        else:
+            inverse, null = own, own[:, :rows, :0]
+        if correction is None:
+            correction = of_samples[2]
+        factors = inverse, null, of_samples[0], condition, correction, of_samples[3]
+        return GroupState(self, reduction, x, actions, twists, all_rows, *factors), error
+
+    def _factors(self, square: Array, inverse: Array | None) -> tuple[Array, Array, Array]:
+        """Return inverses, null spaces and condition numbers of the passives' rows.
+
+        Args:
+            square: these rows, followed by the spins of idle rods, if any.
+            inverse: see `evaluate`.
+        """
+        idle = len(self.group.idle)
+        if inverse is not None and is_near(square, inverse, self.row_scale):
+            null = np.zeros((len(square), square.shape[2] - idle, 0))
+            return inverse, null, condition_numbers(square, inverse, self.row_scale)
+        if idle:
+            return factorised_with_spins(square, self.row_scale, idle)
+        return factorised(square, self.row_scale)
+
+    def plan(self, reduction: Reduction) -> ClosurePlan:
+        """Return the plan of the compiled functions for the rows that are solved."""
+        try:
+            return self._plans[id(reduction)]
+        except KeyError:
+            pass
+        if len(self._plans) >= MOST:
+            self._plans = {}
+        given = self.equations, reduction, self.coordinates, self._scale, self.row_scale
+        plan = self._kept.of("plan", reduction.key, lambda: closure_plan(*given, _MOST_INVERTED))
+        # While it is kept here, no other reduction has its identity.
+        self._plans[id(reduction)] = plan._replace(reduction=reduction)
+        return plan
+
+    def _move(self, x: Array, step: Array) -> None:
+        """Move the passives of rows `x (N, size)` by steps `(N, p)`, in place."""
+        if compiled.kernel is None:
+            self._moves.apply(x, step)
+        else:
+            compiled.kernel.moved(self._moves_plan.handle, x, step)
+
+    @cached_property
+    def _moves_plan(self) -> compiled.Plan:
+        """The plan of `_move`."""
+        return moves_plan(self._moves)
 
     def linearised(self, x: Array) -> tuple[Array, Array, Array]:
         """Return all closure equations at `x (N, size)` about the welds, slides in lengths.
@@ -235,23 +302,58 @@ class GroupSolver:
             reduction: the rows that are solved.
         """
         state, error = self.evaluate(x.copy(), reduction)
-        step = state.step(error)
-        sizes = np.abs(step * self._scale).max(axis=1, initial=0.0)
-        left = self._bend(state, step, sizes)
-        self._moves.apply(x, step)
-        return state._replace(correction=sizes, left=left)
+        steps = self._steps(state, error, np.inf)
+        left = self._bend(state, steps, np.inf)
+        self._move(x, steps.step)
+        return state._replace(correction=steps.sizes, left=left)
 
-    def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
-        """Let Newton steps `(N, p)` follow the curvature, where that is known; return what is left.
+    def _steps(
+        self,
+        state: GroupState,
+        error: Array,
+        longest: float,
+        rounding: Array | None = None,
+    ) -> _Steps:
+        """Return Newton's steps from a state with its error; compiled ones are bent already.
 
         Args:
             state: where they begin.
-            step: changed in place.
-            sizes: of the steps `(N,)` [rad].
+            error: `(N, R)`, see `evaluate`.
+            longest: see `_bend`.
+            rounding: `(p,)` steps that are not worth taking, if that is of interest.
+        """
+        if compiled.kernel is not None:
+            count = len(error)
+            step, of_samples = np.empty((count, self._scale.size)), np.empty((3, count))
+            given = state.inverse, error, state.twists, state.actions, rounding, longest
+            handle = self.plan(state.reduction).plan.handle
+            compiled.kernel.newton_step(handle, *given, step, of_samples)
+            return _Steps(step, of_samples[0], of_samples[1], of_samples[2])
+        step = state.step(error)
+        scaled = np.abs(step * self._scale)
+        sizes = np.maximum.reduce(scaled, axis=1, initial=0.0)
+        level = np.full(len(step), 2.0)
+        if rounding is not None:
+            level[np.logical_and.reduce(scaled <= rounding, axis=1)] = 1.0
+            level[np.logical_and.reduce(scaled <= _NONE * rounding, axis=1)] = 0.0
+        return _Steps(step, sizes, None, level)
+
+    def _bend(self, state: GroupState, steps: _Steps, longest: float = LONGEST_STEP) -> Array:
+        """Let Newton steps follow the curvature, where that is known, unless they do so already.
+
+        Args:
+            state: where they begin.
+            steps: changed in place.
+            longest: what they are shortened to [rad].
 
         Returns:
             Errors `(N,)` after them, in order of magnitude [rad].
         """
+        if steps.left is not None:
+            return steps.left
+        step, sizes = steps.step, steps.sizes
+        if longest < np.inf and not _greatest(sizes) <= longest:
+            step *= np.minimum(1.0, longest / np.maximum(sizes, longest))[:, None]
         left = _CURVATURE * sizes**2
         is_good = (sizes > _STRAIGHT) & (sizes <= _BENT)
         if not np.logical_or.reduce(is_good):
@@ -296,9 +398,11 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        stays = None if left is None or settles else left <= _CONVERGED
-        if stays is not None and np.logical_and.reduce(stays):
-            return state
+        stays = None
+        if left is not None and not settles:
+            if _greatest(left) <= _CONVERGED:
+                return state
+            stays = left <= _CONVERGED
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
         if leaves is not None and state.is_square:
             return self._near(state, error, x, turns, most, leaves)
@@ -327,19 +431,21 @@ class GroupSolver:
         what that left is less: such samples stay as they are, `(N,)`.
         """
         reduction, correction = state.reduction, state.correction
-        angles, spins, is_done = None, np.zeros(1), np.zeros(len(x), dtype=bool)
+        # By which idle rods are to be turned, if they are.
+        angles, spins, spin = None, np.zeros(1), 0.0
+        is_done = np.zeros(len(x), dtype=bool)
         for count in range(most + _MOST_SETTLING if settles else most):
-            step = state.step(error)
-            scaled = np.abs(step * self._scale)
+            steps = self._steps(state, error, LONGEST_STEP, rounding if may_stay else None)
+            step, sizes, left, level = steps
             if settles:
                 angles = self.equations.rod_spins.turned(state.actions)
                 angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
                 spins = np.maximum.reduce(np.abs(angles), axis=1)
+                spin = _greatest(spins)
             if may_stay:
-                is_still = spins <= _EXACT
-                if np.logical_and.reduce(scaled <= rounding, axis=None) and is_still.all():
+                if _greatest(level) <= 1.0 and spin <= _EXACT:
                     break
-                is_done = np.logical_and.reduce(scaled <= _NONE * rounding, axis=1) & is_still
+                is_done = (level == 0.0) & (spins <= _EXACT)
                 if stays is not None:
                     is_done |= stays
             if len(x) > 1:
@@ -354,32 +460,34 @@ class GroupSolver:
                     x[few] = own
                     return state.with_samples(few, later)
                 # So a sample ends where it does whatever others are beside it.
-                step[is_done] = scaled[is_done] = 0.0
+                step[is_done] = sizes[is_done] = 0.0
+                if left is not None:
+                    left[is_done] = 0.0
                 if angles is not None:
                     angles[is_done] = 0.0
-            sizes = np.maximum.reduce(scaled, axis=1)
             correction = correction + sizes
-            worst = float(np.maximum.reduce(sizes))
-            if worst > LONGEST_STEP:
-                step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
+            worst = _greatest(sizes)
             if not math.isfinite(worst):
                 return state._replace(correction=correction)
             if count >= most and worst > _STRAIGHT:
                 break
-            left = self._bend(state, step, sizes)
+            left = self._bend(state, steps)
             if angles is not None:
                 step += state.spun_back(angles)
-            self._moves.apply(x, step)
-            nearby = state.inverse if max(worst, float(spins.max())) < _NEARBY else None
+            self._move(x, step)
+            nearby = state.inverse if worst < _NEARBY and spin < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
             may_stay = False
-            is_done = left <= _CONVERGED
             if settles:
                 # Steps that are mere rounding are as large as the condition makes them.
                 unmoved = np.maximum(_UNMOVED, _EXACT * state.condition)
                 is_done = (sizes < unmoved) & (spins < _SETTLED)
-            if np.logical_and.reduce(is_done):
+                if np.logical_and.reduce(is_done):
+                    break
+            elif _greatest(left) <= _CONVERGED:
                 break
+            else:
+                is_done = left <= _CONVERGED
         return state
 
     def _near(
@@ -398,14 +506,15 @@ class GroupSolver:
         Returns:
             The state before the last step of each sample, whose residual is what that step leaves.
         """
-        step = state.step(error)
-        sizes = np.maximum.reduce(np.abs(step * self._scale), axis=1)
-        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
-        left = self._bend(state, step, sizes)
-        self._moves.apply(x, step)
+        steps = self._steps(state, error, LONGEST_STEP)
+        sizes, left = steps.sizes, self._bend(state, steps)
+        self._move(x, steps.step)
         correction = state.correction + sizes
         is_near = (left <= leaves) & np.isfinite(state.condition)
-        residual = np.where(is_near, np.minimum(left, state.residual), state.residual)
+        residual = np.minimum(left, state.residual)
+        if np.logical_and.reduce(is_near):
+            return state._replace(correction=correction, residual=residual)
+        residual = np.where(is_near, residual, state.residual)
         state = state._replace(correction=correction, residual=residual)
         # Written so that what is not a number stops as well.
         rest = np.flatnonzero(~is_near & np.isfinite(sizes))
@@ -452,6 +561,30 @@ def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
     )
 
 
+def _greatest(values: Array) -> float:
+    """Return the greatest of sizes `(N,)`: of a single one, NumPy's function takes long."""
+    return float(values[0]) if values.size == 1 else float(np.maximum.reduce(values, initial=0.0))
+
+
+class _Steps(NamedTuple):
+    """Newton's steps.
+
+    Attributes:
+        step: `(N, p)` displacements of the passives.
+        sizes: `(N,)` their greatest ones [rad], slides counted in lengths; before steps are
+            shortened.
+        left: `(N,)` error [rad] after them in order of magnitude, of steps that are shortened and
+            bent; None if they are neither.
+        level: `(N,)` 0 where the step is too small to be taken, 1 where it is rounding; else, and
+            where rounding is of no interest, 2.
+    """
+
+    step: Array
+    sizes: Array
+    left: Array | None
+    level: Array
+
+
 class GroupState(NamedTuple):
     """A group at given positions: its closure equations there and their factors.
 
@@ -461,17 +594,17 @@ class GroupState(NamedTuple):
         x: `(N, size)` coordinates.
         actions: see `actions_of`.
         twists: `(N, m, 6)` unit twists of the movable coordinates.
-        known_rows, passive_rows: transposed closure matrices `(N, k, R)` and `(N, p, R)`.
-        inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse. With k idle rods
-            `(N, R + k, p)`: their rates about their lines follow the rows of the loops.
+        rows: `(N, m, R)` transposed closure matrices of the movable coordinates, known ones first.
+            With k idle rods `(N, m, R + k)`: rates of these about their lines per unit of each
+            coordinate follow.
+        inverse: `(N, R, p)`: inverse of the passives' rows, or its pseudoinverse; with k idle rods
+            `(N, R + k, p)`.
         null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
         residual: `(N,)` closure error, see `ClosureEquations.error`.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         correction: `(N,)` how far the guess was off.
         left: `(N,)` error [rad] that a step taken from here leaves, in order of magnitude;
             infinite where none was taken.
-        spins: `(N, m, k)` rates of idle rods about their lines per unit of each movable
-            coordinate; None without such rods.
     """
 
     solver: GroupSolver
@@ -479,15 +612,13 @@ class GroupState(NamedTuple):
     x: Array
     actions: Array
     twists: Array
-    known_rows: Array
-    passive_rows: Array
+    rows: Array
     inverse: Array
     null: Array
     residual: Array
     condition: Array
     correction: Array
     left: Array
-    spins: Array | None
 
     @property
     def group(self) -> Group:
@@ -504,16 +635,27 @@ class GroupState(NamedTuple):
         """Its closure equations."""
         return self.solver.equations
 
+    @property
+    def known_rows(self) -> Array:
+        """Transposed closure matrices `(N, k, R)` of what is known."""
+        known = self.solver.group.known.size
+        return self.rows[:, :known, : self.rows.shape[2] - len(self.solver.group.idle)]
+
+    @property
+    def passive_rows(self) -> Array:
+        """Transposed closure matrices `(N, p, R)` of the passives."""
+        known = self.solver.group.known.size
+        return self.rows[:, known:, : self.rows.shape[2] - len(self.solver.group.idle)]
+
     def of(self, samples: Array) -> GroupState:
         """Return the state of some samples, given by their indices."""
-        chosen = [None if values is None else values[samples] for values in self[2:]]
-        return GroupState._make([self.solver, self.reduction, *chosen])
+        return GroupState(self.solver, self.reduction, *(values[samples] for values in self[2:]))
 
     def with_samples(self, samples: Array, state: GroupState) -> GroupState:
         """Return the state with that of some samples, given by their indices; it is overwritten."""
         for values, own in zip(self[2:], state[2:], strict=True):
             # The rows of couplings are the same at all samples.
-            if values is not None and values.flags.writeable:
+            if values.flags.writeable:
                 values[samples] = own
         return self
 
@@ -557,19 +699,12 @@ class GroupState(NamedTuple):
     @property
     def is_square(self) -> bool:
         """Whether there are as many equations, with those of idle rods, as passives."""
-        rods = 0 if self.spins is None else self.spins.shape[2]
-        return self.passive_rows.shape[1] == self.passive_rows.shape[2] + rods
+        return self.rows.shape[2] == self.solver.group.passives.size
 
     @property
     def _square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
-        return self._with_spins(self.passive_rows, slice(len(self.group.known), None))
-
-    def _with_spins(self, rows: Array, columns: slice) -> Array:
-        """Return rows of some movable coordinates, followed by the spins of idle rods, if any."""
-        if self.spins is None:
-            return rows
-        return np.concatenate([rows, self.spins[:, columns]], axis=2)
+        return self.rows[:, self.solver.group.known.size :]
 
     def _with_angles(self, right: Array, angles: Array) -> Array:
         """Return right-hand sides `(N, R)` of the loops, followed by those of idle rods."""
@@ -631,12 +766,34 @@ class GroupState(NamedTuple):
         v, equations = v[:, self.equations.movable], self.equations
         drift = equations.drift(self.twists, v)
         drift = equations.project(drift, None, self.actions, self.reduction)
-        if self.spins is not None:
+        if self.group.idle:
             lines = equations.rod_spins.lines(self.actions)
             drift = self._with_angles(drift, equations.rod_spins.drift(self.twists, v, lines))
         return -self.solve(self._of_known(known[:, :, None]) + drift[:, :, None])[:, :, 0]
 
     def _of_known(self, known: Array) -> Array:
         """Return rates of the closure equations `(N, R, c)`, of those `(N, k, c)` of the known."""
-        rows = self._with_spins(self.known_rows, slice(len(self.group.known)))
+        rows = self.rows[:, : self.group.known.size]
         return np.asarray(np.matmul(transposed(rows), known))
+
+    def set_rates(self, v: Array) -> None:
+        """Write the rates of the passives into joint rates `(N, nv, c)`, see `rates`."""
+        if compiled.kernel is not None:
+            handle = self.solver.plan(self.reduction).plan.handle
+            compiled.kernel.passive_rates(handle, self.rows, self.inverse, v)
+        else:
+            v[:, self.group.passives] = self.rates(v[:, self.group.known])
+
+    def set_accelerations(self, v: Array, a: Array) -> None:
+        """Write the accelerations of the passives into those of all joints `(N, nv)`.
+
+        Args:
+            v: joint rates `(N, nv)`.
+            a: joint accelerations, those of what is known, and the result.
+        """
+        if compiled.kernel is not None:
+            handle = self.solver.plan(self.reduction).plan.handle
+            given = self.rows, self.inverse, self.twists, self.actions, v
+            compiled.kernel.passive_accelerations(handle, *given, a)
+        else:
+            a[:, self.group.passives] = self.accelerations(v, a[:, self.group.known])
