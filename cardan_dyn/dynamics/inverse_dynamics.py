@@ -84,7 +84,7 @@ class Inputs(NamedTuple):
         if has_rates is None:
             has_rates = acting.has_rates
         held = problem.held_row
-        if targets.varied:
+        if targets.held:
             held = np.repeat(held, targets.size, axis=0)
             names = list(problem.held)
             columns = [names.index(name) for name in targets.varied]
@@ -166,9 +166,12 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        arrays = [getattr(self, name) for name in FINITE]
+        arrays = self.x, self.v, self.a, self.wrenches, self.efforts
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
-        if all(math.isfinite(np.vdot(array, array)) for array in arrays):
+        total = 0.0
+        for array in arrays:
+            total += np.vdot(array, array)  # type: ignore[arg-type]
+        if math.isfinite(total):
             return set()
         named = zip(FINITE, arrays, strict=True)
         return {name for name, array in named if not np.isfinite(array).all()}
@@ -181,7 +184,7 @@ class Solution(NamedTuple):
             prescribed: velocity coordinates of the drives, then of the held joints.
         """
         wrenches, efforts = self.wrenches[:, outputs], self.efforts.take(prescribed, 1)
-        return self._replace(wrenches=wrenches, efforts=efforts)
+        return Solution(*self[:4], wrenches, efforts, *self[6:])
 
     def prove(self, positions: Array) -> None:
         """Refuse a solution whose residuals are too great.
@@ -192,7 +195,8 @@ class Solution(NamedTuple):
         Raises:
             AccuracyError: a residual exceeds its tolerance, or numbers overflow.
         """
-        refuse_overflow(self.overflown)
+        if overflown := self.overflown:
+            refuse_overflow(overflown)
         self.residuals.prove(positions, self.closure_condition)
 
 
@@ -202,6 +206,8 @@ class InverseDynamics:
     Attributes:
         has_mass: whether any body of the solved groups has mass.
     """
+
+    inputs_of = staticmethod(Inputs.of)
 
     def __init__(
         self,
