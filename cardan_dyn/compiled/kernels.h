@@ -5,6 +5,7 @@
 
 #include "arrays.h"
 
+PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *moved(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs);

@@ -131,6 +131,7 @@ static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
 
 static PyMethodDef functions[] = {
     FUNCTION(plan),
+    FUNCTION(branch),
     FUNCTION(closure),
     FUNCTION(moved),
     FUNCTION(newton_step),

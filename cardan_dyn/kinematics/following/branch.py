@@ -18,7 +18,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, consecutive
+from ...compiled import Plan
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.coordinates import Coordinates
 from ...mechanism.kept import Kept
@@ -63,6 +64,10 @@ are kept: of some thousand nodes at most, as a period is found by."""
 _MOST_HALVINGS = 2
 """Times that a node is put between neighbours that prove nothing: what one does not mend, such as
 another assembly mode, seldom is."""
+TURN = 2.0 * np.pi
+"""One turn of the drive [rad]."""
+TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
+"""One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -122,6 +127,32 @@ class BranchTable:
             self._known_curves[key] = here.quintics(np.diff(self.positions), there)
         return self._known_curves[key]
 
+    @cached_property
+    def _served(self) -> int:
+        """Samples that were interpolated so far."""
+        return 0
+
+    def is_busy(self, count: int) -> bool:
+        """Return whether so many more samples make it pay to have all polynomials at hand.
+
+        They are many, or few at a time that add up to many.
+        """
+        return self._served + count >= self.size
+
+    def plan(self, columns: Array, *numbers: Array) -> Plan:
+        """Return the plan of `compiled.kernel.branch`.
+
+        Args:
+            columns: of a row, those that are asked for.
+            numbers: the last arrays of the plan, that say how the branch repeats.
+        """
+        places = np.searchsorted(columns, self.coordinates.balls.columns)
+        is_there = columns.take(places, mode="clip") == self.coordinates.balls.columns
+        drive = np.array([self.drive_column])
+        curves = self._curves(consecutive(columns)).swapaxes(0, 1)
+        integers = [columns, places[is_there], drive]
+        return Plan(integers, [self.positions, curves.ravel(), *numbers])
+
     def with_nodes(self, rows: Rows) -> BranchTable:
         """Return a table that also holds new nodes, given in any order."""
         joined = Rows(*map(np.concatenate, zip(self.rows, rows, strict=True)))
@@ -153,10 +184,9 @@ class BranchTable:
         low = self.positions[left]
         width = self.positions[left + 1] - low
         share = (positions - low) / width
-        # Made for many samples, or once few at a time add up to many.
-        served = vars(self).get("_served", 0) + len(positions)
-        vars(self)["_served"] = served
-        if served >= self.size:
+        is_busy = self.is_busy(len(positions))
+        vars(self)["_served"] = self._served + len(positions)
+        if is_busy:
             return quintic(self._curves(columns), left, share)
         here, there = (
             Rows(*(values[nodes][:, columns] for values in self.rows)) for nodes in (left, left + 1)
@@ -200,6 +230,9 @@ class Branch:
         self._errors: dict[int, CardanError] = {}
         # Number of nodes that it was last refined to; zero while guesses need not be safe.
         self._refined_to = 0
+        # For a table and a period, what a compiled function works along.
+        self._planned: tuple[BranchTable, float | None] | None = None
+        self._plan: Plan | None = None
 
     @property
     def span(self) -> tuple[float, float]:
@@ -500,6 +533,26 @@ class Branch:
     def values(self, positions: Array, columns: Array | slice) -> Array:
         """Return `(N, k)` some coordinates near the branch, see `BranchTable.values`."""
         return self._table.values(positions, columns)
+
+    def plan(self, columns: Array, count: int, far: float) -> Plan | None:
+        """Return what `compiled.kernel.branch` works along; None for so few samples so far.
+
+        Args:
+            columns: of a row, those that the drive moves, always the same.
+            count: samples that are asked for.
+            far: distance of positions from which on a period would be sought.
+        """
+        table, planned = self._table, self._planned
+        if planned is None or planned[0] is not table or planned[1] != self.period:
+            if table.size == 1 or not table.is_busy(count):
+                return None
+            # The drive's own turns are part of its position.
+            windings = np.where(columns == table.drive_column, 0.0, self.windings[columns])
+            period = self.period or 0.0
+            repeats = np.array([far, period, np.rint(period / TURN), *TURN_PARTS])
+            self._plan = table.plan(columns, windings, repeats)
+            self._planned = table, self.period
+        return self._plan
 
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.

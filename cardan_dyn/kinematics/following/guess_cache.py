@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ... import compiled
 from ...arrays import Array
 from ...problem.problem import Problem
 from ...problem.samples import Targets
@@ -93,6 +94,8 @@ class GuessCache:
         # What the Newton tolerances of the kinematics beside follow from.
         self._known: list[Kinematics | Array | None] = []
         self._amplified = redundancy.kinematics
+        # Kinematics and plans of the last known guess.
+        self._last_known: tuple[object, ...] = ()
         self._lock = threading.RLock()
 
     @property
@@ -115,6 +118,10 @@ class GuessCache:
             SingularConfigurationError: a dead point lies on the way.
         """
         with self._lock:
+            if compiled.kernel is not None and strict:
+                known = self._known_guess(targets)
+                if known is not None:
+                    return known
             if self._motionless:
                 x, turns = self._at_start(targets)
                 self._set_drives(x, targets)
@@ -144,6 +151,27 @@ class GuessCache:
             self._problem.mechanism.coordinates.normalised(x)
             is_exact = all(part.is_exact for part in self._parts)
             return Guess(x, turns, self._with_amplitudes(), is_exact, is_there, left)
+
+    def _known_guess(self, targets: Targets) -> Guess | None:
+        """Return what `guesses` does by compiled functions where all motions are known.
+
+        None where one has to be followed, or several drives meet.
+        """
+        if self._motionless or self._has_joint_motion:
+            return None
+        prescribed = targets.prescribed
+        x = self._normalised_start.repeat(len(prescribed), 0)
+        turns, known = np.zeros(x.shape), (self._redundancy.kinematics,)
+        for part in self._parts:
+            plan = part.known(prescribed, x, turns)  # type: ignore[union-attr]
+            if plan is None:
+                return None
+            known = (*known, plan)  # type: ignore[assignment]
+        # A tuple compares its items by identity first, and these have no other equality.
+        if known != self._last_known:
+            self._last_known = known
+            self._with_amplitudes()
+        return Guess(x, turns, self._amplified, True)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, of a motion found by other means.
@@ -221,6 +249,18 @@ class GuessCache:
     def _parts(self) -> list[DriveMotion | JointMotion]:
         """The parts of the motion that are independent of each other."""
         return [self._part(*part) for part in self._study.open_kinematics.independent_parts()]
+
+    @cached_property
+    def _has_joint_motion(self) -> bool:
+        """Whether drives meet in a group."""
+        from .drive_motion import DriveMotion
+
+        return not all(isinstance(part, DriveMotion) for part in self._parts)
+
+    @cached_property
+    def _normalised_start(self) -> Array:
+        """The start `(1, size)` as guesses have it."""
+        return self._problem.mechanism.coordinates.normalised(self.start[None, :].copy())
 
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
         kinematics = self._study.open_kinematics

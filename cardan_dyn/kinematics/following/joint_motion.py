@@ -14,8 +14,8 @@ from ...problem.samples import Targets
 from ..closing.all_groups import ClosedState, Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
-from .branch import Branch, whole_turns
-from .drive_motion import TURN, Followed, turned_back, turns_freely
+from .branch import TURN, Branch, whole_turns
+from .drive_motion import Followed, turned_back, turns_freely
 from .lattice import Turn, near_lattices, spacing_for
 from .lines import (
     MOST_CORRECTIONS,
