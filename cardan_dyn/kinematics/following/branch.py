@@ -68,6 +68,9 @@ TURN = 2.0 * np.pi
 """One turn of the drive [rad]."""
 TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
 """One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
+SAMPLES_PER_CALL = 24
+"""Samples that a call counts as at least, where it is asked what pays for many of them: a Newton
+step of a single sample takes as long as that of 25 among many."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -137,7 +140,7 @@ class BranchTable:
 
         They are many, or few at a time that add up to many.
         """
-        return self._served + count >= self.size
+        return self._served + max(count, SAMPLES_PER_CALL) >= self.size
 
     def plan(self, columns: Array, *numbers: Array) -> Plan:
         """Return the plan of `compiled.kernel.branch`.
@@ -185,7 +188,7 @@ class BranchTable:
         width = self.positions[left + 1] - low
         share = (positions - low) / width
         is_busy = self.is_busy(len(positions))
-        vars(self)["_served"] = self._served + len(positions)
+        vars(self)["_served"] = self._served + max(len(positions), SAMPLES_PER_CALL)
         if is_busy:
             return quintic(self._curves(columns), left, share)
         here, there = (
@@ -230,6 +233,8 @@ class Branch:
         self._errors: dict[int, CardanError] = {}
         # Number of nodes that it was last refined to; zero while guesses need not be safe.
         self._refined_to = 0
+        # For a table, errors of guesses between its nodes; infinity where they are not known.
+        self._guess_errors: tuple[BranchTable, Array] | None = None
         # For a table and a period, what a compiled function works along.
         self._planned: tuple[BranchTable, float | None] | None = None
         self._plan: Plan | None = None
@@ -456,16 +461,18 @@ class Branch:
         return False
 
     def may_refine(self, node_limit: int) -> bool:
-        """Return whether `refine` would do anything: every call tries each interval again.
+        """Return whether `refine` would do anything.
 
-        Therefore nothing is done before the limit has doubled since the last call.
+        Every call takes the time of many nodes, however few it makes. Therefore nothing is done
+        before the limit has doubled since the last call.
         """
         return node_limit >= 2 * self._refined_to
 
     def refine(self, kinematics: Kinematics, node_limit: int) -> None:
         """Halve intervals until guesses are exact to rounding, or there are `node_limit` nodes.
 
-        Guesses are made safe in any case, even with more nodes. See `may_refine`.
+        Guesses are made safe in any case, even with more nodes. See `may_refine`. Nodes are put
+        where guesses are known not to be exact, or where nothing is known of them yet.
 
         Args:
             kinematics: with the rows that are known to be independent.
@@ -476,18 +483,29 @@ class Branch:
         """
         if not self.may_refine(node_limit):
             return
-        self._refined_to = node_limit
-        is_open = np.ones(self._table.size - 1, dtype=bool)
-        while np.any(is_open):
+        known = self._guess_errors
+        # Of new nodes, nothing is known.
+        errors = np.full(self._table.size - 1, np.inf)
+        if known is not None and known[0] is self._table:
+            errors = known[1]
+        while True:
+            is_open = errors > _EXACT_CORRECTION
+            if not np.any(is_open):
+                node_limit = _UNLIMITED
+                break
+            if self._table.size >= node_limit:
+                is_open = errors > _SAFE_GUESS_CORRECTION
+                if not np.any(is_open):
+                    break
             self._key = None
-            to_rounding = self._table.size < node_limit
-            allowed = _EXACT_CORRECTION if to_rounding else _SAFE_GUESS_CORRECTION
-            is_open = self._halve(kinematics, is_open, allowed)
-            if to_rounding and not np.any(is_open):
-                self._refined_to = _UNLIMITED
+            errors = self._halve(kinematics, is_open, errors)
+        self._refined_to, self._guess_errors = node_limit, (self._table, errors)
 
-    def _halve(self, kinematics: Kinematics, is_open: Array, allowed: float) -> Array:
-        """Halve intervals `(K - 1,)`; return which of the new ones are still too coarse."""
+    def _halve(self, kinematics: Kinematics, is_open: Array, errors: Array) -> Array:
+        """Halve some intervals; return the errors of guesses in each of the new ones.
+
+        With those of all intervals before, `(K - 1,)`.
+        """
         table, (left,) = self._table, np.nonzero(is_open)
         middle = 0.5 * (table.positions[left] + table.positions[left + 1])
         state = kinematics.close(table.guess(middle))
@@ -502,10 +520,9 @@ class Branch:
                 condition = float(nodes.condition[first])
                 raise self._unresolved(kinematics, float(middle[first]), left[first], condition)
         self._table = table.with_nodes(_rows(kinematics, state))
-        is_coarse = np.zeros((len(is_open), 2), dtype=bool)
-        is_coarse[left] = (state.correction / _ERROR_RATIO > allowed)[:, None]
-        # An interval that was not halved is still one interval, and stays closed.
-        return is_coarse[np.stack([np.ones_like(is_open), is_open], axis=1)]
+        halved = errors.copy()
+        halved[left] = state.correction / _ERROR_RATIO
+        return halved.repeat(1 + is_open)
 
     def _unresolved(
         self, kinematics: Kinematics, position: float, left: int, condition: float

@@ -16,7 +16,7 @@ from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
-from .branch import TURN, TURN_PARTS, Branch
+from .branch import SAMPLES_PER_CALL, TURN, TURN_PARTS, Branch
 
 _MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
@@ -24,11 +24,8 @@ least eight nodes, which are followed one by one."""
 _SAMPLES_PER_NODE = 24
 """Samples that have to use a branch before it gets one more node. On the bundled universal joint,
 four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
-4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save."""
-_SAMPLES_PER_CALL = 4
-"""Samples that a call counts as at least. The Newton step of a single sample takes as long as that
-of 25 among many; a sixth of it goes into nodes, so that scripts that ask for one position at a time
-soon get exact guesses as well."""
+4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save. Scripts that
+ask for one position at a time get a node for each, and soon exact guesses as well."""
 _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 """Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
@@ -189,7 +186,7 @@ class DriveMotion:
             turns: `(N, size)` whole turns that they lack; changed.
             kinematics: of the scene, with the rows that are known to be independent.
         """
-        self._samples_served += max(targets.size, _SAMPLES_PER_CALL)
+        self._samples_served += max(targets.size, SAMPLES_PER_CALL)
         branch = self.branch
         node_limit = self._samples_served // _SAMPLES_PER_NODE
         if branch.may_refine(node_limit):
@@ -221,7 +218,7 @@ class DriveMotion:
             followed or refined before, or is asked for the first time.
         """
         count = len(prescribed)
-        served = self._samples_served + (count if count > _SAMPLES_PER_CALL else _SAMPLES_PER_CALL)
+        served = self._samples_served + (count if count > SAMPLES_PER_CALL else SAMPLES_PER_CALL)
         if not self._is_studied or self.branch.may_refine(served // _SAMPLES_PER_NODE):
             return None
         plan = self._written(prescribed[:, self._index], x, turns)
