@@ -21,11 +21,11 @@ from .branch import SAMPLES_PER_CALL, TURN, TURN_PARTS, Branch
 _MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
 least eight nodes, which are followed one by one."""
-_SAMPLES_PER_NODE = 24
+_SAMPLES_PER_NODE = 8
 """Samples that have to use a branch before it gets one more node. On the bundled universal joint,
 four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
-4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save. Scripts that
-ask for one position at a time get a node for each, and soon exact guesses as well."""
+4 to 6 µs per sample: at this rate nodes cost less than half of what steps have taken so far, and
+scripts that ask for one position at a time soon have exact guesses as well."""
 _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 """Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
