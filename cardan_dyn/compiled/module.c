@@ -133,11 +133,14 @@ static PyMethodDef functions[] = {
     FUNCTION(plan),
     FUNCTION(branch),
     FUNCTION(closure),
+    FUNCTION(lattice),
+    FUNCTION(longest),
     FUNCTION(moved),
     FUNCTION(newton_step),
     FUNCTION(passive_accelerations),
     FUNCTION(passive_rates),
     FUNCTION(refined),
+    FUNCTION(rows),
     {NULL, NULL, 0, NULL},
 };
 

@@ -126,12 +126,16 @@ class GuessCache:
                 x, turns = self._at_start(targets)
                 self._set_drives(x, targets)
                 return Guess(x, turns, self.kinematics, False)
-            self._scout(targets)
-            followed = [
-                part.followed(targets, self.kinematics, along_path, strict) for part in self._parts
-            ]
-            if any(item.is_new for item in followed):
+            if not self._is_scouted:
+                self._scout(targets)
+            followed, is_new, kinematics = [], False, self._redundancy.kinematics
+            for part in self._parts:
+                item = part.followed(targets, kinematics, along_path, strict)
+                followed.append(item)
+                is_new = is_new or item.is_new
+            if is_new and not self._redundancy.settled:
                 self._learn()
+                kinematics = self._redundancy.kinematics
             is_there = None
             if not strict:
                 is_there = followed[0].is_there
@@ -144,12 +148,12 @@ class GuessCache:
             x, turns = self._at_start(targets)
             for part in self._parts:
                 # What was followed is let go as soon as it is written.
-                part.write(followed.pop(0), targets, x, turns, self.kinematics)
+                part.write(followed.pop(0), targets, x, turns, kinematics)
             self._set_drives(x, targets)
-            if np.count_nonzero(turns[:, self._columns]):
+            if np.logical_or.reduce(turns[:, self._columns], axis=None):
                 turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
-            is_exact = all(part.is_exact for part in self._parts)
+            is_exact = not self._has_joint_motion
             return Guess(x, turns, self._with_amplitudes(), is_exact, is_there, left)
 
     def _known_guess(self, targets: Targets) -> Guess | None:
@@ -275,7 +279,7 @@ class GuessCache:
 
     def _scout(self, targets: Targets) -> None:
         """Follow some samples of the first ones, to solve no redundant rows for all others."""
-        if self._is_scouted or targets.size <= 2 * STATES_STUDIED:
+        if targets.size <= 2 * STATES_STUDIED:
             return
         from .drive_motion import DriveMotion
 
