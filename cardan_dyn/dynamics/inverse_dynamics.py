@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -166,11 +166,11 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        arrays = self.x, self.v, self.a, self.wrenches, self.efforts
+        arrays: tuple[Any, ...] = self.x, self.v, self.a, self.wrenches, self.efforts
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
         total = 0.0
         for array in arrays:
-            total += np.vdot(array, array)  # type: ignore[arg-type]
+            total += np.vdot(array, array)
         if math.isfinite(total):
             return set()
         named = zip(FINITE, arrays, strict=True)
@@ -183,8 +183,21 @@ class Solution(NamedTuple):
             outputs: indices of the wrenches that are results.
             prescribed: velocity coordinates of the drives, then of the held joints.
         """
-        wrenches, efforts = self.wrenches[:, outputs], self.efforts.take(prescribed, 1)
-        return Solution(*self[:4], wrenches, efforts, *self[6:])
+        return Solution(
+            self.x,
+            self.v,
+            self.a,
+            self.velocity_ratios,
+            self.wrenches[:, outputs],
+            self.efforts.take(prescribed, 1),
+            self.coupling_moments,
+            self.condition,
+            self.closure_condition,
+            self.loop_error,
+            self.residuals,
+            self.influence,
+            self.indeterminate_couplings,
+        )
 
     def prove(self, positions: Array) -> None:
         """Refuse a solution whose residuals are too great.

@@ -321,8 +321,8 @@ class _Points:
         """Return what `_extrapolated` does, then what `_interpolated` does."""
         d, kernel = len(self._columns), compiled.kernel
         if kernel is None or d > _MOST_AROUND:
-            between = self._interpolated(points, positions)
-            return (*self._extrapolated(points, positions), *between)
+            extrapolated = self._extrapolated(points, positions)
+            return (*extrapolated, *self._interpolated(points, positions))
         count, size = len(points), self.x.shape[1]
         (guess, between), (longest, is_known) = np.empty((2, count, size)), np.empty((2, count))
         given = points.astype(float), positions, self._jets, LONGEST_WAY
