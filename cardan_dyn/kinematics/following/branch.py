@@ -71,6 +71,8 @@ TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
 SAMPLES_PER_CALL = 24
 """Samples that a call counts as at least, where it is asked what pays for many of them: a Newton
 step of a single sample takes as long as that of 25 among many."""
+_NODES_PER_REFINEMENT = 100
+"""Nodes that take as long as a refinement that makes few of them."""
 _NODES_PER_SAMPLE = 8
 """Nodes whose polynomials a compiled function is given for each sample that it is to serve: a call
 of it takes 60 µs less, as long as making those of some 400 nodes."""
@@ -464,9 +466,10 @@ class Branch:
         """Return whether `refine` would do anything.
 
         Every call takes the time of many nodes, however few it makes. Therefore nothing is done
-        before the limit has doubled since the last call.
+        before the limit has doubled since the last call, and exceeds it by as many.
         """
-        return node_limit >= 2 * self._refined_to
+        known = self._refined_to
+        return known == 0 or node_limit >= 2 * known + _NODES_PER_REFINEMENT
 
     def refine(self, kinematics: Kinematics, node_limit: int) -> None:
         """Halve intervals until guesses are exact to rounding, or there are `node_limit` nodes.
