@@ -386,6 +386,18 @@ static void weights_of(double along[][KINDS], int d, double *weights)
         }
 }
 
+/* Add a factor times numbers, which stand one behind the other where their step is 1. */
+static void add(double *restrict sums, double factor, const double *restrict numbers,
+                Py_ssize_t step, Py_ssize_t count)
+{
+    if (step == 1)
+        for (Py_ssize_t k = 0; k < count; k++)
+            sums[k] += factor * numbers[k];
+    else
+        for (Py_ssize_t k = 0; k < count; k++)
+            sums[k] += factor * numbers[k * step];
+}
+
 /* What is interpolated between the points around a position, see `_Points._interpolated`.
 
    Returns whether all of these are known. */
@@ -419,12 +431,8 @@ static int interpolated(const Plan *plan, Py_ssize_t point, const double *positi
         }
         weights_of(along, d, weights);
         const double *jet = jets->at + at * jets->step[0];
-        for (Py_ssize_t k = 0; k < size; k++) {
-            double sum = 0.0;
-            for (Py_ssize_t m = 0; m < jets->size[1]; m++)
-                sum += weights[m] * jet[m * jets->step[1] + k * jets->step[2]];
-            result[k] += sum;
-        }
+        for (Py_ssize_t m = 0; m < jets->size[1]; m++)
+            add(result, weights[m], jet + m * jets->step[1], jets->step[2], size);
     }
     return are_known;
 }
@@ -476,7 +484,7 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
     if (is_between && (has_size(known, 0, count, 0) || has_size(between, 0, samples, 0) ||
                        has_size(between, 1, size, 0) || has_size(are_known, 0, samples, 0)))
         goto done;
-    work = malloc(sizeof(double) * size);
+    work = malloc(sizeof(double) * 2 * size);
     if (!work) {
         PyErr_NoMemory();
         goto done;
@@ -497,18 +505,19 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
             double begin = jet[columns[k] * jets->step[2]];
             step[k] = (position[k] - begin) / plan->numbers[SPACING][k];
         }
+        memset(work, 0, sizeof(double) * 2 * size);
+        double *first = work, *second = work + size;
+        const double *derivative = jet + jets->step[1];
+        for (Py_ssize_t i = 0; i < d; i++, derivative += jets->step[1])
+            add(first, step[i], derivative, jets->step[2], size);
+        for (Py_ssize_t i = 0; i < d; i++)
+            for (Py_ssize_t j = i; j < d; j++, derivative += jets->step[1])
+                add(second, step[i] * step[j] * (i == j ? 0.5 : 1.0), derivative, jets->step[2],
+                    size);
         for (Py_ssize_t k = 0; k < size; k++) {
-            const double *of = jet + k * jets->step[2];
-            double first = 0.0, second = 0.0;
-            Py_ssize_t pair = 1 + d;
-            for (Py_ssize_t i = 0; i < d; i++)
-                first += step[i] * of[(1 + i) * jets->step[1]];
-            for (Py_ssize_t i = 0; i < d; i++)
-                for (Py_ssize_t j = i; j < d; j++, pair++)
-                    second += step[i] * step[j] * (i == j ? 0.5 : 1.0) * of[pair * jets->step[1]];
-            row[k * guess->step[1]] = of[0] + (first + second);
-            fastest = greater(fastest, fabs(first) * plan->numbers[WEIGHTS][k]);
-            most_bent = greater(most_bent, fabs(second) * plan->numbers[WEIGHTS][k]);
+            row[k * guess->step[1]] = jet[k * jets->step[2]] + (first[k] + second[k]);
+            fastest = greater(fastest, fabs(first[k]) * plan->numbers[WEIGHTS][k]);
+            most_bent = greater(most_bent, fabs(second[k]) * plan->numbers[WEIGHTS][k]);
         }
         for (Py_ssize_t k = 0; k < d; k++)
             row[columns[k] * guess->step[1]] = position[k];
