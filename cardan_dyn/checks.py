@@ -249,7 +249,7 @@ def numbers(name: str, value: object) -> Array:
     except Exception as error:
         raise ArgumentError(f"{name} is not an array of real numbers ({_reason(error)})") from error
     finite = np.isfinite(array)
-    if not np.logical_and.reduce(finite, axis=None):
+    if np.count_nonzero(finite) < array.size:
         index = np.argwhere(~finite)[0].tolist()
         raise ArgumentError(f"{name} is not finite{f' at index {index}' if index else ''}")
     return array

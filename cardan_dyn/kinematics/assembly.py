@@ -190,7 +190,7 @@ class Assembly:
         """
         state = guess.kinematics.close(guess.x, guess.turns, settles=True, left=guess.left)
         is_closed = _is_closed(state, guess)
-        if not np.logical_and.reduce(is_closed):
+        if np.count_nonzero(is_closed) < len(is_closed):
             bad = int(np.argmin(is_closed))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "

@@ -68,7 +68,7 @@ class StoredComponents(NamedTuple):
 
     def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
-        return not np.logical_or.reduce(self.values[..., index], axis=None)
+        return not np.count_nonzero(self.values[..., index])
 
 
 class Placed(Protocol):

@@ -150,7 +150,7 @@ class GuessCache:
                 # What was followed is let go as soon as it is written.
                 part.write(followed.pop(0), targets, x, turns, kinematics)
             self._set_drives(x, targets)
-            if np.logical_or.reduce(turns[:, self._columns], axis=None):
+            if np.count_nonzero(turns[:, self._columns]):
                 turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
             is_exact = not self._has_joint_motion

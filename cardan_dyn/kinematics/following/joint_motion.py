@@ -162,7 +162,7 @@ class JointMotion:
                 if self._turning:
                     near = self._without_turns(kinematics, own, turns, targets.design_of)
                 reached = self._reached(kinematics, own, targets, near)
-                if not np.logical_and.reduce(reached.is_there):
+                if np.count_nonzero(reached.is_there) < len(asked):
                     self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
                     if strict and not np.all(reached.is_there):
                         raise self._beyond(asked, own, reached)
@@ -172,7 +172,7 @@ class JointMotion:
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
         x, is_there = reached.x, reached.is_there
         every = 1 + len(x) // STATES_STUDIED
-        if np.logical_and.reduce(is_there):
+        if np.count_nonzero(is_there) == len(x):
             self._seen = x[::every]
         elif np.any(is_there):
             self._seen = x[np.nonzero(is_there)[0][::every]]
