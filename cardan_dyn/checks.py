@@ -22,8 +22,7 @@ from .errors import ArgumentError, CardanError
 
 _MOST_NAMES = 100_000
 """Greatest number of names that is read, since an iterator may never end."""
-_FLOAT = np.dtype(float)
-_NO_NUMBERS = np.empty(0, dtype=object)
+_FLOAT, _NO_NUMBERS = np.dtype(float), np.empty(0, dtype=object)
 _LONGEST_REASON = 200
 """Characters of another error's message that are quoted, since it may be of any length."""
 _LONGEST_VALUE = 80

@@ -129,7 +129,7 @@ class SolutionSource:
         """Drive accelerations, like `position`."""
         return self._of_drives(self._acting.accelerations)
 
-    @property
+    @cached_property
     def held(self) -> Mapping[str, float | Array]:
         """Held joints and their positions."""
         held, varied = self._solver.problem.held, self._assembled.targets.held

@@ -486,7 +486,8 @@ class Branch:
         """
         if not self.may_refine(node_limit):
             return
-        known = self._guess_errors
+        # What cannot be resolved is told once: many samples lie elsewhere.
+        self._refined_to, known = node_limit, self._guess_errors
         # Of new nodes, nothing is known.
         errors = np.full(self._table.size - 1, np.inf)
         if known is not None and known[0] is self._table:
@@ -494,7 +495,7 @@ class Branch:
         while True:
             is_open = errors > _EXACT_CORRECTION
             if not np.any(is_open):
-                node_limit = _UNLIMITED
+                self._refined_to = _UNLIMITED
                 break
             if self._table.size >= node_limit:
                 is_open = errors > _SAFE_GUESS_CORRECTION
@@ -502,7 +503,7 @@ class Branch:
                     break
             self._key = None
             errors = self._halve(kinematics, is_open, errors)
-        self._refined_to, self._guess_errors = node_limit, (self._table, errors)
+        self._guess_errors = self._table, errors
 
     def _halve(self, kinematics: Kinematics, is_open: Array, errors: Array) -> Array:
         """Halve some intervals; return the errors of guesses in each of the new ones.

@@ -55,6 +55,7 @@ is for how the equations change on both ways, of which only the greatest conditi
 _LOOKS = 12
 """Positions on each half of a period at which it is looked how near a singular configuration is."""
 _ALL_OF_IT, _IS_THERE = np.ones(1), np.ones(1, dtype=bool)
+"""The share of a way that is gone in a step, and what is said of its end; of a single sample."""
 _NEAREST = 0.1
 """Greatest product of a distance between designs and the condition number, see `TurnSearch`, at
 which one represents the other: at a distance δ from a singular configuration, the condition number
