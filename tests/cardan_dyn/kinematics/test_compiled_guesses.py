@@ -185,6 +185,23 @@ def test_positions_that_are_not_known() -> None:
     assert evaluated(turning, np.array([high]), size)[0] is False
 
 
+def test_a_turn_in_all_is_as_far_as_one_from_zero() -> None:
+    """Then a drive that turns freely looks for a period, whatever is known already."""
+    table, half = table_with_balls(9), np.pi
+    size = table.coordinates.size
+    table.rows.x.setflags(write=True)
+    table.rows.x[:, table.drive_column] = np.linspace(-3.0 * half, 3.0 * half, 9)
+
+    def is_known(*positions: float) -> bool:
+        far = np.array([TURN, 0.0, 0.0, *TURN_PARTS])
+        plan = table.plan(np.arange(size), np.zeros(size), far)
+        return evaluated(plan, np.array(positions), size)[0]
+
+    assert is_known(TURN) and is_known(-TURN) and is_known(-half, 0.9 * half)
+    assert not is_known(-half, half)
+    assert not is_known(np.nextafter(TURN, 9.0)) and not is_known(np.nextafter(-TURN, -9.0))
+
+
 def test_periods_and_windings() -> None:
     table = table_with_balls(60)
     size, low = table.coordinates.size, table.span[0]
@@ -293,12 +310,27 @@ def lattice_points(
     kinematics = part._kinematics.part(drives, groups)
     columns = [part._drive_columns[k] for k in drives]
     rng = np.random.default_rng(8)
-    nearest = np.rint(rng.uniform(-reach, reach, (60, len(drives))))
+    nearest = np.rint(rng.uniform(-reach, reach, (60 if len(drives) < 3 else 300, len(drives))))
     lines, end_of = lines_to(nearest, [list(range(len(drives)))])
     units = np.full(len(drives), spacing)
     points = _Points(kinematics, part._start, columns, lines, units)
     points.closed_along()
     return points, lines, lines.ends[end_of]
+
+
+def farthest(points: _Points, ends: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """How far extrapolations from points to positions would be good for."""
+    d, jets = positions.shape[1], points._jets[ends]
+    step = (positions - jets[:, 0, points._columns]) / points._units
+    first = np.einsum("ni,nik->nk", step, jets[:, 1 : 1 + d])
+    second = np.zeros_like(first)
+    for k, (i, j) in enumerate(points._pairs):
+        product = step[:, i] * step[:, j] * (0.5 if i == j else 1.0)
+        second += product[:, None] * jets[:, 1 + d + k]
+    scale = points._kinematics.coordinates.scale
+    sizes = [np.max(np.abs(ways) * scale, axis=1) for ways in (first, second)]
+    with np.errstate(divide="ignore"):
+        return np.minimum(1.0 / sizes[0], np.sqrt(1.0 / sizes[1]))
 
 
 @pytest.mark.parametrize("d", [1, 2, 3, 4, 6])
@@ -309,6 +341,8 @@ def test_lattices(d: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(6)
     ends = ends[points.is_closed[ends]]
     assert len(ends) > 5
+    # Of some points around, nothing is known.
+    points.is_closed[ends[::9]] = False
     middle = points._origin + lines.points[ends] * points._units
     positions = middle + rng.uniform(-0.5, 0.5, middle.shape) * points._units
     positions[0], positions[1] = middle[0], np.nan
@@ -316,6 +350,10 @@ def test_lattices(d: int, monkeypatch: pytest.MonkeyPatch) -> None:
     guess, is_short = points._extrapolated(ends, positions)
     np.testing.assert_array_equal(guess, found[0])
     np.testing.assert_array_equal(is_short, found[1])
+    longest = np.empty(len(ends))
+    given = ends.astype(float), positions, points._jets, 1.0, guess.copy(), longest
+    compiled.kernel.lattice(points._plan.handle, *given, None, None, None)
+    np.testing.assert_allclose(longest, farthest(points, ends, positions), rtol=1e-13)
     alone = points._around(ends[2:3], positions[2:3])
     none = points._around(ends[:0], positions[:0])
     monkeypatch.setattr(compiled, "kernel", None)
