@@ -235,7 +235,7 @@ class Branch:
         self._errors: dict[int, CardanError] = {}
         # Number of nodes that it was last refined to; zero while guesses need not be safe.
         self._refined_to = 0
-        # For a table, errors of guesses between its nodes; infinity where they are not known.
+        # For a table, errors of guesses between its nodes.
         self._guess_errors: tuple[BranchTable, Array] | None = None
         # For a table and a period, what a compiled function works along.
         self._planned: tuple[BranchTable, float | None] | None = None
@@ -487,11 +487,7 @@ class Branch:
         if not self.may_refine(node_limit):
             return
         # What cannot be resolved is told once: many samples lie elsewhere.
-        self._refined_to, known = node_limit, self._guess_errors
-        # Of new nodes, nothing is known.
-        errors = np.full(self._table.size - 1, np.inf)
-        if known is not None and known[0] is self._table:
-            errors = known[1]
+        self._refined_to, errors = node_limit, self._errors_of_guesses()
         while True:
             is_open = errors > _EXACT_CORRECTION
             if not np.any(is_open):
@@ -504,6 +500,17 @@ class Branch:
             self._key = None
             errors = self._halve(kinematics, is_open, errors)
         self._guess_errors = self._table, errors
+
+    def _errors_of_guesses(self) -> Array:
+        """Return errors of guesses between nodes `(K - 1,)`; infinity where they are not known."""
+        table = self._table
+        errors = np.full(table.size - 1, np.inf)
+        if self._guess_errors is not None:
+            before, known = self._guess_errors
+            # A branch that was made longer has other nodes at its ends alone.
+            left = np.searchsorted(table.positions, before.positions[0])
+            errors[left : left + len(known)] = known
+        return errors
 
     def _halve(self, kinematics: Kinematics, is_open: Array, errors: Array) -> Array:
         """Halve some intervals; return the errors of guesses in each of the new ones.

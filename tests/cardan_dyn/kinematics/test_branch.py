@@ -196,11 +196,15 @@ def test_refinement_step_by_step_makes_the_nodes_of_one_at_once() -> None:
         stepwise.refine(stepwise.kinematics, node_limit)
     np.testing.assert_allclose(stepwise.states(), at_once.states(), rtol=0.0, atol=1e-14)
     assert not stepwise.may_refine(10**9)
-    # Nodes that are followed later are not known to be exact.
-    stepwise.cover(-3.05, 3.0)
+    # What is followed later is not known to be exact, in contrast to what was known before.
+    stepwise.cover(-3.1, 3.1)
     size = len(stepwise.states())
     stepwise.refine(stepwise.kinematics, 10**9)
     assert len(stepwise.states()) > size
+    drive = stepwise._table.drive_column
+    positions = stepwise.states()[:, drive]
+    inside = positions[np.abs(positions) <= 3.0]
+    np.testing.assert_array_equal(inside, at_once.states()[:, drive])
 
 
 def test_guesses_are_exact_in_the_drive() -> None:
