@@ -118,14 +118,14 @@ class GuessCache:
             SingularConfigurationError: a dead point lies on the way.
         """
         with self._lock:
-            if compiled.kernel is not None and strict:
-                known = self._known_guess(targets)
-                if known is not None:
-                    return known
             if self._motionless:
                 x, turns = self._at_start(targets)
                 self._set_drives(x, targets)
                 return Guess(x, turns, self.kinematics, False)
+            if compiled.kernel is not None and strict and not self._has_joint_motion:
+                known = self._known_guess(targets)
+                if known is not None:
+                    return known
             if not self._is_scouted:
                 self._scout(targets)
             followed, is_new, kinematics = [], False, self._redundancy.kinematics
@@ -159,10 +159,8 @@ class GuessCache:
     def _known_guess(self, targets: Targets) -> Guess | None:
         """Return what `guesses` does by compiled functions where all motions are known.
 
-        None where one has to be followed, or several drives meet.
+        None where one has to be followed; drives do not meet in groups.
         """
-        if self._motionless or self._has_joint_motion:
-            return None
         prescribed = targets.prescribed
         x = self._normalised_start.repeat(len(prescribed), 0)
         turns, known = np.zeros(x.shape), (self._redundancy.kinematics,)

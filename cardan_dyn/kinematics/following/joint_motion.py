@@ -151,7 +151,7 @@ class JointMotion:
         """
         self.amplitudes = None
         asked = targets.prescribed[:, self._drives]
-        turns = np.zeros((len(asked), self._start.size))
+        turns, missing = np.zeros((len(asked), self._start.size)), 0
         try:
             if along_path:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
@@ -163,7 +163,8 @@ class JointMotion:
                 if self._turning:
                     near = self._without_turns(kinematics, own, turns, targets.design_of)
                 reached = self._reached(kinematics, own, targets, near)
-                if np.count_nonzero(reached.is_there) < len(asked):
+                missing = len(asked) - np.count_nonzero(reached.is_there)
+                if missing:
                     self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
                     if strict and not np.all(reached.is_there):
                         raise self._beyond(asked, own, reached)
@@ -173,7 +174,7 @@ class JointMotion:
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
         x, is_there = reached.x, reached.is_there
         every = 1 + len(x) // STATES_STUDIED
-        if np.count_nonzero(is_there) == len(x):
+        if not missing:
             self._seen = x[::every]
         elif np.any(is_there):
             self._seen = x[np.nonzero(is_there)[0][::every]]
