@@ -163,7 +163,7 @@ class JointMotion:
                 if self._turning:
                     near = self._without_turns(kinematics, own, turns, targets.design_of)
                 reached = self._reached(kinematics, own, targets, near)
-                missing = len(asked) - np.count_nonzero(reached.is_there)
+                missing = len(asked) - int(np.count_nonzero(reached.is_there))
                 if missing:
                     self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
                     if strict and not np.all(reached.is_there):
