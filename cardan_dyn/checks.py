@@ -22,6 +22,7 @@ from .errors import ArgumentError, CardanError
 
 _MOST_NAMES = 100_000
 """Greatest number of names that is read, since an iterator may never end."""
+_FLOAT, _NO_NUMBERS = np.dtype(float), np.empty(0, dtype=object)
 _LONGEST_REASON = 200
 """Characters of another error's message that are quoted, since it may be of any length."""
 _LONGEST_VALUE = 80
@@ -234,16 +235,20 @@ def numbers(name: str, value: object) -> Array:
     Raises:
         ArgumentError: it is not numeric or not finite.
     """
-    if type(value) is float and math.isfinite(value):  # What most arguments are left at.
-        return np.array(value)
+    kind = type(value)
+    if kind is float and math.isfinite(value):  # type: ignore[arg-type]
+        return np.array(value)  # What most arguments are left at.
     try:
-        array = _as_floats(value)
+        # Lists and plain arrays of floats, which most of the others are, need no questions.
+        array: Array = np.array(value) if kind is list or kind is np.ndarray else _NO_NUMBERS
+        if array.dtype is not _FLOAT:
+            array = _as_floats(array if kind is list else value)
     except ArgumentError:
         raise
     except Exception as error:
         raise ArgumentError(f"{name} is not an array of real numbers ({_reason(error)})") from error
     finite = np.isfinite(array)
-    if not finite.all():
+    if np.count_nonzero(finite) < array.size:
         index = np.argwhere(~finite)[0].tolist()
         raise ArgumentError(f"{name} is not finite{f' at index {index}' if index else ''}")
     return array

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 kernel: Any = None
 """The module of compiled functions; None where they are not at hand."""
 if os.environ.get("CARDAN_DYN_COMPILED") != "0":
-    with suppress(ImportError):
+    with suppress(ModuleNotFoundError):
         kernel = import_module("._kernel", __name__)
 
 

@@ -131,14 +131,18 @@ static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
 
 static PyMethodDef functions[] = {
     FUNCTION(plan),
+    FUNCTION(branch),
     FUNCTION(cancellation),
     FUNCTION(closure),
+    FUNCTION(lattice),
+    FUNCTION(longest),
     FUNCTION(moved),
     FUNCTION(newton_step),
     FUNCTION(passive_accelerations),
     FUNCTION(passive_rates),
     FUNCTION(proven),
     FUNCTION(refined),
+    FUNCTION(rows),
     FUNCTION(within),
     {NULL, NULL, 0, NULL},
 };

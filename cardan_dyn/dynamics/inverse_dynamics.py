@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class Inputs(NamedTuple):
         if has_rates is None:
             has_rates = acting.has_rates
         held = problem.held_row
-        if targets.varied:
+        if targets.held:
             held = np.repeat(held, targets.size, axis=0)
             names = list(problem.held)
             columns = [names.index(name) for name in targets.varied]
@@ -166,9 +166,12 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        arrays = [getattr(self, name) for name in FINITE]
+        arrays: tuple[Any, ...] = self.x, self.v, self.a, self.wrenches, self.efforts
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
-        if all(math.isfinite(np.vdot(array, array)) for array in arrays):
+        total = 0.0
+        for array in arrays:
+            total += np.vdot(array, array)
+        if math.isfinite(total):
             return set()
         named = zip(FINITE, arrays, strict=True)
         return {name for name, array in named if not np.isfinite(array).all()}
@@ -180,8 +183,21 @@ class Solution(NamedTuple):
             outputs: indices of the wrenches that are results.
             prescribed: velocity coordinates of the drives, then of the held joints.
         """
-        wrenches, efforts = self.wrenches[:, outputs], self.efforts.take(prescribed, 1)
-        return self._replace(wrenches=wrenches, efforts=efforts)
+        return Solution(
+            self.x,
+            self.v,
+            self.a,
+            self.velocity_ratios,
+            self.wrenches[:, outputs],
+            self.efforts.take(prescribed, 1),
+            self.coupling_moments,
+            self.condition,
+            self.closure_condition,
+            self.loop_error,
+            self.residuals,
+            self.influence,
+            self.indeterminate_couplings,
+        )
 
     def prove(self, positions: Array) -> None:
         """Refuse a solution whose residuals are too great.
@@ -192,7 +208,8 @@ class Solution(NamedTuple):
         Raises:
             AccuracyError: a residual exceeds its tolerance, or numbers overflow.
         """
-        refuse_overflow(self.overflown)
+        if overflown := self.overflown:
+            refuse_overflow(overflown)
         self.residuals.prove(positions, self.closure_condition)
 
 
@@ -202,6 +219,8 @@ class InverseDynamics:
     Attributes:
         has_mass: whether any body of the solved groups has mass.
     """
+
+    inputs_of = staticmethod(Inputs.of)
 
     def __init__(
         self,

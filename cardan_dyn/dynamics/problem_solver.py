@@ -73,8 +73,8 @@ class AssembledPositions:
     along_path: bool
 
     def __post_init__(self) -> None:
-        read_only(self.targets.given)
-        read_only(self.turns)
+        self.targets.given.setflags(write=False)
+        self.turns.setflags(write=False)
 
     def __len__(self) -> int:
         return self.targets.size
@@ -116,6 +116,8 @@ class InTurn(Sequence[ClosedState]):
 
     def __getitem__(self, index: Any) -> Any:
         span = self.spans[index]
+        if span is self.spans[-1] and span.start == 0:
+            return self._assembly.close(self._guess, self._targets.positions)
         positions = self._targets.block(span).positions
         return self._assembly.close(self._guess.block(span), positions, span.start)
 
@@ -344,20 +346,24 @@ class ProblemSolver(Frozen):
     def _in_blocks(self, targets: Targets, guess: Guess, along_path: bool) -> AssembledPositions:
         """Return targets whose blocks are closed from a guess whenever they are read."""
         count = targets.size
-        # Blocks of equal size: a small last one would cost almost as much as a large one.
-        of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
-        numbers = self.problem.mechanism.model.nv * of_each
-        movable = [solver.equations.movable.size for solver in guess.kinematics.solvers]
-        cached = _CACHED_NUMBERS // (max(1, *movable) * of_each)
-        block_size = max(1, min(BLOCK_SIZE, cached, _BLOCK_NUMBERS // numbers))
         spans = [slice(0, count)]
-        if count > block_size:
+        if count > 1:
+            block_size = self._block_size(targets, guess.kinematics)
+            # Blocks of equal size: a small last one would cost almost as much as a large one.
             blocks_needed = -(-count // block_size)
             ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
             spans = [slice(*span) for span in pairwise(ends)]
         blocks = InTurn(self.assembly, targets, guess, spans)
         closed = spans, blocks, guess.kinematics
         return AssembledPositions(self, targets, guess.turns, *closed, along_path)
+
+    def _block_size(self, targets: Targets, kinematics: Kinematics) -> int:
+        """Return how many samples are worked on at a time."""
+        of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
+        numbers = self.problem.mechanism.model.nv * of_each
+        movable = [solver.equations.movable.size for solver in kinematics.solvers]
+        cached = _CACHED_NUMBERS // (max(1, *movable) * of_each)
+        return max(1, min(BLOCK_SIZE, cached, _BLOCK_NUMBERS // numbers))
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
         """Return assembled positions that suit what is known of the motion now.
@@ -524,14 +530,14 @@ class _Work:
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
-        from .inverse_dynamics import Inputs  # As for its solution.
-
         assembled, solver = self._assembled, self._solver
         span, turns = assembled.spans[index], assembled.turns
-        targets = assembled.targets.block(span)
+        targets, dynamics = assembled.targets, solver.inverse_dynamics
+        if len(assembled.spans) > 1:
+            targets, turns = targets.block(span), turns[span]
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
-        inputs = Inputs.of(solver.problem, targets, acting, turns[span], self._has_rates)
-        solution = solver.inverse_dynamics.solve(assembled.blocks[index], inputs)
+        inputs = dynamics.inputs_of(solver.problem, targets, acting, turns, self._has_rates)
+        solution = dynamics.solve(assembled.blocks[index], inputs)
         return solution.reduced(self._outputs, self._prescribed)
 
     def all(self, workers: int) -> Solution:

@@ -168,7 +168,9 @@ class Assembly:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        return self._cache.guesses(self._with_design(targets), along_path)
+        if self._at is not None:
+            targets = self._with_design(targets)
+        return self._cache.guesses(targets, along_path)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, see `GuessCache.guesses_at`."""
@@ -188,7 +190,7 @@ class Assembly:
         """
         state = guess.kinematics.close(guess.x, guess.turns, settles=True, left=guess.left)
         is_closed = _is_closed(state, guess)
-        if not is_closed.all():
+        if np.count_nonzero(is_closed) < len(is_closed):
             bad = int(np.argmin(is_closed))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
@@ -346,8 +348,8 @@ class Assembly:
 
 def _is_closed(state: ClosedState, guess: Guess) -> Array:
     """Return `(N,)` whether loops are closed, in the assembly mode in which guesses were."""
-    is_closed = state.residual < CLOSURE_TOLERANCE
+    is_closed: Array = state.residual < CLOSURE_TOLERANCE
     if guess.followed:
         # The negated comparison counts what is not a number as near, as its residual is judged.
         is_closed &= ~(state.correction > SAFE_CORRECTION)
-    return np.asarray(is_closed)
+    return is_closed

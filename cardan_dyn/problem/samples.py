@@ -141,6 +141,8 @@ def targets_of(
         ModelError: no such joint.
     """
     driven = drive_values("position", position, problem)
+    if held is None:
+        return Targets(driven.shape[:-1] or (1,), driven)
     every = _held(problem, held)
     varied = {
         name: values for name, values in every.items() if np.any(values != problem.held[name])

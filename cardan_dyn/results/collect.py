@@ -5,21 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
-from typing import NamedTuple
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..dynamics.inverse_dynamics import Solution
-from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..dynamics.problem_solver import AssembledPositions, InTurn, ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
-from ..frozen import frozen, read_only
+from ..elements.link_loads import LinkLoad
+from ..frozen import FrozenDict, frozen, read_only
 from ..problem.acting import Acting
 from ..problem.samples import Targets
 from .motion import Motion, Rates
 from .source import SolvedSource
 from .sweep import Sweep
+from .wrench import Components, StoredComponents
+
+_NOTHING: FrozenDict[str, Any] = frozen({})
 
 
 def sweep_of(
@@ -33,23 +37,28 @@ def sweep_of(
         acting: how fast the drives move and what acts, as it was given.
         solution: what the solver found there.
     """
-    problem, couplings, shape = solver.problem, solver.couplings, assembled.shape
-    return Sweep(
-        problem=problem,
-        source=_source(solver, assembled, acting, solution),
-        unique=solution.unique[problem.output_indices],
-        coupling_moment=frozen(
+    problem, couplings, shape = solver.problem, solver.couplings, assembled.targets.shape
+    moments: Mapping[str, Array] = _NOTHING
+    unique: Mapping[str, bool] = _NOTHING
+    if couplings:
+        moments = frozen(
             {
                 name: solution.coupling_moments[:, index].reshape(shape)
                 for index, name in couplings.items()
             }
-        ),
-        coupling_unique=frozen(
+        )
+        unique = frozen(
             {
                 name: index not in solution.indeterminate_couplings
                 for index, name in couplings.items()
             }
-        ),
+        )
+    return Sweep(
+        problem=problem,
+        source=SolutionSource(solver, assembled, acting, solution),
+        unique=solution.unique[problem.output_indices],
+        coupling_moment=moments,
+        coupling_unique=unique,
         condition=solution.condition.reshape(shape),
         # All residuals were judged; how great they are is for those who ask.
         proven=partial(
@@ -58,6 +67,143 @@ def sweep_of(
             solver.inverse_dynamics.bodies.unproven,
         ),
     )
+
+
+class SolutionSource:
+    """A `Source` of a solution, whose arrays take the shape of the samples when they are read.
+
+    Attributes:
+        shape: of the samples.
+    """
+
+    def __init__(
+        self,
+        solver: ProblemSolver,
+        assembled: AssembledPositions,
+        acting: Acting,
+        solution: Solution,
+    ) -> None:
+        """Keep a solution; arguments as of `sweep_of`."""
+        self.shape = assembled.targets.shape
+        if type(assembled.blocks) is not InTurn or len(assembled.spans) > 1:
+            # What made the positions may be large; what is asked of them later is not.
+            assembled = replace(assembled, blocks=())
+        solution.wrenches.setflags(write=False)
+        self._solver, self._assembled = solver, assembled
+        self._acting, self._solution = acting, solution
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        wrenches = self._solution.wrenches
+        return SolvedSource, (
+            self.shape,
+            wrenches.reshape(*self.shape, *wrenches.shape[1:]),
+            self.drive_effort(),
+            self.holding_effort(),
+            self._motion,
+            self.position,
+            self.speed,
+            self.acceleration,
+            self.held,
+            self.joint_loads,
+            self.link_loads,
+            self.gravity,
+            self.inertia,
+            self.time,
+        )
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    @cached_property
+    def position(self) -> Array:
+        """Drive positions `(...)`, or `(..., d)`."""
+        return self._of_drives(self._assembled.targets.given)
+
+    @cached_property
+    def speed(self) -> Array:
+        """Drive speeds, like `position`."""
+        return self._of_drives(self._acting.speeds)
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """Drive accelerations, like `position`."""
+        return self._of_drives(self._acting.accelerations)
+
+    @cached_property
+    def held(self) -> Mapping[str, float | Array]:
+        """Held joints and their positions."""
+        held, varied = self._solver.problem.held, self._assembled.targets.held
+        return frozen({**held, **varied}) if varied else held
+
+    @property
+    def joint_loads(self) -> Mapping[str, Array]:
+        """Loaded joints and their efforts, as they were given."""
+        return self._acting.joint_loads
+
+    @property
+    def link_loads(self) -> Mapping[str, LinkLoad]:
+        """Loaded links and their wrenches, as they were given."""
+        return self._acting.link_loads
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of free fall, as it was given."""
+        return read_only(self._acting.gravity)
+
+    @property
+    def inertia(self) -> Mapping[str, Array]:
+        """Links and the factors on their mass and inertia, as they were given."""
+        return self._acting.inertia
+
+    @property
+    def time(self) -> Array:
+        """Times at which actuators act, as they were given."""
+        return read_only(self._acting.time)
+
+    def wrench(self, output: int) -> Components:
+        """Return the wrench of an output, by its index, in its joint frame."""
+        values = self._solution.wrenches[:, output]
+        return StoredComponents(values if len(self.shape) == 1 else values.reshape(*self.shape, 6))
+
+    def drive_effort(self) -> Array | None:
+        """Return what the drive exerts, None if the outputs leave it out."""
+        if not self._solver.knows_drive_efforts:
+            return None
+        drives = len(self._solver.problem.independent)
+        return self._of_drives(self._solution.efforts[:, :drives].reshape(*self.shape, drives))
+
+    def holding_effort(self) -> Mapping[str, Array]:
+        """Return what holds the held joints."""
+        efforts, columns = self._solution.efforts, self._solver.known_holding_efforts
+        return frozen(
+            {name: efforts[:, column].reshape(self.shape) for name, column in columns.items()}
+        )
+
+    def motion(self) -> Motion:
+        """Return positions, speeds and accelerations."""
+        return self._motion
+
+    @cached_property
+    def _motion(self) -> Motion:
+        solution = self._solution
+        v, a, ratios = solution.v, solution.a, solution.velocity_ratios
+        rates: Rates | Callable[[], Rates]
+        if v is None or a is None or ratios is None:
+            rates = partial(self._solver.rates_at, self._assembled, solution.x, self._acting)
+        else:
+            rates = v, a, ratios
+        return _motion(self._solver, self._assembled, solution.x, rates)
+
+    def _of_drives(self, values: Array) -> Array:
+        """Return values `(..., d)` in the shape of the samples, without an axis for one drive."""
+        if values.shape[-1] == 1:
+            values, whole = values[..., 0], self.shape
+        else:
+            whole = (*self.shape, values.shape[-1])
+        if values.shape != whole:
+            alone = values.size == math.prod(whole)
+            values = values.reshape(whole) if alone else np.broadcast_to(values, whole)
+        return read_only(values)
 
 
 class Scattered(NamedTuple):
@@ -123,61 +269,6 @@ class Scattered(NamedTuple):
 
     def _each(self, known: Mapping[str, Array]) -> Mapping[str, Array]:
         return frozen({name: self._values(values) for name, values in known.items()})
-
-
-def _source(
-    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, solution: Solution
-) -> SolvedSource:
-    """Return the arrays of a solution as a sweep reads them."""
-    problem, targets, shape = solver.problem, assembled.targets, assembled.shape
-
-    def of_drives(values: Array) -> Array:
-        """Return values `(..., d)` in the shape of the samples, without an axis for one drive."""
-        if values.shape[-1] == 1:
-            values, whole = values[..., 0], shape
-        else:
-            whole = (*shape, values.shape[-1])
-        if values.shape != whole:
-            alone = values.size == math.prod(whole)
-            values = values.reshape(whole) if alone else np.broadcast_to(values, whole)
-        return values
-
-    efforts, drives = solution.efforts, len(problem.independent)
-    drive_efforts = None
-    if solver.knows_drive_efforts:
-        drive_efforts = of_drives(efforts[:, :drives].reshape(*shape, drives))
-    v, a, ratios = solution.v, solution.a, solution.velocity_ratios
-    rates: Rates | Callable[[], Rates]
-    if v is None or a is None or ratios is None:
-        # What made the positions may be large; what rates need of it is not.
-        of_rates = replace(assembled, blocks=())
-
-        def rates() -> Rates:
-            return solver.rates_at(of_rates, solution.x, acting)
-    else:
-        rates = v, a, ratios
-    wrenches = solution.wrenches
-    return SolvedSource(
-        shape=shape,
-        wrenches=wrenches.reshape(*shape, *wrenches.shape[1:]),
-        drive_efforts=drive_efforts,
-        holding_efforts=frozen(
-            {
-                name: efforts[:, column].reshape(shape)
-                for name, column in solver.known_holding_efforts.items()
-            }
-        ),
-        solved_motion=_motion(solver, assembled, solution.x, rates),
-        position=of_drives(targets.given),
-        speed=of_drives(acting.speeds),
-        acceleration=of_drives(acting.accelerations),
-        held=frozen({**problem.held, **targets.held}) if targets.held else problem.held,
-        joint_loads=acting.joint_loads,
-        link_loads=acting.link_loads,
-        gravity=acting.gravity,
-        inertia=acting.inertia,
-        time=acting.time,
-    )
 
 
 def motion_at(

@@ -140,13 +140,15 @@ class Sweep(MotionResult):
         # `problem` is what was solved, `source` where arrays come from when they are first read;
         # the others are the attributes. Of a proven result, `proven` may be computed when it is
         # read.
+        unique.setflags(write=False)
+        condition.setflags(write=False)
         self._freeze(
             _problem=problem,
             _source=source,
-            unique=read_only(unique),
+            unique=unique,
             coupling_moment=coupling_moment,
             coupling_unique=coupling_unique,
-            condition=read_only(condition),
+            condition=condition,
             _proven=proven,
         )
 
@@ -395,27 +397,28 @@ class Sweep(MotionResult):
             ModelError: the joint is unknown or none of the outputs.
             ArgumentError: unknown frame.
         """
-        if not isinstance(joint, str) or joint not in self.outputs:
-            self.mechanism.joint(joint)
+        outputs, mechanism = self._problem.outputs, self._problem.mechanism
+        if not isinstance(joint, str) or joint not in outputs:
+            mechanism.joint(joint)
             raise ModelError(
                 f"the wrench of {joint!r} was not asked for; add it to the outputs of the scene, "
-                f"which are: {choices(self.outputs)}"
+                f"which are: {choices(outputs)}"
             )
-        if not isinstance(frame, str) or (
-            frame not in FRAMES and frame not in self.mechanism.links
-        ):
-            links = f"; or those of a link: {choices(self.mechanism.links, frame)}"
+        is_text = type(frame) is str or isinstance(frame, str)
+        if not is_text or (frame not in FRAMES and frame not in mechanism.links):
+            links = f"; or those of a link: {choices(mechanism.links, frame)}"
             raise ArgumentError(
                 f"frame {described(frame)} is unknown; frames: {choices(FRAMES, frame)}{links}"
             )
-        index = self.outputs.index(joint)
-        components, axis = self._source.wrench(index), self.mechanism.joints[joint].axis
+        index = outputs.index(joint)
+        components, item = self._source.wrench(index), mechanism.joints[joint]
+        axis = item.axis
         if frame != "joint":
             from .axes import turned  # Imported here: most scripts use the joints' own axes.
 
             ways = self.rotation, self.orientation
             components, axis = turned(joint, frame, components, self.motion, *ways)
-        has_axis = self.mechanism.joints[joint].type not in WITHOUT_AXIS
+        has_axis = item.type not in WITHOUT_AXIS
         flags = partial(self._unique_in, index, frame)
         return JointWrench(joint, frame, components, axis if has_axis else None, flags, self)
 

@@ -446,7 +446,7 @@ class JointWrench(Hinting):
     def _along(self, first: int) -> Array:
         """Return the component along the axis, of the force (`first` 0) or the moment (3)."""
         if self.axis.ndim == 1:
-            return self._sum(first, _components_of(self.axis))
+            return np.asarray(self._sum(first, _components_of(self.axis)))
         vectors = self.moment if first else self.force
         return np.asarray(np.einsum("...i,...i->...", vectors, self.axis))
 
@@ -457,27 +457,29 @@ class JointWrench(Hinting):
 
     def _size_across(self, first: int) -> Array:
         """Return the size across the axis, of the force (`first` 0) or the moment (3)."""
-        if self.axis.ndim > 1:
+        axis = self.axis
+        if axis.ndim > 1:
             return _norm(self._across(self.moment if first else self.force))
-        directions = _directions_across(*self.axis.tolist())
-        # In a Cardan joint one of the two components is zero throughout, which spares its
-        # evaluation and the square root.
-        vanishes = self._components.vanishes
-        acting = [
-            item for item in directions if not all(vanishes(first + axis) for axis, _ in item)
-        ]
-        components = [self._sum(first, item) for item in acting or directions[:1]]
-        return np.asarray(np.hypot(*components) if len(acting) == 2 else np.abs(components[0]))
+        directions, acting = _directions_across(*axis.tolist()), tuple[Array, ...]()
+        for direction in directions:
+            for index, _ in direction:
+                # In a Cardan joint one of the two components is zero throughout, which spares its
+                # evaluation and the square root.
+                if not self._components.vanishes(first + index):
+                    acting = (*acting, self._sum(first, direction))
+                    break
+        if len(acting) == 2:
+            return np.asarray(np.hypot(*acting))
+        return np.asarray(np.abs(acting[0] if acting else self._sum(first, directions[0])))
 
     def _sum(self, first: int, direction: _Direction) -> Array:
         """Return the component along a constant direction; most directions are frame axes."""
-        terms = [self._term(first + axis, factor) for axis, factor in direction]
-        return np.asarray(sum(terms[1:], terms[0]))
-
-    def _term(self, index: int, factor: float) -> Array:
-        """Return a component times a factor; frame axes need no product."""
-        values = self._components.component(index)
-        return values if factor == 1.0 else values * factor
+        total: Array | None = None
+        for axis, factor in direction:
+            values = self._components.component(first + axis)
+            term = values if factor == 1.0 else values * factor  # Frame axes need no product.
+            total = term if total is None else total + term
+        return total  # type: ignore[return-value]
 
 
 def _components_of(vector: Array) -> _Direction:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -325,12 +326,18 @@ class Scene(Prescribed):
             IndeterminateError: a component of an output is not unique, in a strict scene.
             MobilityError: a coordinate of the scene is free.
         """
-        from ..results.collect import sweep_of  # Scenes that are simulated do without.
-
-        along_path, workers = flag("along_path", along_path), whole("workers", workers)
+        # Sweeps of one position take as long as the calls that they make: what most arguments are
+        # left at is seen without any.
+        if along_path is not False:
+            along_path = flag("along_path", along_path)
+        if type(workers) is not int or workers < 1:
+            workers = whole("workers", workers)
         solver, problem = self._solver, self._problem
-        problem.refuse_free("a sweep")
-        if _says_nothing(speed, acceleration, time, loads, gravity, inertia):
+        if problem.free:
+            problem.refuse_free("a sweep")
+        is_left = loads is None and gravity is None and inertia is None
+        is_left = is_left and type(speed) is type(acceleration) is type(time) is float
+        if is_left and speed == acceleration == time == 0.0:
             acting = problem.acting
         else:
             acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
@@ -339,18 +346,20 @@ class Scene(Prescribed):
                 positions = _again(solver, position, held, along_path)
                 _refuse_larger(positions.shape, acting.shapes)
             else:
-                if isinstance(position, np.ndarray):  # Before it is copied.
-                    solver.refuse_too_many(position.size // max(1, len(self.drives)))
+                if type(position) is np.ndarray:  # Before it is copied.
+                    solver.refuse_too_many(position.size // len(problem.independent))
                 targets = targets_of(problem, position, held)
                 shape = targets.shape
                 if acting is not problem.acting or problem.acting_everywhere is None:
                     shape = common_shape({"position": shape, **acting.shapes})
-                solver = solver.of_varied(targets.varied)
+                    targets = targets.expanded(shape)
+                if targets.held:
+                    solver = solver.of_varied(targets.varied)
                 solver.refuse_too_many(math.prod(shape))
-                positions = solver.assembled_in_turn(targets.expanded(shape), along_path)
+                positions = solver.assembled_in_turn(targets, along_path)
             solver = positions.solver
             solution = solver.solve(positions, acting, workers)
-        return sweep_of(solver, positions, acting, solution)
+        return _collecting()(solver, positions, acting, solution)
 
     def assemble(
         self,
@@ -724,12 +733,12 @@ def _merged(
     return {key: value for key, value in merged.items() if value is not None}
 
 
-def _says_nothing(speed: object, acceleration: object, time: object, *others: object) -> bool:
-    """Return whether a sweep is at rest at time zero and leaves all else to the scene."""
-    for number in (speed, acceleration, time):
-        if type(number) is not float or number != 0.0:
-            return False
-    return all(other is None for other in others)
+@cache
+def _collecting() -> Callable[..., Sweep]:
+    """Return what makes a sweep of a solution; scenes that are simulated do without."""
+    from ..results.collect import sweep_of
+
+    return sweep_of
 
 
 def _names(role: str, value: object) -> set[str]:

@@ -12,6 +12,7 @@ from testkit.line_data import random_line
 from testkit.scenes import double
 
 import cardan_dyn as cd
+from cardan_dyn import compiled
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 
 
@@ -51,7 +52,7 @@ def test_a_block_takes_as_many_calls_whatever_its_samples(shaft: cd.Mechanism) -
         counts.append(calls(lambda positions=positions: scene.sweep(positions, speed=9.0)))
     # Pinocchio's functions are no C functions of Python's, so they do not count. Some 400 of them
     # are the proof, which places joint after joint by itself.
-    assert counts[0] == counts[1] <= counts[2] == counts[3] < 1200
+    assert counts[0] == counts[1] <= counts[2] == counts[3] < (850 if compiled.kernel else 1060)
 
 
 def test_calls_for_what_computes_little() -> None:
@@ -68,8 +69,8 @@ def test_calls_for_what_computes_little() -> None:
     for sweep in (once.sweep, response.sweep):
         for _ in range(3):  # The first ones make what is kept.
             assert sweep([0.3])["bearing_out"].bending.shape == (1,)
-    assert calls(lambda: once.sweep([0.3])) < 930
-    assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 280
+    assert calls(lambda: once.sweep([0.3])) < (570 if compiled.kernel else 800)
+    assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 240
     assert calls(scene) < 650
     assert calls(lambda: cd.load("universal_joint")) < 4200
     # Where the held joint is elsewhere, the way there is followed.
@@ -94,7 +95,7 @@ def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.Mon
         scene.sweep(position * np.arange(1.0, 7.0) / 6.0)
         counts.append(len(evaluations))
     near = calls(lambda: scene.sweep(-0.049 * np.arange(1.0, 7.0) / 6.0))
-    assert near < 1540
+    assert near < (800 if compiled.kernel else 1320)
     assert counts[2] <= 3  # The first one from there evaluates the last position as well.
     assert counts[1] <= 4
     # What the bent step leaves is less than rounding: the loops are evaluated once more, to know.
@@ -102,13 +103,14 @@ def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.Mon
     assert counts[4] <= 3  # Farther away, a line of one step leads there.
 
 
-def test_single_positions_make_their_guesses_exact() -> None:
+@pytest.mark.parametrize("asked", [2, 2000])
+def test_single_positions_make_their_guesses_exact(asked: int) -> None:
     """Then no Newton step follows a guess, which spares a tenth of the calls."""
     joint = cd.load("universal_joint")
-    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.2})
-    scene.sweep([0.0, 1.0])
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": np.deg2rad(50.0)})
+    scene.sweep(np.linspace(0.0, 2.0 * np.pi, asked))
     at_first = calls(lambda: scene.sweep([0.3]))
-    for position in np.linspace(0.0, 1.0, 400):
+    for position in np.linspace(0.0, 2.0 * np.pi, 300):
         scene.sweep([position])
     assert calls(lambda: scene.sweep([0.3])) < 0.95 * at_first
 

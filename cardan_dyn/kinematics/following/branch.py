@@ -18,7 +18,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, consecutive
+from ...compiled import Plan
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.coordinates import Coordinates
 from ...mechanism.kept import Kept
@@ -63,6 +64,18 @@ are kept: of some thousand nodes at most, as a period is found by."""
 _MOST_HALVINGS = 2
 """Times that a node is put between neighbours that prove nothing: what one does not mend, such as
 another assembly mode, seldom is."""
+TURN = 2.0 * np.pi
+"""One turn of the drive [rad]."""
+TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
+"""One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
+SAMPLES_PER_CALL = 24
+"""Samples that a call counts as at least, where it is asked what pays for many of them: a Newton
+step of a single sample takes as long as that of 25 among many."""
+_NODES_PER_REFINEMENT = 100
+"""Nodes that take as long as a refinement that makes few of them."""
+_NODES_PER_SAMPLE = 8
+"""Nodes whose polynomials a compiled function is given for each sample that it is to serve: a call
+of it takes 60 µs less, as long as making those of some 400 nodes."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -122,6 +135,29 @@ class BranchTable:
             self._known_curves[key] = here.quintics(np.diff(self.positions), there)
         return self._known_curves[key]
 
+    @cached_property
+    def _served(self) -> int:
+        """Samples that were interpolated so far."""
+        return 0
+
+    def served_with(self, count: int) -> int:
+        """Return how many samples were interpolated, so many more included."""
+        return self._served + max(count, SAMPLES_PER_CALL)
+
+    def plan(self, columns: Array, *numbers: Array) -> Plan:
+        """Return the plan of `compiled.kernel.branch`.
+
+        Args:
+            columns: of a row, those that are asked for.
+            numbers: the last arrays of the plan, that say how the branch repeats.
+        """
+        places = np.searchsorted(columns, self.coordinates.balls.columns)
+        is_there = columns.take(places, mode="clip") == self.coordinates.balls.columns
+        drive = np.array([self.drive_column])
+        curves = self._curves(consecutive(columns)).swapaxes(0, 1)
+        integers = [columns, places[is_there], drive]
+        return Plan(integers, [self.positions, curves.ravel(), *numbers])
+
     def with_nodes(self, rows: Rows) -> BranchTable:
         """Return a table that also holds new nodes, given in any order."""
         joined = Rows(*map(np.concatenate, zip(self.rows, rows, strict=True)))
@@ -154,8 +190,7 @@ class BranchTable:
         width = self.positions[left + 1] - low
         share = (positions - low) / width
         # Made for many samples, or once few at a time add up to many.
-        served = vars(self).get("_served", 0) + len(positions)
-        vars(self)["_served"] = served
+        vars(self)["_served"] = served = self.served_with(len(positions))
         if served >= self.size:
             return quintic(self._curves(columns), left, share)
         here, there = (
@@ -200,6 +235,11 @@ class Branch:
         self._errors: dict[int, CardanError] = {}
         # Number of nodes that it was last refined to; zero while guesses need not be safe.
         self._refined_to = 0
+        # For a table, errors of guesses between its nodes.
+        self._guess_errors: tuple[BranchTable, Array] | None = None
+        # For a table and a period, what a compiled function works along.
+        self._planned: tuple[BranchTable, float | None] | None = None
+        self._plan: Plan | None = None
 
     @property
     def span(self) -> tuple[float, float]:
@@ -423,16 +463,19 @@ class Branch:
         return False
 
     def may_refine(self, node_limit: int) -> bool:
-        """Return whether `refine` would do anything: every call tries each interval again.
+        """Return whether `refine` would do anything.
 
-        Therefore nothing is done before the limit has doubled since the last call.
+        Every call takes the time of many nodes, however few it makes. Therefore nothing is done
+        before the limit has doubled since the last call, and exceeds it by as many.
         """
-        return node_limit >= 2 * self._refined_to
+        known = self._refined_to
+        return known == 0 or node_limit >= 2 * known + _NODES_PER_REFINEMENT
 
     def refine(self, kinematics: Kinematics, node_limit: int) -> None:
         """Halve intervals until guesses are exact to rounding, or there are `node_limit` nodes.
 
-        Guesses are made safe in any case, even with more nodes. See `may_refine`.
+        Guesses are made safe in any case, even with more nodes. See `may_refine`. Nodes are put
+        where guesses are known not to be exact, or where nothing is known of them yet.
 
         Args:
             kinematics: with the rows that are known to be independent.
@@ -443,18 +486,37 @@ class Branch:
         """
         if not self.may_refine(node_limit):
             return
-        self._refined_to = node_limit
-        is_open = np.ones(self._table.size - 1, dtype=bool)
-        while np.any(is_open):
-            self._key = None
-            to_rounding = self._table.size < node_limit
-            allowed = _EXACT_CORRECTION if to_rounding else _SAFE_GUESS_CORRECTION
-            is_open = self._halve(kinematics, is_open, allowed)
-            if to_rounding and not np.any(is_open):
+        # What cannot be resolved is told once: many samples lie elsewhere.
+        self._refined_to, errors = node_limit, self._errors_of_guesses()
+        while True:
+            is_open = errors > _EXACT_CORRECTION
+            if not np.any(is_open):
                 self._refined_to = _UNLIMITED
+                break
+            if self._table.size >= node_limit:
+                is_open = errors > _SAFE_GUESS_CORRECTION
+                if not np.any(is_open):
+                    break
+            self._key = None
+            errors = self._halve(kinematics, is_open, errors)
+        self._guess_errors = self._table, errors
 
-    def _halve(self, kinematics: Kinematics, is_open: Array, allowed: float) -> Array:
-        """Halve intervals `(K - 1,)`; return which of the new ones are still too coarse."""
+    def _errors_of_guesses(self) -> Array:
+        """Return errors of guesses between nodes `(K - 1,)`; infinity where they are not known."""
+        table = self._table
+        errors = np.full(table.size - 1, np.inf)
+        if self._guess_errors is not None:
+            before, known = self._guess_errors
+            # A branch that was made longer has other nodes at its ends alone.
+            left = np.searchsorted(table.positions, before.positions[0])
+            errors[left : left + len(known)] = known
+        return errors
+
+    def _halve(self, kinematics: Kinematics, is_open: Array, errors: Array) -> Array:
+        """Halve some intervals; return the errors of guesses in each of the new ones.
+
+        With those of all intervals before, `(K - 1,)`.
+        """
         table, (left,) = self._table, np.nonzero(is_open)
         middle = 0.5 * (table.positions[left] + table.positions[left + 1])
         state = kinematics.close(table.guess(middle))
@@ -469,10 +531,9 @@ class Branch:
                 condition = float(nodes.condition[first])
                 raise self._unresolved(kinematics, float(middle[first]), left[first], condition)
         self._table = table.with_nodes(_rows(kinematics, state))
-        is_coarse = np.zeros((len(is_open), 2), dtype=bool)
-        is_coarse[left] = (state.correction / _ERROR_RATIO > allowed)[:, None]
-        # An interval that was not halved is still one interval, and stays closed.
-        return is_coarse[np.stack([np.ones_like(is_open), is_open], axis=1)]
+        halved = errors.copy()
+        halved[left] = state.correction / _ERROR_RATIO
+        return halved.repeat(1 + is_open)
 
     def _unresolved(
         self, kinematics: Kinematics, position: float, left: int, condition: float
@@ -500,6 +561,27 @@ class Branch:
     def values(self, positions: Array, columns: Array | slice) -> Array:
         """Return `(N, k)` some coordinates near the branch, see `BranchTable.values`."""
         return self._table.values(positions, columns)
+
+    def plan(self, columns: Array, count: int, far: float) -> Plan | None:
+        """Return what `compiled.kernel.branch` works along; None for so few samples so far.
+
+        Args:
+            columns: of a row, those that the drive moves, always the same.
+            count: samples that are asked for.
+            far: distance of positions from which on a period would be sought.
+        """
+        table, planned = self._table, self._planned
+        if planned is None or planned[0] is not table or planned[1] != self.period:
+            is_busy = table.served_with(count) * _NODES_PER_SAMPLE >= table.size
+            if table.size == 1 or not is_busy:
+                return None
+            # The drive's own turns are part of its position.
+            windings = np.where(columns == table.drive_column, 0.0, self.windings[columns])
+            period = self.period or 0.0
+            repeats = np.array([far, period, np.rint(period / TURN), *TURN_PARTS])
+            self._plan = table.plan(columns, windings, repeats)
+            self._planned = table, self.period
+        return self._plan
 
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.

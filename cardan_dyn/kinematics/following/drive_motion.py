@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ... import compiled
 from ...arrays import Array, blocks, consecutive
+from ...compiled import Plan
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
@@ -14,26 +16,19 @@ from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
-from .branch import Branch
+from .branch import SAMPLES_PER_CALL, TURN, TURN_PARTS, Branch
 
 _MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
 least eight nodes, which are followed one by one."""
-_SAMPLES_PER_NODE = 24
+_SAMPLES_PER_NODE = 8
 """Samples that have to use a branch before it gets one more node. On the bundled universal joint,
 four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
-4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save."""
-_SAMPLES_PER_CALL = 4
-"""Samples that a call counts as at least. The Newton step of a single sample takes as long as that
-of 25 among many; a sixth of it goes into nodes, so that scripts that ask for one position at a time
-soon get exact guesses as well."""
+4 to 6 µs per sample: at this rate nodes cost less than half of what steps have taken so far, and
+scripts that ask for one position at a time soon have exact guesses as well."""
 _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 """Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
-TURN = 2.0 * np.pi
-"""One turn of the drive [rad]. Sweeps over more than that look for a period."""
-_TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
-"""One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
 
 
 class Followed(NamedTuple):
@@ -76,7 +71,7 @@ def turned_back(angles: Array, periods: Array, period: Array | float) -> Array:
     turns = periods * np.rint(period / TURN)
     if not np.count_nonzero(turns):
         return angles
-    for part in _TURN_PARTS:
+    for part in TURN_PARTS:
         angles = angles - turns * part
     return angles
 
@@ -118,12 +113,14 @@ class DriveMotion:
         self._kinematics = kinematics.part(drives, groups)
         self.branch = Branch(self._kinematics, start, problem.mechanism.kept)
         coordinates = problem.mechanism.coordinates
-        self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
+        self._moved = coordinates.columns_moved_by(self._kinematics.moved)
+        self._columns = consecutive(self._moved)
         item = coordinates.named[drive]
         self._start = float(start[item.column])
         self._length = problem.mechanism.characteristic_length
         self._slides = item.slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
+        self._far = TURN if self._turns_freely else np.inf
         self._samples_served = 0
         self._is_studied = False
 
@@ -189,12 +186,14 @@ class DriveMotion:
             turns: `(N, size)` whole turns that they lack; changed.
             kinematics: of the scene, with the rows that are known to be independent.
         """
-        self._samples_served += max(targets.size, _SAMPLES_PER_CALL)
+        self._samples_served += max(targets.size, SAMPLES_PER_CALL)
         branch = self.branch
         node_limit = self._samples_served // _SAMPLES_PER_NODE
         if branch.may_refine(node_limit):
             branch.refine(kinematics.part([self._index], self.groups), node_limit)
         position, (every,) = self._positions(targets), followed.values
+        if followed.is_there.all() and self._written(position, x, turns):
+            return
         for block in blocks(targets.size):
             periods = every[block]
             where, is_there = position[block], followed.is_there[block]
@@ -205,6 +204,39 @@ class DriveMotion:
                 where = turned_back(where, periods[:, 0], branch.period or 0.0)
                 turns[block, self._columns] = periods * branch.windings[self._columns]
             x[block, self._columns] = branch.values(where, self._columns)
+
+    def known(self, prescribed: Array, x: Array, turns: Array) -> Plan | None:
+        """Do what `followed` and `write` do by a compiled function, if the branch is known there.
+
+        Args:
+            prescribed: positions of all drives and varied joints, `(N, d + h)`.
+            x: `(N, size)` coordinates; changed, balls are of unit length then.
+            turns: `(N, size)` zeros; changed.
+
+        Returns:
+            What it worked along, the same object for the same branch; None if the branch has to be
+            followed or refined before, or is asked for the first time.
+        """
+        count = len(prescribed)
+        served = self._samples_served + (count if count > SAMPLES_PER_CALL else SAMPLES_PER_CALL)
+        if not self._is_studied or self.branch.may_refine(served // _SAMPLES_PER_NODE):
+            return None
+        plan = self._written(prescribed[:, self._index], x, turns)
+        if plan is not None:
+            self._samples_served = served
+        return plan
+
+    def _written(self, positions: Array, x: Array, turns: Array) -> Plan | None:
+        """Write guesses at positions `(N,)` by a compiled function; None if it cannot, see `known`.
+
+        With x and turns `(N, size)`.
+        """
+        kernel = compiled.kernel
+        if kernel is None:
+            return None
+        plan = self.branch.plan(self._moved, len(positions), self._far)
+        is_known = plan is not None and kernel.branch(plan.handle, positions, x, turns)
+        return plan if is_known else None
 
     def _positions(self, targets: Targets) -> Array:
         """Return the drive's positions `(N,)` at targets of the scene."""
@@ -221,6 +253,7 @@ class DriveMotion:
         """
         branch = self.branch
         low, high = float(targets.min()), float(targets.max())
+        # Sweeps over more than a turn look for a period.
         leaves_turn = high - low >= TURN or max(high, -low) > TURN
         is_far = self._turns_freely and leaves_turn
         turns_through = True

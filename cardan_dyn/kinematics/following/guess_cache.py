@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ... import compiled
 from ...arrays import Array
 from ...problem.problem import Problem
 from ...problem.samples import Targets
@@ -93,6 +94,8 @@ class GuessCache:
         # What the Newton tolerances of the kinematics beside follow from.
         self._known: list[Kinematics | Array | None] = []
         self._amplified = redundancy.kinematics
+        # Kinematics and plans of the last known guess.
+        self._last_known: tuple[object, ...] = ()
         self._lock = threading.RLock()
 
     @property
@@ -119,12 +122,20 @@ class GuessCache:
                 x, turns = self._at_start(targets)
                 self._set_drives(x, targets)
                 return Guess(x, turns, self.kinematics, False)
-            self._scout(targets)
-            followed = [
-                part.followed(targets, self.kinematics, along_path, strict) for part in self._parts
-            ]
-            if any(item.is_new for item in followed):
+            if compiled.kernel is not None and strict and not self._has_joint_motion:
+                known = self._known_guess(targets)
+                if known is not None:
+                    return known
+            if not self._is_scouted:
+                self._scout(targets)
+            followed, is_new, kinematics = [], False, self._redundancy.kinematics
+            for part in self._parts:
+                item = part.followed(targets, kinematics, along_path, strict)
+                followed.append(item)
+                is_new = is_new or item.is_new
+            if is_new and not self._redundancy.settled:
                 self._learn()
+                kinematics = self._redundancy.kinematics
             is_there = None
             if not strict:
                 is_there = followed[0].is_there
@@ -137,13 +148,32 @@ class GuessCache:
             x, turns = self._at_start(targets)
             for part in self._parts:
                 # What was followed is let go as soon as it is written.
-                part.write(followed.pop(0), targets, x, turns, self.kinematics)
+                part.write(followed.pop(0), targets, x, turns, kinematics)
             self._set_drives(x, targets)
             if np.count_nonzero(turns[:, self._columns]):
                 turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
-            is_exact = all(part.is_exact for part in self._parts)
+            is_exact = not self._has_joint_motion
             return Guess(x, turns, self._with_amplitudes(), is_exact, is_there, left)
+
+    def _known_guess(self, targets: Targets) -> Guess | None:
+        """Return what `guesses` does by compiled functions where all motions are known.
+
+        None where one has to be followed; drives do not meet in groups.
+        """
+        prescribed = targets.prescribed
+        x = self._normalised_start.repeat(len(prescribed), 0)
+        turns, known = np.zeros(x.shape), (self._redundancy.kinematics,)
+        for part in self._parts:
+            plan = part.known(prescribed, x, turns)  # type: ignore[union-attr]
+            if plan is None:
+                return None
+            known = (*known, plan)  # type: ignore[assignment]
+        # A tuple compares its items by identity first, and these have no other equality.
+        if known != self._last_known:
+            self._last_known = known
+            self._with_amplitudes()
+        return Guess(x, turns, self._amplified, True)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, of a motion found by other means.
@@ -222,6 +252,18 @@ class GuessCache:
         """The parts of the motion that are independent of each other."""
         return [self._part(*part) for part in self._study.open_kinematics.independent_parts()]
 
+    @cached_property
+    def _has_joint_motion(self) -> bool:
+        """Whether drives meet in a group."""
+        from .drive_motion import DriveMotion
+
+        return not all(isinstance(part, DriveMotion) for part in self._parts)
+
+    @cached_property
+    def _normalised_start(self) -> Array:
+        """The start `(1, size)` as guesses have it."""
+        return self._problem.mechanism.coordinates.normalised(self.start[None, :].copy())
+
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
         kinematics = self._study.open_kinematics
         common = self._problem, kinematics, self.start, drives, groups
@@ -235,7 +277,7 @@ class GuessCache:
 
     def _scout(self, targets: Targets) -> None:
         """Follow some samples of the first ones, to solve no redundant rows for all others."""
-        if self._is_scouted or targets.size <= 2 * STATES_STUDIED:
+        if targets.size <= 2 * STATES_STUDIED:
             return
         from .drive_motion import DriveMotion
 

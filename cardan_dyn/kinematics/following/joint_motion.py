@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +13,8 @@ from ...problem.samples import Targets
 from ..closing.all_groups import ClosedState, Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
-from .branch import Branch, whole_turns
-from .drive_motion import TURN, Followed, turned_back, turns_freely
+from .branch import TURN, Branch, whole_turns
+from .drive_motion import Followed, turned_back, turns_freely
 from .lattice import Turn, near_lattices, spacing_for
 from .lines import (
     MOST_CORRECTIONS,
@@ -55,6 +54,8 @@ same configuration. Where a singular configuration lay between them it would be 
 is for how the equations change on both ways, of which only the greatest condition is known."""
 _LOOKS = 12
 """Positions on each half of a period at which it is looked how near a singular configuration is."""
+_ALL_OF_IT, _IS_THERE = np.ones(1), np.ones(1, dtype=bool)
+"""The share of a way that is gone in a step, and what is said of its end; of a single sample."""
 _NEAREST = 0.1
 """Greatest product of a distance between designs and the condition number, see `TurnSearch`, at
 which one represents the other: at a distance δ from a singular configuration, the condition number
@@ -150,7 +151,7 @@ class JointMotion:
         """
         self.amplitudes = None
         asked = targets.prescribed[:, self._drives]
-        turns = np.zeros((len(asked), self._start.size))
+        turns, missing = np.zeros((len(asked), self._start.size)), 0
         try:
             if along_path:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
@@ -158,32 +159,38 @@ class JointMotion:
                 of_samples = np.zeros(count), np.zeros(count), np.full(count, np.inf)
                 reached = Reached(x, np.ones(count, dtype=bool), *of_samples)
             else:
-                own, near = self._without_turns(kinematics, asked, turns, targets.design_of)
-                reached = self._reached(kinematics, own, targets.design_of, near)
-                if not np.all(reached.is_there):
+                own, near = asked.copy(), None
+                if self._turning:
+                    near = self._without_turns(kinematics, own, turns, targets.design_of)
+                reached = self._reached(kinematics, own, targets, near)
+                missing = len(asked) - int(np.count_nonzero(reached.is_there))
+                if missing:
                     self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
-                if strict and not np.all(reached.is_there):
-                    raise self._beyond(asked, own, reached)
+                    if strict and not np.all(reached.is_there):
+                        raise self._beyond(asked, own, reached)
         except AssemblyError as error:
             from .reach import all_out_of_reach  # Imported here: only errors need it.
 
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
         x, is_there = reached.x, reached.is_there
-        if np.any(is_there):
-            self._seen = x[np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]]
+        every = 1 + len(x) // STATES_STUDIED
+        if not missing:
+            self._seen = x[::every]
+        elif np.any(is_there):
+            self._seen = x[np.nonzero(is_there)[0][::every]]
         return Followed((x, turns), True, is_there, reached.left)
 
     def _without_turns(
         self, kinematics: Kinematics, own: Array, turns: Array, design_of: Array
-    ) -> tuple[Array, tuple[Array, Array] | None]:
-        """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`.
+    ) -> tuple[Array, Array] | None:
+        """Take whole turns off positions `(N, d)`, and add them to `turns (N, size)`.
 
         Returns:
-            The positions; and coordinates `(N, size)` near closed ones, where dense designs have
-            shown them on the way, NaN elsewhere, with their errors `(N,)`, see `GroupState.left`.
-            None where designs are not dense.
+            Coordinates `(N, size)` near closed ones, where dense designs have shown them on the
+            way, NaN elsewhere, with their errors `(N,)`, see `GroupState.left`. None where designs
+            are not dense.
         """
-        own, near = own.copy(), None
+        near = None
         for index in self._turning:
             column = self._drive_columns[index]
             ahead = own[:, index] - self._start[column]
@@ -202,7 +209,7 @@ class JointMotion:
                 own[:, index] = turned_back(own[:, index], periods, period)
                 for block in blocks(len(own)):
                     turns[block] += periods[block, None] * windings
-        return own, near
+        return near
 
     def _is_dense(self, index: int, own: Array, design_of: Array) -> bool:
         """Return whether a lattice serves designs at positions `(N, d)` of a drive alone."""
@@ -267,17 +274,18 @@ class JointMotion:
         self,
         kinematics: Kinematics,
         own: Array,
-        design_of: Array,
+        targets: Targets,
         near: tuple[Array, Array] | None = None,
     ) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)` without whole turns.
 
-        With design_of `(N,)`, and what is near as far as it is known, see `_without_turns`.
+        With what is near as far as it is known, see `_without_turns`.
         """
         known = self._known_part(kinematics)
         from_last = self._near_last(known, own)
         if from_last is not None:
             return from_last
+        design_of = targets.design_of
         if near is not None:
             x, left = near
         else:
@@ -323,23 +331,26 @@ class JointMotion:
         if last is None or len(own) != 1:
             return None
         way = own - last.position
-        if not np.abs(way / self._units).max() <= _NEAR_LAST:
+        if not np.maximum.reduce(np.abs(way / self._units), axis=None) <= _NEAR_LAST:
             return None
-        rows = Rows.along(known, last.state, way)
-        guess = rows.after(np.ones(1))
+        there = last.state
+        rows = Rows.along(known, there, way)
+        guess = rows.after(_ALL_OF_IT)
         guess[:, self._drive_columns] = own
         state = known.newton_step(guess)
         # Before the last position both the rates and the inverses of the equations may be greater.
-        worse = max(1.0, last.condition / float(last.state.condition[0]))
-        apart = float(known.apart(state, last.state.inverses)[0]) * worse**2
+        worse = last.condition / float(there.condition[0])
+        apart = float(known.apart(state, there.inverses)[0])
+        apart *= worse**2 if worse > 1.0 else 1.0
         # Written so that what is not a number is far as well.
         is_safe = apart <= _CLEAR and bool(rows.longest(known.coordinates)[0] >= 1.0)
         if not (is_safe and bool(state.correction[0] < allowed_error(state.condition)[0])):
             return None
-        condition = max(last.condition / (1.0 - apart), float(state.condition[0]))
-        self._last = _Last(known, own, state, condition)
-        known_of = state.residual, np.array([condition]), state.left
-        return Reached(state.x, np.ones(1, dtype=bool), *known_of)
+        condition, greatest = last.condition / (1.0 - apart), state.condition
+        if condition > greatest[0]:
+            greatest = np.array([condition])
+        self._last = _Last(known, own, state, float(greatest[0]))
+        return Reached(state.x, _IS_THERE.copy(), state.residual, greatest, state.left)
 
     def _follow_whole_ways(
         self,
@@ -361,7 +372,7 @@ class JointMotion:
         rest = np.nonzero(~reached.is_there & (taken > 0.0) & (taken <= _FARTHEST * TURN))[0]
         if not rest.size:
             return
-        found = self._reached(kinematics, asked[rest], targets.design_of[rest])
+        found = self._reached(kinematics, asked[rest], targets.of_samples(rest))
         for whole, values in zip(reached, found, strict=True):
             whole[rest] = values
         own[rest], turns[rest] = asked[rest], 0.0
@@ -457,9 +468,13 @@ class JointMotion:
         self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
     ) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
-        for own, rows in zip(followed.values, (x, turns), strict=True):
+        (own_x, own_turns), columns = followed.values, self._columns
+        if len(x) == 1:
+            x[0, columns], turns[0, columns] = own_x[0, columns], own_turns[0, columns]
+            return
+        for own, rows in (own_x, x), (own_turns, turns):
             for block in blocks(len(own)):
-                rows[block, self._columns] = own[block, self._columns]
+                rows[block, columns] = own[block, columns]
 
 
 def _cells(places: Array) -> tuple[Array, Array]:
@@ -483,12 +498,13 @@ class _Last:
         self.position, self.condition = position, condition
         self._kinematics, self._there = kinematics, there
 
-    @cached_property
+    @property
     def state(self) -> ClosedState:
         """The closed position."""
-        if isinstance(self._there, ClosedState):
-            return self._there
-        return self._kinematics.evaluate(self._there)
+        there = self._there
+        if not isinstance(there, ClosedState):
+            self._there = there = self._kinematics.evaluate(there)
+        return there
 
 
 def _along_one(

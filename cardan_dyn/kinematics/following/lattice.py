@@ -17,18 +17,21 @@ angles took 1.3 times the processor time at 1000 samples, 2.7 times at 10 000 an
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import product
 from operator import getitem
 from typing import NamedTuple
 
 import numpy as np
 
+from ... import compiled
 from ...arrays import Array, blocks
+from ...compiled import Plan
 from ..closing.all_groups import ClosedState, Kinematics
 from .branch import whole_turns
 from .lines import (
     ALLOWED_ERROR,
+    LONGEST_WAY,
     MOST_CORRECTIONS,
     NEAR,
     REJECTED,
@@ -302,8 +305,7 @@ class _Points:
             points: `(N,)` the points (indices) nearest to the positions, to begin at.
             positions: `(N, d)` of the drives [rad or m].
         """
-        guess, is_short = self._extrapolated(points, positions)
-        between, is_known = self._interpolated(points, positions)
+        guess, is_short, between, is_known = self._around(points, positions)
         with np.errstate(all="ignore"):
             scale = self._kinematics.coordinates.scale
             apart = np.max(np.abs(between - guess) * scale, axis=1)
@@ -315,12 +317,39 @@ class _Points:
             is_safe &= self._kinematics.same_side(state, [item[points] for item in self._inverses])
         return state, is_safe
 
+    def _around(self, points: Array, positions: Array) -> tuple[Array, Array, Array, Array]:
+        """Return what `_extrapolated` does, then what `_interpolated` does."""
+        d, kernel = len(self._columns), compiled.kernel
+        if kernel is None or d > _MOST_AROUND:
+            extrapolated = self._extrapolated(points, positions)
+            return (*extrapolated, *self._interpolated(points, positions))
+        count, size = len(points), self.x.shape[1]
+        (guess, between), (longest, is_known) = np.empty((2, count, size)), np.empty((2, count))
+        given = points.astype(float), positions, self._jets, LONGEST_WAY
+        around = self.is_closed.astype(float), between, is_known
+        kernel.lattice(self._plan.handle, *given, guess, longest, *around)
+        return guess, longest >= 1.0, between, is_known == 1.0
+
+    @cached_property
+    def _plan(self) -> Plan:
+        """What the compiled function `lattice` works along."""
+        _, _, _, _, ways, keys = self._lines
+        scale = self._kinematics.coordinates.scale
+        numbers = [self._lines.points.ravel(), ways.low, self._units, self._origin, scale]
+        return Plan([np.array(self._columns), keys, ways.factors], numbers)
+
     def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` at drive positions, from the derivatives at points.
 
         Returns:
             The coordinates, and `(N,)` whether the way there is short enough.
         """
+        kernel = compiled.kernel
+        if kernel is not None:
+            guess, longest = np.empty((len(points), self.x.shape[1])), np.empty(len(points))
+            given = points.astype(float), positions, self._jets, LONGEST_WAY
+            kernel.lattice(self._plan.handle, *given, guess, longest, None, None, None)
+            return guess, longest >= 1.0
         coordinates, x = self._kinematics.coordinates, self.x[points]
         jets, d = self._jets[points], len(self._columns)
         step = (positions - x[:, self._columns]) / self._units

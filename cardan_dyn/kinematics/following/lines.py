@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ... import compiled
 from ...arrays import BLOCK_SIZE, Array
 from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
@@ -37,7 +38,7 @@ _AMBIGUOUS_CONDITION = 1e7
 """Condition number from which on rounding decides in which assembly mode a branch goes on: modes
 are about its reciprocal apart, 1e-7 rad, and positions near a dead point known to the root of
 rounding, 1e-8."""
-_LONGEST_WAY = 1.0
+LONGEST_WAY = 1.0
 """Greatest displacement [rad] of a coordinate in a step, by each of its first two derivatives. Of
 longer steps some end by accident near other solutions, often whole turns of a joint away."""
 _FIRST_STEP = 0.4
@@ -84,14 +85,20 @@ class Rows(NamedTuple):
     @staticmethod
     def along(kinematics: Kinematics, state: ClosedState, way: Array) -> Rows:
         """Return the rows of K closed positions, or of one, as drives move by `way (K, d)`."""
-        v = kinematics.rates(state, way)
+        v, x = kinematics.rates(state, way), state.x
         a = kinematics.accelerations(state, v, np.zeros(way.shape))
-        x = np.broadcast_to(state.x, (len(way), state.x.shape[1]))
+        if len(x) < len(way):
+            x = np.broadcast_to(x, (len(way), x.shape[1]))
         return Rows.of_rates(kinematics.coordinates, x, v, a)
 
     @staticmethod
     def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
         """Return the rows at joint velocities and accelerations `(K, nv)`."""
+        kernel = compiled.kernel
+        if kernel is not None:
+            first, second = np.empty((2, *x.shape))
+            kernel.rows(layout.plan.handle, x, v, a, first, second)
+            return Rows(x, first, second)
         return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
 
     def of(self, chosen: Array | slice | list[int]) -> Rows:
@@ -105,11 +112,16 @@ class Rows(NamedTuple):
 
     def longest(self, layout: Coordinates) -> Array:
         """Return `(K,)` how far at most rows may be extrapolated."""
+        kernel, (_, first, second) = compiled.kernel, self
+        if kernel is not None:
+            longest = np.empty(len(first))
+            kernel.longest(layout.plan.handle, first, second, LONGEST_WAY, longest)
+            return longest
         fastest, most_bent = (
-            np.max(np.abs(way) * layout.scale, axis=1, initial=0.0) for way in self[1:]
+            np.max(np.abs(way) * layout.scale, axis=1, initial=0.0) for way in (first, second)
         )
         with np.errstate(divide="ignore"):
-            return np.minimum(_LONGEST_WAY / fastest, np.sqrt(_LONGEST_WAY / most_bent))
+            return np.minimum(LONGEST_WAY / fastest, np.sqrt(LONGEST_WAY / most_bent))
 
     def after(self, step: Array) -> Array:
         """Return Taylor polynomials of second order `(K, size)` after steps `(K,)`."""

@@ -162,7 +162,7 @@ def test_refinement_stops_at_rounding_or_at_the_limit_of_nodes() -> None:
     mechanism = four_bar()
     positions = np.linspace(-3.0, 3.0, 200)
     errors, sizes = [], []
-    for node_limit in (0, 30, 2000):
+    for node_limit in (0, 140, 2000):
         branch = branch_of(mechanism, "A")
         branch.cover(-3.0, 3.0)
         coarse = len(branch.states())
@@ -178,12 +178,33 @@ def test_refinement_stops_at_rounding_or_at_the_limit_of_nodes() -> None:
 def test_refinement_waits_until_the_limit_has_doubled() -> None:
     branch = branch_of(four_bar(), "A")
     branch.cover(-3.0, 3.0)
-    branch.refine(branch.kinematics, 30)
+    branch.refine(branch.kinematics, 140)
     size = len(branch.states())
-    branch.refine(branch.kinematics, 59)
+    branch.refine(branch.kinematics, 379)
     assert len(branch.states()) == size
-    branch.refine(branch.kinematics, 100)
+    branch.refine(branch.kinematics, 380)
     assert len(branch.states()) > size
+
+
+def test_refinement_step_by_step_makes_the_nodes_of_one_at_once() -> None:
+    """What is exact between two nodes is not tried again."""
+    at_once, stepwise = (branch_of(four_bar(), "A") for _ in range(2))
+    for branch in (at_once, stepwise):
+        branch.cover(-3.0, 3.0)
+    at_once.refine(at_once.kinematics, 5000)
+    for node_limit in (140, 380, 900, 2000, 5000):
+        stepwise.refine(stepwise.kinematics, node_limit)
+    np.testing.assert_allclose(stepwise.states(), at_once.states(), rtol=0.0, atol=1e-14)
+    assert not stepwise.may_refine(10**9)
+    # What is followed later is not known to be exact, in contrast to what was known before.
+    stepwise.cover(-3.1, 3.1)
+    size = len(stepwise.states())
+    stepwise.refine(stepwise.kinematics, 10**9)
+    assert len(stepwise.states()) > size
+    drive = stepwise._table.drive_column
+    positions = stepwise.states()[:, drive]
+    inside = positions[np.abs(positions) <= 3.0]
+    np.testing.assert_array_equal(inside, at_once.states()[:, drive])
 
 
 def test_guesses_are_exact_in_the_drive() -> None:
@@ -277,7 +298,7 @@ def test_a_branch_that_cannot_be_resolved_is_refused() -> None:
             return state._replace(correction=np.full(len(x), 0.1))
 
     with pytest.raises(cd.SingularConfigurationError, match="cannot be resolved near") as caught:
-        branch.refine(Astray(), 100)
+        branch.refine(Astray(), 200)
     assert 0.0 < caught.value.position < 2.0
 
 
