@@ -6,6 +6,7 @@
 #include "arrays.h"
 
 PyObject *inverse(PyObject *module, Arguments given, Py_ssize_t nargs);
+PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs);
 
 #endif

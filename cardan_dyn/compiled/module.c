@@ -132,6 +132,7 @@ static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
 static PyMethodDef functions[] = {
     FUNCTION(plan),
     FUNCTION(inverse),
+    FUNCTION(reactions),
     FUNCTION(refined),
     {NULL, NULL, 0, NULL},
 };

@@ -250,6 +250,21 @@ class Along:
     def __len__(self) -> int:
         return len(self.owners)
 
+    @property
+    def is_along_axes(self) -> bool:
+        """Whether every unit twist is along an axis of its joint's frame."""
+        return self._rows is not None
+
+    def row_of(self, column: int) -> int:
+        """Return the component along a coordinate, among those of all wrenches; else the first."""
+        return int(6 * self.owners[column] if self._rows is None else self._rows[column])
+
+    def units_of(self, column: int) -> Array:
+        """Return the sign of that component, `()`; else the unit twist `(6,)`."""
+        if self._rows is None:
+            return np.asarray(self.subspace[column])
+        return np.asarray(self._signs[column, 0])
+
     def efforts(self, wrenches: Array, columns: Array) -> Array:
         """Return the components `(N, k, c)` of wrenches along some of the coordinates.
 
