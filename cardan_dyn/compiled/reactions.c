@@ -13,6 +13,11 @@
    zero: another self-stress loads the joints alike, or none is loaded. */
 #define SINGULAR 1e-15
 
+/* Amounts of most self-stresses, those of plane and spherical loops: loops over a known number of
+   them take half as long. */
+#define USUAL 3
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+
 /* What a plan holds, in the order of its arrays; see dynamics/reaction_plan.py. */
 enum {
     SIZES, GROUPS, PASSIVES, LOOPS, PATHS, COUPLINGS, COUPLED, ITEMS, JOINTS, TARGETS, PAIRS, SHARED,
@@ -79,12 +84,14 @@ typedef struct {
     const double *scales, *units;
     const Matrices *matrices;
     const double *signs, *ratios;
+    const Given *given;
     Py_ssize_t group_count, item_count, pair_count, amount_count, force_rows, cases;
     /* Of the sample that is worked on. */
-    double *wrenches, *forces, *given, *missing, *left, *multipliers, *combined, *force;
-    double *spread, *unit_forces, *normal, *diagonal, *amounts;
-    /* Of all samples. */
-    double *greatest, *greatest_moments;
+    double *wrenches, *forces, *efforts, *missing, *left, *multipliers, *combined, *columns;
+    double *added, *spread, *unit_forces, *normal, *diagonal, *amounts;
+    /* Of all samples; the first are bits, see `keep_greatest`. */
+    uint64_t *greatest;
+    double *greatest_moments;
 } Work;
 
 /* The greater one; what is not a number stays. */
@@ -93,17 +100,36 @@ static inline double greater(double known, double found)
     return found > known || found != found ? found : known;
 }
 
-/* result (6, k) = sign * matrix (6, 6) @ columns (6, k). */
-static inline void times(const double *matrix, Py_ssize_t row, Py_ssize_t column, double sign,
-                         const double *columns, Py_ssize_t k, double *result)
+/* result (6, k) = sign * matrix @ columns (6, k), of a matrix (6, 6) that takes wrenches from one
+   frame to another: moments add nothing to forces. */
+static ALWAYS_INLINE void times_columns(const double *matrix, Py_ssize_t row, Py_ssize_t column,
+                                        double sign, const double *columns, Py_ssize_t k,
+                                        double *result)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++) {
             double sum = 0.0;
-            for (int j = 0; j < 6; j++)
+            for (int j = 0; j < (i < 3 ? 3 : 6); j++)
                 sum += matrix[i * row + j * column] * columns[j * k + m];
             result[i * k + m] = sign * sum;
         }
+}
+
+/* The same for few columns and no gaps, as most calls have: loops over known numbers take half as
+   long. */
+static void times(const double *matrix, Py_ssize_t row, Py_ssize_t column, double sign,
+                  const double *columns, Py_ssize_t k, double *result)
+{
+    if (row != 6 || column != 1 || k > 4)
+        times_columns(matrix, row, column, sign, columns, k, result);
+    else if (k == 1)
+        times_columns(matrix, 6, 1, sign, columns, 1, result);
+    else if (k == 2)
+        times_columns(matrix, 6, 1, sign, columns, 2, result);
+    else if (k == 3)
+        times_columns(matrix, 6, 1, sign, columns, 3, result);
+    else
+        times_columns(matrix, 6, 1, sign, columns, 4, result);
 }
 
 /* Where a joint's frame is, from its action: a rotation, row by row, and a position. */
@@ -180,9 +206,9 @@ static void to_end(const Array *actions, Py_ssize_t sample, const Loop *loop,
 
 /* The wrench (6, k) of a loop in the base's axes, from combinations of its weighted rows. */
 static void wrench(const Work *work, const double *carrier, const double *combinations, int64_t k,
-                   double *scratch, double *result)
+                   double *result)
 {
-    double *weighted = carrier ? scratch : result;
+    double *weighted = carrier ? work->added : result;
     for (int i = 0; i < 6; i++)
         for (int64_t m = 0; m < k; m++)
             weighted[i * k + m] = combinations[i * k + m] * work->scales[i];
@@ -191,11 +217,11 @@ static void wrench(const Work *work, const double *carrier, const double *combin
 }
 
 /* Combinations (6, k) of a loop's rows, from their multipliers. */
-static void combine(const Matrices *matrices, int64_t rows, const double *multipliers,
-                    Py_ssize_t row, Py_ssize_t column, int64_t k, double *result)
+static ALWAYS_INLINE void combine(const Matrices *matrices, int64_t rows, const double *multipliers,
+                                  Py_ssize_t row, Py_ssize_t column, Py_ssize_t k, double *result)
 {
     for (int i = 0; i < 6; i++)
-        for (int64_t m = 0; m < k; m++) {
+        for (Py_ssize_t m = 0; m < k; m++) {
             double sum = 0.0;
             if (rows == 6)
                 sum = multipliers[i * row + m * column];
@@ -206,49 +232,30 @@ static void combine(const Matrices *matrices, int64_t rows, const double *multip
         }
 }
 
-/* Add what forces (6, k) of a loop add to the wrenches of the joints on it.
-
-   Where `by_slot`, into what a self-stress adds; `on_loop` alone has its joints in their order. */
-static void along_path(const Work *work, const Given *given, Py_ssize_t sample, const Loop *loop,
-                       const double *end, const double *forces, int64_t k, double *result,
-                       int by_slot, int on_loop)
+/* Copy (6, k) into some of the columns (6, whole). */
+static ALWAYS_INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
 {
-    const double *actions = given->actions->at + sample * given->actions->step[0];
-    Py_ssize_t row = given->actions->step[1], column = given->actions->step[2];
-    const OnPath *path = work->paths + loop->first_on_path;
-    double *added = work->combined;
-    for (int64_t index = 0; index <= loop->on_path; index++) {
-        int64_t place;
-        if (index < loop->on_path) {
-            const OnPath *on = path + index;
-            double sign = work->signs[loop->first_on_path + index];
-            const double *action = actions + on->row * row;
-            if (row == 6 && column == 1)
-                times(action, 6, 1, sign, forces, k, added);
-            else
-                times(action, row, column, sign, forces, k, added);
-            place = on_loop ? index : by_slot ? on->slot : on->joint;
-        } else {
-            if (loop->fixed < 0)
-                break;
-            times(end, 6, 1, 1.0, forces, k, added);
-            place = on_loop ? index : by_slot ? loop->fixed_slot : loop->fixed;
-        }
-        double *to = result + place * 6 * k;
-        for (int64_t m = 0; m < 6 * k; m++)
-            to[m] += added[m];
-    }
+    for (int i = 0; i < 6; i++)
+        for (Py_ssize_t m = 0; m < k; m++)
+            to[i * whole + m] = from[i * k + m];
+}
+
+/* Add some of the columns (6, whole) to (6, k). */
+static ALWAYS_INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
+{
+    for (int i = 0; i < 6; i++)
+        for (Py_ssize_t m = 0; m < k; m++)
+            to[i * k + m] += from[i * whole + m];
 }
 
 /* Solve for the multipliers of a group from explicit inverses, with one step of refinement. */
-static void multipliers_of(const Work *work, const Group *group, const Given *given,
-                           Py_ssize_t sample)
+static ALWAYS_INLINE void multipliers_of(const Work *work, const Group *group, const Given *given,
+                                         Py_ssize_t sample, Py_ssize_t cases)
 {
     const double *square = given->square->at + sample * given->square->step[0];
     const double *inverse = given->inverse->at + sample * given->inverse->step[0];
     Py_ssize_t row = given->square->step[1], column = given->square->step[2];
     Py_ssize_t inverse_row = given->inverse->step[1], inverse_column = given->inverse->step[2];
-    Py_ssize_t cases = work->cases;
     for (int64_t j = 0; j < group->columns; j++)
         for (Py_ssize_t m = 0; m < cases; m++) {
             double sum = 0.0;
@@ -274,9 +281,8 @@ static void multipliers_of(const Work *work, const Group *group, const Given *gi
 }
 
 /* What is missing along the passives of a group: given efforts less those of the wrenches. */
-static void missing_along(const Work *work, const Group *group)
+static ALWAYS_INLINE void missing_along(const Work *work, const Group *group, Py_ssize_t cases)
 {
-    Py_ssize_t cases = work->cases;
     for (int64_t i = 0; i < group->passives; i++) {
         int64_t passive = group->first_passive + i;
         int64_t rate = work->passives[2 * passive], row = work->passives[2 * passive + 1];
@@ -287,60 +293,100 @@ static void missing_along(const Work *work, const Group *group)
             else
                 for (int j = 0; j < 6; j++)
                     effort += work->wrenches[(row + j) * cases + m] * work->units[6 * passive + j];
-            work->missing[i * cases + m] = work->given[rate * cases + m] - effort;
+            work->missing[i * cases + m] = work->efforts[rate * cases + m] - effort;
         }
     }
 }
 
-/* Closure forces of a group and its self-stresses; loops and couplings are those from there on. */
-static void close_group(Work *work, const Group *group, const Given *given, Py_ssize_t sample,
-                        const Loop *loops, const Matrices *matrices, const Coupling *couplings,
-                        const double *ratios)
+/* Closure forces of a loop and its self-stresses, and what they add to wrenches.
+
+   Multipliers are those of its rows, `null` (rows, amounts) likewise; the latter's forces go to
+   `units`. All of them go along the loop at once, as columns beside each other. */
+static ALWAYS_INLINE void close_loop(const Work *work, const Given *given, Py_ssize_t sample,
+                                     const Loop *loop, const Matrices *matrices,
+                                     const double *multipliers, const Item *shared,
+                                     const double *null, double *units, Py_ssize_t cases)
 {
-    Py_ssize_t cases = work->cases;
+    double carrier_matrix[36], end_matrix[36], *carrier = NULL;
+    double *forces = work->forces + 6 * loop->loop * cases, *columns = forces;
+    const Item *own = loop->item < 0 ? NULL : work->items + loop->item;
+    Py_ssize_t of_shared = shared ? shared->amounts : 0, of_own = own ? own->amounts : 0;
+    Py_ssize_t whole = cases + of_shared + of_own;
+    if (loop->carrier >= 0)
+        from_carrier(given->actions, sample, loop->carrier, matrices->point,
+                     carrier = carrier_matrix);
+    combine(matrices, loop->rows, multipliers, cases, 1, cases, work->combined);
+    wrench(work, carrier, work->combined, cases, forces);
+    if (whole > cases) {
+        columns = work->columns;
+        place(forces, cases, whole, columns);
+    }
+    if (shared) {
+        combine(matrices, loop->rows, null, given->null->step[1], given->null->step[2], of_shared,
+                work->combined);
+        wrench(work, carrier, work->combined, of_shared, units);
+        place(units, of_shared, whole, columns + cases);
+    }
+    if (own) {
+        double *unit = work->unit_forces + own->units;
+        wrench(work, carrier, matrices->null, of_own, unit);
+        place(unit, of_own, whole, columns + cases + of_shared);
+    }
+    const double *actions = given->actions->at + sample * given->actions->step[0];
+    Py_ssize_t row = given->actions->step[1], column = given->actions->step[2];
+    const OnPath *path = work->paths + loop->first_on_path;
+    const double *signs = work->signs + loop->first_on_path;
+    double *added = work->added, *of_joint = own ? work->spread + own->spread : NULL;
+    for (int64_t index = 0; index < loop->on_path + (loop->fixed >= 0); index++) {
+        int64_t joint = loop->fixed, slot = loop->fixed_slot;
+        if (index < loop->on_path) {
+            joint = path[index].joint;
+            slot = path[index].slot;
+            times(actions + path[index].row * row, row, column, signs[index], columns, whole,
+                  added);
+        } else {
+            to_end(given->actions, sample, loop, matrices, end_matrix);
+            times(end_matrix, 6, 1, 1.0, columns, whole, added);
+        }
+        add(added, cases, whole, work->wrenches + joint * 6 * cases);
+        if (shared)
+            add(added + cases, of_shared, whole,
+                work->spread + shared->spread + slot * 6 * of_shared);
+        if (own)
+            for (int i = 0; i < 6; i++)
+                for (Py_ssize_t m = 0; m < of_own; m++)
+                    *of_joint++ = added[i * whole + cases + of_shared + m];
+    }
+}
+
+/* Closure forces of a group and its self-stresses; loops and couplings are those from there on. */
+static ALWAYS_INLINE void close_group(Work *work, const Group *group, const Given *given,
+                                      Py_ssize_t sample, const Loop *loops,
+                                      const Matrices *matrices, const Coupling *couplings,
+                                      const double *ratios, Py_ssize_t cases)
+{
     int64_t start = 0, unit_row = 0, amounts = group->amounts;
+    const Item *shared = NULL;
     const double *null = NULL;
     Py_ssize_t null_row = 0, null_column = 0;
-    double *units = NULL, *spread = NULL;
+    double *units = NULL;
     if (group->item >= 0) {
+        shared = work->items + group->item;
         null = given->null->at + sample * given->null->step[0];
         null_row = given->null->step[1];
         null_column = given->null->step[2];
-        units = work->unit_forces + work->items[group->item].units;
-        spread = work->spread + work->items[group->item].spread;
+        units = work->unit_forces + shared->units;
+        memset(work->spread + shared->spread, 0, 6 * sizeof(double) * shared->joints * amounts);
     }
-    missing_along(work, group);
-    multipliers_of(work, group, given, sample);
+    missing_along(work, group, cases);
+    multipliers_of(work, group, given, sample, cases);
     for (int64_t index = 0; index < group->loops; index++) {
         const Loop *loop = loops + index;
-        const Matrices *own = matrices + index;
-        double carrier_matrix[36], end_matrix[36], *carrier = NULL, *end = NULL;
-        if (loop->carrier >= 0)
-            from_carrier(given->actions, sample, loop->carrier, own->point,
-                         carrier = carrier_matrix);
-        if (loop->fixed >= 0)
-            to_end(given->actions, sample, loop, own, end = end_matrix);
-        double *forces = work->forces + 6 * loop->loop * cases;
-        combine(own, loop->rows, work->multipliers + start * cases, cases, 1, cases,
-                work->combined);
-        wrench(work, carrier, work->combined, cases, work->force, forces);
-        along_path(work, given, sample, loop, end, forces, cases, work->wrenches, 0, 0);
-        if (null) {
-            combine(own, loop->rows, null + start * null_row, null_row, null_column, amounts,
-                    work->combined);
-            double *unit = units + unit_row * amounts;
-            wrench(work, carrier, work->combined, amounts, work->force, unit);
-            along_path(work, given, sample, loop, end, unit, amounts, spread, 1, 0);
-            unit_row += 6;
-        }
-        if (loop->item >= 0) {
-            const Item *item = work->items + loop->item;
-            double *unit = work->unit_forces + item->units;
-            wrench(work, carrier, own->null, item->amounts, work->force, unit);
-            along_path(work, given, sample, loop, end, unit, item->amounts,
-                       work->spread + item->spread, 1, 1);
-        }
+        close_loop(work, given, sample, loop, matrices + index, work->multipliers + start * cases,
+                   shared, shared ? null + start * null_row : NULL,
+                   shared ? units + unit_row * amounts : NULL, cases);
         start += loop->rows;
+        unit_row += 6;
     }
     for (int64_t index = 0; index < group->couplings; index++, start++, unit_row++) {
         const Coupling *coupling = couplings + index;
@@ -352,11 +398,11 @@ static void close_group(Work *work, const Group *group, const Given *given, Py_s
         for (Py_ssize_t m = 0; m < cases; m++) {
             moment[m] = work->multipliers[start * cases + m] / unit;
             for (int64_t j = 0; j < coupling->successors; j++)
-                work->given[successors[j] * cases + m] += moment[m];
+                work->efforts[successors[j] * cases + m] += moment[m];
             for (int64_t j = 0; j < coupling->predecessors; j++)
-                work->given[predecessors[j] * cases + m] -= ratio * moment[m];
+                work->efforts[predecessors[j] * cases + m] -= ratio * moment[m];
         }
-        if (!null)
+        if (!shared)
             continue;
         double *greatest = work->greatest_moments + coupling->coupling;
         for (int64_t m = 0; m < amounts; m++) {
@@ -367,58 +413,73 @@ static void close_group(Work *work, const Group *group, const Given *given, Py_s
     }
 }
 
-/* The normal equations of the least norm: lower triangle, row by row, each from where it is not
-   zero for lack of joints that both self-stresses load; and their right-hand sides. */
-static void normal_equations(Work *work)
+/* The product of six components with a column. */
+static ALWAYS_INLINE double product(const double *components, const double *column, Py_ssize_t step)
 {
-    Py_ssize_t cases = work->cases;
+    double sum = 0.0;
+    for (int i = 0; i < 6; i++)
+        sum += components[i] * column[i * step];
+    return sum;
+}
+
+/* Add the products of two self-stresses to their normal equations. */
+static ALWAYS_INLINE void add_products(Work *work, const Pair *pair, int64_t size_of_first,
+                                       int64_t size_of_second, Py_ssize_t cases)
+{
     const double *squares = work->scales + 6;
-    memset(work->normal, 0, sizeof(double) * work->sizes[NORMAL_SIZE]);
-    memset(work->amounts, 0, sizeof(double) * work->amount_count * cases);
-    for (Py_ssize_t index = 0; index < work->pair_count; index++) {
-        const Pair *pair = work->pairs + index;
-        const Item *first = work->items + pair->first, *second = work->items + pair->second;
-        const double *of_first = work->spread + first->spread;
-        const double *of_second = work->spread + second->spread;
-        for (int64_t shared = 0; shared < pair->shared; shared++) {
-            const int64_t *slots = work->shared + 2 * (pair->first_shared + shared);
-            const double *a = of_first + slots[0] * 6 * first->amounts;
-            const double *b = of_second + slots[1] * 6 * second->amounts;
-            for (int64_t k = 0; k < first->amounts; k++) {
-                const Row *row = work->rows + first->first_amount + k;
-                double *to = work->normal + row->start + second->first_amount - row->first_column;
-                int64_t last = first == second ? k + 1 : second->amounts;
-                for (int64_t l = 0; l < last; l++) {
-                    double sum = 0.0;
-                    for (int i = 0; i < 6; i++)
-                        sum += a[i * first->amounts + k] * squares[i] * b[i * second->amounts + l];
-                    to[l] += sum;
-                }
-                if (first != second)
-                    continue;
-                const double *loaded = work->wrenches +
-                                       work->joints[first->first_joint + slots[0]] * 6 * cases;
-                double *right = work->amounts + (first->first_amount + k) * cases;
+    const Item *first = work->items + pair->first, *second = work->items + pair->second;
+    int is_same = first == second;
+    for (int64_t shared = 0; shared < pair->shared; shared++) {
+        const int64_t *slots = work->shared + 2 * (pair->first_shared + shared);
+        const double *a = work->spread + first->spread + slots[0] * 6 * size_of_first;
+        const double *b = work->spread + second->spread + slots[1] * 6 * size_of_second;
+        const double *loaded = work->wrenches +
+                               work->joints[first->first_joint + slots[0]] * 6 * cases;
+        for (int64_t k = 0; k < size_of_first; k++) {
+            const Row *row = work->rows + first->first_amount + k;
+            double *to = work->normal + (row->start + second->first_amount - row->first_column);
+            double *right = work->amounts + (first->first_amount + k) * cases;
+            double weighted[6];
+            for (int i = 0; i < 6; i++)
+                weighted[i] = a[i * size_of_first + k] * squares[i];
+            for (int64_t l = 0; l < (is_same ? k + 1 : size_of_second); l++)
+                to[l] += product(weighted, b + l, size_of_second);
+            if (is_same)
                 for (Py_ssize_t m = 0; m < cases; m++)
-                    for (int i = 0; i < 6; i++)
-                        right[m] -= a[i * first->amounts + k] * squares[i] * loaded[i * cases + m];
-            }
+                    right[m] -= product(weighted, loaded + m, cases);
         }
     }
 }
 
-/* Solve the normal equations, L D L' x = r; what a zero pivot leaves open is chosen as zero. */
-static void solve_normal(Work *work)
+/* The normal equations of the least norm: lower triangle, row by row, each from where it is not
+   zero for lack of joints that both self-stresses load; and their right-hand sides. */
+static ALWAYS_INLINE void normal_equations(Work *work, Py_ssize_t cases)
 {
-    Py_ssize_t cases = work->cases;
+    memset(work->normal, 0, sizeof(double) * work->sizes[NORMAL_SIZE]);
+    memset(work->amounts, 0, sizeof(double) * work->amount_count * cases);
+    for (Py_ssize_t index = 0; index < work->pair_count; index++) {
+        const Pair *pair = work->pairs + index;
+        int64_t first = work->items[pair->first].amounts;
+        int64_t second = work->items[pair->second].amounts;
+        if (first == USUAL && second == USUAL)
+            add_products(work, pair, USUAL, USUAL, cases);
+        else
+            add_products(work, pair, first, second, cases);
+    }
+}
+
+/* Solve the normal equations, L D L' x = r; what a zero pivot leaves open is chosen as zero. */
+static ALWAYS_INLINE void solve_normal(Work *work, Py_ssize_t cases)
+{
+    double *amounts = work->amounts, *diagonal = work->diagonal;
     for (Py_ssize_t i = 0; i < work->amount_count; i++) {
         const Row *row = work->rows + i;
         /* Entry j of row i is at own[j]. */
-        double *own = work->normal + row->start - row->first_column;
+        double *own = work->normal + (row->start - row->first_column);
         double whole = own[i], pivot = own[i];
         for (int64_t j = row->first_column; j < i; j++) {
             const Row *other = work->rows + j;
-            const double *of_other = work->normal + other->start - other->first_column;
+            const double *of_other = work->normal + (other->start - other->first_column);
             int64_t from = row->first_column > other->first_column ? row->first_column
                                                                    : other->first_column;
             double sum = own[j];
@@ -427,68 +488,116 @@ static void solve_normal(Work *work)
             own[j] = sum;
         }
         for (int64_t j = row->first_column; j < i; j++) {
-            double scaled = own[j] * work->diagonal[j];
+            double scaled = own[j] * diagonal[j];
             pivot -= own[j] * scaled;
             own[j] = scaled;
             for (Py_ssize_t m = 0; m < cases; m++)
-                work->amounts[i * cases + m] -= scaled * work->amounts[j * cases + m];
+                amounts[i * cases + m] -= scaled * amounts[j * cases + m];
         }
-        work->diagonal[i] = pivot <= SINGULAR * whole ? 0.0 : 1.0 / pivot;
+        diagonal[i] = pivot <= SINGULAR * whole ? 0.0 : 1.0 / pivot;
     }
     for (Py_ssize_t i = 0; i < work->amount_count; i++)
         for (Py_ssize_t m = 0; m < cases; m++)
-            work->amounts[i * cases + m] *= work->diagonal[i];
+            amounts[i * cases + m] *= diagonal[i];
     for (Py_ssize_t i = work->amount_count - 1; i >= 0; i--) {
         const Row *row = work->rows + i;
-        const double *own = work->normal + row->start - row->first_column;
+        const double *own = work->normal + (row->start - row->first_column);
         for (int64_t j = row->first_column; j < i; j++)
             for (Py_ssize_t m = 0; m < cases; m++)
-                work->amounts[j * cases + m] -= own[j] * work->amounts[i * cases + m];
+                amounts[j * cases + m] -= own[j] * amounts[i * cases + m];
     }
 }
 
-/* Add the chosen amounts of all self-stresses to wrenches and closure forces. */
-static void add_amounts(Work *work)
+/* Add rows of a self-stress times its amounts to a row of all load cases. */
+static ALWAYS_INLINE void add_row(const double *of_unit, const double *amounts, int64_t size,
+                                  Py_ssize_t cases, double *to)
 {
-    Py_ssize_t cases = work->cases;
-    for (Py_ssize_t index = 0; index < work->item_count; index++) {
-        const Item *item = work->items + index;
-        const double *amounts = work->amounts + item->first_amount * cases;
-        const double *spread = work->spread + item->spread;
-        for (int64_t slot = 0; slot < item->joints; slot++) {
-            double *to = work->wrenches + work->joints[item->first_joint + slot] * 6 * cases;
-            for (int i = 0; i < 6; i++, spread += item->amounts)
-                for (Py_ssize_t m = 0; m < cases; m++) {
-                    double sum = 0.0;
-                    for (int64_t k = 0; k < item->amounts; k++)
-                        sum += spread[k] * amounts[k * cases + m];
-                    to[i * cases + m] += sum;
-                }
+    for (Py_ssize_t m = 0; m < cases; m++) {
+        double sum = 0.0;
+        for (int64_t k = 0; k < size; k++)
+            sum += of_unit[k] * amounts[k * cases + m];
+        to[m] += sum;
+    }
+}
+
+/* Add the chosen amounts of a self-stress to wrenches and closure forces. */
+static ALWAYS_INLINE void add_item(Work *work, const Item *item, int64_t size, Py_ssize_t cases)
+{
+    const double *amounts = work->amounts + item->first_amount * cases;
+    const double *of_unit = work->spread + item->spread;
+    for (int64_t slot = 0; slot < item->joints; slot++) {
+        double *to = work->wrenches + work->joints[item->first_joint + slot] * 6 * cases;
+        for (int i = 0; i < 6; i++, of_unit += size)
+            add_row(of_unit, amounts, size, cases, to + i * cases);
+    }
+    of_unit = work->unit_forces + item->units;
+    for (int64_t row = 0; row < item->unit_rows; row++, of_unit += size)
+        add_row(of_unit, amounts, size, cases,
+                work->forces + work->targets[item->first_target + row] * cases);
+}
+
+/* Keep how much self-stresses change each component of a wrench at most.
+
+   Bits of numbers without a sign are in the order of these, behind which come those of what is not
+   a number. */
+static ALWAYS_INLINE void keep_greatest(const double *spread, int64_t rows, int64_t size,
+                                        uint64_t *greatest)
+{
+    for (int64_t row = 0; row < rows; row++) {
+        uint64_t known = greatest[row];
+        for (int64_t k = 0; k < size; k++) {
+            double change = fabs(*spread++);
+            uint64_t bits;
+            memcpy(&bits, &change, sizeof(bits));
+            known = bits > known ? bits : known;
         }
-        const double *unit = work->unit_forces + item->units;
-        for (int64_t row = 0; row < item->unit_rows; row++, unit += item->amounts) {
-            double *to = work->forces + work->targets[item->first_target + row] * cases;
-            for (Py_ssize_t m = 0; m < cases; m++) {
-                double sum = 0.0;
-                for (int64_t k = 0; k < item->amounts; k++)
-                    sum += unit[k] * amounts[k * cases + m];
-                to[m] += sum;
+        greatest[row] = known;
+    }
+}
+
+/* All of a sample, whose wrenches and efforts are there. */
+static ALWAYS_INLINE void close_sample(Work *work, Py_ssize_t sample, Py_ssize_t cases)
+{
+    const Loop *loops = work->loops;
+    const Matrices *matrices = work->matrices;
+    const Coupling *couplings = work->couplings;
+    const double *ratios = work->ratios;
+    for (Py_ssize_t index = 0; index < work->group_count; index++) {
+        const Group *group = work->groups + index;
+        close_group(work, group, work->given + index, sample, loops, matrices, couplings, ratios,
+                    cases);
+        loops += group->loops;
+        matrices += group->loops;
+        couplings += group->couplings;
+        ratios += 2 * group->couplings;
+    }
+    if (work->item_count) {
+        normal_equations(work, cases);
+        solve_normal(work, cases);
+        for (Py_ssize_t index = 0; index < work->item_count; index++) {
+            const Item *item = work->items + index;
+            const double *spread = work->spread + item->spread;
+            uint64_t *greatest = work->greatest + 6 * item->first_joint;
+            if (item->amounts == USUAL) {
+                keep_greatest(spread, 6 * item->joints, USUAL, greatest);
+                add_item(work, item, USUAL, cases);
+            } else {
+                keep_greatest(spread, 6 * item->joints, item->amounts, greatest);
+                add_item(work, item, item->amounts, cases);
             }
         }
     }
 }
 
-/* Keep how much self-stresses change each component of a wrench at most. */
-static void keep_greatest(Work *work)
+/* Of a single load case, as most often, loops over the cases vanish. */
+static void close_one_case(Work *work, Py_ssize_t sample)
 {
-    double *greatest = work->greatest;
-    for (Py_ssize_t index = 0; index < work->item_count; index++) {
-        const Item *item = work->items + index;
-        const double *spread = work->spread + item->spread;
-        for (int64_t row = 0; row < 6 * item->joints; row++, greatest++)
-            for (int64_t k = 0; k < item->amounts; k++)
-                *greatest = greater(*greatest, fabs(*spread++));
-    }
+    close_sample(work, sample, 1);
+}
+
+static void close_cases(Work *work, Py_ssize_t sample)
+{
+    close_sample(work, sample, work->cases);
 }
 
 /* Whether the sizes of a plan's arrays are those of a plan for this function. */
@@ -579,6 +688,7 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
     Work work = {
         .sizes = sizes,
         .groups = described,
+        .given = of_groups,
         .passives = plan->integers[PASSIVES],
         .loops = (const Loop *)plan->integers[LOOPS],
         .paths = (const OnPath *)plan->integers[PATHS],
@@ -602,7 +712,7 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         .force_rows = force_rows,
         .cases = cases,
     };
-    Py_ssize_t columns = cases > sizes[MOST_AMOUNTS] ? cases : sizes[MOST_AMOUNTS];
+    Py_ssize_t columns = cases + sizes[MOST_AMOUNTS];
     Py_ssize_t joint_rows = 6 * plan->integer_sizes[JOINTS];
     Py_ssize_t wrench_size = 6 * sizes[BODIES] * cases;
     struct {
@@ -611,21 +721,21 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
     } needed[] = {
         {&work.wrenches, wrench_size},
         {&work.forces, force_rows * cases},
-        {&work.given, sizes[RATES] * cases},
+        {&work.efforts, sizes[RATES] * cases},
         {&work.missing, sizes[MOST_PASSIVES] * cases},
         {&work.left, sizes[MOST_PASSIVES] * cases},
         {&work.multipliers, sizes[MOST_MULTIPLIERS] * cases},
         {&work.combined, 6 * columns},
-        {&work.force, 6 * columns},
+        {&work.columns, 6 * columns},
+        {&work.added, 6 * columns},
         {&work.spread, sizes[SPREAD_SIZE]},
         {&work.unit_forces, sizes[UNIT_SIZE]},
         {&work.normal, sizes[NORMAL_SIZE]},
         {&work.diagonal, work.amount_count},
         {&work.amounts, work.amount_count * cases},
-        {&work.greatest, joint_rows},
         {&work.greatest_moments, sizes[COUPLING_COUNT]},
     };
-    Py_ssize_t total = 1, kinds = sizeof(needed) / sizeof(needed[0]);
+    Py_ssize_t total = joint_rows + 1, kinds = sizeof(needed) / sizeof(needed[0]);
     for (Py_ssize_t k = 0; k < kinds; k++)
         total += needed[k].size;
     if (!(memory = calloc(total, sizeof(double)))) {
@@ -637,45 +747,37 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         *needed[k].at = free_memory;
         free_memory += needed[k].size;
     }
+    work.greatest = (uint64_t *)free_memory;
+    int is_gapless = (cases == 1 || wrenches->step[3] == 1) && wrenches->step[2] == cases &&
+                     (sizes[BODIES] == 1 || wrenches->step[1] == 6 * cases);
     for (Py_ssize_t sample = 0; sample < count; sample++) {
         double *at = wrenches->at + sample * wrenches->step[0], *to = work.wrenches;
-        for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-            for (int i = 0; i < 6; i++)
-                for (Py_ssize_t m = 0; m < cases; m++)
-                    *to++ = at[body * wrenches->step[1] + i * wrenches->step[2] +
-                               m * wrenches->step[3]];
+        if (is_gapless)
+            memcpy(to, at, sizeof(double) * wrench_size);
+        else
+            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
+                for (int i = 0; i < 6; i++)
+                    for (Py_ssize_t m = 0; m < cases; m++)
+                        *to++ = at[body * wrenches->step[1] + i * wrenches->step[2] +
+                                   m * wrenches->step[3]];
         for (Py_ssize_t m = 0; m < cases; m++) {
             const double *load = loads[m].at + sample * loads[m].step[0];
             for (Py_ssize_t rate = 0; rate < sizes[RATES]; rate++)
-                work.given[rate * cases + m] = load[rate * loads[m].step[1]];
+                work.efforts[rate * cases + m] = load[rate * loads[m].step[1]];
         }
-        memset(work.forces, 0, sizeof(double) * force_rows * cases);
-        memset(work.spread, 0, sizeof(double) * sizes[SPREAD_SIZE]);
-        const Loop *loops = work.loops;
-        const Matrices *matrices = work.matrices;
-        const Coupling *couplings = work.couplings;
-        const double *ratios = work.ratios;
-        for (Py_ssize_t index = 0; index < groups; index++) {
-            const Group *group = described + index;
-            close_group(&work, group, of_groups + index, sample, loops, matrices, couplings,
-                        ratios);
-            loops += group->loops;
-            matrices += group->loops;
-            couplings += group->couplings;
-            ratios += 2 * group->couplings;
-        }
-        if (work.item_count) {
-            keep_greatest(&work);
-            normal_equations(&work);
-            solve_normal(&work);
-            add_amounts(&work);
-        }
+        if (cases == 1)
+            close_one_case(&work, sample);
+        else
+            close_cases(&work, sample);
         const double *from = work.wrenches;
-        for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-            for (int i = 0; i < 6; i++)
-                for (Py_ssize_t m = 0; m < cases; m++)
-                    at[body * wrenches->step[1] + i * wrenches->step[2] +
-                       m * wrenches->step[3]] = *from++;
+        if (is_gapless)
+            memcpy(at, from, sizeof(double) * wrench_size);
+        else
+            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
+                for (int i = 0; i < 6; i++)
+                    for (Py_ssize_t m = 0; m < cases; m++)
+                        at[body * wrenches->step[1] + i * wrenches->step[2] +
+                           m * wrenches->step[3]] = *from++;
         from = work.forces;
         at = forces->at + sample * forces->step[0];
         for (Py_ssize_t row = 0; row < force_rows; row++)
@@ -685,14 +787,12 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
     for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
         for (int i = 0; i < 6; i++)
             changes->at[body * changes->step[0] + i * changes->step[1]] = 0.0;
-    const double *greatest = work.greatest;
-    for (Py_ssize_t index = 0; index < plan->integer_sizes[JOINTS]; index++)
-        for (int i = 0; i < 6; i++) {
-            double *to = changes->at + work.joints[index] * changes->step[0] +
-                         i * changes->step[1];
-            *to = greater(*to, i < 3 ? work.scales[12] * *greatest : *greatest);
-            greatest++;
-        }
+    for (Py_ssize_t row = 0; row < joint_rows; row++) {
+        double greatest, *to = changes->at + work.joints[row / 6] * changes->step[0] +
+                               row % 6 * changes->step[1];
+        memcpy(&greatest, work.greatest + row, sizeof(greatest));
+        *to = greater(*to, row % 6 < 3 ? work.scales[12] * greatest : greatest);
+    }
     for (Py_ssize_t k = 0; k < sizes[COUPLING_COUNT]; k++)
         moments->at[k * moments->step[0]] = work.greatest_moments[k];
     answer = Py_NewRef(Py_None);
