@@ -712,7 +712,8 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         .force_rows = force_rows,
         .cases = cases,
     };
-    Py_ssize_t columns = cases + sizes[MOST_AMOUNTS];
+    /* A loop may have a self-stress of its own beside that of its group. */
+    Py_ssize_t columns = cases + 2 * sizes[MOST_AMOUNTS];
     Py_ssize_t joint_rows = 6 * plan->integer_sizes[JOINTS];
     Py_ssize_t wrench_size = 6 * sizes[BODIES] * cases;
     struct {

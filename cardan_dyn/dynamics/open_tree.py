@@ -72,6 +72,7 @@ class OpenTree:
         # A body has a greater index than what it hangs from, so that a group comes after all that
         # hang from its bodies.
         self._inwards = sorted(range(len(groups)), key=lambda index: -groups[index].base)
+        self._massive_inwards = [index for index in self._inwards if index in self._massive_groups]
 
     def wrenches(self, state: ClosedState, cases: Sequence[LoadCase], size: int) -> Array:
         """Return the wrench of every body's joint in its frame, `(N, size, 6, c)` for c load cases.
@@ -83,12 +84,25 @@ class OpenTree:
             cases: what acts.
             size: number of wrenches to return; those after the bodies' are zero.
         """
-        result = np.zeros((len(state.x), size, 6, len(cases)))
+        result = np.zeros((state.x.shape[0], size, 6, len(cases)))
         for index, case in enumerate(cases):
             wrenches = result[..., index]
+            if not (self._bases or case.link_loads or case.inertia):
+                self._add_on_ground(state, case, wrenches)
+                continue
             for bodies, added in self._contributions(state, case):
                 wrenches[:, bodies] += added
         return result
+
+    def _add_on_ground(self, state: ClosedState, case: LoadCase, wrenches: Array) -> None:
+        """Add inertia and weight to wrenches where all groups with mass stand on the ground."""
+        if case.dynamics is None:
+            return
+        v, a = case.dynamics
+        for index in self._massive_inwards:
+            group = state.groups[index]
+            batch = group.solver.batch
+            wrenches[:, batch.span] += batch.wrenches_on_ground(case.gravity, group.x, v, a)
 
     def _contributions(
         self, state: ClosedState, case: LoadCase

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -29,7 +29,7 @@ class ReactionPlan(NamedTuple):
     """What the compiled reactions work along, as long as the same rows are redundant.
 
     Attributes:
-        reductions: per group whose closure forces are solved, in the order of solution.
+        reductions: index and reduction of every group whose closure forces are solved.
         plan: of the compiled function.
         columns: per loop, then per coupling, where its force is among those of all.
         rows: number of these.
@@ -37,22 +37,11 @@ class ReactionPlan(NamedTuple):
             can be changed by self-stresses.
     """
 
-    reductions: list[Reduction]
+    reductions: list[tuple[int, Reduction]]
     plan: Plan
     columns: list[slice]
     rows: int
     slip_units: Array | None
-
-    @property
-    def handle(self) -> Any:
-        """What the compiled function takes."""
-        return self.plan.handle
-
-    def suits(self, states: Sequence[GroupState]) -> bool:
-        """Return whether it was made for the reductions of these states."""
-        return all(
-            state.reduction is known for state, known in zip(states, self.reductions, strict=True)
-        )
 
 
 class _Item(NamedTuple):
@@ -181,19 +170,19 @@ def reaction_plan(
     closure: ClosureForces,
     along: Along,
     rule: LeastNorm,
-    states: Sequence[GroupState],
+    states: Mapping[int, GroupState],
 ) -> ReactionPlan:
-    """Return the plan for states whose closure forces are solved in this order.
+    """Return the plan for groups whose closure forces are solved in this order.
 
     Args:
         mechanism: the mechanism.
         closure: of its loops.
         along: its velocity coordinates.
         rule: chooses the self-stresses.
-        states: of the groups, whose redundant rows it is for.
+        states: of the groups, by their indices, whose redundant rows it is for.
     """
     writer = _Writer(mechanism, closure, along)
-    for state in states:
+    for state in states.values():
         writer.add(state)
     pairs, shared, rows, normal_size = _normal_equations(writer.items, rule)
     places = list(writer.places())
@@ -215,7 +204,7 @@ def reaction_plan(
     ends = list(accumulate([6] * loops + [1] * couplings, initial=0))
     is_coupled = any(target >= 6 * loops for target in targets)
     return ReactionPlan(
-        [state.reduction for state in states],
+        [(index, state.reduction) for index, state in states.items()],
         Plan(
             [np.array(table, dtype=np.int64).ravel() for table in tables],
             [np.array(table, dtype=float).ravel() for table in numbers],

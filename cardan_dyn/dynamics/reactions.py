@@ -128,11 +128,13 @@ class ReactionSolver:
         self.along, self._coordinates = Along(owners, self.subspace), np.arange(model.nv)
         groups = [solver.group for solver in kinematics.solvers]
         # From the load to the drive.
-        self._order = [
+        self._active = [
             index
             for index in range(len(groups) - 1, -1, -1)
             if index in active and (groups[index].loops or groups[index].couplings)
         ]
+        # Other rules are seldom asked for.
+        self._is_compiled = isinstance(self._rule, LeastNorm)
         self._plan: ReactionPlan | None = None
         self._spins = None
         if any(solver.group.idle for solver in kinematics.solvers):
@@ -149,7 +151,10 @@ class ReactionSolver:
         """
         wrenches = self._tree.wrenches(state, cases, self.size)
         spins = self._spins.added(state, cases, wrenches) if self._spins else None
-        forces, changes, indeterminate = self._closed(state, cases, wrenches)
+        if compiled.kernel is not None and self._is_compiled:
+            forces, changes, indeterminate = self._closed_at_once(state, cases, wrenches)
+        else:
+            forces, changes, indeterminate = self._closed(state, cases, wrenches)
         return [
             Reactions(
                 wrenches[..., case],
@@ -175,8 +180,6 @@ class ReactionSolver:
             Closure forces `(N, 6, c)` or `(N, 1, c)`, see `Reactions`, as well as its influence and
             the indices of indeterminate couplings.
         """
-        if compiled.kernel is not None and isinstance(self._rule, LeastNorm):
-            return self._closed_at_once(state, cases, wrenches, self._rule)
         forces, self_stresses = self._one_solution(state, cases, wrenches)
         amounts = self._amounts(state, wrenches, self_stresses)
         for item, amount in zip(self_stresses, amounts, strict=True):
@@ -196,32 +199,41 @@ class ReactionSolver:
         return forces, changes, indeterminate
 
     def _closed_at_once(
-        self,
-        state: ClosedState,
-        cases: Sequence[LoadCase],
-        wrenches: Array,
-        rule: LeastNorm,
+        self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array
     ) -> tuple[list[Array], Array, set[int]]:
-        """Return what `_closed` does, compiled."""
-        states = [state.groups[index] for index in self._order]
-        plan = self._plan
-        if plan is None or not plan.suits(states):
-            own = self._mechanism, self._closure, self.along, rule
-            self._plan = plan = reaction_plan(*own, states)
-        forces = np.empty((len(wrenches), plan.rows, len(cases)))
-        changes, moments = np.empty((self.size, 6)), np.empty(len(self._mechanism.couplings))
-        given = [case.loads for case in cases]
-        for group in states:
-            square = group.passive_rows if group.spins is None else group._square
+        """Return what `_closed` does, compiled: what is indeterminate is chosen by least norm."""
+        plan, groups = self._plan, state.groups
+        if plan is not None:
+            for index, reduction in plan.reductions:
+                if groups[index].reduction is not reduction:
+                    plan = None
+                    break
+        if plan is None:
+            self._plan = plan = self._made_plan(state)
+        count, size, _, amount = wrenches.shape
+        forces, changes = np.empty((count, plan.rows, amount)), np.empty((size, 6))
+        moments, given = np.empty(len(self._mechanism.couplings)), [case.loads for case in cases]
+        for index in self._active:
+            group = groups[index]
+            square = group.passive_rows
+            if group.spins is not None:
+                spins = group.spins[:, len(group.group.known) :]
+                square = np.concatenate([square, spins], axis=2)
             given += group.actions, square, group.inverse
             if group.null.shape[2]:
                 given += (group.null,)
-        compiled.kernel.reactions(plan.handle, wrenches, forces, changes, moments, *given)
+        compiled.kernel.reactions(plan.plan.handle, wrenches, forces, changes, moments, *given)
         indeterminate: set[int] = set()
         if plan.slip_units is not None:
             (found,) = np.nonzero(plan.slip_units * moments > UNIQUE_TOLERANCE)
             indeterminate.update(found.tolist())
         return [forces[:, columns] for columns in plan.columns], changes, indeterminate
+
+    def _made_plan(self, state: ClosedState) -> ReactionPlan:
+        """Return what the compiled function works along, as long as the same rows are redundant."""
+        assert isinstance(self._rule, LeastNorm)
+        states = {index: state.groups[index] for index in self._active}
+        return reaction_plan(self._mechanism, self._closure, self.along, self._rule, states)
 
     def solved(self, needed: Needs) -> tuple[list[str], slice | Array]:
         """Return the joints whose wrenches are solved, and their indices among all wrenches.
@@ -288,7 +300,7 @@ class ReactionSolver:
         forces = [np.zeros((count, 6, len(cases))) for _ in mechanism.loops]
         forces += [np.zeros((count, 1, len(cases))) for _ in mechanism.couplings]
         self_stresses: list[SelfStress] = []
-        for index in self._order:
+        for index in self._active:
             group_state = state.groups[index]
             group = group_state.group
             missing = given.take(group.passives, 1)
