@@ -5,7 +5,10 @@
 
 #include "arrays.h"
 
+PyObject *all_finite(PyObject *module, Arguments given, Py_ssize_t nargs);
+PyObject *exerted(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *inverse(PyObject *module, Arguments given, Py_ssize_t nargs);
+PyObject *magnified(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs);
 

@@ -131,7 +131,10 @@ static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
 
 static PyMethodDef functions[] = {
     FUNCTION(plan),
+    FUNCTION(all_finite),
+    FUNCTION(exerted),
     FUNCTION(inverse),
+    FUNCTION(magnified),
     FUNCTION(reactions),
     FUNCTION(refined),
     {NULL, NULL, 0, NULL},

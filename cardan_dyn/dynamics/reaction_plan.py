@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -21,7 +21,8 @@ from .indeterminate import LeastNorm
 from .open_tree import Along
 
 _KIND = 1296390985
-"""Tells plans of this kind from others."""
+"""Tells plans of this kind from others; likewise the next one."""
+_EXERTED = 1163413844
 _NONE = -1
 
 
@@ -205,10 +206,7 @@ def reaction_plan(
     is_coupled = any(target >= 6 * loops for target in targets)
     return ReactionPlan(
         [(index, state.reduction) for index, state in states.items()],
-        Plan(
-            [np.array(table, dtype=np.int64).ravel() for table in tables],
-            [np.array(table, dtype=float).ravel() for table in numbers],
-        ),
+        _plan(tables, numbers),
         [slice(first, last) for first, last in zip(ends, ends[1:], strict=False)],
         ends[-1],
         writer.slip_units if is_coupled else None,
@@ -254,3 +252,39 @@ def _normal_equations(
             rows.append((starts[min(others)], size))
             size += row + 1 - starts[min(others)]
     return pairs, shared, rows, size
+
+
+def exerted_plan(mechanism: Mechanism, size: int, along: Along, prescribed: Array) -> Plan:
+    """Return the plan for what is exerted along some coordinates, see `exerted` of `reactions.c`.
+
+    Args:
+        mechanism: the mechanism.
+        size: number b of wrenches.
+        along: its velocity coordinates.
+        prescribed: the coordinates; nothing is exerted along the others.
+    """
+    efforts: list[tuple[int, ...]] = []
+    moments: list[int] = []
+    factors: list[float] = []
+    for column in prescribed.tolist():
+        start = len(moments)
+        for index, coupling in enumerate(mechanism.couplings):
+            if column in coupling.successor_columns:
+                moments.append(index)
+                factors.append(-1.0)
+            if column in coupling.predecessor_columns:
+                moments.append(index)
+                factors.append(coupling.ratio)
+        body, component = divmod(along.row_of(column), 6)
+        efforts.append((column, body, component, start, len(moments)))
+    sizes = _EXERTED, len(along), size, len(mechanism.couplings), int(along.is_along_axes)
+    units = [along.units_of(column) for column in prescribed.tolist()]
+    return _plan((sizes, efforts, moments), (units, factors))
+
+
+def _plan(tables: Sequence[Any], numbers: Sequence[Any]) -> Plan:
+    """Return the plan of tables of integers and of numbers, row by row."""
+    return Plan(
+        [np.array(table, dtype=np.int64).ravel() for table in tables],
+        [np.array(table, dtype=float).ravel() for table in numbers],
+    )
