@@ -292,6 +292,12 @@ class BatchModel:
         if gravity.shape[0] > 1 and not (gravity == gravity[0]).all():
             return self._while_falling(gravity, x, v, a)
         count = x.shape[0]
+        if count == 1:
+            calls = self._calls_of(1, False)
+            calls.model.gravity.linear = gravity[0]
+            sample = x[0, self.columns], v[0, self._rates], a[0, self._rates]
+            pinocchio.rnea(calls.model, calls.data, *sample)
+            return np.array(calls.forces[None])
         result = np.empty((count, self.parents.size, 6))
         q, v, a = x[:, self.columns], v[:, self._rates], a[:, self._rates]
         for span, calls in self._calls(count):
