@@ -167,7 +167,7 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        arrays = self.x, self.v, self.a, self.wrenches, self.efforts
+        arrays = [getattr(self, name) for name in FINITE]
         if compiled.kernel is not None and compiled.kernel.all_finite(*arrays):
             return set()
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
@@ -242,9 +242,7 @@ class InverseDynamics:
         from .reaction_plan import exerted_plan
 
         reactions = self._reactions
-        return exerted_plan(
-            self._mechanism, reactions.size, reactions.along, self._prescribed
-        )
+        return exerted_plan(self._mechanism, reactions.size, reactions.along, self._prescribed)
 
     @cached_property
     def bodies(self) -> FreeBodies:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -131,7 +131,7 @@ class _Writer:
     ) -> None:
         """Add a loop of a group, with its own self-stress if it has one."""
         reduction = state.reduction
-        rows, null, axes = (of[local] for of in reduction)
+        rows, null, axes = reduction.rows[local], reduction.null[local], reduction.axes[local]
         item, fixed = _NONE, self._closure.fixed_loops.get(loop, _NONE)
         if null.shape[1]:
             item = len(self.items)
@@ -186,20 +186,22 @@ def reaction_plan(
     for state in states.values():
         writer.add(state)
     pairs, shared, rows, normal_size = _normal_equations(writer.items, rule)
-    places = list(writer.places())
     loops, couplings = len(mechanism.loops), len(mechanism.couplings)
-    spread_size = sum(6 * len(item.joints) * item.amounts for item in writer.items)
-    unit_size = sum(len(item.targets) * item.amounts for item in writer.items)
-    most = (
-        max((sizes[column] for sizes in writer.groups), default=0) for column in (0, 1)
-    )
-    most_amounts = max((item.amounts for item in writer.items), default=0)
-    sizes = (_KIND, mechanism.model.nv, closure.size, loops, couplings, int(along.is_along_axes))
-    sizes += (*most, most_amounts, spread_size, unit_size, normal_size)
     joints = [joint for item in writer.items for joint in item.joints]
     targets = [target for item in writer.items for target in item.targets]
-    tables = (sizes, writer.groups, writer.passives, writer.loops, writer.paths, writer.couplings)
-    tables += (writer.coupled, places, joints, targets, pairs, shared, rows)
+    sizes = [
+        *(_KIND, mechanism.model.nv, closure.size, loops, couplings, int(along.is_along_axes)),
+        max((passives for passives, *_ in writer.groups), default=0),
+        max((multipliers for _, multipliers, *_ in writer.groups), default=0),
+        max((item.amounts for item in writer.items), default=0),
+        sum(6 * len(item.joints) * item.amounts for item in writer.items),
+        sum(len(item.targets) * item.amounts for item in writer.items),
+        normal_size,
+    ]
+    tables = [
+        *(sizes, writer.groups, writer.passives, writer.loops, writer.paths, writer.couplings),
+        *(writer.coupled, list(writer.places()), joints, targets, pairs, shared, rows),
+    ]
     scales = [*writer.weights, *rule.squared_lengths, mechanism.characteristic_length]
     numbers = (scales, writer.units, writer.matrices, writer.signs, writer.ratios)
     ends = list(accumulate([6] * loops + [1] * couplings, initial=0))
@@ -207,7 +209,7 @@ def reaction_plan(
     return ReactionPlan(
         [(index, state.reduction) for index, state in states.items()],
         _plan(tables, numbers),
-        [slice(first, last) for first, last in zip(ends, ends[1:], strict=False)],
+        [slice(first, last) for first, last in pairwise(ends)],
         ends[-1],
         writer.slip_units if is_coupled else None,
     )

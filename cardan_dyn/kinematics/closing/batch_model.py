@@ -327,14 +327,12 @@ class BatchModel:
         """
         rest = np.zeros((len(x), 7))
         rest[:, 6] = 1.0
-        given = (
-            np.concatenate([rest, x[:, self.columns]], axis=1),
-            np.concatenate([base.twist, v[:, self._rates]], axis=1),
-            np.concatenate([base.acceleration, a[:, self._rates]], axis=1),
-        )
+        q = np.concatenate([rest, x[:, self.columns]], axis=1)
+        v = np.concatenate([base.twist, v[:, self._rates]], axis=1)
+        a = np.concatenate([base.acceleration, a[:, self._rates]], axis=1)
         result = np.empty((len(x), 1 + len(self), 6))
         for span, calls in self._calls(len(x), moves=True):
-            calls.inverse_dynamics(*(values[span] for values in given), result[span])
+            calls.inverse_dynamics(q[span], v[span], a[span], result[span])
         return result[:, 1:], result[:, 0]
 
     def kinetic_energy(self, x: Array, v: Array) -> Array:
@@ -431,7 +429,8 @@ class _Calls(NamedTuple):
 
         Args:
             q: coordinates `(N, k)`.
-            v, a: velocities and accelerations `(N, k)`.
+            v: velocities `(N, k)`.
+            a: accelerations `(N, k)`.
             result: `(N, k, 6)` what they are written into.
         """
         copies, model, data, _, forces = self
