@@ -100,36 +100,85 @@ static inline double greater(double known, double found)
     return found > known || found != found ? found : known;
 }
 
+/* Some columns of row (n,) @ columns (n, k): so few that their sums stay in registers. */
+static ALWAYS_INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize_t n,
+                                    const double *columns, Py_ssize_t k, int some, double *result)
+{
+    double sums[4] = {0.0, 0.0, 0.0, 0.0};
+    for (Py_ssize_t i = 0; i < n; i++)
+        for (int m = 0; m < some; m++)
+            sums[m] += row[i * step] * columns[i * k + m];
+    for (int m = 0; m < some; m++)
+        result[m] = sums[m];
+}
+
+/* result (k,) = row (n,) @ columns (n, k). */
+static ALWAYS_INLINE void row_times(const double *row, Py_ssize_t step, Py_ssize_t n,
+                                    const double *columns, Py_ssize_t k, double *result)
+{
+    if (k == 1) {
+        /* Two sums at a time, since each addition waits for the one before it. */
+        double even = 0.0, odd = 0.0;
+        Py_ssize_t i = 0;
+        for (; i + 1 < n; i += 2) {
+            even += row[i * step] * columns[i];
+            odd += row[(i + 1) * step] * columns[i + 1];
+        }
+        if (i < n)
+            even += row[i * step] * columns[i];
+        result[0] = even + odd;
+        return;
+    }
+    Py_ssize_t m = 0;
+    for (; m + 4 <= k; m += 4)
+        some_sums(row, step, n, columns + m, k, 4, result + m);
+    if (m + 2 <= k) {
+        some_sums(row, step, n, columns + m, k, 2, result + m);
+        m += 2;
+    }
+    if (m < k)
+        some_sums(row, step, n, columns + m, k, 1, result + m);
+}
+
 /* result (6, k) = sign * matrix @ columns (6, k), of a matrix (6, 6) that takes wrenches from one
    frame to another: moments add nothing to forces. */
-static ALWAYS_INLINE void times_columns(const double *matrix, Py_ssize_t row, Py_ssize_t column,
-                                        double sign, const double *columns, Py_ssize_t k,
-                                        double *result)
+static void times_any(const double *matrix, Py_ssize_t row, Py_ssize_t column, double sign,
+                      const double *columns, Py_ssize_t k, double *result)
+{
+    for (int i = 0; i < 6; i++) {
+        row_times(matrix + i * row, column, i < 3 ? 3 : 6, columns, k, result + i * k);
+        for (Py_ssize_t m = 0; m < k; m++)
+            result[i * k + m] *= sign;
+    }
+}
+
+/* The same without gaps. */
+static ALWAYS_INLINE void times_columns(const double *matrix, double sign, const double *columns,
+                                        Py_ssize_t k, double *result)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++) {
             double sum = 0.0;
             for (int j = 0; j < (i < 3 ? 3 : 6); j++)
-                sum += matrix[i * row + j * column] * columns[j * k + m];
+                sum += matrix[6 * i + j] * columns[j * k + m];
             result[i * k + m] = sign * sum;
         }
 }
 
-/* The same for few columns and no gaps, as most calls have: loops over known numbers take half as
-   long. */
+/* The same; loops over few columns, whose number is known, take half as long. */
 static void times(const double *matrix, Py_ssize_t row, Py_ssize_t column, double sign,
                   const double *columns, Py_ssize_t k, double *result)
 {
     if (row != 6 || column != 1 || k > 4)
-        times_columns(matrix, row, column, sign, columns, k, result);
+        times_any(matrix, row, column, sign, columns, k, result);
     else if (k == 1)
-        times_columns(matrix, 6, 1, sign, columns, 1, result);
+        times_columns(matrix, sign, columns, 1, result);
     else if (k == 2)
-        times_columns(matrix, 6, 1, sign, columns, 2, result);
+        times_columns(matrix, sign, columns, 2, result);
     else if (k == 3)
-        times_columns(matrix, 6, 1, sign, columns, 3, result);
+        times_columns(matrix, sign, columns, 3, result);
     else
-        times_columns(matrix, 6, 1, sign, columns, 4, result);
+        times_columns(matrix, sign, columns, 4, result);
 }
 
 /* Where a joint's frame is, from its action: a rotation, row by row, and a position. */
@@ -256,28 +305,23 @@ static ALWAYS_INLINE void multipliers_of(const Work *work, const Group *group, c
     const double *inverse = given->inverse->at + sample * given->inverse->step[0];
     Py_ssize_t row = given->square->step[1], column = given->square->step[2];
     Py_ssize_t inverse_row = given->inverse->step[1], inverse_column = given->inverse->step[2];
-    for (int64_t j = 0; j < group->columns; j++)
-        for (Py_ssize_t m = 0; m < cases; m++) {
-            double sum = 0.0;
-            for (int64_t i = 0; i < group->passives; i++)
-                sum += inverse[j * inverse_row + i * inverse_column] * work->missing[i * cases + m];
-            work->multipliers[j * cases + m] = sum;
-        }
-    for (int64_t i = 0; i < group->passives; i++)
-        for (Py_ssize_t m = 0; m < cases; m++) {
-            double sum = 0.0;
-            for (int64_t j = 0; j < group->columns; j++)
-                sum += square[i * row + j * column] * work->multipliers[j * cases + m];
-            work->left[i * cases + m] = work->missing[i * cases + m] - sum;
-        }
+    Py_ssize_t passives = group->passives, columns = group->columns;
+    for (int64_t j = 0; j < columns; j++)
+        row_times(inverse + j * inverse_row, inverse_column, passives, work->missing, cases,
+                  work->multipliers + j * cases);
+    for (int64_t i = 0; i < passives; i++) {
+        double *left = work->left + i * cases;
+        row_times(square + i * row, column, columns, work->multipliers, cases, left);
+        for (Py_ssize_t m = 0; m < cases; m++)
+            left[m] = work->missing[i * cases + m] - left[m];
+    }
     /* Those of idle rods, behind the others, are no closure forces. */
-    for (int64_t j = 0; j < group->rows; j++)
-        for (Py_ssize_t m = 0; m < cases; m++) {
-            double sum = 0.0;
-            for (int64_t i = 0; i < group->passives; i++)
-                sum += inverse[j * inverse_row + i * inverse_column] * work->left[i * cases + m];
-            work->multipliers[j * cases + m] += sum;
-        }
+    for (int64_t j = 0; j < group->rows; j++) {
+        row_times(inverse + j * inverse_row, inverse_column, passives, work->left, cases,
+                  work->combined);
+        for (Py_ssize_t m = 0; m < cases; m++)
+            work->multipliers[j * cases + m] += work->combined[m];
+    }
 }
 
 /* What is missing along the passives of a group: given efforts less those of the wrenches. */
