@@ -5,6 +5,7 @@
 
 #include "arrays.h"
 
+PyObject *against_load(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *all_finite(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *exerted(PyObject *module, Arguments given, Py_ssize_t nargs);
 PyObject *inverse(PyObject *module, Arguments given, Py_ssize_t nargs);

@@ -131,6 +131,7 @@ static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
 
 static PyMethodDef functions[] = {
     FUNCTION(plan),
+    FUNCTION(against_load),
     FUNCTION(all_finite),
     FUNCTION(exerted),
     FUNCTION(inverse),

@@ -1014,3 +1014,92 @@ done:
     release(&held);
     return answer;
 }
+
+/* What a plan for `against_load` holds, in the order of its arrays. */
+enum { LOADED_SIZES, LOADED_PATH, LOADED_INTEGERS };
+enum { LOADED_KIND, LOADED_ROWS, LOADED_BODY, LOADED_WRENCHES, LOADED_SIZE_COUNT };
+#define LOADED 1280262468 /* Tells plans of this kind from others. */
+
+/* against_load(plan, actions (N, 6 n, 6), place (3,), rotation (3, 3), whether in world axes,
+                force (N, 3) or (1, 3), moment likewise, wrenches (N, b, 6))
+
+   Add what holds a body against a load to the wrenches of all joints from the base to it. The load
+   acts at a place in the body, in axes that are rotated in it, unless they are the base's. */
+PyObject *against_load(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 8)
+    Plan *plan = plan_of(given[0]);
+    if (!plan)
+        return NULL;
+    if (plan->integer_arrays != LOADED_INTEGERS || plan->number_arrays != 0 ||
+        plan->integer_sizes[LOADED_SIZES] != LOADED_SIZE_COUNT ||
+        plan->integers[LOADED_SIZES][LOADED_KIND] != LOADED) {
+        PyErr_SetString(PyExc_ValueError, "this is no plan of a load");
+        return NULL;
+    }
+    const int64_t *sizes = plan->integers[LOADED_SIZES], *path = plan->integers[LOADED_PATH];
+    int in_world = PyObject_IsTrue(given[4]);
+    if (in_world < 0)
+        return NULL;
+    Array arrays[6];
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    Array *actions = take(&held, given[1], 3, 0);
+    Array *place = actions ? take(&held, given[2], 1, 0) : NULL;
+    Array *rotation = place ? take(&held, given[3], 2, 0) : NULL;
+    Array *force = rotation ? take(&held, given[5], 2, 0) : NULL;
+    Array *moment = force ? take(&held, given[6], 2, 0) : NULL;
+    Array *wrenches = moment ? take(&held, given[7], 3, 1) : NULL;
+    if (!wrenches)
+        goto done;
+    Py_ssize_t count = wrenches->size[0];
+    if (has_size(actions, 0, count, 0) || has_size(actions, 1, sizes[LOADED_ROWS], 0) ||
+        has_size(actions, 2, 6, 0) || has_size(place, 0, 3, 0) || has_size(rotation, 0, 3, 0) ||
+        has_size(rotation, 1, 3, 0) || has_size(force, 0, count, 1) || has_size(force, 1, 3, 0) ||
+        has_size(moment, 0, count, 1) || has_size(moment, 1, 3, 0) ||
+        has_size(wrenches, 1, sizes[LOADED_WRENCHES], 0) || has_size(wrenches, 2, 6, 0))
+        goto done;
+    double own_place[3], own_rotation[9];
+    for (int a = 0; a < 3; a++) {
+        own_place[a] = place->at[a * place->step[0]];
+        for (int c = 0; c < 3; c++)
+            own_rotation[3 * a + c] = rotation->at[a * rotation->step[0] + c * rotation->step[1]];
+    }
+    for (Py_ssize_t sample = 0; sample < count; sample++) {
+        double axes[9], point[3], vectors[6], wrench[6], added[6];
+        placement(actions, sample, sizes[LOADED_BODY], axes, point);
+        shift(axes, own_place, point);
+        for (int a = 0; a < 3; a++) {
+            vectors[a] = force->at[sample * force->step[0] + a * force->step[1]];
+            vectors[3 + a] = moment->at[sample * moment->step[0] + a * moment->step[1]];
+        }
+        if (!in_world)
+            for (int part = 0; part < 6; part += 3) {
+                double in_body[3], in_base[3];
+                for (int a = 0; a < 3; a++)
+                    row_times(own_rotation + 3 * a, 1, 3, vectors + part, 1, in_body + a);
+                for (int a = 0; a < 3; a++)
+                    row_times(axes + 3 * a, 1, 3, in_body, 1, in_base + a);
+                memcpy(vectors + part, in_base, sizeof(in_base));
+            }
+        for (int a = 0; a < 3; a++) {
+            wrench[a] = -vectors[a];
+            wrench[3 + a] = -(vectors[3 + a] + (point[NEXT[a]] * vectors[AFTER_NEXT[a]] -
+                                                point[AFTER_NEXT[a]] * vectors[NEXT[a]]));
+        }
+        const double *of_sample = actions->at + sample * actions->step[0];
+        double *out = wrenches->at + sample * wrenches->step[0];
+        for (Py_ssize_t index = 0; index < plan->integer_sizes[LOADED_PATH] / 2; index++) {
+            times(of_sample + path[2 * index] * actions->step[1], actions->step[1],
+                  actions->step[2], 1.0, wrench, 1, added);
+            double *to = out + path[2 * index + 1] * wrenches->step[1];
+            for (int i = 0; i < 6; i++)
+                to[i * wrenches->step[2]] += added[i];
+        }
+    }
+    answer = Py_NewRef(Py_None);
+done:
+    release(&held);
+    return answer;
+}

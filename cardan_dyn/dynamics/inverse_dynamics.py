@@ -167,9 +167,10 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        arrays = [getattr(self, name) for name in FINITE]
-        if compiled.kernel is not None and compiled.kernel.all_finite(*arrays):
+        given = self.x, self.v, self.a, self.wrenches, self.efforts
+        if compiled.kernel is not None and compiled.kernel.all_finite(*given):
             return set()
+        arrays = [getattr(self, name) for name in FINITE]
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
         if all(math.isfinite(np.vdot(array, array)) for array in arrays):
             return set()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -24,6 +25,7 @@ from cardan_dyn import compiled
 from cardan_dyn.dynamics.inverse_dynamics import InverseDynamics
 from cardan_dyn.dynamics.open_tree import LoadCase
 from cardan_dyn.dynamics.reactions import UNIQUE_TOLERANCE, Reactions, ReactionSolver
+from cardan_dyn.elements.link_loads import LinkLoad
 from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
 from cardan_dyn.kinematics.closing.equations import LoopAxes, Reduction
 
@@ -204,20 +206,43 @@ def random_reduction(rng: np.random.Generator, kinematics: Kinematics) -> Kinema
     return kinematics.with_reductions(reductions)
 
 
-@pytest.mark.parametrize("seed", range(30))
+def bolted_to_a_body() -> cd.Mechanism:
+    """The mixed chain, whose loop that is fixed ends at a body instead of the base."""
+    first, second = (
+        '<origin xyz="0.3 0 0" rpy="0.2 0 0.1"/>',
+        '<origin xyz="0.7 1.5 2.5" rpy="0 0.3 0"/>',
+    )
+    before = (
+        f'<predecessor link="left">{first}</predecessor><successor link="base">{second}</successor>'
+    )
+    after = (
+        f'<predecessor link="base">{second}</predecessor><successor link="left">{first}</successor>'
+    )
+    assert before in MIXED
+    return cd.load(MIXED.replace(before, after))
+
+
+CHAINS: list[tuple[Callable[[], cd.Mechanism], tuple[str, ...]]] = [
+    (lambda: cd.load(MIXED), ("turn",)),
+    (bolted_to_a_body, ("turn",)),
+    (lambda: stacked(2), ("crank_0", "crank_1")),
+    (three_cranks, ("A",)),
+    (overconstrained, ("A",)),
+    (lambda: SCENES["gears"]().mechanism, ("in", "swing")),
+]
+
+
+@pytest.mark.parametrize("seed", range(36))
 def test_random_chains(seed: int) -> None:
     """Loops need not even close: forces are linear in what is given, whatever that is.
 
-    Balls, slides, oblique axes, a loop that is fixed to the base, loops that moving bodies carry,
-    rows of loops and of whole groups that are redundant.
+    Balls, slides, oblique axes, loops that are fixed to the base or to a body, loops that moving
+    bodies carry, rows of loops and of whole groups that are redundant.
     """
     rng = np.random.default_rng(seed)
-    texts = [MIXED, stacked(2), three_cranks(), overconstrained(), SCENES["gears"]().mechanism]
-    drives = [("turn",), ("crank_0", "crank_1"), ("A",), ("A",), ("in", "swing")]
-    chosen = seed % len(texts)
-    source = texts[chosen]
-    mechanism = cd.load(source) if isinstance(source, str) else source
-    kinematics, _ = kinematics_of(mechanism, *drives[chosen])
+    maker, drives = CHAINS[seed % len(CHAINS)]
+    mechanism = maker()
+    kinematics, _ = kinematics_of(mechanism, *drives)
     while True:
         reduced = random_reduction(rng, kinematics)
         state = reduced.evaluate(rows(mechanism, COUNT, int(rng.integers(1000))))
@@ -379,6 +404,45 @@ def test_arrays_with_gaps_are_as_good(scene: cd.Scene) -> None:
         np.testing.assert_allclose(found.wrenches, reference.wrenches, rtol=1e-13, atol=1e-13)
 
 
+@pytest.mark.parametrize("count", [0, 1, COUNT])
+def test_loads_on_links(scene: cd.Scene, count: int) -> None:
+    """In the axes of the link or the world, at a point of the link, alike at all samples or not."""
+    state, item = chosen(closed(scene), np.arange(count)), solver(scene)
+    if not count and item._tree._bases:
+        return  # Arrays of no samples are not reshaped as those of some.
+    rng, mechanism = np.random.default_rng(6), scene.mechanism
+    loads = []
+    for body in range(mechanism.model.njoints - 1):
+        rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        translation, point = rng.normal(size=(2, 3))
+        sizes = (count, 1) if body % 2 else (1, count)
+        force, moment = (rng.normal(size=(size, 3)) for size in sizes)
+        given = body, rotation, translation, force, moment, body % 3 == 0, point
+        loads.append(LinkLoad(*given))
+    (case,) = load_cases(mechanism, count, 1)
+    for loaded in (case._replace(link_loads=loads), case._replace(dynamics=None, link_loads=loads)):
+        found = item._tree.wrenches(state, [loaded], item.size)
+        with without_kernel():
+            expected = item._tree.wrenches(state, [loaded], item.size)
+        scale = np.max(np.abs(expected), initial=1.0)
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13 * scale)
+
+
+def test_a_load_that_is_no_number_is_that_of_its_sample() -> None:
+    scene = SCENES["universal"]()
+    state, item = closed(scene), solver(scene)
+    force = np.ones((COUNT, 3))
+    force[3, 1] = np.nan
+    load = LinkLoad(3, np.eye(3), np.zeros(3), force, np.ones((1, 3)), False)
+    case = LoadCase(None, np.zeros((1, scene.mechanism.model.nv)), [load], GRAVITY)
+    wrenches = item._tree.wrenches(state, [case], item.size)
+    assert np.isfinite(wrenches[[0, 1, 2, 4]]).all()
+    assert not np.isfinite(wrenches[3]).all()
+    wrong = load.of_samples(slice(0, 2))
+    with pytest.raises(ValueError, match="axis 0"):
+        item._tree.wrenches(state, [case._replace(link_loads=[wrong])], item.size)
+
+
 def dynamics(scene: cd.Scene) -> InverseDynamics:
     return scene.solver.inverse_dynamics
 
@@ -430,3 +494,35 @@ def test_numbers_that_are_not_finite_are_found_anywhere(bad: float) -> None:
     assert finite(gaps[:, ::2]) and not finite(gaps)
     with pytest.raises(TypeError):
         finite(np.zeros(3, dtype=int))
+
+
+def calls(run: Callable[[], object]) -> int:
+    """Count calls of Python and C functions."""
+    counted = 0
+
+    def count(frame: object, event: str, argument: object) -> None:
+        nonlocal counted
+        counted += event in ("call", "c_call")
+
+    sys.setprofile(count)
+    try:
+        run()
+    finally:
+        sys.setprofile(None)
+    return counted
+
+
+def test_calls_of_one_sample() -> None:
+    """From closed loops to reactions, with loads on links and inertia, and what follows of them."""
+    scene = SCENES["universal"]()
+    state, item, dynamic = chosen(closed(scene), np.arange(1)), solver(scene), dynamics(scene)
+    (case,) = load_cases(scene.mechanism, 1, 1)
+    load = LinkLoad(3, np.eye(3), np.zeros(3), np.ones((1, 3)), np.ones((1, 3)), False)
+    loaded = case._replace(link_loads=[load])
+    (reactions,) = item.solve(state, [loaded])
+    assert calls(lambda: item.solve(state, [case])) < 28
+    assert calls(lambda: item.solve(state, [loaded])) < 33
+    ratios = np.ones((1, scene.mechanism.model.nv, 1))
+    dynamic._exerted(case.loads, ratios, reactions)
+    assert calls(lambda: dynamic._exerted(case.loads, ratios, reactions)) < 8
+    assert calls(lambda: dynamic.condition(state, ratios)) < 7
