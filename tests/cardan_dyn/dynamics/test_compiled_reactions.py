@@ -45,10 +45,10 @@ def bundled(name: str) -> cd.Scene:
     return cd.Scene(mechanism, **arguments)  # type: ignore[arg-type]
 
 
-def gear_train() -> cd.Scene:
-    """Two couplings, of which the second one loads the first."""
+def gear_train(drive: str) -> cd.Scene:
+    """Two couplings, of which the one farther from the drive loads the other."""
     couplings = coupling("g", "a", "b", -3.0), coupling("h", "b", "c", 0.5)
-    return cd.Scene(cd.load(gears(*couplings, third=True)), drive="a")
+    return cd.Scene(cd.load(gears(*couplings, third=True)), drive=drive)
 
 
 def closed_train() -> cd.Scene:
@@ -66,7 +66,8 @@ ALL_SCENES: dict[str, Callable[[], cd.Scene]] = {
     **SCENES,
     "line": lambda: cd.Scene(cd.load(drive_line(3)), drive="bearing_0"),
     "random line": lambda: random_line(5, seed=3, bend=0.08, mass=True).scene(),
-    "gear train": gear_train,
+    "gear train": lambda: gear_train("a"),
+    "gear train backwards": lambda: gear_train("c"),
     "closed train": closed_train,
     "three cranks": lambda: cd.Scene(three_cranks(), drive="A"),
     "overconstrained": lambda: cd.Scene(overconstrained(), drive="A"),
