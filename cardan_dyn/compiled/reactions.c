@@ -1,10 +1,10 @@
 /* Reactions: the twins of what dynamics/reactions.py does once the wrenches of the open tree are
-   known, and of what dynamics/inverse_dynamics.py takes from its results.
+   known, of loads on links in dynamics/open_tree.py, and of what dynamics/inverse_dynamics.py makes
+   of results.
 
    Samples are worked on one after the other, all groups, load cases and self-stresses of one at
-   once, so that what a self-stress adds to wrenches is never kept for all samples. Matrices have the
-   load cases, or the amounts of a self-stress, as columns. Products are written out in full: what
-   is not a number spreads as it does in NumPy's. */
+   once: what self-stresses add to wrenches is never kept for all samples. Matrices have the load
+   cases, or the amounts of a self-stress, as columns. */
 
 #include "arrays.h"
 #include "kernels.h"
@@ -18,10 +18,23 @@
 #define USUAL 3
 #define ALWAYS_INLINE inline __attribute__((always_inline))
 
-/* What a plan holds, in the order of its arrays; see dynamics/reaction_plan.py. */
+/* What a plan holds, in the order of its arrays; dynamics/reaction_plan.py writes it. Its indices
+   are taken as they are. Of integers:
+
+   SIZES: see below. GROUPS: in the order of solution. PASSIVES: of all groups, the velocity
+   coordinate, and the component of all wrenches along it, or the first of its joint. LOOPS, PATHS,
+   COUPLINGS: of all groups. COUPLED: coordinates of the couplings, first those of the successor.
+   ITEMS: self-stresses. JOINTS: what these load. TARGETS: rows of all closure forces that they
+   consist of. PAIRS: of self-stresses that load the same joints. SHARED: these joints, by their
+   places in both. ROWS: of the normal equations.
+
+   Of numbers: SCALES: of closure equations (6), of squares in the norm (6), of forces in the
+   influence (1). UNITS: per passive the sign of its component, or its unit twist (6). MATRICES: of
+   the loops. SIGNS: of the bodies on loops. RATIOS: per coupling the unit of its slip and the
+   ratio. */
 enum {
-    SIZES, GROUPS, PASSIVES, LOOPS, PATHS, COUPLINGS, COUPLED, ITEMS, JOINTS, TARGETS, PAIRS, SHARED,
-    ROWS, INTEGER_ARRAYS
+    SIZES, GROUPS, PASSIVES, LOOPS, PATHS, COUPLINGS, COUPLED, ITEMS, JOINTS, TARGETS, PAIRS,
+    SHARED, ROWS, INTEGER_ARRAYS
 };
 enum { SCALES, UNITS, MATRICES, SIGNS, RATIOS, NUMBER_ARRAYS };
 enum {
@@ -30,14 +43,19 @@ enum {
 };
 #define REACTIONS 1296390985 /* Tells plans of this kind from others. */
 
+/* Its closure equations have so many rows, followed by idle rods in `columns`. `amounts` are those
+   of its redundant equations, whose self-stress is the `item`; -1 is none, here and below. */
 typedef struct {
     int64_t passives, columns, rows, amounts, action_rows, first_passive, loops, couplings, item;
 } Group;
 
+/* Of a `fixed` loop, `fixed` is the index of its wrench, and `end` the body of its successor. The
+   `item` is the self-stress of its own redundant rows; `fixed_slot` a place in its group's. */
 typedef struct {
     int64_t loop, rows, carrier, first_on_path, on_path, fixed, end, item, fixed_slot;
 } Loop;
 
+/* A body on a loop: its first row of actions, its wrench, its place in the group's self-stress. */
 typedef struct {
     int64_t row, joint, slot;
 } OnPath;
@@ -46,7 +64,7 @@ typedef struct {
     int64_t coupling, first, successors, predecessors;
 } Coupling;
 
-/* A self-stress, by its amounts. */
+/* A self-stress: the number of its parts, and where they are among those of all. */
 typedef struct {
     int64_t amounts, first_amount, joints, first_joint, spread, unit_rows, first_target, units;
 } Item;
@@ -55,10 +73,13 @@ typedef struct {
     int64_t first, second, first_shared, shared;
 } Pair;
 
+/* A row begins in a column, and is at a start among the numbers of all rows. */
 typedef struct {
     int64_t first_column, start;
 } Row;
 
+/* Rows of a loop (6, rows) and those that it cannot reach (6, amounts), the point of its axes, and
+   where a `fixed` loop ends in its successor. */
 typedef struct {
     double rows[36], null[36], point[3], rotation[9], translation[3];
 } Matrices;
