@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -167,10 +167,9 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        given = self.x, self.v, self.a, self.wrenches, self.efforts
-        if compiled.kernel is not None and compiled.kernel.all_finite(*given):
+        arrays: tuple[Any, ...] = self.x, self.v, self.a, self.wrenches, self.efforts
+        if compiled.kernel is not None and compiled.kernel.all_finite(*arrays):
             return set()
-        arrays = [getattr(self, name) for name in FINITE]
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
         if all(math.isfinite(np.vdot(array, array)) for array in arrays):
             return set()
