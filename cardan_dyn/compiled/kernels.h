@@ -5,18 +5,28 @@
 
 #include "arrays.h"
 
-PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *cancellation(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *longest(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *moved(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *passive_accelerations(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *passive_rates(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *proven(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *rows(PyObject *module, Arguments given, Py_ssize_t nargs);
-PyObject *within(PyObject *module, Arguments given, Py_ssize_t nargs);
+#define EVERY_FUNCTION(WITH) \
+    WITH(against_load) \
+    WITH(all_finite) \
+    WITH(branch) \
+    WITH(cancellation) \
+    WITH(closure) \
+    WITH(exerted) \
+    WITH(lattice) \
+    WITH(longest) \
+    WITH(magnified) \
+    WITH(moved) \
+    WITH(newton_step) \
+    WITH(passive_accelerations) \
+    WITH(passive_rates) \
+    WITH(proven) \
+    WITH(reactions) \
+    WITH(refined) \
+    WITH(rows) \
+    WITH(within)
+
+#define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);
+EVERY_FUNCTION(DECLARED)
+#undef DECLARED
 
 #endif

@@ -127,23 +127,11 @@ static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
     return capsule;
 }
 
-#define FUNCTION(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL}
+#define FUNCTION(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL},
 
 static PyMethodDef functions[] = {
-    FUNCTION(plan),
-    FUNCTION(branch),
-    FUNCTION(cancellation),
-    FUNCTION(closure),
-    FUNCTION(lattice),
-    FUNCTION(longest),
-    FUNCTION(moved),
-    FUNCTION(newton_step),
-    FUNCTION(passive_accelerations),
-    FUNCTION(passive_rates),
-    FUNCTION(proven),
-    FUNCTION(refined),
-    FUNCTION(rows),
-    FUNCTION(within),
+    FUNCTION(plan)
+    EVERY_FUNCTION(FUNCTION)
     {NULL, NULL, 0, NULL},
 };
 

@@ -111,6 +111,10 @@ class LeastNorm:
     child, with which its origin moves. Two
     self-stresses are connected only where they load the same joint, so the normal equations are
     sparse: of a line of loops they are a band, which is solved in time linear in their number.
+
+    Attributes:
+        counted: indices of the wrenches that the sum is over.
+        squared_lengths: `(6,)` factors on the squares of a wrench's components [m² and 1].
     """
 
     oriented: frozenset[int] = frozenset()
@@ -122,8 +126,8 @@ class LeastNorm:
             length: that forces are multiplied with [m].
             counted: indices of the wrenches that the sum is over.
         """
-        self._squared_lengths = np.repeat([length, 1.0], 3)[:, None] ** 2
-        self._counted = counted
+        self.squared_lengths = np.repeat([length, 1.0], 3) ** 2
+        self.counted = counted
         # By the joints that self-stresses load, which are those of groups.
         self._known: dict[bytes, _Counted] = {}
 
@@ -161,7 +165,7 @@ class LeastNorm:
         found = self._known.get(key)
         if found is None:
             joints = enumerate(item.joints.tolist())
-            indices = np.array([k for k, joint in joints if joint in self._counted], dtype=int)
+            indices = np.array([k for k, joint in joints if joint in self.counted], dtype=int)
             own, counted = consecutive(indices), consecutive(item.joints[indices])
             found = self._known[key] = _Counted(indices.tolist(), own, counted)
         return found
@@ -169,7 +173,7 @@ class LeastNorm:
     def _weighted_transpose(self, rows: Array) -> Array:
         """Return rows `(N, 6 J, k)` with squared lengths applied, transposed: `(N, k, 6 J)`."""
         count, size, amounts = rows.shape
-        weighted = rows.reshape(count, size // 6, 6, amounts) * self._squared_lengths
+        weighted = rows.reshape(count, size // 6, 6, amounts) * self.squared_lengths[:, None]
         return np.asarray(weighted.reshape(count, size, amounts).transpose(0, 2, 1))
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .. import compiled
 from ..arrays import Array, consecutive
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.closing.batch_model import placement
@@ -21,6 +22,7 @@ from ..mechanism.mechanism import Mechanism
 from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
 from .open_tree import Along, LoadCase, OpenTree
+from .reaction_plan import ReactionPlan, reaction_plan
 
 UNIQUE_TOLERANCE = 1e-9
 """Influence of self-stresses, forces times the length, below which a component counts as unique.
@@ -95,7 +97,6 @@ class ReactionSolver:
             rule: chooses what is statically indeterminate; the least norm if None.
         """
         self._mechanism = mechanism
-        self._active = active
         self._tree = OpenTree(mechanism, kinematics, active)
         self._closure = ClosureForces(mechanism)
         self.size = self._closure.size
@@ -125,6 +126,16 @@ class ReactionSolver:
             carried = solver.batch.moved_body >= 0
             self.subspace[carried] = solver.batch.subspace[carried]
         self.along, self._coordinates = Along(owners, self.subspace), np.arange(model.nv)
+        groups = [solver.group for solver in kinematics.solvers]
+        # From the load to the drive.
+        self._active = [
+            index
+            for index in range(len(groups) - 1, -1, -1)
+            if index in active and (groups[index].loops or groups[index].couplings)
+        ]
+        # Other rules are seldom asked for.
+        self._is_compiled = isinstance(self._rule, LeastNorm)
+        self._plan: ReactionPlan | None = None
         self._spins = None
         if any(solver.group.idle for solver in kinematics.solvers):
             from .idle_spins import IdleSpins  # Few mechanisms have idle rods.
@@ -140,6 +151,35 @@ class ReactionSolver:
         """
         wrenches = self._tree.wrenches(state, cases, self.size)
         spins = self._spins.added(state, cases, wrenches) if self._spins else None
+        if compiled.kernel is not None and self._is_compiled:
+            forces, changes, indeterminate = self._closed_at_once(state, cases, wrenches)
+        else:
+            forces, changes, indeterminate = self._closed(state, cases, wrenches)
+        return [
+            Reactions(
+                wrenches[..., case],
+                [force[..., case] for force in forces],
+                indeterminate,
+                changes,
+                None if spins is None else spins[..., case],
+            )
+            for case in range(len(cases))
+        ]
+
+    def _closed(
+        self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array
+    ) -> tuple[list[Array], Array, set[int]]:
+        """Return closure forces, and what of them and of the wrenches is not unique.
+
+        Args:
+            state: closed positions.
+            cases: c load cases.
+            wrenches: `(N, b, 6, c)` of the open tree; they become those of the closed chain.
+
+        Returns:
+            Closure forces `(N, 6, c)` or `(N, 1, c)`, see `Reactions`, as well as its influence and
+            the indices of indeterminate couplings.
+        """
         forces, self_stresses = self._one_solution(state, cases, wrenches)
         amounts = self._amounts(state, wrenches, self_stresses)
         for item, amount in zip(self_stresses, amounts, strict=True):
@@ -156,16 +196,40 @@ class ReactionSolver:
             and self._slip_units[index - loops] * np.abs(unit_forces).max(initial=0.0)
             > UNIQUE_TOLERANCE
         }
-        return [
-            Reactions(
-                wrenches[..., case],
-                [force[..., case] for force in forces],
-                indeterminate,
-                changes,
-                None if spins is None else spins[..., case],
-            )
-            for case in range(len(cases))
-        ]
+        return forces, changes, indeterminate
+
+    def _closed_at_once(
+        self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array
+    ) -> tuple[list[Array], Array, set[int]]:
+        """Return what `_closed` does, compiled: what is indeterminate is chosen by least norm."""
+        plan, groups = self._plan, state.groups
+        if plan is not None:
+            for index, reduction in plan.reductions:
+                if groups[index].reduction is not reduction:
+                    plan = None
+                    break
+        if plan is None:
+            self._plan = plan = self._made_plan(state)
+        count, size, _, amount = wrenches.shape
+        forces, changes = np.empty((count, plan.rows, amount)), np.empty((size, 6))
+        moments, given = np.empty(len(self._mechanism.couplings)), [case.loads for case in cases]
+        for index in self._active:
+            group = groups[index]
+            given += group.actions, group.square, group.inverse
+            if group.null.shape[2]:
+                given += (group.null,)
+        compiled.kernel.reactions(plan.plan.handle, wrenches, forces, changes, moments, *given)
+        indeterminate: set[int] = set()
+        if plan.slip_units is not None:
+            (found,) = np.nonzero(plan.slip_units * moments > UNIQUE_TOLERANCE)
+            indeterminate.update(found.tolist())
+        return [forces[:, columns] for columns in plan.columns], changes, indeterminate
+
+    def _made_plan(self, state: ClosedState) -> ReactionPlan:
+        """Return what the compiled function works along, as long as the same rows are redundant."""
+        assert isinstance(self._rule, LeastNorm)
+        states = {index: state.groups[index] for index in self._active}
+        return reaction_plan(self._mechanism, self._closure, self.along, self._rule, states)
 
     def solved(self, needed: Needs) -> tuple[list[str], slice | Array]:
         """Return the joints whose wrenches are solved, and their indices among all wrenches.
@@ -232,10 +296,9 @@ class ReactionSolver:
         forces = [np.zeros((count, 6, len(cases))) for _ in mechanism.loops]
         forces += [np.zeros((count, 1, len(cases))) for _ in mechanism.couplings]
         self_stresses: list[SelfStress] = []
-        for index, group_state in reversed(list(enumerate(state.groups))):
+        for index in self._active:
+            group_state = state.groups[index]
             group = group_state.group
-            if not (group.loops or group.couplings) or index not in self._active:
-                continue
             missing = given.take(group.passives, 1)
             missing -= self.along.efforts(wrenches, group.passives)
             forces_of_group = self._closure.of_multipliers(

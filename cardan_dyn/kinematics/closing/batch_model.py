@@ -295,14 +295,21 @@ class BatchModel:
             v: joint velocities `(N, nv)`.
             a: joint accelerations `(N, nv)`.
         """
-        if len(gravity) > 1 and not (gravity == gravity[0]).all():
+        if gravity.shape[0] > 1 and not (gravity == gravity[0]).all():
             return self._while_falling(gravity, x, v, a)
-        result = np.empty((len(x), len(self), 6))
-        given = x[:, self.columns], v[:, self._rates], a[:, self._rates]
-        for span, calls in self._calls(len(x)):
+        count = x.shape[0]
+        if count == 1:
+            calls = self._calls_of(1, False)
+            calls.model.gravity.linear = gravity[0]
+            sample = x[0, self.columns], v[0, self._rates], a[0, self._rates]
+            pinocchio.rnea(calls.model, calls.data, *sample)
+            return np.array(calls.forces[None])
+        result = np.empty((count, self.parents.size, 6))
+        q, v, a = x[:, self.columns], v[:, self._rates], a[:, self._rates]
+        for span, calls in self._calls(count):
             # A thread's own, so that no other reads it meanwhile.
             calls.model.gravity.linear = gravity[0]
-            calls.inverse_dynamics([values[span] for values in given], result[span])
+            calls.inverse_dynamics(q[span], v[span], a[span], result[span])
         return result
 
     def _while_falling(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
@@ -326,14 +333,12 @@ class BatchModel:
         """
         rest = np.zeros((len(x), 7))
         rest[:, 6] = 1.0
-        given = (
-            np.concatenate([rest, x[:, self.columns]], axis=1),
-            np.concatenate([base.twist, v[:, self._rates]], axis=1),
-            np.concatenate([base.acceleration, a[:, self._rates]], axis=1),
-        )
+        q = np.concatenate([rest, x[:, self.columns]], axis=1)
+        v = np.concatenate([base.twist, v[:, self._rates]], axis=1)
+        a = np.concatenate([base.acceleration, a[:, self._rates]], axis=1)
         result = np.empty((len(x), 1 + len(self), 6))
         for span, calls in self._calls(len(x), moves=True):
-            calls.inverse_dynamics([values[span] for values in given], result[span])
+            calls.inverse_dynamics(q[span], v[span], a[span], result[span])
         return result[:, 1:], result[:, 0]
 
     def kinetic_energy(self, x: Array, v: Array) -> Array:
@@ -427,19 +432,21 @@ class _Calls(NamedTuple):
         count, size, *rest = values.shape
         return values.reshape(count // self.copies, self.copies * size, *rest)
 
-    def inverse_dynamics(self, given: list[Array], result: Array) -> None:
+    def inverse_dynamics(self, q: Array, v: Array, a: Array, result: Array) -> None:
         """Compute the wrenches of all joints.
 
         Args:
-            given: coordinates, velocities and accelerations `(N, k)`.
+            q: coordinates `(N, k)`.
+            v: velocities `(N, k)`.
+            a: accelerations `(N, k)`.
             result: `(N, k, 6)` what they are written into.
         """
         copies, model, data, _, forces = self
-        rnea, rows = pinocchio.rnea, [*given, result]
+        rnea = pinocchio.rnea
         if copies > 1:
-            rows = [self.joined(values) for values in rows]
-        for q, v, a, out in zip(*rows, strict=True):
-            rnea(model, data, q, v, a)
+            q, v, a, result = (self.joined(values) for values in (q, v, a, result))
+        for own, speeds, accelerations, out in zip(q, v, a, result, strict=True):
+            rnea(model, data, own, speeds, accelerations)
             out[:] = forces
 
 

@@ -682,7 +682,7 @@ class GroupState(NamedTuple):
         Args:
             inverse: of the closure equations at the other positions.
         """
-        return same_side(self._square, inverse)
+        return same_side(self.square, inverse)
 
     def apart(self, inverse: Array) -> Array:
         """Return `(N,)` how far the closure equations at other positions differ, see `apart`.
@@ -690,11 +690,11 @@ class GroupState(NamedTuple):
         Args:
             inverse: of the closure equations at the other positions.
         """
-        return apart(self._square, inverse, self.solver.row_scale)
+        return apart(self.square, inverse, self.solver.row_scale)
 
     def follows_on(self) -> Array:
         """Return `(N - 1,)` whether positions lie on the same side as those before them."""
-        return same_side(self._square[1:], self.inverse[:-1])
+        return same_side(self.square[1:], self.inverse[:-1])
 
     @property
     def is_square(self) -> bool:
@@ -702,7 +702,7 @@ class GroupState(NamedTuple):
         return self.rows.shape[2] == self.solver.group.passives.size
 
     @property
-    def _square(self) -> Array:
+    def square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
         return self.rows[:, self.solver.group.known.size :]
 
@@ -717,18 +717,18 @@ class GroupState(NamedTuple):
         """Passive rates `(N, p, k)` that violate no equation: unit spins of idle rods."""
         unit = np.zeros((len(self.inverse), self.inverse.shape[1], len(self.group.idle)))
         unit[:, self.passive_rows.shape[2] :] = np.eye(len(self.group.idle))
-        return refined(transposed(self._square), transposed(self.inverse), unit)
+        return refined(transposed(self.square), transposed(self.inverse), unit)
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R, c)` to `(N, p, c)`.
 
         With idle rods, right-hand sides `(N, R + k, c)` end with rates about their lines.
         """
-        return refined(transposed(self._square), transposed(self.inverse), right)
+        return refined(transposed(self.square), transposed(self.inverse), right)
 
     def solve_transposed(self, right: Array) -> Array:
         """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
-        return refined(self._square, self.inverse, right)[:, : self.passive_rows.shape[2]]
+        return refined(self.square, self.inverse, right)[:, : self.passive_rows.shape[2]]
 
     def step(self, error: Array) -> Array:
         """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""

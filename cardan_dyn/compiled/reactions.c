@@ -1,0 +1,1126 @@
+/* Reactions: the twins of what dynamics/reactions.py does once the wrenches of the open tree are
+   known, of loads on links in dynamics/open_tree.py, and of what dynamics/inverse_dynamics.py makes
+   of results.
+
+   Samples are worked on one after the other, all groups, load cases and self-stresses of one at
+   once: what self-stresses add to wrenches is never kept for all samples. Matrices have the load
+   cases, or the amounts of a self-stress, as columns. */
+
+#include "arrays.h"
+#include "kernels.h"
+
+/* A pivot of the normal equations up to this part of its diagonal entry is what rounding leaves of
+   zero: another self-stress loads the joints alike, or none is loaded. */
+#define SINGULAR 1e-15
+
+/* Amounts of most self-stresses, those of plane and spherical loops: loops over a known number of
+   them take half as long. */
+#define USUAL 3
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+
+/* What a plan holds, in the order of its arrays; dynamics/reaction_plan.py writes it. Its indices
+   are taken as they are. Of integers:
+
+   SIZES: see below. GROUPS: in the order of solution. PASSIVES: of all groups, the velocity
+   coordinate, and the component of all wrenches along it, or the first of its joint. LOOPS, PATHS,
+   COUPLINGS: of all groups. COUPLED: coordinates of the couplings, first those of the successor.
+   ITEMS: self-stresses. JOINTS: what these load. TARGETS: rows of all closure forces that they
+   consist of. PAIRS: of self-stresses that load the same joints. SHARED: these joints, by their
+   places in both. ROWS: of the normal equations.
+
+   Of numbers: SCALES: of closure equations (6), of squares in the norm (6), of forces in the
+   influence (1). UNITS: per passive the sign of its component, or its unit twist (6). MATRICES: of
+   the loops. SIGNS: of the bodies on loops. RATIOS: per coupling the unit of its slip and the
+   ratio. */
+enum {
+    SIZES, GROUPS, PASSIVES, LOOPS, PATHS, COUPLINGS, COUPLED, ITEMS, JOINTS, TARGETS, PAIRS,
+    SHARED, ROWS, INTEGER_ARRAYS
+};
+enum { SCALES, UNITS, MATRICES, SIGNS, RATIOS, NUMBER_ARRAYS };
+enum {
+    KIND, RATES, BODIES, LOOP_COUNT, COUPLING_COUNT, ALONG_AXES, MOST_PASSIVES, MOST_MULTIPLIERS,
+    MOST_AMOUNTS, SPREAD_SIZE, UNIT_SIZE, NORMAL_SIZE, SIZE_COUNT
+};
+#define REACTIONS 1296390985 /* Tells plans of this kind from others. */
+
+/* Its closure equations have so many rows, followed by idle rods in `columns`. `amounts` are those
+   of its redundant equations, whose self-stress is the `item`; -1 is none, here and below. */
+typedef struct {
+    int64_t passives, columns, rows, amounts, action_rows, first_passive, loops, couplings, item;
+} Group;
+
+/* Of a `fixed` loop, `fixed` is the index of its wrench, and `end` the body of its successor. The
+   `item` is the self-stress of its own redundant rows; `fixed_slot` a place in its group's. */
+typedef struct {
+    int64_t loop, rows, carrier, first_on_path, on_path, fixed, end, item, fixed_slot;
+} Loop;
+
+/* A body on a loop: its first row of actions, its wrench, its place in the group's self-stress. */
+typedef struct {
+    int64_t row, joint, slot;
+} OnPath;
+
+typedef struct {
+    int64_t coupling, first, successors, predecessors;
+} Coupling;
+
+/* A self-stress: the number of its parts, and where they are among those of all. */
+typedef struct {
+    int64_t amounts, first_amount, joints, first_joint, spread, unit_rows, first_target, units;
+} Item;
+
+typedef struct {
+    int64_t first, second, first_shared, shared;
+} Pair;
+
+/* A row begins in a column, and is at a start among the numbers of all rows. */
+typedef struct {
+    int64_t first_column, start;
+} Row;
+
+/* Rows of a loop (6, rows) and those that it cannot reach (6, amounts), the point of its axes, and
+   where a `fixed` loop ends in its successor. */
+typedef struct {
+    double rows[36], null[36], point[3], rotation[9], translation[3];
+} Matrices;
+
+/* The arrays of a group at all samples. */
+typedef struct {
+    const Array *actions, *square, *inverse, *null;
+} Given;
+
+typedef struct {
+    const int64_t *sizes;
+    const Group *groups;
+    const int64_t *passives;
+    const Loop *loops;
+    const OnPath *paths;
+    const Coupling *couplings;
+    const int64_t *coupled;
+    const Item *items;
+    const int64_t *joints, *targets;
+    const Pair *pairs;
+    const int64_t *shared;
+    const Row *rows;
+    const double *scales, *units;
+    const Matrices *matrices;
+    const double *signs, *ratios;
+    const Given *given;
+    Py_ssize_t group_count, item_count, pair_count, amount_count, force_rows, cases;
+    /* Of the sample that is worked on. */
+    double *wrenches, *forces, *efforts, *missing, *left, *multipliers, *combined, *columns;
+    double *added, *spread, *unit_forces, *normal, *diagonal, *amounts;
+    /* Of all samples; the first are bits, see `keep_greatest`. */
+    uint64_t *greatest;
+    double *greatest_moments;
+} Work;
+
+/* The greater one; what is not a number stays. */
+static inline double greater(double known, double found)
+{
+    return found > known || found != found ? found : known;
+}
+
+/* Some columns of row (n,) @ columns (n, k): so few that their sums stay in registers. */
+static ALWAYS_INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize_t n,
+                                    const double *columns, Py_ssize_t k, int some, double *result)
+{
+    double sums[4] = {0.0, 0.0, 0.0, 0.0};
+    for (Py_ssize_t i = 0; i < n; i++)
+        for (int m = 0; m < some; m++)
+            sums[m] += row[i * step] * columns[i * k + m];
+    for (int m = 0; m < some; m++)
+        result[m] = sums[m];
+}
+
+/* result (k,) = row (n,) @ columns (n, k). */
+static ALWAYS_INLINE void row_times(const double *row, Py_ssize_t step, Py_ssize_t n,
+                                    const double *columns, Py_ssize_t k, double *result)
+{
+    if (k == 1) {
+        /* Two sums at a time, since each addition waits for the one before it. */
+        double even = 0.0, odd = 0.0;
+        Py_ssize_t i = 0;
+        for (; i + 1 < n; i += 2) {
+            even += row[i * step] * columns[i];
+            odd += row[(i + 1) * step] * columns[i + 1];
+        }
+        if (i < n)
+            even += row[i * step] * columns[i];
+        result[0] = even + odd;
+        return;
+    }
+    Py_ssize_t m = 0;
+    for (; m + 4 <= k; m += 4)
+        some_sums(row, step, n, columns + m, k, 4, result + m);
+    if (m + 2 <= k) {
+        some_sums(row, step, n, columns + m, k, 2, result + m);
+        m += 2;
+    }
+    if (m < k)
+        some_sums(row, step, n, columns + m, k, 1, result + m);
+}
+
+/* result (6, k) = sign * matrix @ columns (6, k), of a matrix (6, 6) that takes wrenches from one
+   frame to another: moments add nothing to forces. */
+static void times_any(const double *matrix, Py_ssize_t row, Py_ssize_t column, double sign,
+                      const double *columns, Py_ssize_t k, double *result)
+{
+    for (int i = 0; i < 6; i++) {
+        row_times(matrix + i * row, column, i < 3 ? 3 : 6, columns, k, result + i * k);
+        for (Py_ssize_t m = 0; m < k; m++)
+            result[i * k + m] *= sign;
+    }
+}
+
+/* The same without gaps. */
+static ALWAYS_INLINE void times_columns(const double *matrix, double sign, const double *columns,
+                                        Py_ssize_t k, double *result)
+{
+    for (int i = 0; i < 6; i++)
+        for (Py_ssize_t m = 0; m < k; m++) {
+            double sum = 0.0;
+            for (int j = 0; j < (i < 3 ? 3 : 6); j++)
+                sum += matrix[6 * i + j] * columns[j * k + m];
+            result[i * k + m] = sign * sum;
+        }
+}
+
+/* The same; loops over few columns, whose number is known, take half as long. */
+static void times(const double *matrix, Py_ssize_t row, Py_ssize_t column, double sign,
+                  const double *columns, Py_ssize_t k, double *result)
+{
+    if (row != 6 || column != 1 || k > 4)
+        times_any(matrix, row, column, sign, columns, k, result);
+    else if (k == 1)
+        times_columns(matrix, sign, columns, 1, result);
+    else if (k == 2)
+        times_columns(matrix, sign, columns, 2, result);
+    else if (k == 3)
+        times_columns(matrix, sign, columns, 3, result);
+    else
+        times_columns(matrix, sign, columns, 4, result);
+}
+
+/* Where a joint's frame is, from its action: a rotation, row by row, and a position. */
+static void placement(const Array *actions, Py_ssize_t sample, int64_t body, double *rotation,
+                      double *position)
+{
+    const double *action =
+        actions->at + sample * actions->step[0] + 6 * body * actions->step[1];
+    Py_ssize_t row = actions->step[1], column = actions->step[2];
+    static const int before[3] = {2, 0, 1}, after[3] = {1, 2, 0};
+    for (int a = 0; a < 3; a++)
+        for (int c = 0; c < 3; c++)
+            rotation[3 * a + c] = action[c * row + a * column];
+    for (int a = 0; a < 3; a++) {
+        double sum = 0.0;
+        for (int c = 0; c < 3; c++)
+            sum += action[(3 + c) * row + before[a] * column] * rotation[3 * after[a] + c];
+        position[a] = sum;
+    }
+}
+
+/* position + rotation @ vector, in place. */
+static void shift(const double *rotation, const double *vector, double *position)
+{
+    for (int a = 0; a < 3; a++)
+        position[a] += rotation[3 * a] * vector[0] + rotation[3 * a + 1] * vector[1] +
+                       rotation[3 * a + 2] * vector[2];
+}
+
+static const int NEXT[3] = {1, 2, 0}, AFTER_NEXT[3] = {2, 0, 1};
+
+/* The matrix (6, 6) that takes wrenches in the axes of a body to the base's, see `LoopAxes`. */
+static void from_carrier(const Array *actions, Py_ssize_t sample, int64_t body, const double *point,
+                         double *matrix)
+{
+    double rotation[9], position[3];
+    placement(actions, sample, body, rotation, position);
+    shift(rotation, point, position);
+    memset(matrix, 0, 36 * sizeof(double));
+    for (int a = 0; a < 3; a++)
+        for (int c = 0; c < 3; c++) {
+            matrix[6 * a + c] = matrix[6 * (a + 3) + c + 3] = rotation[3 * a + c];
+            matrix[6 * (a + 3) + c] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
+                                      position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
+        }
+}
+
+/* The matrix (6, 6) that takes wrenches in the base's axes to the frame of a `fixed` loop. */
+static void to_end(const Array *actions, Py_ssize_t sample, const Loop *loop,
+                   const Matrices *matrices, double *matrix)
+{
+    double rotation[9], position[3];
+    if (loop->end < 0) {
+        memcpy(rotation, matrices->rotation, sizeof(rotation));
+        memcpy(position, matrices->translation, sizeof(position));
+    } else {
+        double body[9];
+        placement(actions, sample, loop->end, body, position);
+        shift(body, matrices->translation, position);
+        for (int a = 0; a < 3; a++)
+            for (int c = 0; c < 3; c++)
+                rotation[3 * a + c] = body[3 * a] * matrices->rotation[c] +
+                                      body[3 * a + 1] * matrices->rotation[3 + c] +
+                                      body[3 * a + 2] * matrices->rotation[6 + c];
+    }
+    memset(matrix, 0, 36 * sizeof(double));
+    for (int c = 0; c < 3; c++)
+        for (int a = 0; a < 3; a++) {
+            matrix[6 * c + a] = matrix[6 * (c + 3) + a + 3] = rotation[3 * a + c];
+            matrix[6 * (c + 3) + a] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
+                                      position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
+        }
+}
+
+/* The wrench (6, k) of a loop in the base's axes, from combinations of its weighted rows. */
+static void wrench(const Work *work, const double *carrier, const double *combinations, int64_t k,
+                   double *result)
+{
+    double *weighted = carrier ? work->added : result;
+    for (int i = 0; i < 6; i++)
+        for (int64_t m = 0; m < k; m++)
+            weighted[i * k + m] = combinations[i * k + m] * work->scales[i];
+    if (carrier)
+        times(carrier, 6, 1, 1.0, weighted, k, result);
+}
+
+/* Combinations (6, k) of a loop's rows, from their multipliers. */
+static ALWAYS_INLINE void combine(const Matrices *matrices, int64_t rows, const double *multipliers,
+                                  Py_ssize_t row, Py_ssize_t column, Py_ssize_t k, double *result)
+{
+    for (int i = 0; i < 6; i++)
+        for (Py_ssize_t m = 0; m < k; m++) {
+            double sum = 0.0;
+            if (rows == 6)
+                sum = multipliers[i * row + m * column];
+            else
+                for (int64_t j = 0; j < rows; j++)
+                    sum += matrices->rows[i * rows + j] * multipliers[j * row + m * column];
+            result[i * k + m] = sum;
+        }
+}
+
+/* Copy (6, k) into some of the columns (6, whole). */
+static ALWAYS_INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
+{
+    for (int i = 0; i < 6; i++)
+        for (Py_ssize_t m = 0; m < k; m++)
+            to[i * whole + m] = from[i * k + m];
+}
+
+/* Add some of the columns (6, whole) to (6, k). */
+static ALWAYS_INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
+{
+    for (int i = 0; i < 6; i++)
+        for (Py_ssize_t m = 0; m < k; m++)
+            to[i * k + m] += from[i * whole + m];
+}
+
+/* Solve for the multipliers of a group from explicit inverses, with one step of refinement. */
+static ALWAYS_INLINE void multipliers_of(const Work *work, const Group *group, const Given *given,
+                                         Py_ssize_t sample, Py_ssize_t cases)
+{
+    const double *square = given->square->at + sample * given->square->step[0];
+    const double *inverse = given->inverse->at + sample * given->inverse->step[0];
+    Py_ssize_t row = given->square->step[1], column = given->square->step[2];
+    Py_ssize_t inverse_row = given->inverse->step[1], inverse_column = given->inverse->step[2];
+    Py_ssize_t passives = group->passives, columns = group->columns;
+    for (int64_t j = 0; j < columns; j++)
+        row_times(inverse + j * inverse_row, inverse_column, passives, work->missing, cases,
+                  work->multipliers + j * cases);
+    for (int64_t i = 0; i < passives; i++) {
+        double *left = work->left + i * cases;
+        row_times(square + i * row, column, columns, work->multipliers, cases, left);
+        for (Py_ssize_t m = 0; m < cases; m++)
+            left[m] = work->missing[i * cases + m] - left[m];
+    }
+    /* Those of idle rods, behind the others, are no closure forces. */
+    for (int64_t j = 0; j < group->rows; j++) {
+        row_times(inverse + j * inverse_row, inverse_column, passives, work->left, cases,
+                  work->combined);
+        for (Py_ssize_t m = 0; m < cases; m++)
+            work->multipliers[j * cases + m] += work->combined[m];
+    }
+}
+
+/* What is missing along the passives of a group: given efforts less those of the wrenches. */
+static ALWAYS_INLINE void missing_along(const Work *work, const Group *group, Py_ssize_t cases)
+{
+    for (int64_t i = 0; i < group->passives; i++) {
+        int64_t passive = group->first_passive + i;
+        int64_t rate = work->passives[2 * passive], row = work->passives[2 * passive + 1];
+        for (Py_ssize_t m = 0; m < cases; m++) {
+            double effort = 0.0;
+            if (work->sizes[ALONG_AXES])
+                effort = work->wrenches[row * cases + m] * work->units[passive];
+            else
+                for (int j = 0; j < 6; j++)
+                    effort += work->wrenches[(row + j) * cases + m] * work->units[6 * passive + j];
+            work->missing[i * cases + m] = work->efforts[rate * cases + m] - effort;
+        }
+    }
+}
+
+/* Closure forces of a loop and its self-stresses, and what they add to wrenches.
+
+   Multipliers are those of its rows, `null` (rows, amounts) likewise; the latter's forces go to
+   `units`. All of them go along the loop at once, as columns beside each other. */
+static ALWAYS_INLINE void close_loop(const Work *work, const Given *given, Py_ssize_t sample,
+                                     const Loop *loop, const Matrices *matrices,
+                                     const double *multipliers, const Item *shared,
+                                     const double *null, double *units, Py_ssize_t cases)
+{
+    double carrier_matrix[36], end_matrix[36], *carrier = NULL;
+    double *forces = work->forces + 6 * loop->loop * cases, *columns = forces;
+    const Item *own = loop->item < 0 ? NULL : work->items + loop->item;
+    Py_ssize_t of_shared = shared ? shared->amounts : 0, of_own = own ? own->amounts : 0;
+    Py_ssize_t whole = cases + of_shared + of_own;
+    if (loop->carrier >= 0)
+        from_carrier(given->actions, sample, loop->carrier, matrices->point,
+                     carrier = carrier_matrix);
+    combine(matrices, loop->rows, multipliers, cases, 1, cases, work->combined);
+    wrench(work, carrier, work->combined, cases, forces);
+    if (whole > cases) {
+        columns = work->columns;
+        place(forces, cases, whole, columns);
+    }
+    if (shared) {
+        combine(matrices, loop->rows, null, given->null->step[1], given->null->step[2], of_shared,
+                work->combined);
+        wrench(work, carrier, work->combined, of_shared, units);
+        place(units, of_shared, whole, columns + cases);
+    }
+    if (own) {
+        double *unit = work->unit_forces + own->units;
+        wrench(work, carrier, matrices->null, of_own, unit);
+        place(unit, of_own, whole, columns + cases + of_shared);
+    }
+    const double *actions = given->actions->at + sample * given->actions->step[0];
+    Py_ssize_t row = given->actions->step[1], column = given->actions->step[2];
+    const OnPath *path = work->paths + loop->first_on_path;
+    const double *signs = work->signs + loop->first_on_path;
+    double *added = work->added, *of_joint = own ? work->spread + own->spread : NULL;
+    for (int64_t index = 0; index < loop->on_path + (loop->fixed >= 0); index++) {
+        int64_t joint = loop->fixed, slot = loop->fixed_slot;
+        if (index < loop->on_path) {
+            joint = path[index].joint;
+            slot = path[index].slot;
+            times(actions + path[index].row * row, row, column, signs[index], columns, whole,
+                  added);
+        } else {
+            to_end(given->actions, sample, loop, matrices, end_matrix);
+            times(end_matrix, 6, 1, 1.0, columns, whole, added);
+        }
+        add(added, cases, whole, work->wrenches + joint * 6 * cases);
+        if (shared)
+            add(added + cases, of_shared, whole,
+                work->spread + shared->spread + slot * 6 * of_shared);
+        if (own)
+            for (int i = 0; i < 6; i++)
+                for (Py_ssize_t m = 0; m < of_own; m++)
+                    *of_joint++ = added[i * whole + cases + of_shared + m];
+    }
+}
+
+/* Closure forces of a group and its self-stresses; loops and couplings are those from there on. */
+static ALWAYS_INLINE void close_group(Work *work, const Group *group, const Given *given,
+                                      Py_ssize_t sample, const Loop *loops,
+                                      const Matrices *matrices, const Coupling *couplings,
+                                      const double *ratios, Py_ssize_t cases)
+{
+    int64_t start = 0, unit_row = 0, amounts = group->amounts;
+    const Item *shared = NULL;
+    const double *null = NULL;
+    Py_ssize_t null_row = 0, null_column = 0;
+    double *units = NULL;
+    if (group->item >= 0) {
+        shared = work->items + group->item;
+        null = given->null->at + sample * given->null->step[0];
+        null_row = given->null->step[1];
+        null_column = given->null->step[2];
+        units = work->unit_forces + shared->units;
+        memset(work->spread + shared->spread, 0, 6 * sizeof(double) * shared->joints * amounts);
+    }
+    missing_along(work, group, cases);
+    multipliers_of(work, group, given, sample, cases);
+    for (int64_t index = 0; index < group->loops; index++) {
+        const Loop *loop = loops + index;
+        close_loop(work, given, sample, loop, matrices + index, work->multipliers + start * cases,
+                   shared, shared ? null + start * null_row : NULL,
+                   shared ? units + unit_row * amounts : NULL, cases);
+        start += loop->rows;
+        unit_row += 6;
+    }
+    for (int64_t index = 0; index < group->couplings; index++, start++, unit_row++) {
+        const Coupling *coupling = couplings + index;
+        double unit = ratios[2 * index], ratio = ratios[2 * index + 1];
+        double *moment = work->forces +
+                         (6 * work->sizes[LOOP_COUNT] + coupling->coupling) * cases;
+        const int64_t *successors = work->coupled + coupling->first;
+        const int64_t *predecessors = successors + coupling->successors;
+        for (Py_ssize_t m = 0; m < cases; m++) {
+            moment[m] = work->multipliers[start * cases + m] / unit;
+            for (int64_t j = 0; j < coupling->successors; j++)
+                work->efforts[successors[j] * cases + m] += moment[m];
+            for (int64_t j = 0; j < coupling->predecessors; j++)
+                work->efforts[predecessors[j] * cases + m] -= ratio * moment[m];
+        }
+        if (!shared)
+            continue;
+        double *greatest = work->greatest_moments + coupling->coupling;
+        for (int64_t m = 0; m < amounts; m++) {
+            double moment_of_unit = null[start * null_row + m * null_column] / unit;
+            units[unit_row * amounts + m] = moment_of_unit;
+            *greatest = greater(*greatest, fabs(moment_of_unit));
+        }
+    }
+}
+
+/* The product of six components with a column. */
+static ALWAYS_INLINE double product(const double *components, const double *column, Py_ssize_t step)
+{
+    double sum = 0.0;
+    for (int i = 0; i < 6; i++)
+        sum += components[i] * column[i * step];
+    return sum;
+}
+
+/* Add the products of two self-stresses to their normal equations. */
+static ALWAYS_INLINE void add_products(Work *work, const Pair *pair, int64_t size_of_first,
+                                       int64_t size_of_second, Py_ssize_t cases)
+{
+    const double *squares = work->scales + 6;
+    const Item *first = work->items + pair->first, *second = work->items + pair->second;
+    int is_same = first == second;
+    for (int64_t shared = 0; shared < pair->shared; shared++) {
+        const int64_t *slots = work->shared + 2 * (pair->first_shared + shared);
+        const double *a = work->spread + first->spread + slots[0] * 6 * size_of_first;
+        const double *b = work->spread + second->spread + slots[1] * 6 * size_of_second;
+        const double *loaded = work->wrenches +
+                               work->joints[first->first_joint + slots[0]] * 6 * cases;
+        for (int64_t k = 0; k < size_of_first; k++) {
+            const Row *row = work->rows + first->first_amount + k;
+            double *to = work->normal + (row->start + second->first_amount - row->first_column);
+            double *right = work->amounts + (first->first_amount + k) * cases;
+            double weighted[6];
+            for (int i = 0; i < 6; i++)
+                weighted[i] = a[i * size_of_first + k] * squares[i];
+            for (int64_t l = 0; l < (is_same ? k + 1 : size_of_second); l++)
+                to[l] += product(weighted, b + l, size_of_second);
+            if (is_same)
+                for (Py_ssize_t m = 0; m < cases; m++)
+                    right[m] -= product(weighted, loaded + m, cases);
+        }
+    }
+}
+
+/* The normal equations of the least norm: lower triangle, row by row, each from where it is not
+   zero for lack of joints that both self-stresses load; and their right-hand sides. */
+static ALWAYS_INLINE void normal_equations(Work *work, Py_ssize_t cases)
+{
+    memset(work->normal, 0, sizeof(double) * work->sizes[NORMAL_SIZE]);
+    memset(work->amounts, 0, sizeof(double) * work->amount_count * cases);
+    for (Py_ssize_t index = 0; index < work->pair_count; index++) {
+        const Pair *pair = work->pairs + index;
+        int64_t first = work->items[pair->first].amounts;
+        int64_t second = work->items[pair->second].amounts;
+        if (first == USUAL && second == USUAL)
+            add_products(work, pair, USUAL, USUAL, cases);
+        else
+            add_products(work, pair, first, second, cases);
+    }
+}
+
+/* Solve the normal equations, L D L' x = r; what a zero pivot leaves open is chosen as zero. */
+static ALWAYS_INLINE void solve_normal(Work *work, Py_ssize_t cases)
+{
+    double *amounts = work->amounts, *diagonal = work->diagonal;
+    for (Py_ssize_t i = 0; i < work->amount_count; i++) {
+        const Row *row = work->rows + i;
+        /* Entry j of row i is at own[j]. */
+        double *own = work->normal + (row->start - row->first_column);
+        double whole = own[i], pivot = own[i];
+        for (int64_t j = row->first_column; j < i; j++) {
+            const Row *other = work->rows + j;
+            const double *of_other = work->normal + (other->start - other->first_column);
+            int64_t from = row->first_column > other->first_column ? row->first_column
+                                                                   : other->first_column;
+            double sum = own[j];
+            for (int64_t m = from; m < j; m++)
+                sum -= own[m] * of_other[m];
+            own[j] = sum;
+        }
+        for (int64_t j = row->first_column; j < i; j++) {
+            double scaled = own[j] * diagonal[j];
+            pivot -= own[j] * scaled;
+            own[j] = scaled;
+            for (Py_ssize_t m = 0; m < cases; m++)
+                amounts[i * cases + m] -= scaled * amounts[j * cases + m];
+        }
+        diagonal[i] = pivot <= SINGULAR * whole ? 0.0 : 1.0 / pivot;
+    }
+    for (Py_ssize_t i = 0; i < work->amount_count; i++)
+        for (Py_ssize_t m = 0; m < cases; m++)
+            amounts[i * cases + m] *= diagonal[i];
+    for (Py_ssize_t i = work->amount_count - 1; i >= 0; i--) {
+        const Row *row = work->rows + i;
+        const double *own = work->normal + (row->start - row->first_column);
+        for (int64_t j = row->first_column; j < i; j++)
+            for (Py_ssize_t m = 0; m < cases; m++)
+                amounts[j * cases + m] -= own[j] * amounts[i * cases + m];
+    }
+}
+
+/* Add rows of a self-stress times its amounts to a row of all load cases. */
+static ALWAYS_INLINE void add_row(const double *of_unit, const double *amounts, int64_t size,
+                                  Py_ssize_t cases, double *to)
+{
+    for (Py_ssize_t m = 0; m < cases; m++) {
+        double sum = 0.0;
+        for (int64_t k = 0; k < size; k++)
+            sum += of_unit[k] * amounts[k * cases + m];
+        to[m] += sum;
+    }
+}
+
+/* Add the chosen amounts of a self-stress to wrenches and closure forces. */
+static ALWAYS_INLINE void add_item(Work *work, const Item *item, int64_t size, Py_ssize_t cases)
+{
+    const double *amounts = work->amounts + item->first_amount * cases;
+    const double *of_unit = work->spread + item->spread;
+    for (int64_t slot = 0; slot < item->joints; slot++) {
+        double *to = work->wrenches + work->joints[item->first_joint + slot] * 6 * cases;
+        for (int i = 0; i < 6; i++, of_unit += size)
+            add_row(of_unit, amounts, size, cases, to + i * cases);
+    }
+    of_unit = work->unit_forces + item->units;
+    for (int64_t row = 0; row < item->unit_rows; row++, of_unit += size)
+        add_row(of_unit, amounts, size, cases,
+                work->forces + work->targets[item->first_target + row] * cases);
+}
+
+/* Keep how much self-stresses change each component of a wrench at most.
+
+   Bits of numbers without a sign are in the order of these, behind which come those of what is not
+   a number. */
+static ALWAYS_INLINE void keep_greatest(const double *spread, int64_t rows, int64_t size,
+                                        uint64_t *greatest)
+{
+    for (int64_t row = 0; row < rows; row++) {
+        uint64_t known = greatest[row];
+        for (int64_t k = 0; k < size; k++) {
+            double change = fabs(*spread++);
+            uint64_t bits;
+            memcpy(&bits, &change, sizeof(bits));
+            known = bits > known ? bits : known;
+        }
+        greatest[row] = known;
+    }
+}
+
+/* All of a sample, whose wrenches and efforts are there. */
+static ALWAYS_INLINE void close_sample(Work *work, Py_ssize_t sample, Py_ssize_t cases)
+{
+    const Loop *loops = work->loops;
+    const Matrices *matrices = work->matrices;
+    const Coupling *couplings = work->couplings;
+    const double *ratios = work->ratios;
+    for (Py_ssize_t index = 0; index < work->group_count; index++) {
+        const Group *group = work->groups + index;
+        close_group(work, group, work->given + index, sample, loops, matrices, couplings, ratios,
+                    cases);
+        loops += group->loops;
+        matrices += group->loops;
+        couplings += group->couplings;
+        ratios += 2 * group->couplings;
+    }
+    if (work->item_count) {
+        normal_equations(work, cases);
+        solve_normal(work, cases);
+        for (Py_ssize_t index = 0; index < work->item_count; index++) {
+            const Item *item = work->items + index;
+            const double *spread = work->spread + item->spread;
+            uint64_t *greatest = work->greatest + 6 * item->first_joint;
+            if (item->amounts == USUAL) {
+                keep_greatest(spread, 6 * item->joints, USUAL, greatest);
+                add_item(work, item, USUAL, cases);
+            } else {
+                keep_greatest(spread, 6 * item->joints, item->amounts, greatest);
+                add_item(work, item, item->amounts, cases);
+            }
+        }
+    }
+}
+
+/* Of a single load case, as most often, loops over the cases vanish. */
+static void close_one_case(Work *work, Py_ssize_t sample)
+{
+    close_sample(work, sample, 1);
+}
+
+static void close_cases(Work *work, Py_ssize_t sample)
+{
+    close_sample(work, sample, work->cases);
+}
+
+/* Whether the sizes of a plan's arrays are those of a plan for this function. */
+static int is_plan(const Plan *plan)
+{
+    if (plan->integer_arrays != INTEGER_ARRAYS || plan->number_arrays != NUMBER_ARRAYS ||
+        plan->integer_sizes[SIZES] != SIZE_COUNT || plan->integers[SIZES][KIND] != REACTIONS) {
+        PyErr_SetString(PyExc_ValueError, "this is no plan of reactions");
+        return 0;
+    }
+    return 1;
+}
+
+/* reactions(plan, wrenches (N, b, 6, c), forces (N, 6 L + G, c), changes (b, 6), moments (G,),
+             c loads (N, nv) or (1, nv),
+             of each group in turn: actions, square, inverse, and null if it has amounts)
+
+   The wrenches of the open tree become those of the closed chain. Results are closure forces, the
+   greatest changes of wrenches per unit of self-stress, and those of the couplings' moments. */
+PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    if (nargs < 5) {
+        PyErr_SetString(PyExc_TypeError, "at least 5 arguments are needed");
+        return NULL;
+    }
+    Plan *plan = plan_of(given[0]);
+    if (!plan || !is_plan(plan))
+        return NULL;
+    const int64_t *sizes = plan->integers[SIZES];
+    Py_ssize_t groups = plan->integer_sizes[GROUPS] / (Py_ssize_t)(sizeof(Group) / 8);
+    Py_ssize_t force_rows = 6 * sizes[LOOP_COUNT] + sizes[COUPLING_COUNT];
+    PyObject *answer = NULL;
+    Array *arrays = malloc(sizeof(Array) * nargs);
+    Given *of_groups = malloc(sizeof(Given) * (groups + 1));
+    double *memory = NULL;
+    Held held = {arrays, 0};
+    if (!arrays || !of_groups) {
+        PyErr_NoMemory();
+        goto done;
+    }
+    Array *wrenches = take(&held, given[1], 4, 1);
+    Array *forces = wrenches ? take(&held, given[2], 3, 1) : NULL;
+    Array *changes = forces ? take(&held, given[3], 2, 1) : NULL;
+    Array *moments = changes ? take(&held, given[4], 1, 1) : NULL;
+    if (!moments)
+        goto done;
+    Py_ssize_t count = wrenches->size[0], cases = wrenches->size[3];
+    if (has_size(wrenches, 1, sizes[BODIES], 0) || has_size(wrenches, 2, 6, 0) ||
+        has_size(forces, 0, count, 0) || has_size(forces, 1, force_rows, 0) ||
+        has_size(forces, 2, cases, 0) || has_size(changes, 0, sizes[BODIES], 0) ||
+        has_size(changes, 1, 6, 0) || has_size(moments, 0, sizes[COUPLING_COUNT], 0))
+        goto done;
+    const Group *described = (const Group *)plan->integers[GROUPS];
+    Py_ssize_t expected = 5 + cases;
+    for (Py_ssize_t index = 0; index < groups; index++)
+        expected += described[index].item >= 0 ? 4 : 3;
+    if (nargs != expected) {
+        PyErr_Format(PyExc_TypeError, "%zd arguments are needed, not %zd", expected, nargs);
+        goto done;
+    }
+    const Array *loads = arrays + 4;
+    for (Py_ssize_t index = 0; index < cases; index++) {
+        const Array *load = take(&held, given[5 + index], 2, 0);
+        if (!load || has_size(load, 0, count, 1) || has_size(load, 1, sizes[RATES], 0))
+            goto done;
+    }
+    PyObject *const *next = given + 5 + cases;
+    for (Py_ssize_t index = 0; index < groups; index++) {
+        const Group *group = described + index;
+        Given *own = of_groups + index;
+        if (!(own->actions = take(&held, *next++, 3, 0)) ||
+            !(own->square = take(&held, *next++, 3, 0)) ||
+            !(own->inverse = take(&held, *next++, 3, 0)))
+            goto done;
+        if (has_size(own->actions, 0, count, 0) ||
+            has_size(own->actions, 1, group->action_rows, 0) || has_size(own->actions, 2, 6, 0) ||
+            has_size(own->square, 0, count, 0) || has_size(own->square, 1, group->passives, 0) ||
+            has_size(own->square, 2, group->columns, 0) || has_size(own->inverse, 0, count, 0) ||
+            has_size(own->inverse, 1, group->columns, 0) ||
+            has_size(own->inverse, 2, group->passives, 0))
+            goto done;
+        if (group->item >= 0 &&
+            (!(own->null = take(&held, *next++, 3, 0)) || has_size(own->null, 0, count, 0) ||
+             has_size(own->null, 1, group->rows, 0) || has_size(own->null, 2, group->amounts, 0)))
+            goto done;
+    }
+    Work work = {
+        .sizes = sizes,
+        .groups = described,
+        .given = of_groups,
+        .passives = plan->integers[PASSIVES],
+        .loops = (const Loop *)plan->integers[LOOPS],
+        .paths = (const OnPath *)plan->integers[PATHS],
+        .couplings = (const Coupling *)plan->integers[COUPLINGS],
+        .coupled = plan->integers[COUPLED],
+        .items = (const Item *)plan->integers[ITEMS],
+        .joints = plan->integers[JOINTS],
+        .targets = plan->integers[TARGETS],
+        .pairs = (const Pair *)plan->integers[PAIRS],
+        .shared = plan->integers[SHARED],
+        .rows = (const Row *)plan->integers[ROWS],
+        .scales = plan->numbers[SCALES],
+        .units = plan->numbers[UNITS],
+        .matrices = (const Matrices *)plan->numbers[MATRICES],
+        .signs = plan->numbers[SIGNS],
+        .ratios = plan->numbers[RATIOS],
+        .group_count = groups,
+        .item_count = plan->integer_sizes[ITEMS] / (Py_ssize_t)(sizeof(Item) / 8),
+        .pair_count = plan->integer_sizes[PAIRS] / (Py_ssize_t)(sizeof(Pair) / 8),
+        .amount_count = plan->integer_sizes[ROWS] / (Py_ssize_t)(sizeof(Row) / 8),
+        .force_rows = force_rows,
+        .cases = cases,
+    };
+    /* A loop may have a self-stress of its own beside that of its group. */
+    Py_ssize_t columns = cases + 2 * sizes[MOST_AMOUNTS];
+    Py_ssize_t joint_rows = 6 * plan->integer_sizes[JOINTS];
+    Py_ssize_t wrench_size = 6 * sizes[BODIES] * cases;
+    struct {
+        double **at;
+        Py_ssize_t size;
+    } needed[] = {
+        {&work.wrenches, wrench_size},
+        {&work.forces, force_rows * cases},
+        {&work.efforts, sizes[RATES] * cases},
+        {&work.missing, sizes[MOST_PASSIVES] * cases},
+        {&work.left, sizes[MOST_PASSIVES] * cases},
+        {&work.multipliers, sizes[MOST_MULTIPLIERS] * cases},
+        {&work.combined, 6 * columns},
+        {&work.columns, 6 * columns},
+        {&work.added, 6 * columns},
+        {&work.spread, sizes[SPREAD_SIZE]},
+        {&work.unit_forces, sizes[UNIT_SIZE]},
+        {&work.normal, sizes[NORMAL_SIZE]},
+        {&work.diagonal, work.amount_count},
+        {&work.amounts, work.amount_count * cases},
+        {&work.greatest_moments, sizes[COUPLING_COUNT]},
+    };
+    Py_ssize_t total = joint_rows + 1, kinds = sizeof(needed) / sizeof(needed[0]);
+    for (Py_ssize_t k = 0; k < kinds; k++)
+        total += needed[k].size;
+    if (!(memory = calloc(total, sizeof(double)))) {
+        PyErr_NoMemory();
+        goto done;
+    }
+    double *free_memory = memory;
+    for (Py_ssize_t k = 0; k < kinds; k++) {
+        *needed[k].at = free_memory;
+        free_memory += needed[k].size;
+    }
+    work.greatest = (uint64_t *)free_memory;
+    int is_gapless = (cases == 1 || wrenches->step[3] == 1) && wrenches->step[2] == cases &&
+                     (sizes[BODIES] == 1 || wrenches->step[1] == 6 * cases);
+    for (Py_ssize_t sample = 0; sample < count; sample++) {
+        double *at = wrenches->at + sample * wrenches->step[0], *to = work.wrenches;
+        if (is_gapless)
+            memcpy(to, at, sizeof(double) * wrench_size);
+        else
+            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
+                for (int i = 0; i < 6; i++)
+                    for (Py_ssize_t m = 0; m < cases; m++)
+                        *to++ = at[body * wrenches->step[1] + i * wrenches->step[2] +
+                                   m * wrenches->step[3]];
+        for (Py_ssize_t m = 0; m < cases; m++) {
+            const double *load = loads[m].at + sample * loads[m].step[0];
+            for (Py_ssize_t rate = 0; rate < sizes[RATES]; rate++)
+                work.efforts[rate * cases + m] = load[rate * loads[m].step[1]];
+        }
+        if (cases == 1)
+            close_one_case(&work, sample);
+        else
+            close_cases(&work, sample);
+        const double *from = work.wrenches;
+        if (is_gapless)
+            memcpy(at, from, sizeof(double) * wrench_size);
+        else
+            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
+                for (int i = 0; i < 6; i++)
+                    for (Py_ssize_t m = 0; m < cases; m++)
+                        at[body * wrenches->step[1] + i * wrenches->step[2] +
+                           m * wrenches->step[3]] = *from++;
+        from = work.forces;
+        at = forces->at + sample * forces->step[0];
+        for (Py_ssize_t row = 0; row < force_rows; row++)
+            for (Py_ssize_t m = 0; m < cases; m++)
+                at[row * forces->step[1] + m * forces->step[2]] = *from++;
+    }
+    for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
+        for (int i = 0; i < 6; i++)
+            changes->at[body * changes->step[0] + i * changes->step[1]] = 0.0;
+    for (Py_ssize_t row = 0; row < joint_rows; row++) {
+        double greatest, *to = changes->at + work.joints[row / 6] * changes->step[0] +
+                               row % 6 * changes->step[1];
+        memcpy(&greatest, work.greatest + row, sizeof(greatest));
+        *to = greater(*to, row % 6 < 3 ? work.scales[12] * greatest : greatest);
+    }
+    for (Py_ssize_t k = 0; k < sizes[COUPLING_COUNT]; k++)
+        moments->at[k * moments->step[0]] = work.greatest_moments[k];
+    answer = Py_NewRef(Py_None);
+done:
+    free(memory);
+    free(of_groups);
+    release(&held);
+    free(arrays);
+    return answer;
+}
+
+/* What a plan for `exerted` holds, in the order of its arrays. */
+enum { EXERTED_SIZES, EXERTED, EXERTED_MOMENTS, EXERTED_INTEGERS };
+enum { EXERTED_UNITS, EXERTED_FACTORS, EXERTED_NUMBERS };
+enum { EXERTED_KIND, EXERTED_RATES, EXERTED_BODIES, EXERTED_COUPLINGS, EXERTED_AXES,
+       EXERTED_SIZE_COUNT };
+#define EXERTS 1163413844 /* Tells plans of this kind from others. */
+
+/* exerted(plan, wrenches (N, b, 6), loads (N, nv) or (1, nv), result (N, nv), G moments (N, 1))
+
+   What drives and held joints exert: components of wrenches less loads and moments of couplings. */
+PyObject *exerted(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    Plan *plan = nargs < 4 ? NULL : plan_of(given[0]);
+    if (nargs < 4)
+        PyErr_SetString(PyExc_TypeError, "at least 4 arguments are needed");
+    if (!plan)
+        return NULL;
+    if (plan->integer_arrays != EXERTED_INTEGERS || plan->number_arrays != EXERTED_NUMBERS ||
+        plan->integer_sizes[EXERTED_SIZES] != EXERTED_SIZE_COUNT ||
+        plan->integers[EXERTED_SIZES][EXERTED_KIND] != EXERTS) {
+        PyErr_SetString(PyExc_ValueError, "this is no plan of exerted efforts");
+        return NULL;
+    }
+    const int64_t *sizes = plan->integers[EXERTED_SIZES];
+    EXACTLY(nargs, 4 + sizes[EXERTED_COUPLINGS])
+    Array *arrays = malloc(sizeof(Array) * nargs);
+    if (!arrays)
+        return PyErr_NoMemory();
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    Array *wrenches = take(&held, given[1], 3, 0);
+    Array *loads = wrenches ? take(&held, given[2], 2, 0) : NULL;
+    Array *result = loads ? take(&held, given[3], 2, 1) : NULL;
+    if (!result)
+        goto done;
+    Py_ssize_t count = wrenches->size[0];
+    if (has_size(wrenches, 1, sizes[EXERTED_BODIES], 0) || has_size(wrenches, 2, 6, 0) ||
+        has_size(loads, 0, count, 1) || has_size(loads, 1, sizes[EXERTED_RATES], 0) ||
+        has_size(result, 0, count, 0) || has_size(result, 1, sizes[EXERTED_RATES], 0))
+        goto done;
+    const Array *moments = arrays + 3;
+    for (Py_ssize_t index = 0; index < sizes[EXERTED_COUPLINGS]; index++) {
+        const Array *moment = take(&held, given[4 + index], 2, 0);
+        if (!moment || has_size(moment, 0, count, 0) || has_size(moment, 1, 1, 0))
+            goto done;
+    }
+    /* Per effort: its rate, body, first component, and where its couplings begin and end. */
+    const int64_t *efforts = plan->integers[EXERTED];
+    Py_ssize_t effort_count = plan->integer_sizes[EXERTED] / 5;
+    const double *factors = plan->numbers[EXERTED_FACTORS];
+    for (Py_ssize_t sample = 0; sample < count; sample++) {
+        double *out = result->at + sample * result->step[0];
+        for (Py_ssize_t rate = 0; rate < sizes[EXERTED_RATES]; rate++)
+            out[rate * result->step[1]] = 0.0;
+        for (Py_ssize_t index = 0; index < effort_count; index++) {
+            const int64_t *effort = efforts + 5 * index;
+            const double *wrench = wrenches->at + sample * wrenches->step[0] +
+                                   effort[1] * wrenches->step[1];
+            const double *units = plan->numbers[EXERTED_UNITS] + index;
+            double sum = 0.0;
+            if (sizes[EXERTED_AXES])
+                sum = wrench[effort[2] * wrenches->step[2]] * *units;
+            else
+                for (int i = 0; i < 6; i++)
+                    sum += wrench[i * wrenches->step[2]] * units[5 * index + i];
+            for (int64_t k = effort[3]; k < effort[4]; k++) {
+                const Array *moment = moments + plan->integers[EXERTED_MOMENTS][k];
+                sum += factors[k] * moment->at[sample * moment->step[0]];
+            }
+            out[effort[0] * result->step[1]] =
+                sum - loads->at[sample * loads->step[0] + effort[0] * loads->step[1]];
+        }
+    }
+    answer = Py_NewRef(Py_None);
+done:
+    release(&held);
+    free(arrays);
+    return answer;
+}
+
+/* Add differences of numbers with themselves, which are not zero where they are not finite. */
+static double differences(const double *at, Py_ssize_t count, Py_ssize_t step)
+{
+    double sums[4] = {0.0, 0.0, 0.0, 0.0};
+    Py_ssize_t k = 0;
+    if (step == 1)
+        for (; k + 4 <= count; k += 4)
+            for (int i = 0; i < 4; i++)
+                sums[i] += at[k + i] - at[k + i];
+    for (; k < count; k++)
+        sums[0] += at[k * step] - at[k * step];
+    return sums[0] + sums[1] + sums[2] + sums[3];
+}
+
+/* all_finite(arrays of at most four axes): whether all of their numbers are finite. */
+PyObject *all_finite(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    double sum = 0.0;
+    for (Py_ssize_t index = 0; index < nargs; index++) {
+        Py_buffer buffer;
+        if (PyObject_GetBuffer(given[index], &buffer, PyBUF_STRIDES | PyBUF_FORMAT) < 0)
+            return NULL;
+        if (buffer.ndim > MOST_AXES || buffer.itemsize != 8 || strcmp(buffer.format, "d") != 0) {
+            PyBuffer_Release(&buffer);
+            PyErr_Format(PyExc_TypeError, "argument %zd has to be an array of numbers", index + 1);
+            return NULL;
+        }
+        if (PyBuffer_IsContiguous(&buffer, 'A'))
+            sum += differences(buffer.buf, buffer.len / 8, 1);
+        else {
+            Py_ssize_t size[MOST_AXES] = {1, 1, 1, 1}, step[MOST_AXES] = {0, 0, 0, 0};
+            for (int axis = 0; axis < buffer.ndim; axis++) {
+                size[MOST_AXES - buffer.ndim + axis] = buffer.shape[axis];
+                step[MOST_AXES - buffer.ndim + axis] = buffer.strides[axis] / 8;
+            }
+            const double *at = buffer.buf;
+            for (Py_ssize_t i = 0; i < size[0]; i++)
+                for (Py_ssize_t j = 0; j < size[1]; j++)
+                    for (Py_ssize_t k = 0; k < size[2]; k++)
+                        sum += differences(at + i * step[0] + j * step[1] + k * step[2], size[3],
+                                           step[3]);
+        }
+        PyBuffer_Release(&buffer);
+    }
+    return PyBool_FromLong(sum == 0.0);
+}
+
+/* magnified(condition (N,), ratios (N, nv, d), scale (nv, d), result (N,)): conditions times the
+   greatest ratio, which counts as one at least. */
+PyObject *magnified(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 4)
+    Array arrays[4];
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    Array *condition = take(&held, given[0], 1, 0);
+    Array *ratios = condition ? take(&held, given[1], 3, 0) : NULL;
+    Array *scale = ratios ? take(&held, given[2], 2, 0) : NULL;
+    Array *result = scale ? take(&held, given[3], 1, 1) : NULL;
+    if (!result)
+        goto done;
+    Py_ssize_t count = ratios->size[0], rates = ratios->size[1], drives = ratios->size[2];
+    if (has_size(condition, 0, count, 0) || has_size(scale, 0, rates, 0) ||
+        has_size(scale, 1, drives, 0) || has_size(result, 0, count, 0))
+        goto done;
+    for (Py_ssize_t sample = 0; sample < count; sample++) {
+        const double *at = ratios->at + sample * ratios->step[0];
+        double greatest = 1.0;
+        for (Py_ssize_t rate = 0; rate < rates; rate++)
+            for (Py_ssize_t drive = 0; drive < drives; drive++) {
+                double unit = scale->at[rate * scale->step[0] + drive * scale->step[1]];
+                double ratio = at[rate * ratios->step[1] + drive * ratios->step[2]];
+                greatest = greater(greatest, fabs(ratio) * unit);
+            }
+        result->at[sample * result->step[0]] =
+            condition->at[sample * condition->step[0]] * greatest;
+    }
+    answer = Py_NewRef(Py_None);
+done:
+    release(&held);
+    return answer;
+}
+
+/* What a plan for `against_load` holds, in the order of its arrays. */
+enum { LOADED_SIZES, LOADED_PATH, LOADED_INTEGERS };
+enum { LOADED_KIND, LOADED_ROWS, LOADED_BODY, LOADED_WRENCHES, LOADED_SIZE_COUNT };
+#define LOADED 1280262468 /* Tells plans of this kind from others. */
+
+/* against_load(plan, actions (N, 6 n, 6), place (3,), rotation (3, 3), whether in world axes,
+                force (N, 3) or (1, 3), moment likewise, wrenches (N, b, 6))
+
+   Add what holds a body against a load to the wrenches of all joints from the base to it. The load
+   acts at a place in the body, in axes that are rotated in it, unless they are the base's. */
+PyObject *against_load(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 8)
+    Plan *plan = plan_of(given[0]);
+    if (!plan)
+        return NULL;
+    if (plan->integer_arrays != LOADED_INTEGERS || plan->number_arrays != 0 ||
+        plan->integer_sizes[LOADED_SIZES] != LOADED_SIZE_COUNT ||
+        plan->integers[LOADED_SIZES][LOADED_KIND] != LOADED) {
+        PyErr_SetString(PyExc_ValueError, "this is no plan of a load");
+        return NULL;
+    }
+    const int64_t *sizes = plan->integers[LOADED_SIZES], *path = plan->integers[LOADED_PATH];
+    int in_world = PyObject_IsTrue(given[4]);
+    if (in_world < 0)
+        return NULL;
+    Array arrays[6];
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    Array *actions = take(&held, given[1], 3, 0);
+    Array *place = actions ? take(&held, given[2], 1, 0) : NULL;
+    Array *rotation = place ? take(&held, given[3], 2, 0) : NULL;
+    Array *force = rotation ? take(&held, given[5], 2, 0) : NULL;
+    Array *moment = force ? take(&held, given[6], 2, 0) : NULL;
+    Array *wrenches = moment ? take(&held, given[7], 3, 1) : NULL;
+    if (!wrenches)
+        goto done;
+    Py_ssize_t count = wrenches->size[0];
+    if (has_size(actions, 0, count, 0) || has_size(actions, 1, sizes[LOADED_ROWS], 0) ||
+        has_size(actions, 2, 6, 0) || has_size(place, 0, 3, 0) || has_size(rotation, 0, 3, 0) ||
+        has_size(rotation, 1, 3, 0) || has_size(force, 0, count, 1) || has_size(force, 1, 3, 0) ||
+        has_size(moment, 0, count, 1) || has_size(moment, 1, 3, 0) ||
+        has_size(wrenches, 1, sizes[LOADED_WRENCHES], 0) || has_size(wrenches, 2, 6, 0))
+        goto done;
+    double own_place[3], own_rotation[9];
+    for (int a = 0; a < 3; a++) {
+        own_place[a] = place->at[a * place->step[0]];
+        for (int c = 0; c < 3; c++)
+            own_rotation[3 * a + c] = rotation->at[a * rotation->step[0] + c * rotation->step[1]];
+    }
+    for (Py_ssize_t sample = 0; sample < count; sample++) {
+        double axes[9], point[3], vectors[6], wrench[6], added[6];
+        placement(actions, sample, sizes[LOADED_BODY], axes, point);
+        shift(axes, own_place, point);
+        for (int a = 0; a < 3; a++) {
+            vectors[a] = force->at[sample * force->step[0] + a * force->step[1]];
+            vectors[3 + a] = moment->at[sample * moment->step[0] + a * moment->step[1]];
+        }
+        if (!in_world)
+            for (int part = 0; part < 6; part += 3) {
+                double in_body[3], in_base[3];
+                for (int a = 0; a < 3; a++)
+                    row_times(own_rotation + 3 * a, 1, 3, vectors + part, 1, in_body + a);
+                for (int a = 0; a < 3; a++)
+                    row_times(axes + 3 * a, 1, 3, in_body, 1, in_base + a);
+                memcpy(vectors + part, in_base, sizeof(in_base));
+            }
+        for (int a = 0; a < 3; a++) {
+            wrench[a] = -vectors[a];
+            wrench[3 + a] = -(vectors[3 + a] + (point[NEXT[a]] * vectors[AFTER_NEXT[a]] -
+                                                point[AFTER_NEXT[a]] * vectors[NEXT[a]]));
+        }
+        const double *of_sample = actions->at + sample * actions->step[0];
+        double *out = wrenches->at + sample * wrenches->step[0];
+        for (Py_ssize_t index = 0; index < plan->integer_sizes[LOADED_PATH] / 2; index++) {
+            times(of_sample + path[2 * index] * actions->step[1], actions->step[1],
+                  actions->step[2], 1.0, wrench, 1, added);
+            double *to = out + path[2 * index + 1] * wrenches->step[1];
+            for (int i = 0; i < 6; i++)
+                to[i * wrenches->step[2]] += added[i];
+        }
+    }
+    answer = Py_NewRef(Py_None);
+done:
+    release(&held);
+    return answer;
+}
