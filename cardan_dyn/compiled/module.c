@@ -22,6 +22,10 @@ Array *take(Held *held, PyObject *object, int axes, int writable)
     for (int axis = 0; axis < axes; axis++) {
         array->size[axis] = buffer->shape[axis];
         array->step[axis] = buffer->shape[axis] == 1 ? 0 : buffer->strides[axis] / 8;
+        if (array->step[axis] * 8 != buffer->strides[axis] && array->step[axis]) {
+            PyErr_Format(PyExc_TypeError, "numbers of argument %d lie between others", held->held);
+            return NULL;
+        }
     }
     return array;
 }

@@ -353,7 +353,7 @@ def test_arrays_that_do_not_fit_are_refused() -> None:
         np.zeros((item.size, 6)),
         np.zeros(len(scene.mechanism.couplings)),
         np.zeros((1, scene.mechanism.model.nv)),
-        *(group.actions, group.passive_rows, group.inverse),
+        *(group.actions, group.square, group.inverse),
     ]
     assert plan.rows == 6 * loops
     compiled.kernel.reactions(*right)
@@ -393,7 +393,7 @@ def test_arrays_with_gaps_are_as_good(scene: cd.Scene) -> None:
     groups = [
         group._replace(
             actions=apart(group.actions),
-            passive_rows=apart(group.passive_rows),
+            rows=apart(group.rows),
             inverse=apart(group.inverse),
             null=apart(group.null),
         )
