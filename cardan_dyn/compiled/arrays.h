@@ -36,15 +36,41 @@ int has_size(const Array *array, int axis, Py_ssize_t size, int may_be_one);
 
 void release(Held *held);
 
-/* A plan: arrays of integers and of numbers, in an order that each kernel defines. */
+/* A plan: arrays of integers and of numbers, in an order that its kind defines. */
 typedef struct {
+    const struct PlanKind *kind;
     Py_ssize_t integer_arrays, number_arrays;
     Py_ssize_t *integer_sizes, *number_sizes;
     int64_t **integers;
     double **numbers;
 } Plan;
 
-Plan *plan_of(PyObject *capsule);
+/* What a plan is of, and how many arrays it has. It is made only if its sizes and indices fit each
+   other, so that functions need not look at them again. */
+typedef struct PlanKind {
+    const char *name;
+    int integer_arrays, number_arrays;
+    int (*fits)(const Plan *plan);
+} PlanKind;
+
+/* Return the plan in a capsule; NULL with an error set if it is of another kind. */
+const Plan *plan_of(PyObject *capsule, const PlanKind *kind);
+
+/* Whether indices, so many numbers apart, are at least `least` and below `end`. */
+static inline int are_indices(const int64_t *indices, Py_ssize_t count, Py_ssize_t apart,
+                              int64_t least, int64_t end)
+{
+    for (Py_ssize_t k = 0; k < count; k++)
+        if (indices[k * apart] < least || indices[k * apart] >= end)
+            return 0;
+    return 1;
+}
+
+/* Whether a part of an array, from `first` on, lies within it. */
+static inline int is_part(int64_t first, int64_t count, int64_t size)
+{
+    return 0 <= first && 0 <= count && count <= size && first <= size - count;
+}
 
 #define EXACTLY(nargs, count)                                                                     \
     if ((nargs) != (count)) {                                                                     \

@@ -32,25 +32,16 @@ static Py_ssize_t interval_of(const double *nodes, Py_ssize_t count, double posi
     return low;
 }
 
-/* Whether indices lie between 0 and a limit, with so many more behind each. */
-static int are_below(const int64_t *indices, Py_ssize_t count, Py_ssize_t more, Py_ssize_t limit)
+static int branch_fits(const Plan *plan)
 {
-    for (Py_ssize_t k = 0; k < count; k++)
-        if (indices[k] < 0 || indices[k] > limit - 1 - more)
-            return 0;
-    return 1;
-}
-
-static int is_branch(const Plan *plan)
-{
-    if (plan->integer_arrays != BRANCH_INTEGERS || plan->number_arrays != BRANCH_NUMBERS)
-        return 0;
     Py_ssize_t width = plan->integer_sizes[COLUMNS], count = plan->number_sizes[NODES];
     return count >= 2 && plan->number_sizes[CURVES] == 6 * (count - 1) * width &&
            plan->number_sizes[WINDINGS] == width && plan->integer_sizes[DRIVE] == 1 &&
            plan->number_sizes[PERIOD] == PERIOD_NUMBERS &&
-           are_below(plan->integers[BALLS], plan->integer_sizes[BALLS], 3, width);
+           are_indices(plan->integers[BALLS], plan->integer_sizes[BALLS], 1, 0, width - 3);
 }
+
+const PlanKind branch_plan = {"branch", BRANCH_INTEGERS, BRANCH_NUMBERS, branch_fits};
 
 /* branch(plan, positions (N,), x (N, size), turns (N, size)): whether the branch is known there.
 
@@ -63,13 +54,9 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 4)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &branch_plan);
     if (!plan)
         return NULL;
-    if (!is_branch(plan)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of a branch");
-        return NULL;
-    }
     Array arrays[3];
     Held held = {arrays, 0};
     PyObject *answer = NULL;
@@ -84,7 +71,7 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
     const int64_t *columns = plan->integers[COLUMNS], *balls = plan->integers[BALLS];
     const int64_t drive = plan->integers[DRIVE][0];
     Py_ssize_t width = plan->integer_sizes[COLUMNS], ball_count = plan->integer_sizes[BALLS];
-    if (!are_below(columns, width, 0, size) || !are_below(&drive, 1, 0, size)) {
+    if (!are_indices(columns, width, 1, 0, size) || !are_indices(&drive, 1, 1, 0, size)) {
         PyErr_SetString(PyExc_ValueError, "rows have too few coordinates");
         goto done;
     }
@@ -144,19 +131,19 @@ done:
     return answer;
 }
 
-enum { SCALAR_COLUMNS, SCALAR_VELOCITIES, BALL_COLUMNS, BALL_VELOCITIES, LAYOUT_INTEGERS };
-enum { SCALE, LAYOUT_NUMBERS };
+enum { SCALAR_COLUMNS, SCALAR_VELOCITIES, BALL_COLUMNS, BALL_VELOCITIES, ROWS_INTEGERS };
+enum { SCALE, ROWS_NUMBERS };
 
-static int is_layout(const Plan *plan)
+static int rows_fit(const Plan *plan)
 {
-    return plan->integer_arrays == LAYOUT_INTEGERS && plan->number_arrays == LAYOUT_NUMBERS &&
-           plan->integer_sizes[SCALAR_COLUMNS] == plan->integer_sizes[SCALAR_VELOCITIES] &&
-           plan->integer_sizes[BALL_COLUMNS] == plan->integer_sizes[BALL_VELOCITIES] &&
-           are_below(plan->integers[SCALAR_COLUMNS], plan->integer_sizes[SCALAR_COLUMNS], 0,
-                     plan->number_sizes[SCALE]) &&
-           are_below(plan->integers[BALL_COLUMNS], plan->integer_sizes[BALL_COLUMNS], 3,
-                     plan->number_sizes[SCALE]);
+    const Py_ssize_t *sizes = plan->integer_sizes, size = plan->number_sizes[SCALE];
+    return sizes[SCALAR_COLUMNS] == sizes[SCALAR_VELOCITIES] &&
+           sizes[BALL_COLUMNS] == sizes[BALL_VELOCITIES] &&
+           are_indices(plan->integers[SCALAR_COLUMNS], sizes[SCALAR_COLUMNS], 1, 0, size) &&
+           are_indices(plan->integers[BALL_COLUMNS], sizes[BALL_COLUMNS], 1, 0, size - 3);
 }
+
+const PlanKind rows_plan = {"rows", ROWS_INTEGERS, ROWS_NUMBERS, rows_fit};
 
 /* The rate of a quaternion whose ball turns at a velocity: half their product. */
 static void rate_of(const double q[4], const double velocity[3], double rate[4])
@@ -177,7 +164,7 @@ PyObject *rows(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 6)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &rows_plan);
     if (!plan)
         return NULL;
     Array arrays[5];
@@ -187,10 +174,6 @@ PyObject *rows(PyObject *module, Arguments given, Py_ssize_t nargs)
         if (!take(&held, given[k + 1], 2, k > 2))
             goto done;
     Array *x = arrays, *v = arrays + 1, *a = arrays + 2, *first = arrays + 3, *second = arrays + 4;
-    if (!is_layout(plan)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of rows");
-        goto done;
-    }
     Py_ssize_t samples = v->size[0], rates = v->size[1], size = plan->number_sizes[SCALE];
     if (has_size(x, 0, samples, 1) || has_size(x, 1, size, 0) || has_size(a, 0, samples, 0) ||
         has_size(a, 1, rates, 0) || has_size(first, 0, samples, 0) || has_size(first, 1, size, 0) ||
@@ -201,7 +184,8 @@ PyObject *rows(PyObject *module, Arguments given, Py_ssize_t nargs)
     const int64_t *columns = plan->integers[SCALAR_COLUMNS];
     const int64_t *velocities = plan->integers[SCALAR_VELOCITIES];
     const int64_t *balls = plan->integers[BALL_COLUMNS], *spins = plan->integers[BALL_VELOCITIES];
-    if (!are_below(velocities, scalar_count, 0, rates) || !are_below(spins, ball_count, 2, rates)) {
+    if (!are_indices(velocities, scalar_count, 1, 0, rates) ||
+        !are_indices(spins, ball_count, 1, 0, rates - 2)) {
         PyErr_SetString(PyExc_ValueError, "velocities have too few coordinates");
         goto done;
     }
@@ -258,7 +242,7 @@ PyObject *longest(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 5)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &rows_plan);
     double way = plan ? PyFloat_AsDouble(given[3]) : -1.0;
     if (!plan || (way == -1.0 && PyErr_Occurred()))
         return NULL;
@@ -269,10 +253,6 @@ PyObject *longest(PyObject *module, Arguments given, Py_ssize_t nargs)
         !take(&held, given[4], 1, 1))
         goto done;
     Array *first = arrays, *second = arrays + 1, *result = arrays + 2;
-    if (!is_layout(plan)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of rows");
-        goto done;
-    }
     Py_ssize_t samples = first->size[0], size = plan->number_sizes[SCALE];
     if (has_size(first, 1, size, 0) || has_size(second, 0, samples, 0) ||
         has_size(second, 1, size, 0) || has_size(result, 0, samples, 0))
@@ -298,17 +278,17 @@ enum { DRIVES, KEYS, FACTORS, LATTICE_INTEGERS };
 enum { POINTS, LOW, SPACING, ORIGIN, WEIGHTS, LATTICE_NUMBERS };
 enum { MOST_DRIVES = 16, MOST_AROUND = 3, MOST_JETS = 1 + MOST_AROUND * (MOST_AROUND + 3) / 2 };
 
-static int is_lattice(const Plan *plan)
+static int lattice_fits(const Plan *plan)
 {
-    if (plan->integer_arrays != LATTICE_INTEGERS || plan->number_arrays != LATTICE_NUMBERS)
-        return 0;
     Py_ssize_t d = plan->integer_sizes[DRIVES], size = plan->number_sizes[WEIGHTS];
     return d >= 1 && d <= MOST_DRIVES && plan->integer_sizes[FACTORS] == d &&
            plan->integer_sizes[KEYS] >= 1 &&
            plan->number_sizes[POINTS] == plan->integer_sizes[KEYS] * d &&
            plan->number_sizes[LOW] == d && plan->number_sizes[SPACING] == d &&
-           plan->number_sizes[ORIGIN] == d && are_below(plan->integers[DRIVES], d, 0, size);
+           plan->number_sizes[ORIGIN] == d && are_indices(plan->integers[DRIVES], d, 1, 0, size);
 }
+
+const PlanKind lattice_plan = {"lattice", LATTICE_INTEGERS, LATTICE_NUMBERS, lattice_fits};
 
 /* Index of a lattice point, the nearest one behind where it is none of them; whether it is one. */
 static Py_ssize_t index_of(const Plan *plan, const double *point, int *is_there)
@@ -451,7 +431,7 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 10)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &lattice_plan);
     double way = plan ? PyFloat_AsDouble(given[4]) : -1.0;
     if (!plan || (way == -1.0 && PyErr_Occurred()))
         return NULL;
@@ -470,9 +450,9 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
     Array *points = arrays, *positions = arrays + 1, *jets = arrays + 2, *guess = arrays + 3;
     Array *longest_ways = arrays + 4, *known = arrays + 5, *between = arrays + 6;
     Array *are_known = arrays + 7;
-    Py_ssize_t samples = points->size[0], d = plan->integer_arrays ? plan->integer_sizes[0] : 0;
-    if (!is_lattice(plan) || (is_between && d > MOST_AROUND)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of a lattice, or of too many drives");
+    Py_ssize_t samples = points->size[0], d = plan->integer_sizes[DRIVES];
+    if (is_between && d > MOST_AROUND) {
+        PyErr_SetString(PyExc_ValueError, "the plan has too many drives");
         goto done;
     }
     Py_ssize_t count = plan->integer_sizes[KEYS], size = plan->number_sizes[WEIGHTS];

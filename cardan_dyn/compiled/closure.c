@@ -55,77 +55,74 @@ typedef struct {
     double length;
 } Closure;
 
-static int are_indices(const int64_t *values, Py_ssize_t count, int64_t least, Py_ssize_t end)
+/* Whether counts, none of them below zero, have a sum. */
+static int add_up(const int64_t *counts, Py_ssize_t count, int64_t sum)
 {
-    for (Py_ssize_t k = 0; k < count; k++)
-        if (values[k] < least || values[k] >= end)
-            return 0;
-    return 1;
-}
-
-static int sum_of(const int64_t *counts, Py_ssize_t count, Py_ssize_t *sum)
-{
-    *sum = 0;
     for (Py_ssize_t k = 0; k < count; k++) {
-        if (counts[k] < 0)
+        if (!is_part(0, counts[k], sum))
             return 0;
-        *sum += counts[k];
+        sum -= counts[k];
     }
-    return 1;
+    return sum == 0;
 }
 
-static int closure_of(PyObject *capsule, Closure *of)
+static void measure(const Plan *plan, Closure *of)
 {
-    Plan *plan = plan_of(capsule);
-    if (!plan)
-        return -1;
-    if (plan->integer_arrays != INTEGER_ARRAYS || plan->number_arrays != NUMBER_ARRAYS ||
-        plan->integer_sizes[SIZES] != 7)
-        goto other;
     const int64_t *sizes = plan->integers[SIZES];
-    if (!are_indices(sizes, 7, 0, PY_SSIZE_T_MAX))
-        goto other;
     of->bodies = sizes[0], of->movable = sizes[1], of->known = sizes[2], of->loops = sizes[3];
     of->couplings = sizes[4], of->rods = sizes[5], of->row_length = sizes[6];
     of->passive = of->movable - of->known;
-    of->integers = plan->integers, of->numbers = plan->numbers;
-    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
-    Py_ssize_t paths = of->loops + of->rods, on_paths;
-    of->coupled = counts[COUPLED];
-    if (of->passive < 0 || counts[MOVABLE] != of->movable || counts[MOVED] != of->movable ||
-        counts[ALONG] != of->movable || counts[ENDS] != 2 * of->loops ||
-        counts[CARRIERS] != of->loops || counts[ROW_COUNTS] != of->loops ||
-        counts[PATH_COUNTS] != paths || counts[ROD_BODIES] != of->rods ||
-        !sum_of(plan->integers[ROW_COUNTS], of->loops, &of->loop_rows) ||
-        !sum_of(plan->integers[PATH_COUNTS], paths, &on_paths) ||
-        counts[SINGLE] != of->loop_rows || counts[PATH_COLUMNS] != on_paths)
-        goto other;
+    of->coupled = plan->integer_sizes[COUPLED];
+    of->loop_rows = plan->integer_sizes[SINGLE];
     of->rows = of->loop_rows + of->couplings;
     of->whole = of->rows + of->rods;
-    if (numbers[LENGTH] != 1 || numbers[UNITS] != 6 * of->movable ||
-        numbers[PLACES] != 24 * of->loops || numbers[POINTS] != 3 * of->loops ||
-        numbers[ROWS] != 6 * of->loop_rows || numbers[SIGNS] != on_paths ||
-        numbers[RATIOS] != of->coupled * of->couplings || numbers[OFFSETS] != of->couplings ||
-        numbers[SLIP_UNITS] != of->couplings ||
-        numbers[COUPLING_ROWS] != of->movable * of->couplings ||
-        numbers[STEP_SCALE] != of->passive || numbers[ROW_SCALE] != of->passive ||
-        numbers[LINES] != 3 * of->rods)
-        goto other;
-    if (!are_indices(plan->integers[MOVABLE], of->movable, 0, PY_SSIZE_T_MAX) ||
-        !are_indices(plan->integers[MOVED], of->movable, 0, of->bodies) ||
-        !are_indices(plan->integers[ALONG], of->movable, -1, 6) ||
-        !are_indices(plan->integers[ENDS], 2 * of->loops, -1, of->bodies) ||
-        !are_indices(plan->integers[CARRIERS], of->loops, -1, of->bodies) ||
-        !are_indices(plan->integers[SINGLE], of->loop_rows, -1, 6) ||
-        !are_indices(plan->integers[PATH_COLUMNS], on_paths, 0, of->movable) ||
-        !are_indices(plan->integers[COUPLED], of->coupled, 0, of->row_length) ||
-        !are_indices(plan->integers[ROD_BODIES], of->rods, 0, of->bodies))
-        goto other;
+    of->integers = plan->integers, of->numbers = plan->numbers;
     of->length = plan->numbers[LENGTH][0];
+}
+
+static int closure_fits(const Plan *plan)
+{
+    int64_t *const *integers = plan->integers;
+    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
+    if (counts[SIZES] != 7 || !are_indices(integers[SIZES], 7, 1, 0, INT32_MAX) ||
+        numbers[LENGTH] != 1)
+        return 0;
+    Closure closure, *of = &closure;
+    measure(plan, of);
+    Py_ssize_t paths = of->loops + of->rods, on_paths = counts[PATH_COLUMNS];
+    return of->passive >= 0 && counts[MOVABLE] == of->movable && counts[MOVED] == of->movable &&
+           counts[ALONG] == of->movable && counts[ENDS] == 2 * of->loops &&
+           counts[CARRIERS] == of->loops && counts[ROW_COUNTS] == of->loops &&
+           counts[PATH_COUNTS] == paths && counts[ROD_BODIES] == of->rods &&
+           numbers[UNITS] == 6 * of->movable && numbers[PLACES] == 24 * of->loops &&
+           numbers[POINTS] == 3 * of->loops && numbers[ROWS] == 6 * of->loop_rows &&
+           numbers[SIGNS] == on_paths && numbers[RATIOS] == of->coupled * of->couplings &&
+           numbers[OFFSETS] == of->couplings && numbers[SLIP_UNITS] == of->couplings &&
+           numbers[COUPLING_ROWS] == of->movable * of->couplings &&
+           numbers[STEP_SCALE] == of->passive && numbers[ROW_SCALE] == of->passive &&
+           numbers[LINES] == 3 * of->rods &&
+           add_up(integers[ROW_COUNTS], of->loops, of->loop_rows) &&
+           add_up(integers[PATH_COUNTS], paths, on_paths) &&
+           are_indices(integers[MOVABLE], of->movable, 1, 0, INT32_MAX) &&
+           are_indices(integers[MOVED], of->movable, 1, 0, of->bodies) &&
+           are_indices(integers[ALONG], of->movable, 1, -1, 6) &&
+           are_indices(integers[ENDS], 2 * of->loops, 1, -1, of->bodies) &&
+           are_indices(integers[CARRIERS], of->loops, 1, -1, of->bodies) &&
+           are_indices(integers[SINGLE], of->loop_rows, 1, -1, 6) &&
+           are_indices(integers[PATH_COLUMNS], on_paths, 1, 0, of->movable) &&
+           are_indices(integers[COUPLED], of->coupled, 1, 0, of->row_length) &&
+           are_indices(integers[ROD_BODIES], of->rods, 1, 0, of->bodies);
+}
+
+const PlanKind closure_plan = {"closure", INTEGER_ARRAYS, NUMBER_ARRAYS, closure_fits};
+
+static int closure_of(PyObject *capsule, Closure *of)
+{
+    const Plan *plan = plan_of(capsule, &closure_plan);
+    if (!plan)
+        return -1;
+    measure(plan, of);
     return 0;
-other:
-    PyErr_SetString(PyExc_ValueError, "a plan of closure equations is needed");
-    return -1;
 }
 
 /* Return 0 if an array `(count, rows, columns)` has no gaps within samples; else -1 with an error
@@ -655,7 +652,7 @@ static int has_state(const Closure *of, const Array *rows, const Array *inverse,
 
 static int has_rates(const Closure *of, const Array *array)
 {
-    if (are_indices(of->integers[MOVABLE], of->movable, 0, array->size[1]))
+    if (are_indices(of->integers[MOVABLE], of->movable, 1, 0, array->size[1]))
         return 0;
     PyErr_SetString(PyExc_ValueError, "too few joint rates");
     return -1;
@@ -770,6 +767,14 @@ done:
     return answer;
 }
 
+static int moves_fit(const Plan *plan)
+{
+    const Py_ssize_t *sizes = plan->integer_sizes;
+    return sizes[0] == sizes[1] && sizes[2] == sizes[3];
+}
+
+const PlanKind moves_plan = {"moves", 4, 0, moves_fit};
+
 /* moved(plan, x (N, size), step (N, k)): move rows in place, see `Moves.apply`.
 
    The plan has columns and their places in a step, then the same of quaternions' first ones. */
@@ -780,20 +785,19 @@ PyObject *moved(PyObject *module, Arguments given, Py_ssize_t nargs)
     Array arrays[2];
     Held held = {arrays, 0};
     PyObject *answer = NULL;
-    Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &moves_plan);
     if (!plan)
         return NULL;
     Array *x = take(&held, given[1], 2, 1), *steps = x ? take(&held, given[2], 2, 0) : NULL;
     if (!steps || has_size(steps, 0, x->size[0], 0))
         goto done;
     const Py_ssize_t *sizes = plan->integer_sizes;
-    int64_t **of = plan->integers;
-    if (plan->integer_arrays != 4 || sizes[0] != sizes[1] || sizes[2] != sizes[3] ||
-        !are_indices(of[0], sizes[0], 0, x->size[1]) ||
-        !are_indices(of[1], sizes[1], 0, steps->size[1]) ||
-        !are_indices(of[2], sizes[2], 0, x->size[1] - 3) ||
-        !are_indices(of[3], sizes[3], 0, steps->size[1] - 2)) {
-        PyErr_SetString(PyExc_ValueError, "a plan of moves of these rows is needed");
+    int64_t *const *of = plan->integers;
+    if (!are_indices(of[0], sizes[0], 1, 0, x->size[1]) ||
+        !are_indices(of[1], sizes[1], 1, 0, steps->size[1]) ||
+        !are_indices(of[2], sizes[2], 1, 0, x->size[1] - 3) ||
+        !are_indices(of[3], sizes[3], 1, 0, steps->size[1] - 2)) {
+        PyErr_SetString(PyExc_ValueError, "rows or steps have too few coordinates");
         goto done;
     }
     for (Py_ssize_t sample = 0; sample < x->size[0]; sample++) {

@@ -783,6 +783,8 @@ static int fits(const Layout *layout, const Array *arrays)
     return 1;
 }
 
+const PlanKind proof_plan = {"proof", INTEGER_TABLES, NUMBER_TABLES, proof_fits};
+
 /* proven(plan, residuals (9, N), fields of a claim in the order of the enumeration above,
    loads on links (L, 6, N or 1) and what they act on (L, 14), whether there are rates).
 
@@ -794,15 +796,11 @@ PyObject *proven(PyObject *module, Arguments given, Py_ssize_t nargs)
     Array arrays[ARRAYS];
     Held held = {arrays, 0};
     PyObject *answer = NULL;
-    Layout layout;
     Claim claim = {arrays, 0, 0, 0};
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &proof_plan);
     if (!plan)
         return NULL;
-    if (read_plan(plan, &layout) < 0) {
-        PyErr_SetString(PyExc_ValueError, "this is the plan of another function");
-        return NULL;
-    }
+    const Layout layout = layout_of(plan);
     for (int k = 0; k < ARRAYS; k++) {
         int axes = k == RATIOS || k == WRENCHES || k == LINK_LOADS ? 3 : 2;
         if (!take(&held, given[1 + k], axes, k == RESULT))

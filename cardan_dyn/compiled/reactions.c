@@ -18,8 +18,8 @@
 #define USUAL 3
 #define ALWAYS_INLINE inline __attribute__((always_inline))
 
-/* What a plan holds, in the order of its arrays; dynamics/reaction_plan.py writes it. Its indices
-   are taken as they are. Of integers:
+/* What a plan holds, in the order of its arrays; dynamics/reaction_plan.py writes it. Of
+   integers:
 
    SIZES: see below. GROUPS: in the order of solution. PASSIVES: of all groups, the velocity
    coordinate, and the component of all wrenches along it, or the first of its joint. LOOPS, PATHS,
@@ -38,10 +38,9 @@ enum {
 };
 enum { SCALES, UNITS, MATRICES, SIGNS, RATIOS, NUMBER_ARRAYS };
 enum {
-    KIND, RATES, BODIES, LOOP_COUNT, COUPLING_COUNT, ALONG_AXES, MOST_PASSIVES, MOST_MULTIPLIERS,
+    RATES, BODIES, LOOP_COUNT, COUPLING_COUNT, ALONG_AXES, MOST_PASSIVES, MOST_MULTIPLIERS,
     MOST_AMOUNTS, SPREAD_SIZE, UNIT_SIZE, NORMAL_SIZE, SIZE_COUNT
 };
-#define REACTIONS 1296390985 /* Tells plans of this kind from others. */
 
 /* Its closure equations have so many rows, followed by idle rods in `columns`. `amounts` are those
    of its redundant equations, whose self-stress is the `item`; -1 is none, here and below. */
@@ -665,16 +664,185 @@ static void close_cases(Work *work, Py_ssize_t sample)
     close_sample(work, sample, work->cases);
 }
 
-/* Whether the sizes of a plan's arrays are those of a plan for this function. */
-static int is_plan(const Plan *plan)
+/* Numbers of a row of a table. */
+#define FIELDS(Row) ((Py_ssize_t)(sizeof(Row) / 8))
+
+static Work tables_of(const Plan *plan)
 {
-    if (plan->integer_arrays != INTEGER_ARRAYS || plan->number_arrays != NUMBER_ARRAYS ||
-        plan->integer_sizes[SIZES] != SIZE_COUNT || plan->integers[SIZES][KIND] != REACTIONS) {
-        PyErr_SetString(PyExc_ValueError, "this is no plan of reactions");
+    Work work = {
+        .sizes = plan->integers[SIZES],
+        .groups = (const Group *)plan->integers[GROUPS],
+        .passives = plan->integers[PASSIVES],
+        .loops = (const Loop *)plan->integers[LOOPS],
+        .paths = (const OnPath *)plan->integers[PATHS],
+        .couplings = (const Coupling *)plan->integers[COUPLINGS],
+        .coupled = plan->integers[COUPLED],
+        .items = (const Item *)plan->integers[ITEMS],
+        .joints = plan->integers[JOINTS],
+        .targets = plan->integers[TARGETS],
+        .pairs = (const Pair *)plan->integers[PAIRS],
+        .shared = plan->integers[SHARED],
+        .rows = (const Row *)plan->integers[ROWS],
+        .scales = plan->numbers[SCALES],
+        .units = plan->numbers[UNITS],
+        .matrices = (const Matrices *)plan->numbers[MATRICES],
+        .signs = plan->numbers[SIGNS],
+        .ratios = plan->numbers[RATIOS],
+        .group_count = plan->integer_sizes[GROUPS] / FIELDS(Group),
+        .item_count = plan->integer_sizes[ITEMS] / FIELDS(Item),
+        .pair_count = plan->integer_sizes[PAIRS] / FIELDS(Pair),
+        .amount_count = plan->integer_sizes[ROWS] / FIELDS(Row),
+        .force_rows = 6 * plan->integers[SIZES][LOOP_COUNT] + plan->integers[SIZES][COUPLING_COUNT],
+    };
+    return work;
+}
+
+/* Whether all tables have the sizes that they need. */
+static int are_whole(const Plan *plan)
+{
+    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
+    if (counts[SIZES] != SIZE_COUNT ||
+        !are_indices(plan->integers[SIZES], SIZE_COUNT, 1, 0, INT32_MAX))
         return 0;
+    int per_passive = plan->integers[SIZES][ALONG_AXES] ? 1 : 6;
+    return counts[GROUPS] % FIELDS(Group) == 0 && counts[PASSIVES] % 2 == 0 &&
+           counts[LOOPS] % FIELDS(Loop) == 0 && counts[PATHS] % FIELDS(OnPath) == 0 &&
+           counts[COUPLINGS] % FIELDS(Coupling) == 0 && counts[ITEMS] % FIELDS(Item) == 0 &&
+           counts[PAIRS] % FIELDS(Pair) == 0 && counts[SHARED] % 2 == 0 &&
+           counts[ROWS] % FIELDS(Row) == 0 && numbers[SCALES] == 13 &&
+           numbers[UNITS] == counts[PASSIVES] / 2 * per_passive &&
+           numbers[MATRICES] == counts[LOOPS] / FIELDS(Loop) * FIELDS(Matrices) &&
+           numbers[SIGNS] == counts[PATHS] / FIELDS(OnPath) &&
+           numbers[RATIOS] == counts[COUPLINGS] / FIELDS(Coupling) * 2;
+}
+
+/* Whether an index is one of so many, or -1 for none. */
+static int is_or_none(int64_t index, int64_t count)
+{
+    return -1 <= index && index < count;
+}
+
+/* Whether a loop of a group, whose self-stress may be `shared`, stays within the tables. */
+static int loop_fits(const Plan *plan, const Work *of, const Group *group, const Loop *loop,
+                     const Item *shared)
+{
+    const int64_t bodies = of->sizes[BODIES], carriers = group->action_rows / 6;
+    if (!is_part(loop->loop, 1, of->sizes[LOOP_COUNT]) || !is_part(0, loop->rows, 6) ||
+        !is_or_none(loop->carrier, carriers) || !is_or_none(loop->end, carriers) ||
+        !is_or_none(loop->fixed, bodies) || !is_or_none(loop->item, of->item_count) ||
+        (shared && loop->fixed >= 0 && !is_part(loop->fixed_slot, 1, shared->joints)) ||
+        !is_part(loop->first_on_path, loop->on_path, plan->integer_sizes[PATHS] / FIELDS(OnPath)))
+        return 0;
+    const Item *own = loop->item < 0 ? NULL : of->items + loop->item;
+    if (own && (own->amounts > 6 || own->unit_rows != 6 ||
+                own->joints != loop->on_path + (loop->fixed >= 0)))
+        return 0;
+    for (int64_t k = 0; k < loop->on_path; k++) {
+        const OnPath *on_path = of->paths + loop->first_on_path + k;
+        if (!is_part(on_path->row, 6, group->action_rows) || !is_part(on_path->joint, 1, bodies) ||
+            (shared && !is_part(on_path->slot, 1, shared->joints)))
+            return 0;
     }
     return 1;
 }
+
+/* Whether all groups stay within the tables. */
+static int groups_fit(const Plan *plan, const Work *of)
+{
+    const Py_ssize_t *counts = plan->integer_sizes;
+    int64_t loop = 0, coupling = 0, couplings = counts[COUPLINGS] / FIELDS(Coupling);
+    for (Py_ssize_t index = 0; index < of->group_count; index++) {
+        const Group *group = of->groups + index;
+        if (!is_or_none(group->item, of->item_count))
+            return 0;
+        const Item *shared = group->item < 0 ? NULL : of->items + group->item;
+        if (!is_part(0, group->passives, of->sizes[MOST_PASSIVES]) ||
+            !is_part(0, group->columns, of->sizes[MOST_MULTIPLIERS]) ||
+            !is_part(0, group->rows, group->columns) || group->action_rows < 0 ||
+            !is_part(group->first_passive, group->passives, counts[PASSIVES] / 2) ||
+            !is_part(loop, group->loops, counts[LOOPS] / FIELDS(Loop)) ||
+            !is_part(coupling, group->couplings, couplings))
+            return 0;
+        if (group->amounts != (shared ? shared->amounts : 0) ||
+            (shared && shared->unit_rows != 6 * group->loops + group->couplings))
+            return 0;
+        int64_t rows = group->couplings;
+        for (int64_t k = 0; k < group->loops; k++) {
+            if (!loop_fits(plan, of, group, of->loops + loop + k, shared))
+                return 0;
+            rows += of->loops[loop + k].rows;
+        }
+        if (rows != group->rows)
+            return 0;
+        loop += group->loops, coupling += group->couplings;
+    }
+    for (int64_t k = 0; k < couplings; k++) {
+        const Coupling *own = of->couplings + k;
+        if (!is_part(own->coupling, 1, of->sizes[COUPLING_COUNT]) ||
+            !is_part(0, own->successors, counts[COUPLED]) || own->predecessors < 0 ||
+            !is_part(own->first, own->successors + own->predecessors, counts[COUPLED]))
+            return 0;
+    }
+    return loop == counts[LOOPS] / FIELDS(Loop) && coupling == couplings;
+}
+
+/* Whether all self-stresses and their normal equations stay within the tables. */
+static int items_fit(const Plan *plan, const Work *of)
+{
+    const Py_ssize_t *counts = plan->integer_sizes;
+    const int64_t *sizes = of->sizes;
+    int64_t amounts = 0;
+    for (Py_ssize_t index = 0; index < of->item_count; index++) {
+        const Item *item = of->items + index;
+        if (item->first_amount != amounts || !is_part(0, item->amounts, sizes[MOST_AMOUNTS]) ||
+            !is_part(amounts, item->amounts, of->amount_count) ||
+            !is_part(item->first_joint, item->joints, counts[JOINTS]) ||
+            !is_part(item->first_target, item->unit_rows, counts[TARGETS]) ||
+            !is_part(item->spread, 6 * item->joints * item->amounts, sizes[SPREAD_SIZE]) ||
+            !is_part(item->units, item->unit_rows * item->amounts, sizes[UNIT_SIZE]))
+            return 0;
+        amounts += item->amounts;
+    }
+    for (int64_t index = 0; index < of->amount_count; index++) {
+        const Row *row = of->rows + index;
+        if (!is_part(row->first_column, 1, index + 1) ||
+            !is_part(row->start, index + 1 - row->first_column, sizes[NORMAL_SIZE]))
+            return 0;
+    }
+    for (Py_ssize_t index = 0; index < of->pair_count; index++) {
+        const Pair *pair = of->pairs + index;
+        if (!is_part(pair->first, 1, of->item_count) || !is_part(pair->second, 1, pair->first + 1) ||
+            !is_part(pair->first_shared, pair->shared, counts[SHARED] / 2))
+            return 0;
+        const Item *first = of->items + pair->first, *second = of->items + pair->second;
+        const int64_t *slots = of->shared + 2 * pair->first_shared;
+        if (!are_indices(slots, pair->shared, 2, 0, first->joints) ||
+            !are_indices(slots + 1, pair->shared, 2, 0, second->joints))
+            return 0;
+        for (int64_t k = 0; k < first->amounts; k++)
+            if (of->rows[first->first_amount + k].first_column > second->first_amount)
+                return 0;
+    }
+    return amounts == of->amount_count;
+}
+
+static int reactions_fit(const Plan *plan)
+{
+    if (!are_whole(plan))
+        return 0;
+    const Work of = tables_of(plan);
+    const int64_t *sizes = of.sizes;
+    const Py_ssize_t *counts = plan->integer_sizes;
+    const int64_t components = 6 * sizes[BODIES] - (sizes[ALONG_AXES] ? 0 : 5);
+    return are_indices(of.passives, counts[PASSIVES] / 2, 2, 0, sizes[RATES]) &&
+           are_indices(of.passives + 1, counts[PASSIVES] / 2, 2, 0, components) &&
+           are_indices(of.coupled, counts[COUPLED], 1, 0, sizes[RATES]) &&
+           are_indices(of.joints, counts[JOINTS], 1, 0, sizes[BODIES]) &&
+           are_indices(of.targets, counts[TARGETS], 1, 0, of.force_rows) && items_fit(plan, &of) &&
+           groups_fit(plan, &of);
+}
+
+const PlanKind reactions_plan = {"reactions", INTEGER_ARRAYS, NUMBER_ARRAYS, reactions_fit};
 
 /* reactions(plan, wrenches (N, b, 6, c), forces (N, 6 L + G, c), changes (b, 6), moments (G,),
              c loads (N, nv) or (1, nv),
@@ -689,12 +857,12 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         PyErr_SetString(PyExc_TypeError, "at least 5 arguments are needed");
         return NULL;
     }
-    Plan *plan = plan_of(given[0]);
-    if (!plan || !is_plan(plan))
+    const Plan *plan = plan_of(given[0], &reactions_plan);
+    if (!plan)
         return NULL;
-    const int64_t *sizes = plan->integers[SIZES];
-    Py_ssize_t groups = plan->integer_sizes[GROUPS] / (Py_ssize_t)(sizeof(Group) / 8);
-    Py_ssize_t force_rows = 6 * sizes[LOOP_COUNT] + sizes[COUPLING_COUNT];
+    Work work = tables_of(plan);
+    const int64_t *sizes = work.sizes;
+    Py_ssize_t groups = work.group_count, force_rows = work.force_rows;
     PyObject *answer = NULL;
     Array *arrays = malloc(sizeof(Array) * nargs);
     Given *of_groups = malloc(sizeof(Given) * (groups + 1));
@@ -716,10 +884,9 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         has_size(forces, 2, cases, 0) || has_size(changes, 0, sizes[BODIES], 0) ||
         has_size(changes, 1, 6, 0) || has_size(moments, 0, sizes[COUPLING_COUNT], 0))
         goto done;
-    const Group *described = (const Group *)plan->integers[GROUPS];
     Py_ssize_t expected = 5 + cases;
     for (Py_ssize_t index = 0; index < groups; index++)
-        expected += described[index].item >= 0 ? 4 : 3;
+        expected += work.groups[index].item >= 0 ? 4 : 3;
     if (nargs != expected) {
         PyErr_Format(PyExc_TypeError, "%zd arguments are needed, not %zd", expected, nargs);
         goto done;
@@ -732,7 +899,7 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
     }
     PyObject *const *next = given + 5 + cases;
     for (Py_ssize_t index = 0; index < groups; index++) {
-        const Group *group = described + index;
+        const Group *group = work.groups + index;
         Given *own = of_groups + index;
         if (!(own->actions = take(&held, *next++, 3, 0)) ||
             !(own->square = take(&held, *next++, 3, 0)) ||
@@ -750,33 +917,8 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
              has_size(own->null, 1, group->rows, 0) || has_size(own->null, 2, group->amounts, 0)))
             goto done;
     }
-    Work work = {
-        .sizes = sizes,
-        .groups = described,
-        .given = of_groups,
-        .passives = plan->integers[PASSIVES],
-        .loops = (const Loop *)plan->integers[LOOPS],
-        .paths = (const OnPath *)plan->integers[PATHS],
-        .couplings = (const Coupling *)plan->integers[COUPLINGS],
-        .coupled = plan->integers[COUPLED],
-        .items = (const Item *)plan->integers[ITEMS],
-        .joints = plan->integers[JOINTS],
-        .targets = plan->integers[TARGETS],
-        .pairs = (const Pair *)plan->integers[PAIRS],
-        .shared = plan->integers[SHARED],
-        .rows = (const Row *)plan->integers[ROWS],
-        .scales = plan->numbers[SCALES],
-        .units = plan->numbers[UNITS],
-        .matrices = (const Matrices *)plan->numbers[MATRICES],
-        .signs = plan->numbers[SIGNS],
-        .ratios = plan->numbers[RATIOS],
-        .group_count = groups,
-        .item_count = plan->integer_sizes[ITEMS] / (Py_ssize_t)(sizeof(Item) / 8),
-        .pair_count = plan->integer_sizes[PAIRS] / (Py_ssize_t)(sizeof(Pair) / 8),
-        .amount_count = plan->integer_sizes[ROWS] / (Py_ssize_t)(sizeof(Row) / 8),
-        .force_rows = force_rows,
-        .cases = cases,
-    };
+    work.given = of_groups;
+    work.cases = cases;
     /* A loop may have a self-stress of its own beside that of its group. */
     Py_ssize_t columns = cases + 2 * sizes[MOST_AMOUNTS];
     Py_ssize_t joint_rows = 6 * plan->integer_sizes[JOINTS];
@@ -873,9 +1015,35 @@ done:
 /* What a plan for `exerted` holds, in the order of its arrays. */
 enum { EXERTED_SIZES, EXERTED, EXERTED_MOMENTS, EXERTED_INTEGERS };
 enum { EXERTED_UNITS, EXERTED_FACTORS, EXERTED_NUMBERS };
-enum { EXERTED_KIND, EXERTED_RATES, EXERTED_BODIES, EXERTED_COUPLINGS, EXERTED_AXES,
-       EXERTED_SIZE_COUNT };
-#define EXERTS 1163413844 /* Tells plans of this kind from others. */
+enum { EXERTED_RATES, EXERTED_BODIES, EXERTED_COUPLINGS, EXERTED_AXES, EXERTED_SIZE_COUNT };
+
+/* Of a rate: where it is among the components of wrenches, and the couplings that load it. */
+typedef struct {
+    int64_t rate, body, component, from, to;
+} Exerted;
+
+static int exerted_fits(const Plan *plan)
+{
+    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
+    const int64_t *sizes = plan->integers[EXERTED_SIZES];
+    const Exerted *efforts = (const Exerted *)plan->integers[EXERTED];
+    if (counts[EXERTED_SIZES] != EXERTED_SIZE_COUNT || counts[EXERTED] % FIELDS(Exerted) ||
+        !are_indices(sizes, EXERTED_SIZE_COUNT, 1, 0, INT32_MAX))
+        return 0;
+    Py_ssize_t effort_count = counts[EXERTED] / FIELDS(Exerted);
+    for (Py_ssize_t k = 0; k < effort_count; k++)
+        if (!is_part(efforts[k].rate, 1, sizes[EXERTED_RATES]) ||
+            !is_part(efforts[k].body, 1, sizes[EXERTED_BODIES]) ||
+            !is_part(efforts[k].component, 1, 6) ||
+            !is_part(efforts[k].from, efforts[k].to - efforts[k].from, counts[EXERTED_MOMENTS]))
+            return 0;
+    return numbers[EXERTED_FACTORS] == counts[EXERTED_MOMENTS] &&
+           numbers[EXERTED_UNITS] == effort_count * (sizes[EXERTED_AXES] ? 1 : 6) &&
+           are_indices(plan->integers[EXERTED_MOMENTS], counts[EXERTED_MOMENTS], 1, 0,
+                       sizes[EXERTED_COUPLINGS]);
+}
+
+const PlanKind exerted_plan = {"exerted", EXERTED_INTEGERS, EXERTED_NUMBERS, exerted_fits};
 
 /* exerted(plan, wrenches (N, b, 6), loads (N, nv) or (1, nv), result (N, nv), G moments (N, 1))
 
@@ -883,17 +1051,11 @@ enum { EXERTED_KIND, EXERTED_RATES, EXERTED_BODIES, EXERTED_COUPLINGS, EXERTED_A
 PyObject *exerted(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
-    Plan *plan = nargs < 4 ? NULL : plan_of(given[0]);
+    const Plan *plan = nargs < 4 ? NULL : plan_of(given[0], &exerted_plan);
     if (nargs < 4)
         PyErr_SetString(PyExc_TypeError, "at least 4 arguments are needed");
     if (!plan)
         return NULL;
-    if (plan->integer_arrays != EXERTED_INTEGERS || plan->number_arrays != EXERTED_NUMBERS ||
-        plan->integer_sizes[EXERTED_SIZES] != EXERTED_SIZE_COUNT ||
-        plan->integers[EXERTED_SIZES][EXERTED_KIND] != EXERTS) {
-        PyErr_SetString(PyExc_ValueError, "this is no plan of exerted efforts");
-        return NULL;
-    }
     const int64_t *sizes = plan->integers[EXERTED_SIZES];
     EXACTLY(nargs, 4 + sizes[EXERTED_COUPLINGS])
     Array *arrays = malloc(sizeof(Array) * nargs);
@@ -917,31 +1079,30 @@ PyObject *exerted(PyObject *module, Arguments given, Py_ssize_t nargs)
         if (!moment || has_size(moment, 0, count, 0) || has_size(moment, 1, 1, 0))
             goto done;
     }
-    /* Per effort: its rate, body, first component, and where its couplings begin and end. */
-    const int64_t *efforts = plan->integers[EXERTED];
-    Py_ssize_t effort_count = plan->integer_sizes[EXERTED] / 5;
+    const Exerted *efforts = (const Exerted *)plan->integers[EXERTED];
+    Py_ssize_t effort_count = plan->integer_sizes[EXERTED] / FIELDS(Exerted);
     const double *factors = plan->numbers[EXERTED_FACTORS];
     for (Py_ssize_t sample = 0; sample < count; sample++) {
         double *out = result->at + sample * result->step[0];
         for (Py_ssize_t rate = 0; rate < sizes[EXERTED_RATES]; rate++)
             out[rate * result->step[1]] = 0.0;
         for (Py_ssize_t index = 0; index < effort_count; index++) {
-            const int64_t *effort = efforts + 5 * index;
+            const Exerted *effort = efforts + index;
             const double *wrench = wrenches->at + sample * wrenches->step[0] +
-                                   effort[1] * wrenches->step[1];
+                                   effort->body * wrenches->step[1];
             const double *units = plan->numbers[EXERTED_UNITS] + index;
             double sum = 0.0;
             if (sizes[EXERTED_AXES])
-                sum = wrench[effort[2] * wrenches->step[2]] * *units;
+                sum = wrench[effort->component * wrenches->step[2]] * *units;
             else
                 for (int i = 0; i < 6; i++)
                     sum += wrench[i * wrenches->step[2]] * units[5 * index + i];
-            for (int64_t k = effort[3]; k < effort[4]; k++) {
+            for (int64_t k = effort->from; k < effort->to; k++) {
                 const Array *moment = moments + plan->integers[EXERTED_MOMENTS][k];
                 sum += factors[k] * moment->at[sample * moment->step[0]];
             }
-            out[effort[0] * result->step[1]] =
-                sum - loads->at[sample * loads->step[0] + effort[0] * loads->step[1]];
+            out[effort->rate * result->step[1]] =
+                sum - loads->at[sample * loads->step[0] + effort->rate * loads->step[1]];
         }
     }
     answer = Py_NewRef(Py_None);
@@ -1038,8 +1199,21 @@ done:
 
 /* What a plan for `against_load` holds, in the order of its arrays. */
 enum { LOADED_SIZES, LOADED_PATH, LOADED_INTEGERS };
-enum { LOADED_KIND, LOADED_ROWS, LOADED_BODY, LOADED_WRENCHES, LOADED_SIZE_COUNT };
-#define LOADED 1280262468 /* Tells plans of this kind from others. */
+enum { LOADED_ROWS, LOADED_BODY, LOADED_WRENCHES, LOADED_SIZE_COUNT };
+
+static int load_fits(const Plan *plan)
+{
+    const Py_ssize_t *counts = plan->integer_sizes;
+    const int64_t *sizes = plan->integers[LOADED_SIZES], *path = plan->integers[LOADED_PATH];
+    Py_ssize_t joints = counts[LOADED_PATH] / 2;
+    return counts[LOADED_SIZES] == LOADED_SIZE_COUNT && counts[LOADED_PATH] % 2 == 0 &&
+           are_indices(sizes, LOADED_SIZE_COUNT, 1, 0, INT32_MAX) &&
+           is_part(6 * sizes[LOADED_BODY], 6, sizes[LOADED_ROWS]) &&
+           are_indices(path, joints, 2, 0, sizes[LOADED_ROWS] - 5) &&
+           are_indices(path + 1, joints, 2, 0, sizes[LOADED_WRENCHES]);
+}
+
+const PlanKind load_plan = {"load", LOADED_INTEGERS, 0, load_fits};
 
 /* against_load(plan, actions (N, 6 n, 6), place (3,), rotation (3, 3), whether in world axes,
                 force (N, 3) or (1, 3), moment likewise, wrenches (N, b, 6))
@@ -1050,15 +1224,9 @@ PyObject *against_load(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 8)
-    Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &load_plan);
     if (!plan)
         return NULL;
-    if (plan->integer_arrays != LOADED_INTEGERS || plan->number_arrays != 0 ||
-        plan->integer_sizes[LOADED_SIZES] != LOADED_SIZE_COUNT ||
-        plan->integers[LOADED_SIZES][LOADED_KIND] != LOADED) {
-        PyErr_SetString(PyExc_ValueError, "this is no plan of a load");
-        return NULL;
-    }
     const int64_t *sizes = plan->integers[LOADED_SIZES], *path = plan->integers[LOADED_PATH];
     int in_world = PyObject_IsTrue(given[4]);
     if (in_world < 0)

@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import accumulate, pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from .closure_forces import ClosureForces
 from .indeterminate import LeastNorm
 from .open_tree import Along
 
-_KIND = 1296390985
-"""Tells plans of this kind from others; likewise the next one."""
-_EXERTED = 1163413844
 _NONE = -1
 
 
@@ -190,7 +187,7 @@ def reaction_plan(
     joints = [joint for item in writer.items for joint in item.joints]
     targets = [target for item in writer.items for target in item.targets]
     sizes = [
-        *(_KIND, mechanism.model.nv, closure.size, loops, couplings, int(along.is_along_axes)),
+        *(mechanism.model.nv, closure.size, loops, couplings, int(along.is_along_axes)),
         max((passives for passives, *_ in writer.groups), default=0),
         max((multipliers for _, multipliers, *_ in writer.groups), default=0),
         max((item.amounts for item in writer.items), default=0),
@@ -208,7 +205,7 @@ def reaction_plan(
     is_coupled = any(target >= 6 * loops for target in targets)
     return ReactionPlan(
         [(index, state.reduction) for index, state in states.items()],
-        _plan(tables, numbers),
+        Plan("reactions", tables, numbers),
         [slice(first, last) for first, last in pairwise(ends)],
         ends[-1],
         writer.slip_units if is_coupled else None,
@@ -279,14 +276,6 @@ def exerted_plan(mechanism: Mechanism, size: int, along: Along, prescribed: Arra
                 factors.append(coupling.ratio)
         body, component = divmod(along.row_of(column), 6)
         efforts.append((column, body, component, start, len(moments)))
-    sizes = _EXERTED, len(along), size, len(mechanism.couplings), int(along.is_along_axes)
+    sizes = len(along), size, len(mechanism.couplings), int(along.is_along_axes)
     units = [along.units_of(column) for column in prescribed.tolist()]
-    return _plan((sizes, efforts, moments), (units, factors))
-
-
-def _plan(tables: Sequence[Any], numbers: Sequence[Any]) -> Plan:
-    """Return the plan of tables of integers and of numbers, row by row."""
-    return Plan(
-        [np.array(table, dtype=np.int64).ravel() for table in tables],
-        [np.array(table, dtype=float).ravel() for table in numbers],
-    )
+    return Plan("exerted", (sizes, efforts, moments), (units, factors))

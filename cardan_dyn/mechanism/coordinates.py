@@ -203,7 +203,7 @@ class Coordinates:
     @cached_property
     def plan(self) -> Plan:
         """What the compiled functions `rows` and `longest` work along."""
-        return Plan([*self.scalars, *self.balls], [self.scale])
+        return Plan("rows", [*self.scalars, *self.balls], [self.scale])
 
     def neutral(self) -> Array:
         """Return the `(size,)` row in which every joint is at zero."""

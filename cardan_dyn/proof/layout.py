@@ -93,7 +93,7 @@ class Layout(NamedTuple):
             list(zip(constraints.offsets, constraints.slip_scales, strict=True)),
             [_mass(frames.bodies[body]) for body in bodies],
         ]
-        return Plan([*map(_flat, integers)], [*map(_flat, numbers)])
+        return Plan("proof", integers, numbers)
 
     def _motions(self) -> tuple[list[Any], list[Any]]:
         """Return the motions: what they are, then where they are and their axes."""
@@ -220,7 +220,3 @@ def _matrix(offset: Offset) -> list[float]:
 
 def _mass(body: RigidBody) -> list[float]:
     return [body.mass, *body.centre.tolist(), *body.inertia.ravel().tolist()]
-
-
-def _flat(table: Any) -> Array:
-    return np.asarray(np.array(table, dtype=float).ravel())

@@ -153,10 +153,9 @@ class BranchTable:
         """
         places = np.searchsorted(columns, self.coordinates.balls.columns)
         is_there = columns.take(places, mode="clip") == self.coordinates.balls.columns
-        drive = np.array([self.drive_column])
         curves = self._curves(consecutive(columns)).swapaxes(0, 1)
-        integers = [columns, places[is_there], drive]
-        return Plan(integers, [self.positions, curves.ravel(), *numbers])
+        integers = [columns, places[is_there], self.drive_column]
+        return Plan("branch", integers, [self.positions, curves, *numbers])
 
     def with_nodes(self, rows: Rows) -> BranchTable:
         """Return a table that also holds new nodes, given in any order."""

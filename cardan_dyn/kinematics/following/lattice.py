@@ -335,8 +335,8 @@ class _Points:
         """What the compiled function `lattice` works along."""
         _, _, _, _, ways, keys = self._lines
         scale = self._kinematics.coordinates.scale
-        numbers = [self._lines.points.ravel(), ways.low, self._units, self._origin, scale]
-        return Plan([np.array(self._columns), keys, ways.factors], numbers)
+        numbers = [self._lines.points, ways.low, self._units, self._origin, scale]
+        return Plan("lattice", [self._columns, keys, ways.factors], numbers)
 
     def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` at drive positions, from the derivatives at points.

@@ -372,7 +372,7 @@ def test_arrays_that_do_not_fit_are_refused() -> None:
     with pytest.raises(TypeError):
         compiled.kernel.reactions(*right[:-1])
     with pytest.raises(ValueError, match="no plan of reactions"):
-        compiled.kernel.reactions(compiled.Plan([np.zeros(3)], []).handle, *right[1:])
+        compiled.kernel.reactions(compiled.Plan("moves", [[]] * 4, []).handle, *right[1:])
     with pytest.raises(ValueError, match="no plan of exerted"):
         compiled.kernel.exerted(plan.plan.handle, *right[1:4])
     read_only = right[1].copy()  # type: ignore[union-attr]

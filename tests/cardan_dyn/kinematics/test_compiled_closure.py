@@ -516,7 +516,7 @@ def test_other_arguments_are_refused(name: str) -> None:
     """Whatever comes in, nothing beyond its arrays is read or written."""
     function, good = getattr(compiled.kernel, name), arguments_of()[name]
     function(*good)
-    other_plan = compiled.Plan([np.arange(3)], []).handle
+    other_plan = compiled.Plan("rows", [[]] * 4, [[]]).handle
     refused = (TypeError, ValueError)
     for place, argument in enumerate(good):
         if isinstance(argument, float):

@@ -237,14 +237,12 @@ def test_wrong_arguments_of_branches() -> None:
     table, kernel = table_with_balls(4), compiled.kernel
     size = table.coordinates.size
     handle, x = plan_of(table, np.arange(size)).handle, np.zeros((2, size))
-    positions, short = np.full(2, table.span[0]), [[0.0, 1.0], [0.0] * 6, [0.0], [0.0] * 6]
+    positions = np.full(2, table.span[0])
     for arguments in (
         (handle, positions, x[:1], x),
         (handle, positions, x, x[:, :-1].copy()),
         (handle, positions, x[:, :-1].copy(), x[:, :-1].copy()),
-        (compiled.Plan([], []).handle, positions, x, x),
-        # Of which the quaternion lies beyond the columns.
-        (compiled.Plan([[0], [0], [0]], short).handle, positions, x, x),
+        (table.coordinates.plan.handle, positions, x, x),
     ):
         with pytest.raises(ValueError, match=REFUSED):
             kernel.branch(*arguments)
@@ -392,7 +390,7 @@ def test_wrong_arguments_of_rows_and_lattices() -> None:
         (handle, x[:, :-1].copy(), v, v, x, x),
         (handle, x, v[:, :-1].copy(), v, x, x),
         (handle, x, v[:1], v, x, x),
-        (compiled.Plan([], []).handle, x, v, v, x, x),
+        (compiled.Plan("moves", [[]] * 4, []).handle, x, v, v, x, x),
     ):
         with pytest.raises(ValueError, match=REFUSED):
             kernel.rows(*arguments)
