@@ -13,6 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define INLINE static inline __attribute__((always_inline))
+
+/* Numbers of a row of a table. */
+#define FIELDS(Row) ((Py_ssize_t)(sizeof(Row) / 8))
+
+typedef PyObject *const *Arguments;
+
 #define MOST_AXES 4
 
 typedef struct {
@@ -22,14 +29,22 @@ typedef struct {
     Py_ssize_t step[MOST_AXES]; /* In numbers, not bytes. An axis of length 1 has step 0. */
 } Array;
 
-/* Arrays that a call holds; they are released together. */
+/* Arrays that a call holds, and its work space; they are released together. */
 typedef struct {
     Array *arrays;
     int held;
+    void *room;
 } Held;
 
 /* Take an array with so many axes; writable ones are results. Returns NULL with an error set. */
 Array *take(Held *held, PyObject *object, int axes, int writable);
+
+/* Take several, one for each word of `axes`: how many it has, after `=` if it is a result, and
+   after `?` if it may be None, and is at NULL then. Returns -1 with an error set. */
+int take_each(Held *held, Arguments given, const char *axes);
+
+/* Return work space for so many numbers, once in a call; NULL with an error set. */
+double *room_for(Held *held, Py_ssize_t numbers);
 
 /* Return 0 if an axis has a size, or 1 if `may_be_one`; else -1 with an error set. */
 int has_size(const Array *array, int axis, Py_ssize_t size, int may_be_one);
@@ -77,7 +92,5 @@ static inline int is_part(int64_t first, int64_t count, int64_t size)
         PyErr_Format(PyExc_TypeError, "%d arguments are needed, not %zd", (int)(count), (nargs)); \
         return NULL;                                                                              \
     }
-
-typedef PyObject *const *Arguments;
 
 #endif

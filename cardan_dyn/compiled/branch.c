@@ -1,7 +1,7 @@
 /* Guesses: the twins of `BranchTable.values` with what `DriveMotion.write` does around it. */
 
-#include "arrays.h"
 #include "kernels.h"
+#include "stacked.h"
 
 enum { COLUMNS, BALLS, DRIVE, BRANCH_INTEGERS };
 enum { NODES, CURVES, WINDINGS, PERIOD, BRANCH_NUMBERS };
@@ -58,11 +58,9 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
     if (!plan)
         return NULL;
     Array arrays[3];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *values = NULL;
-    if (!take(&held, given[1], 1, 0) || !take(&held, given[2], 2, 1) ||
-        !take(&held, given[3], 2, 1))
+    if (take_each(&held, given + 1, "1 =2 =2"))
         goto done;
     Array *positions = arrays, *x = arrays + 1, *turns = arrays + 2;
     Py_ssize_t samples = positions->size[0], size = x->size[1];
@@ -75,11 +73,9 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
         PyErr_SetString(PyExc_ValueError, "rows have too few coordinates");
         goto done;
     }
-    values = malloc(sizeof(double) * (width + 1));
-    if (!values) {
-        PyErr_NoMemory();
+    double *values = room_for(&held, width);
+    if (!values)
         goto done;
-    }
     Py_ssize_t count = plan->number_sizes[NODES];
     const double *nodes = plan->numbers[NODES], *windings = plan->numbers[WINDINGS];
     const double *of_period = plan->numbers[PERIOD];
@@ -126,7 +122,6 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
     }
     answer = PyBool_FromLong(is_known);
 done:
-    free(values);
     release(&held);
     return answer;
 }
@@ -149,10 +144,7 @@ const PlanKind rows_plan = {"rows", ROWS_INTEGERS, ROWS_NUMBERS, rows_fit};
 static void rate_of(const double q[4], const double velocity[3], double rate[4])
 {
     double b[4] = {0.5 * velocity[0], 0.5 * velocity[1], 0.5 * velocity[2], 0.0};
-    rate[0] = q[3] * b[0] - q[2] * b[1] + q[1] * b[2] + q[0] * b[3];
-    rate[1] = q[2] * b[0] + q[3] * b[1] - q[0] * b[2] + q[1] * b[3];
-    rate[2] = -q[1] * b[0] + q[0] * b[1] + q[3] * b[2] + q[2] * b[3];
-    rate[3] = -q[0] * b[0] - q[1] * b[1] - q[2] * b[2] + q[3] * b[3];
+    turned(q, b, rate);
 }
 
 /* rows(plan, x (N, size), v (N, nv), a (N, nv), first (N, size), second (N, size)).
@@ -168,11 +160,10 @@ PyObject *rows(PyObject *module, Arguments given, Py_ssize_t nargs)
     if (!plan)
         return NULL;
     Array arrays[5];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    for (int k = 0; k < 5; k++)
-        if (!take(&held, given[k + 1], 2, k > 2))
-            goto done;
+    if (take_each(&held, given + 1, "2 2 2 =2 =2"))
+        goto done;
     Array *x = arrays, *v = arrays + 1, *a = arrays + 2, *first = arrays + 3, *second = arrays + 4;
     Py_ssize_t samples = v->size[0], rates = v->size[1], size = plan->number_sizes[SCALE];
     if (has_size(x, 0, samples, 1) || has_size(x, 1, size, 0) || has_size(a, 0, samples, 0) ||
@@ -222,12 +213,6 @@ done:
     return answer;
 }
 
-/* The greater of two sizes; what is not a number stays so. */
-static double greater(double greatest, double size)
-{
-    return size > greatest || size != size ? size : greatest;
-}
-
 /* How far rows may be extrapolated whose greatest derivatives are these, see `Rows.longest`. */
 static double longest_way(double fastest, double most_bent, double longest)
 {
@@ -247,10 +232,9 @@ PyObject *longest(PyObject *module, Arguments given, Py_ssize_t nargs)
     if (!plan || (way == -1.0 && PyErr_Occurred()))
         return NULL;
     Array arrays[3];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    if (!take(&held, given[1], 2, 0) || !take(&held, given[2], 2, 0) ||
-        !take(&held, given[4], 1, 1))
+    if (take_each(&held, given + 1, "2 2") || take_each(&held, given + 4, "=1"))
         goto done;
     Array *first = arrays, *second = arrays + 1, *result = arrays + 2;
     Py_ssize_t samples = first->size[0], size = plan->number_sizes[SCALE];
@@ -435,21 +419,15 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
     double way = plan ? PyFloat_AsDouble(given[4]) : -1.0;
     if (!plan || (way == -1.0 && PyErr_Occurred()))
         return NULL;
-    int is_between = given[8] != Py_None;
     Array arrays[8];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *work = NULL;
-    if (!take(&held, given[1], 1, 0) || !take(&held, given[2], 2, 0) ||
-        !take(&held, given[3], 3, 0) || !take(&held, given[5], 2, 1) ||
-        !take(&held, given[6], 1, 1))
-        goto done;
-    if (is_between && (!take(&held, given[7], 1, 0) || !take(&held, given[8], 2, 1) ||
-                       !take(&held, given[9], 1, 1)))
+    if (take_each(&held, given + 1, "1 2 3") || take_each(&held, given + 5, "=2 =1 ?1 ?=2 ?=1"))
         goto done;
     Array *points = arrays, *positions = arrays + 1, *jets = arrays + 2, *guess = arrays + 3;
     Array *longest_ways = arrays + 4, *known = arrays + 5, *between = arrays + 6;
     Array *are_known = arrays + 7;
+    int is_between = between->at != NULL;
     Py_ssize_t samples = points->size[0], d = plan->integer_sizes[DRIVES];
     if (is_between && d > MOST_AROUND) {
         PyErr_SetString(PyExc_ValueError, "the plan has too many drives");
@@ -458,17 +436,15 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
     Py_ssize_t count = plan->integer_sizes[KEYS], size = plan->number_sizes[WEIGHTS];
     if (has_size(positions, 0, samples, 0) || has_size(positions, 1, d, 0) ||
         has_size(jets, 0, count, 0) || has_size(jets, 1, 1 + d * (d + 3) / 2, 0) ||
-        has_size(jets, 2, size, 0) || has_size(guess, 0, samples, 0) || has_size(guess, 1, size, 0) ||
-        has_size(longest_ways, 0, samples, 0))
+        has_size(jets, 2, size, 0) || has_size(guess, 0, samples, 0) ||
+        has_size(guess, 1, size, 0) || has_size(longest_ways, 0, samples, 0))
         goto done;
     if (is_between && (has_size(known, 0, count, 0) || has_size(between, 0, samples, 0) ||
                        has_size(between, 1, size, 0) || has_size(are_known, 0, samples, 0)))
         goto done;
-    work = malloc(sizeof(double) * 2 * size);
-    if (!work) {
-        PyErr_NoMemory();
+    double *work = room_for(&held, 2 * size);
+    if (!work)
         goto done;
-    }
     const int64_t *columns = plan->integers[DRIVES];
     for (Py_ssize_t sample = 0; sample < samples; sample++) {
         double index = points->at[sample * points->step[0]];
@@ -513,7 +489,6 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
     }
     answer = Py_NewRef(Py_None);
 done:
-    free(work);
     release(&held);
     return answer;
 }

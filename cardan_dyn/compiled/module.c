@@ -30,6 +30,28 @@ Array *take(Held *held, PyObject *object, int axes, int writable)
     return array;
 }
 
+int take_each(Held *held, Arguments given, const char *axes)
+{
+    for (; *axes; given++) {
+        int may_be_none = *axes == '?', is_result = axes[may_be_none] == '=';
+        axes += may_be_none + is_result;
+        if (may_be_none && *given == Py_None)
+            memset(&held->arrays[held->held++], 0, sizeof(Array));
+        else if (!take(held, *given, *axes - '0', is_result))
+            return -1;
+        axes += axes[1] ? 2 : 1;
+    }
+    return 0;
+}
+
+double *room_for(Held *held, Py_ssize_t numbers)
+{
+    held->room = malloc(sizeof(double) * (numbers + 1));
+    if (!held->room)
+        PyErr_NoMemory();
+    return held->room;
+}
+
 int has_size(const Array *array, int axis, Py_ssize_t size, int may_be_one)
 {
     Py_ssize_t found = array->size[axis];
@@ -43,6 +65,8 @@ void release(Held *held)
 {
     while (held->held)
         PyBuffer_Release(&held->arrays[--held->held].buffer);
+    free(held->room);
+    held->room = NULL;
 }
 
 static void free_plan(Plan *plan)

@@ -148,10 +148,10 @@ static int are_whole(const Plan *plan)
     const Layout of = layout_of(plan);
     const int64_t sizes[NUMBER_TABLES] = {
         SIZES, of.rates, 16 * of.n_offsets, of.n_factors, of.n_moments,
-        of.n_motions * (int64_t)(sizeof(MotionNumbers) / 8),
-        of.n_efforts * (int64_t)(sizeof(EffortNumbers) / 8),
-        of.n_coupled * (int64_t)(sizeof(CouplingNumbers) / 8),
-        of.n_massive * (int64_t)(sizeof(MassNumbers) / 8),
+        of.n_motions * FIELDS(MotionNumbers),
+        of.n_efforts * FIELDS(EffortNumbers),
+        of.n_coupled * FIELDS(CouplingNumbers),
+        of.n_massive * FIELDS(MassNumbers),
     };
     for (int table = 0; table < NUMBER_TABLES; table++)
         if (plan->number_sizes[table] != sizes[table])

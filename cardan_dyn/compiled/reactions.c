@@ -1,13 +1,12 @@
 /* Reactions: the twins of what dynamics/reactions.py does once the wrenches of the open tree are
-   known, of loads on links in dynamics/open_tree.py, and of what dynamics/inverse_dynamics.py makes
-   of results.
+   known, `ReactionSolver._closed`, and of loads on links, `OpenTree._contributions`.
 
    Samples are worked on one after the other, all groups, load cases and self-stresses of one at
    once: what self-stresses add to wrenches is never kept for all samples. Matrices have the load
    cases, or the amounts of a self-stress, as columns. */
 
-#include "arrays.h"
 #include "kernels.h"
+#include "stacked.h"
 
 /* A pivot of the normal equations up to this part of its diagonal entry is what rounding leaves of
    zero: another self-stress loads the joints alike, or none is loaded. */
@@ -16,7 +15,6 @@
 /* Amounts of most self-stresses, those of plane and spherical loops: loops over a known number of
    them take half as long. */
 #define USUAL 3
-#define ALWAYS_INLINE inline __attribute__((always_inline))
 
 /* What a plan holds, in the order of its arrays; dynamics/reaction_plan.py writes it. Of
    integers:
@@ -114,15 +112,9 @@ typedef struct {
     double *greatest_moments;
 } Work;
 
-/* The greater one; what is not a number stays. */
-static inline double greater(double known, double found)
-{
-    return found > known || found != found ? found : known;
-}
-
 /* Some columns of row (n,) @ columns (n, k): so few that their sums stay in registers. */
-static ALWAYS_INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize_t n,
-                                    const double *columns, Py_ssize_t k, int some, double *result)
+INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize_t n,
+                      const double *columns, Py_ssize_t k, int some, double *result)
 {
     double sums[4] = {0.0, 0.0, 0.0, 0.0};
     for (Py_ssize_t i = 0; i < n; i++)
@@ -133,8 +125,8 @@ static ALWAYS_INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize
 }
 
 /* result (k,) = row (n,) @ columns (n, k). */
-static ALWAYS_INLINE void row_times(const double *row, Py_ssize_t step, Py_ssize_t n,
-                                    const double *columns, Py_ssize_t k, double *result)
+INLINE void row_times(const double *row, Py_ssize_t step, Py_ssize_t n,
+                      const double *columns, Py_ssize_t k, double *result)
 {
     if (k == 1) {
         /* Two sums at a time, since each addition waits for the one before it. */
@@ -173,8 +165,8 @@ static void times_any(const double *matrix, Py_ssize_t row, Py_ssize_t column, d
 }
 
 /* The same without gaps. */
-static ALWAYS_INLINE void times_columns(const double *matrix, double sign, const double *columns,
-                                        Py_ssize_t k, double *result)
+INLINE void times_columns(const double *matrix, double sign, const double *columns,
+                          Py_ssize_t k, double *result)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++) {
@@ -201,6 +193,8 @@ static void times(const double *matrix, Py_ssize_t row, Py_ssize_t column, doubl
         times_columns(matrix, sign, columns, 4, result);
 }
 
+static const int NEXT[3] = {1, 2, 0}, AFTER_NEXT[3] = {2, 0, 1};
+
 /* Where a joint's frame is, from its action: a rotation, row by row, and a position. */
 static void placement(const Array *actions, Py_ssize_t sample, int64_t body, double *rotation,
                       double *position)
@@ -208,14 +202,13 @@ static void placement(const Array *actions, Py_ssize_t sample, int64_t body, dou
     const double *action =
         actions->at + sample * actions->step[0] + 6 * body * actions->step[1];
     Py_ssize_t row = actions->step[1], column = actions->step[2];
-    static const int before[3] = {2, 0, 1}, after[3] = {1, 2, 0};
     for (int a = 0; a < 3; a++)
         for (int c = 0; c < 3; c++)
             rotation[3 * a + c] = action[c * row + a * column];
     for (int a = 0; a < 3; a++) {
         double sum = 0.0;
         for (int c = 0; c < 3; c++)
-            sum += action[(3 + c) * row + before[a] * column] * rotation[3 * after[a] + c];
+            sum += action[(3 + c) * row + AFTER_NEXT[a] * column] * rotation[3 * NEXT[a] + c];
         position[a] = sum;
     }
 }
@@ -228,7 +221,20 @@ static void shift(const double *rotation, const double *vector, double *position
                        rotation[3 * a + 2] * vector[2];
 }
 
-static const int NEXT[3] = {1, 2, 0}, AFTER_NEXT[3] = {2, 0, 1};
+/* The matrix (6, 6) of wrenches that a rotation and a position transform, or its transpose. */
+static void transform(const double *rotation, const double *position, int is_transposed,
+                      double *matrix)
+{
+    const int row = is_transposed ? 1 : 6, column = is_transposed ? 6 : 1;
+    memset(matrix, 0, 36 * sizeof(double));
+    for (int a = 0; a < 3; a++)
+        for (int c = 0; c < 3; c++) {
+            double *to = matrix + row * a + column * c;
+            to[0] = to[21] = rotation[3 * a + c];
+            to[18] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
+                     position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
+        }
+}
 
 /* The matrix (6, 6) that takes wrenches in the axes of a body to the base's, see `LoopAxes`. */
 static void from_carrier(const Array *actions, Py_ssize_t sample, int64_t body, const double *point,
@@ -237,13 +243,7 @@ static void from_carrier(const Array *actions, Py_ssize_t sample, int64_t body, 
     double rotation[9], position[3];
     placement(actions, sample, body, rotation, position);
     shift(rotation, point, position);
-    memset(matrix, 0, 36 * sizeof(double));
-    for (int a = 0; a < 3; a++)
-        for (int c = 0; c < 3; c++) {
-            matrix[6 * a + c] = matrix[6 * (a + 3) + c + 3] = rotation[3 * a + c];
-            matrix[6 * (a + 3) + c] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
-                                      position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
-        }
+    transform(rotation, position, 0, matrix);
 }
 
 /* The matrix (6, 6) that takes wrenches in the base's axes to the frame of a `fixed` loop. */
@@ -264,13 +264,7 @@ static void to_end(const Array *actions, Py_ssize_t sample, const Loop *loop,
                                       body[3 * a + 1] * matrices->rotation[3 + c] +
                                       body[3 * a + 2] * matrices->rotation[6 + c];
     }
-    memset(matrix, 0, 36 * sizeof(double));
-    for (int c = 0; c < 3; c++)
-        for (int a = 0; a < 3; a++) {
-            matrix[6 * c + a] = matrix[6 * (c + 3) + a + 3] = rotation[3 * a + c];
-            matrix[6 * (c + 3) + a] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
-                                      position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
-        }
+    transform(rotation, position, 1, matrix);
 }
 
 /* The wrench (6, k) of a loop in the base's axes, from combinations of its weighted rows. */
@@ -286,8 +280,8 @@ static void wrench(const Work *work, const double *carrier, const double *combin
 }
 
 /* Combinations (6, k) of a loop's rows, from their multipliers. */
-static ALWAYS_INLINE void combine(const Matrices *matrices, int64_t rows, const double *multipliers,
-                                  Py_ssize_t row, Py_ssize_t column, Py_ssize_t k, double *result)
+INLINE void combine(const Matrices *matrices, int64_t rows, const double *multipliers,
+                    Py_ssize_t row, Py_ssize_t column, Py_ssize_t k, double *result)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++) {
@@ -302,7 +296,7 @@ static ALWAYS_INLINE void combine(const Matrices *matrices, int64_t rows, const 
 }
 
 /* Copy (6, k) into some of the columns (6, whole). */
-static ALWAYS_INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
+INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++)
@@ -310,7 +304,7 @@ static ALWAYS_INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t who
 }
 
 /* Add some of the columns (6, whole) to (6, k). */
-static ALWAYS_INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
+INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++)
@@ -318,8 +312,8 @@ static ALWAYS_INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole
 }
 
 /* Solve for the multipliers of a group from explicit inverses, with one step of refinement. */
-static ALWAYS_INLINE void multipliers_of(const Work *work, const Group *group, const Given *given,
-                                         Py_ssize_t sample, Py_ssize_t cases)
+INLINE void multipliers_of(const Work *work, const Group *group, const Given *given,
+                           Py_ssize_t sample, Py_ssize_t cases)
 {
     const double *square = given->square->at + sample * given->square->step[0];
     const double *inverse = given->inverse->at + sample * given->inverse->step[0];
@@ -345,7 +339,7 @@ static ALWAYS_INLINE void multipliers_of(const Work *work, const Group *group, c
 }
 
 /* What is missing along the passives of a group: given efforts less those of the wrenches. */
-static ALWAYS_INLINE void missing_along(const Work *work, const Group *group, Py_ssize_t cases)
+INLINE void missing_along(const Work *work, const Group *group, Py_ssize_t cases)
 {
     for (int64_t i = 0; i < group->passives; i++) {
         int64_t passive = group->first_passive + i;
@@ -366,10 +360,10 @@ static ALWAYS_INLINE void missing_along(const Work *work, const Group *group, Py
 
    Multipliers are those of its rows, `null` (rows, amounts) likewise; the latter's forces go to
    `units`. All of them go along the loop at once, as columns beside each other. */
-static ALWAYS_INLINE void close_loop(const Work *work, const Given *given, Py_ssize_t sample,
-                                     const Loop *loop, const Matrices *matrices,
-                                     const double *multipliers, const Item *shared,
-                                     const double *null, double *units, Py_ssize_t cases)
+INLINE void close_loop(const Work *work, const Given *given, Py_ssize_t sample,
+                       const Loop *loop, const Matrices *matrices,
+                       const double *multipliers, const Item *shared,
+                       const double *null, double *units, Py_ssize_t cases)
 {
     double carrier_matrix[36], end_matrix[36], *carrier = NULL;
     double *forces = work->forces + 6 * loop->loop * cases, *columns = forces;
@@ -424,10 +418,10 @@ static ALWAYS_INLINE void close_loop(const Work *work, const Given *given, Py_ss
 }
 
 /* Closure forces of a group and its self-stresses; loops and couplings are those from there on. */
-static ALWAYS_INLINE void close_group(Work *work, const Group *group, const Given *given,
-                                      Py_ssize_t sample, const Loop *loops,
-                                      const Matrices *matrices, const Coupling *couplings,
-                                      const double *ratios, Py_ssize_t cases)
+INLINE void close_group(Work *work, const Group *group, const Given *given,
+                        Py_ssize_t sample, const Loop *loops,
+                        const Matrices *matrices, const Coupling *couplings,
+                        const double *ratios, Py_ssize_t cases)
 {
     int64_t start = 0, unit_row = 0, amounts = group->amounts;
     const Item *shared = NULL;
@@ -478,7 +472,7 @@ static ALWAYS_INLINE void close_group(Work *work, const Group *group, const Give
 }
 
 /* The product of six components with a column. */
-static ALWAYS_INLINE double product(const double *components, const double *column, Py_ssize_t step)
+INLINE double product(const double *components, const double *column, Py_ssize_t step)
 {
     double sum = 0.0;
     for (int i = 0; i < 6; i++)
@@ -487,8 +481,8 @@ static ALWAYS_INLINE double product(const double *components, const double *colu
 }
 
 /* Add the products of two self-stresses to their normal equations. */
-static ALWAYS_INLINE void add_products(Work *work, const Pair *pair, int64_t size_of_first,
-                                       int64_t size_of_second, Py_ssize_t cases)
+INLINE void add_products(Work *work, const Pair *pair, int64_t size_of_first,
+                         int64_t size_of_second, Py_ssize_t cases)
 {
     const double *squares = work->scales + 6;
     const Item *first = work->items + pair->first, *second = work->items + pair->second;
@@ -517,7 +511,7 @@ static ALWAYS_INLINE void add_products(Work *work, const Pair *pair, int64_t siz
 
 /* The normal equations of the least norm: lower triangle, row by row, each from where it is not
    zero for lack of joints that both self-stresses load; and their right-hand sides. */
-static ALWAYS_INLINE void normal_equations(Work *work, Py_ssize_t cases)
+INLINE void normal_equations(Work *work, Py_ssize_t cases)
 {
     memset(work->normal, 0, sizeof(double) * work->sizes[NORMAL_SIZE]);
     memset(work->amounts, 0, sizeof(double) * work->amount_count * cases);
@@ -533,7 +527,7 @@ static ALWAYS_INLINE void normal_equations(Work *work, Py_ssize_t cases)
 }
 
 /* Solve the normal equations, L D L' x = r; what a zero pivot leaves open is chosen as zero. */
-static ALWAYS_INLINE void solve_normal(Work *work, Py_ssize_t cases)
+INLINE void solve_normal(Work *work, Py_ssize_t cases)
 {
     double *amounts = work->amounts, *diagonal = work->diagonal;
     for (Py_ssize_t i = 0; i < work->amount_count; i++) {
@@ -573,8 +567,8 @@ static ALWAYS_INLINE void solve_normal(Work *work, Py_ssize_t cases)
 }
 
 /* Add rows of a self-stress times its amounts to a row of all load cases. */
-static ALWAYS_INLINE void add_row(const double *of_unit, const double *amounts, int64_t size,
-                                  Py_ssize_t cases, double *to)
+INLINE void add_row(const double *of_unit, const double *amounts, int64_t size,
+                    Py_ssize_t cases, double *to)
 {
     for (Py_ssize_t m = 0; m < cases; m++) {
         double sum = 0.0;
@@ -585,7 +579,7 @@ static ALWAYS_INLINE void add_row(const double *of_unit, const double *amounts, 
 }
 
 /* Add the chosen amounts of a self-stress to wrenches and closure forces. */
-static ALWAYS_INLINE void add_item(Work *work, const Item *item, int64_t size, Py_ssize_t cases)
+INLINE void add_item(Work *work, const Item *item, int64_t size, Py_ssize_t cases)
 {
     const double *amounts = work->amounts + item->first_amount * cases;
     const double *of_unit = work->spread + item->spread;
@@ -604,8 +598,8 @@ static ALWAYS_INLINE void add_item(Work *work, const Item *item, int64_t size, P
 
    Bits of numbers without a sign are in the order of these, behind which come those of what is not
    a number. */
-static ALWAYS_INLINE void keep_greatest(const double *spread, int64_t rows, int64_t size,
-                                        uint64_t *greatest)
+INLINE void keep_greatest(const double *spread, int64_t rows, int64_t size,
+                          uint64_t *greatest)
 {
     for (int64_t row = 0; row < rows; row++) {
         uint64_t known = greatest[row];
@@ -620,7 +614,7 @@ static ALWAYS_INLINE void keep_greatest(const double *spread, int64_t rows, int6
 }
 
 /* All of a sample, whose wrenches and efforts are there. */
-static ALWAYS_INLINE void close_sample(Work *work, Py_ssize_t sample, Py_ssize_t cases)
+INLINE void close_sample(Work *work, Py_ssize_t sample, Py_ssize_t cases)
 {
     const Loop *loops = work->loops;
     const Matrices *matrices = work->matrices;
@@ -663,9 +657,6 @@ static void close_cases(Work *work, Py_ssize_t sample)
 {
     close_sample(work, sample, work->cases);
 }
-
-/* Numbers of a row of a table. */
-#define FIELDS(Row) ((Py_ssize_t)(sizeof(Row) / 8))
 
 static Work tables_of(const Plan *plan)
 {
@@ -811,7 +802,8 @@ static int items_fit(const Plan *plan, const Work *of)
     }
     for (Py_ssize_t index = 0; index < of->pair_count; index++) {
         const Pair *pair = of->pairs + index;
-        if (!is_part(pair->first, 1, of->item_count) || !is_part(pair->second, 1, pair->first + 1) ||
+        if (!is_part(pair->first, 1, of->item_count) ||
+            !is_part(pair->second, 1, pair->first + 1) ||
             !is_part(pair->first_shared, pair->shared, counts[SHARED] / 2))
             return 0;
         const Item *first = of->items + pair->first, *second = of->items + pair->second;
@@ -866,18 +858,14 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
     PyObject *answer = NULL;
     Array *arrays = malloc(sizeof(Array) * nargs);
     Given *of_groups = malloc(sizeof(Given) * (groups + 1));
-    double *memory = NULL;
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     if (!arrays || !of_groups) {
         PyErr_NoMemory();
         goto done;
     }
-    Array *wrenches = take(&held, given[1], 4, 1);
-    Array *forces = wrenches ? take(&held, given[2], 3, 1) : NULL;
-    Array *changes = forces ? take(&held, given[3], 2, 1) : NULL;
-    Array *moments = changes ? take(&held, given[4], 1, 1) : NULL;
-    if (!moments)
+    if (take_each(&held, given + 1, "=4 =3 =2 =1"))
         goto done;
+    Array *wrenches = arrays, *forces = arrays + 1, *changes = arrays + 2, *moments = arrays + 3;
     Py_ssize_t count = wrenches->size[0], cases = wrenches->size[3];
     if (has_size(wrenches, 1, sizes[BODIES], 0) || has_size(wrenches, 2, 6, 0) ||
         has_size(forces, 0, count, 0) || has_size(forces, 1, force_rows, 0) ||
@@ -946,11 +934,10 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
     Py_ssize_t total = joint_rows + 1, kinds = sizeof(needed) / sizeof(needed[0]);
     for (Py_ssize_t k = 0; k < kinds; k++)
         total += needed[k].size;
-    if (!(memory = calloc(total, sizeof(double)))) {
-        PyErr_NoMemory();
+    double *free_memory = room_for(&held, total);
+    if (!free_memory)
         goto done;
-    }
-    double *free_memory = memory;
+    memset(free_memory, 0, sizeof(double) * total);
     for (Py_ssize_t k = 0; k < kinds; k++) {
         *needed[k].at = free_memory;
         free_memory += needed[k].size;
@@ -1005,195 +992,9 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         moments->at[k * moments->step[0]] = work.greatest_moments[k];
     answer = Py_NewRef(Py_None);
 done:
-    free(memory);
     free(of_groups);
     release(&held);
     free(arrays);
-    return answer;
-}
-
-/* What a plan for `exerted` holds, in the order of its arrays. */
-enum { EXERTED_SIZES, EXERTED, EXERTED_MOMENTS, EXERTED_INTEGERS };
-enum { EXERTED_UNITS, EXERTED_FACTORS, EXERTED_NUMBERS };
-enum { EXERTED_RATES, EXERTED_BODIES, EXERTED_COUPLINGS, EXERTED_AXES, EXERTED_SIZE_COUNT };
-
-/* Of a rate: where it is among the components of wrenches, and the couplings that load it. */
-typedef struct {
-    int64_t rate, body, component, from, to;
-} Exerted;
-
-static int exerted_fits(const Plan *plan)
-{
-    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
-    const int64_t *sizes = plan->integers[EXERTED_SIZES];
-    const Exerted *efforts = (const Exerted *)plan->integers[EXERTED];
-    if (counts[EXERTED_SIZES] != EXERTED_SIZE_COUNT || counts[EXERTED] % FIELDS(Exerted) ||
-        !are_indices(sizes, EXERTED_SIZE_COUNT, 1, 0, INT32_MAX))
-        return 0;
-    Py_ssize_t effort_count = counts[EXERTED] / FIELDS(Exerted);
-    for (Py_ssize_t k = 0; k < effort_count; k++)
-        if (!is_part(efforts[k].rate, 1, sizes[EXERTED_RATES]) ||
-            !is_part(efforts[k].body, 1, sizes[EXERTED_BODIES]) ||
-            !is_part(efforts[k].component, 1, 6) ||
-            !is_part(efforts[k].from, efforts[k].to - efforts[k].from, counts[EXERTED_MOMENTS]))
-            return 0;
-    return numbers[EXERTED_FACTORS] == counts[EXERTED_MOMENTS] &&
-           numbers[EXERTED_UNITS] == effort_count * (sizes[EXERTED_AXES] ? 1 : 6) &&
-           are_indices(plan->integers[EXERTED_MOMENTS], counts[EXERTED_MOMENTS], 1, 0,
-                       sizes[EXERTED_COUPLINGS]);
-}
-
-const PlanKind exerted_plan = {"exerted", EXERTED_INTEGERS, EXERTED_NUMBERS, exerted_fits};
-
-/* exerted(plan, wrenches (N, b, 6), loads (N, nv) or (1, nv), result (N, nv), G moments (N, 1))
-
-   What drives and held joints exert: components of wrenches less loads and moments of couplings. */
-PyObject *exerted(PyObject *module, Arguments given, Py_ssize_t nargs)
-{
-    (void)module;
-    const Plan *plan = nargs < 4 ? NULL : plan_of(given[0], &exerted_plan);
-    if (nargs < 4)
-        PyErr_SetString(PyExc_TypeError, "at least 4 arguments are needed");
-    if (!plan)
-        return NULL;
-    const int64_t *sizes = plan->integers[EXERTED_SIZES];
-    EXACTLY(nargs, 4 + sizes[EXERTED_COUPLINGS])
-    Array *arrays = malloc(sizeof(Array) * nargs);
-    if (!arrays)
-        return PyErr_NoMemory();
-    Held held = {arrays, 0};
-    PyObject *answer = NULL;
-    Array *wrenches = take(&held, given[1], 3, 0);
-    Array *loads = wrenches ? take(&held, given[2], 2, 0) : NULL;
-    Array *result = loads ? take(&held, given[3], 2, 1) : NULL;
-    if (!result)
-        goto done;
-    Py_ssize_t count = wrenches->size[0];
-    if (has_size(wrenches, 1, sizes[EXERTED_BODIES], 0) || has_size(wrenches, 2, 6, 0) ||
-        has_size(loads, 0, count, 1) || has_size(loads, 1, sizes[EXERTED_RATES], 0) ||
-        has_size(result, 0, count, 0) || has_size(result, 1, sizes[EXERTED_RATES], 0))
-        goto done;
-    const Array *moments = arrays + 3;
-    for (Py_ssize_t index = 0; index < sizes[EXERTED_COUPLINGS]; index++) {
-        const Array *moment = take(&held, given[4 + index], 2, 0);
-        if (!moment || has_size(moment, 0, count, 0) || has_size(moment, 1, 1, 0))
-            goto done;
-    }
-    const Exerted *efforts = (const Exerted *)plan->integers[EXERTED];
-    Py_ssize_t effort_count = plan->integer_sizes[EXERTED] / FIELDS(Exerted);
-    const double *factors = plan->numbers[EXERTED_FACTORS];
-    for (Py_ssize_t sample = 0; sample < count; sample++) {
-        double *out = result->at + sample * result->step[0];
-        for (Py_ssize_t rate = 0; rate < sizes[EXERTED_RATES]; rate++)
-            out[rate * result->step[1]] = 0.0;
-        for (Py_ssize_t index = 0; index < effort_count; index++) {
-            const Exerted *effort = efforts + index;
-            const double *wrench = wrenches->at + sample * wrenches->step[0] +
-                                   effort->body * wrenches->step[1];
-            const double *units = plan->numbers[EXERTED_UNITS] + index;
-            double sum = 0.0;
-            if (sizes[EXERTED_AXES])
-                sum = wrench[effort->component * wrenches->step[2]] * *units;
-            else
-                for (int i = 0; i < 6; i++)
-                    sum += wrench[i * wrenches->step[2]] * units[5 * index + i];
-            for (int64_t k = effort->from; k < effort->to; k++) {
-                const Array *moment = moments + plan->integers[EXERTED_MOMENTS][k];
-                sum += factors[k] * moment->at[sample * moment->step[0]];
-            }
-            out[effort->rate * result->step[1]] =
-                sum - loads->at[sample * loads->step[0] + effort->rate * loads->step[1]];
-        }
-    }
-    answer = Py_NewRef(Py_None);
-done:
-    release(&held);
-    free(arrays);
-    return answer;
-}
-
-/* Add differences of numbers with themselves, which are not zero where they are not finite. */
-static double differences(const double *at, Py_ssize_t count, Py_ssize_t step)
-{
-    double sums[4] = {0.0, 0.0, 0.0, 0.0};
-    Py_ssize_t k = 0;
-    if (step == 1)
-        for (; k + 4 <= count; k += 4)
-            for (int i = 0; i < 4; i++)
-                sums[i] += at[k + i] - at[k + i];
-    for (; k < count; k++)
-        sums[0] += at[k * step] - at[k * step];
-    return sums[0] + sums[1] + sums[2] + sums[3];
-}
-
-/* all_finite(arrays of at most four axes): whether all of their numbers are finite. */
-PyObject *all_finite(PyObject *module, Arguments given, Py_ssize_t nargs)
-{
-    (void)module;
-    double sum = 0.0;
-    for (Py_ssize_t index = 0; index < nargs; index++) {
-        Py_buffer buffer;
-        if (PyObject_GetBuffer(given[index], &buffer, PyBUF_STRIDES | PyBUF_FORMAT) < 0)
-            return NULL;
-        if (buffer.ndim > MOST_AXES || buffer.itemsize != 8 || strcmp(buffer.format, "d") != 0) {
-            PyBuffer_Release(&buffer);
-            PyErr_Format(PyExc_TypeError, "argument %zd has to be an array of numbers", index + 1);
-            return NULL;
-        }
-        if (PyBuffer_IsContiguous(&buffer, 'A'))
-            sum += differences(buffer.buf, buffer.len / 8, 1);
-        else {
-            Py_ssize_t size[MOST_AXES] = {1, 1, 1, 1}, step[MOST_AXES] = {0, 0, 0, 0};
-            for (int axis = 0; axis < buffer.ndim; axis++) {
-                size[MOST_AXES - buffer.ndim + axis] = buffer.shape[axis];
-                step[MOST_AXES - buffer.ndim + axis] = buffer.strides[axis] / 8;
-            }
-            const double *at = buffer.buf;
-            for (Py_ssize_t i = 0; i < size[0]; i++)
-                for (Py_ssize_t j = 0; j < size[1]; j++)
-                    for (Py_ssize_t k = 0; k < size[2]; k++)
-                        sum += differences(at + i * step[0] + j * step[1] + k * step[2], size[3],
-                                           step[3]);
-        }
-        PyBuffer_Release(&buffer);
-    }
-    return PyBool_FromLong(sum == 0.0);
-}
-
-/* magnified(condition (N,), ratios (N, nv, d), scale (nv, d), result (N,)): conditions times the
-   greatest ratio, which counts as one at least. */
-PyObject *magnified(PyObject *module, Arguments given, Py_ssize_t nargs)
-{
-    (void)module;
-    EXACTLY(nargs, 4)
-    Array arrays[4];
-    Held held = {arrays, 0};
-    PyObject *answer = NULL;
-    Array *condition = take(&held, given[0], 1, 0);
-    Array *ratios = condition ? take(&held, given[1], 3, 0) : NULL;
-    Array *scale = ratios ? take(&held, given[2], 2, 0) : NULL;
-    Array *result = scale ? take(&held, given[3], 1, 1) : NULL;
-    if (!result)
-        goto done;
-    Py_ssize_t count = ratios->size[0], rates = ratios->size[1], drives = ratios->size[2];
-    if (has_size(condition, 0, count, 0) || has_size(scale, 0, rates, 0) ||
-        has_size(scale, 1, drives, 0) || has_size(result, 0, count, 0))
-        goto done;
-    for (Py_ssize_t sample = 0; sample < count; sample++) {
-        const double *at = ratios->at + sample * ratios->step[0];
-        double greatest = 1.0;
-        for (Py_ssize_t rate = 0; rate < rates; rate++)
-            for (Py_ssize_t drive = 0; drive < drives; drive++) {
-                double unit = scale->at[rate * scale->step[0] + drive * scale->step[1]];
-                double ratio = at[rate * ratios->step[1] + drive * ratios->step[2]];
-                greatest = greater(greatest, fabs(ratio) * unit);
-            }
-        result->at[sample * result->step[0]] =
-            condition->at[sample * condition->step[0]] * greatest;
-    }
-    answer = Py_NewRef(Py_None);
-done:
-    release(&held);
     return answer;
 }
 
@@ -1232,16 +1033,12 @@ PyObject *against_load(PyObject *module, Arguments given, Py_ssize_t nargs)
     if (in_world < 0)
         return NULL;
     Array arrays[6];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    Array *actions = take(&held, given[1], 3, 0);
-    Array *place = actions ? take(&held, given[2], 1, 0) : NULL;
-    Array *rotation = place ? take(&held, given[3], 2, 0) : NULL;
-    Array *force = rotation ? take(&held, given[5], 2, 0) : NULL;
-    Array *moment = force ? take(&held, given[6], 2, 0) : NULL;
-    Array *wrenches = moment ? take(&held, given[7], 3, 1) : NULL;
-    if (!wrenches)
+    if (take_each(&held, given + 1, "3 1 2") || take_each(&held, given + 5, "2 2 =3"))
         goto done;
+    Array *actions = arrays, *place = arrays + 1, *rotation = arrays + 2, *force = arrays + 3;
+    Array *moment = arrays + 4, *wrenches = arrays + 5;
     Py_ssize_t count = wrenches->size[0];
     if (has_size(actions, 0, count, 0) || has_size(actions, 1, sizes[LOADED_ROWS], 0) ||
         has_size(actions, 2, 6, 0) || has_size(place, 0, 3, 0) || has_size(rotation, 0, 3, 0) ||
