@@ -8,12 +8,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from testkit.claims import coupled_wheels, four_bar, universal
+from testkit.compiled_functions import needs_kernel
 
 import cardan_dyn as cd
-from cardan_dyn import compiled
 from cardan_dyn.compiled import Plan
 
-pytestmark = pytest.mark.skipif(compiled.kernel is None, reason="nothing is compiled here")
+pytestmark = needs_kernel
 
 KINDS = {"branch", "closure", "exerted", "lattice", "load", "moves", "proof", "reactions", "rows"}
 FAR = 1 << 40
