@@ -334,6 +334,7 @@ def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> A
         group: of the load's body.
         rotation: `(3, 3, N)` or `(3, 3, 1)` of the base in the world, for loads in world axes.
     """
+    # Twin: `against_load` of compiled/reactions.c, which goes on to the joints inwards.
     axes, position = placement(group.actions, group.batch.index_of[load.body])
     point = position + np.einsum("ikn,k->in", axes, load.place)
     if rotation is None:

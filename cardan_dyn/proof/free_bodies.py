@@ -237,6 +237,7 @@ class FreeBodies:
 
     def _residuals(self, claim: Claim) -> Residuals:
         """See `check`."""
+        # Twin: `proven` of compiled/proof.c.
         state = self._twists.state(claim.x)
         every = self._nets_and_wrenches(claim)
         chosen = state.joint_frames[self._chosen]

@@ -182,6 +182,7 @@ class BranchTable:
             positions: `(N,)` drive positions.
             columns: of a row; quaternions come without their unit length.
         """
+        # Twin: `branch` of compiled/following.c, with what `DriveMotion.write` does.
         if self.size == 1:
             return np.repeat(self.rows.x[:, columns], len(positions), axis=0)
         left = self.positions[1:-1].searchsorted(positions)

@@ -344,6 +344,7 @@ class _Points:
         Returns:
             The coordinates, and `(N,)` whether the way there is short enough.
         """
+        # Twin: `lattice` of compiled/following.c.
         kernel = compiled.kernel
         if kernel is not None:
             guess, longest = np.empty((len(points), self.x.shape[1])), np.empty(len(points))
@@ -370,6 +371,7 @@ class _Points:
         Returns:
             The coordinates, and `(N,)` whether all points around are known.
         """
+        # Twin: `lattice` of compiled/following.c.
         d, lines = len(self._columns), self._lines
         guess, is_known = self.x[points], np.full(len(points), d <= _MOST_AROUND)
         if d > _MOST_AROUND:

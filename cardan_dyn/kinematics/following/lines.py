@@ -94,6 +94,7 @@ class Rows(NamedTuple):
     @staticmethod
     def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
         """Return the rows at joint velocities and accelerations `(K, nv)`."""
+        # Twin: `rows` of compiled/following.c.
         kernel = compiled.kernel
         if kernel is not None:
             first, second = np.empty((2, *x.shape))
@@ -112,6 +113,7 @@ class Rows(NamedTuple):
 
     def longest(self, layout: Coordinates) -> Array:
         """Return `(K,)` how far at most rows may be extrapolated."""
+        # Twin: `longest` of compiled/following.c.
         kernel, (_, first, second) = compiled.kernel, self
         if kernel is not None:
             longest = np.empty(len(first))

@@ -1,4 +1,5 @@
-/* Guesses: the twins of `BranchTable.values` with what `DriveMotion.write` does around it. */
+/* Guesses: the twins of what kinematics/following does where motions are known: `BranchTable.values`
+   with what `DriveMotion.write` does around it, `Rows`, and the lattice. */
 
 #include "kernels.h"
 #include "stacked.h"
@@ -18,7 +19,7 @@ static void normalise(double *quaternion)
         quaternion[i] /= length;
 }
 
-/* The interval of a position among nodes: how many of those between the outer ones lie before it. */
+/* The interval of a position: how many nodes between the outer ones lie before it. */
 static Py_ssize_t interval_of(const double *nodes, Py_ssize_t count, double position)
 {
     Py_ssize_t low = 0, high = count - 2;
