@@ -836,6 +836,109 @@ static int reactions_fit(const Plan *plan)
 
 const PlanKind reactions_plan = {"reactions", INTEGER_ARRAYS, NUMBER_ARRAYS, reactions_fit};
 
+/* Take the arrays of all groups, which have to be of so many samples; -1 with an error set. */
+static int take_groups(Held *held, Arguments given, const Work *work, Py_ssize_t count,
+                       Given *of_groups)
+{
+    for (Py_ssize_t index = 0; index < work->group_count; index++) {
+        const Group *group = work->groups + index;
+        const Array *own = held->arrays + held->held;
+        int has_null = group->item >= 0;
+        if (take_each(held, given, has_null ? "3 3 3 3" : "3 3 3"))
+            return -1;
+        given += has_null ? 4 : 3;
+        if (has_size(own, 0, count, 0) || has_size(own, 1, group->action_rows, 0) ||
+            has_size(own, 2, 6, 0) || has_size(own + 1, 0, count, 0) ||
+            has_size(own + 1, 1, group->passives, 0) || has_size(own + 1, 2, group->columns, 0) ||
+            has_size(own + 2, 0, count, 0) || has_size(own + 2, 1, group->columns, 0) ||
+            has_size(own + 2, 2, group->passives, 0))
+            return -1;
+        if (has_null && (has_size(own + 3, 0, count, 0) || has_size(own + 3, 1, group->rows, 0) ||
+                         has_size(own + 3, 2, group->amounts, 0)))
+            return -1;
+        of_groups[index] = (Given){own, own + 1, own + 2, has_null ? own + 3 : NULL};
+    }
+    return 0;
+}
+
+/* Lay out the work space of a call, all of it zero; -1 with an error set. */
+static int make_room(Held *held, const Plan *plan, Work *work)
+{
+    const int64_t *sizes = work->sizes;
+    /* A loop may have a self-stress of its own beside that of its group. */
+    Py_ssize_t cases = work->cases, columns = cases + 2 * sizes[MOST_AMOUNTS];
+    Py_ssize_t greatest = 6 * plan->integer_sizes[JOINTS];
+    struct {
+        double **at;
+        Py_ssize_t size;
+    } needed[] = {
+        {&work->wrenches, 6 * sizes[BODIES] * cases},
+        {&work->forces, work->force_rows * cases},
+        {&work->efforts, sizes[RATES] * cases},
+        {&work->missing, sizes[MOST_PASSIVES] * cases},
+        {&work->left, sizes[MOST_PASSIVES] * cases},
+        {&work->multipliers, sizes[MOST_MULTIPLIERS] * cases},
+        {&work->combined, 6 * columns},
+        {&work->columns, 6 * columns},
+        {&work->added, 6 * columns},
+        {&work->spread, sizes[SPREAD_SIZE]},
+        {&work->unit_forces, sizes[UNIT_SIZE]},
+        {&work->normal, sizes[NORMAL_SIZE]},
+        {&work->diagonal, work->amount_count},
+        {&work->amounts, work->amount_count * cases},
+        {&work->greatest_moments, sizes[COUPLING_COUNT]},
+    };
+    Py_ssize_t total = greatest, kinds = sizeof(needed) / sizeof(needed[0]);
+    for (Py_ssize_t k = 0; k < kinds; k++)
+        total += needed[k].size;
+    double *room = room_for(held, total);
+    if (!room)
+        return -1;
+    memset(room, 0, sizeof(double) * total);
+    for (Py_ssize_t k = 0; k < kinds; k++) {
+        *needed[k].at = room;
+        room += needed[k].size;
+    }
+    work->greatest = (uint64_t *)room;
+    return 0;
+}
+
+/* Read the wrenches of a sample into the work space, or write them back. */
+static void move_wrenches(const Work *work, const Array *wrenches, Py_ssize_t sample, int back)
+{
+    Py_ssize_t cases = work->cases, bodies = work->sizes[BODIES];
+    double *at = wrenches->at + sample * wrenches->step[0], *own = work->wrenches;
+    if ((cases == 1 || wrenches->step[3] == 1) && wrenches->step[2] == cases &&
+        (bodies == 1 || wrenches->step[1] == 6 * cases)) {
+        memcpy(back ? at : own, back ? own : at, sizeof(double) * 6 * bodies * cases);
+        return;
+    }
+    for (Py_ssize_t body = 0; body < bodies; body++)
+        for (int i = 0; i < 6; i++)
+            for (Py_ssize_t m = 0; m < cases; m++, own++) {
+                double *one = at + body * wrenches->step[1] + i * wrenches->step[2] +
+                              m * wrenches->step[3];
+                *(back ? one : own) = *(back ? own : one);
+            }
+}
+
+/* Write what self-stresses change at most, of all samples. */
+static void write_changes(const Plan *plan, const Work *work, const Array *changes,
+                          const Array *moments)
+{
+    for (Py_ssize_t body = 0; body < work->sizes[BODIES]; body++)
+        for (int i = 0; i < 6; i++)
+            changes->at[body * changes->step[0] + i * changes->step[1]] = 0.0;
+    for (Py_ssize_t row = 0; row < 6 * plan->integer_sizes[JOINTS]; row++) {
+        double greatest, *to = changes->at + work->joints[row / 6] * changes->step[0] +
+                               row % 6 * changes->step[1];
+        memcpy(&greatest, work->greatest + row, sizeof(greatest));
+        *to = greater(*to, row % 6 < 3 ? work->scales[12] * greatest : greatest);
+    }
+    for (Py_ssize_t k = 0; k < work->sizes[COUPLING_COUNT]; k++)
+        moments->at[k * moments->step[0]] = work->greatest_moments[k];
+}
+
 /* reactions(plan, wrenches (N, b, 6, c), forces (N, 6 L + G, c), changes (b, 6), moments (G,),
              c loads (N, nv) or (1, nv),
              of each group in turn: actions, square, inverse, and null if it has amounts)
@@ -885,76 +988,13 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         if (!load || has_size(load, 0, count, 1) || has_size(load, 1, sizes[RATES], 0))
             goto done;
     }
-    PyObject *const *next = given + 5 + cases;
-    for (Py_ssize_t index = 0; index < groups; index++) {
-        const Group *group = work.groups + index;
-        Given *own = of_groups + index;
-        if (!(own->actions = take(&held, *next++, 3, 0)) ||
-            !(own->square = take(&held, *next++, 3, 0)) ||
-            !(own->inverse = take(&held, *next++, 3, 0)))
-            goto done;
-        if (has_size(own->actions, 0, count, 0) ||
-            has_size(own->actions, 1, group->action_rows, 0) || has_size(own->actions, 2, 6, 0) ||
-            has_size(own->square, 0, count, 0) || has_size(own->square, 1, group->passives, 0) ||
-            has_size(own->square, 2, group->columns, 0) || has_size(own->inverse, 0, count, 0) ||
-            has_size(own->inverse, 1, group->columns, 0) ||
-            has_size(own->inverse, 2, group->passives, 0))
-            goto done;
-        if (group->item >= 0 &&
-            (!(own->null = take(&held, *next++, 3, 0)) || has_size(own->null, 0, count, 0) ||
-             has_size(own->null, 1, group->rows, 0) || has_size(own->null, 2, group->amounts, 0)))
-            goto done;
-    }
     work.given = of_groups;
     work.cases = cases;
-    /* A loop may have a self-stress of its own beside that of its group. */
-    Py_ssize_t columns = cases + 2 * sizes[MOST_AMOUNTS];
-    Py_ssize_t joint_rows = 6 * plan->integer_sizes[JOINTS];
-    Py_ssize_t wrench_size = 6 * sizes[BODIES] * cases;
-    struct {
-        double **at;
-        Py_ssize_t size;
-    } needed[] = {
-        {&work.wrenches, wrench_size},
-        {&work.forces, force_rows * cases},
-        {&work.efforts, sizes[RATES] * cases},
-        {&work.missing, sizes[MOST_PASSIVES] * cases},
-        {&work.left, sizes[MOST_PASSIVES] * cases},
-        {&work.multipliers, sizes[MOST_MULTIPLIERS] * cases},
-        {&work.combined, 6 * columns},
-        {&work.columns, 6 * columns},
-        {&work.added, 6 * columns},
-        {&work.spread, sizes[SPREAD_SIZE]},
-        {&work.unit_forces, sizes[UNIT_SIZE]},
-        {&work.normal, sizes[NORMAL_SIZE]},
-        {&work.diagonal, work.amount_count},
-        {&work.amounts, work.amount_count * cases},
-        {&work.greatest_moments, sizes[COUPLING_COUNT]},
-    };
-    Py_ssize_t total = joint_rows + 1, kinds = sizeof(needed) / sizeof(needed[0]);
-    for (Py_ssize_t k = 0; k < kinds; k++)
-        total += needed[k].size;
-    double *free_memory = room_for(&held, total);
-    if (!free_memory)
+    if (take_groups(&held, given + 5 + cases, &work, count, of_groups) ||
+        make_room(&held, plan, &work))
         goto done;
-    memset(free_memory, 0, sizeof(double) * total);
-    for (Py_ssize_t k = 0; k < kinds; k++) {
-        *needed[k].at = free_memory;
-        free_memory += needed[k].size;
-    }
-    work.greatest = (uint64_t *)free_memory;
-    int is_gapless = (cases == 1 || wrenches->step[3] == 1) && wrenches->step[2] == cases &&
-                     (sizes[BODIES] == 1 || wrenches->step[1] == 6 * cases);
     for (Py_ssize_t sample = 0; sample < count; sample++) {
-        double *at = wrenches->at + sample * wrenches->step[0], *to = work.wrenches;
-        if (is_gapless)
-            memcpy(to, at, sizeof(double) * wrench_size);
-        else
-            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-                for (int i = 0; i < 6; i++)
-                    for (Py_ssize_t m = 0; m < cases; m++)
-                        *to++ = at[body * wrenches->step[1] + i * wrenches->step[2] +
-                                   m * wrenches->step[3]];
+        move_wrenches(&work, wrenches, sample, 0);
         for (Py_ssize_t m = 0; m < cases; m++) {
             const double *load = loads[m].at + sample * loads[m].step[0];
             for (Py_ssize_t rate = 0; rate < sizes[RATES]; rate++)
@@ -964,32 +1004,13 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
             close_one_case(&work, sample);
         else
             close_cases(&work, sample);
-        const double *from = work.wrenches;
-        if (is_gapless)
-            memcpy(at, from, sizeof(double) * wrench_size);
-        else
-            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-                for (int i = 0; i < 6; i++)
-                    for (Py_ssize_t m = 0; m < cases; m++)
-                        at[body * wrenches->step[1] + i * wrenches->step[2] +
-                           m * wrenches->step[3]] = *from++;
-        from = work.forces;
-        at = forces->at + sample * forces->step[0];
+        move_wrenches(&work, wrenches, sample, 1);
+        double *at = forces->at + sample * forces->step[0];
         for (Py_ssize_t row = 0; row < force_rows; row++)
             for (Py_ssize_t m = 0; m < cases; m++)
-                at[row * forces->step[1] + m * forces->step[2]] = *from++;
+                at[row * forces->step[1] + m * forces->step[2]] = work.forces[row * cases + m];
     }
-    for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-        for (int i = 0; i < 6; i++)
-            changes->at[body * changes->step[0] + i * changes->step[1]] = 0.0;
-    for (Py_ssize_t row = 0; row < joint_rows; row++) {
-        double greatest, *to = changes->at + work.joints[row / 6] * changes->step[0] +
-                               row % 6 * changes->step[1];
-        memcpy(&greatest, work.greatest + row, sizeof(greatest));
-        *to = greater(*to, row % 6 < 3 ? work.scales[12] * greatest : greatest);
-    }
-    for (Py_ssize_t k = 0; k < sizes[COUPLING_COUNT]; k++)
-        moments->at[k * moments->step[0]] = work.greatest_moments[k];
+    write_changes(plan, &work, changes, moments);
     answer = Py_NewRef(Py_None);
 done:
     free(of_groups);

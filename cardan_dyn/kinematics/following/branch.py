@@ -238,8 +238,7 @@ class Branch:
         # For a table, errors of guesses between its nodes.
         self._guess_errors: tuple[BranchTable, Array] | None = None
         # For a table and a period, what a compiled function works along.
-        self._planned: tuple[BranchTable, float | None] | None = None
-        self._plan: Plan | None = None
+        self._planned: tuple[BranchTable, float | None, Plan] | None = None
 
     @property
     def span(self) -> tuple[float, float]:
@@ -579,9 +578,9 @@ class Branch:
             windings = np.where(columns == table.drive_column, 0.0, self.windings[columns])
             period = self.period or 0.0
             repeats = np.array([far, period, np.rint(period / TURN), *TURN_PARTS])
-            self._plan = table.plan(columns, windings, repeats)
-            self._planned = table, self.period
-        return self._plan
+            planned = table, self.period, table.plan(columns, windings, repeats)
+            self._planned = planned
+        return planned[2]
 
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.
