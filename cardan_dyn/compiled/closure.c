@@ -716,17 +716,19 @@ done:
     return answer;
 }
 
+/* What a plan of moves holds: columns, and where they are in a step; then first ones of quaternions,
+   and of what these turn by. */
+enum { MOVED_COLUMNS, OF_STEP, QUATERNIONS, ROTATIONS, MOVES_INTEGERS };
+
 static int moves_fit(const Plan *plan)
 {
     const Py_ssize_t *sizes = plan->integer_sizes;
-    return sizes[0] == sizes[1] && sizes[2] == sizes[3];
+    return sizes[MOVED_COLUMNS] == sizes[OF_STEP] && sizes[QUATERNIONS] == sizes[ROTATIONS];
 }
 
-const PlanKind moves_plan = {"moves", 4, 0, moves_fit};
+const PlanKind moves_plan = {"moves", MOVES_INTEGERS, 0, moves_fit};
 
-/* moved(plan, x (N, size), step (N, k)): move rows in place, see `Moves.apply`.
-
-   The plan has columns and their places in a step, then the same of quaternions' first ones. */
+/* moved(plan, x (N, size), step (N, k)): move rows in place, the twin of `Moves.apply`. */
 PyObject *moved(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
@@ -741,32 +743,33 @@ PyObject *moved(PyObject *module, Arguments given, Py_ssize_t nargs)
     if (take_each(&held, given + 1, "=2 2") || has_size(steps, 0, x->size[0], 0))
         goto done;
     const Py_ssize_t *sizes = plan->integer_sizes;
-    int64_t *const *of = plan->integers;
-    if (!are_indices(of[0], sizes[0], 1, 0, x->size[1]) ||
-        !are_indices(of[1], sizes[1], 1, 0, steps->size[1]) ||
-        !are_indices(of[2], sizes[2], 1, 0, x->size[1] - 3) ||
-        !are_indices(of[3], sizes[3], 1, 0, steps->size[1] - 2)) {
+    const int64_t *columns = plan->integers[MOVED_COLUMNS], *of_step = plan->integers[OF_STEP];
+    const int64_t *balls = plan->integers[QUATERNIONS], *spins = plan->integers[ROTATIONS];
+    if (!are_indices(columns, sizes[MOVED_COLUMNS], 1, 0, x->size[1]) ||
+        !are_indices(of_step, sizes[OF_STEP], 1, 0, steps->size[1]) ||
+        !are_indices(balls, sizes[QUATERNIONS], 1, 0, x->size[1] - 3) ||
+        !are_indices(spins, sizes[ROTATIONS], 1, 0, steps->size[1] - 2)) {
         PyErr_SetString(PyExc_ValueError, "rows or steps have too few coordinates");
         goto done;
     }
     for (Py_ssize_t sample = 0; sample < x->size[0]; sample++) {
         double *row = x->at + sample * x->step[0];
         const double *step = steps->at + sample * steps->step[0];
-        for (Py_ssize_t k = 0; k < sizes[0]; k++)
-            row[of[0][k] * x->step[1]] += step[of[1][k] * steps->step[1]];
-        for (Py_ssize_t k = 0; k < sizes[2]; k++) {
+        for (Py_ssize_t k = 0; k < sizes[MOVED_COLUMNS]; k++)
+            row[columns[k] * x->step[1]] += step[of_step[k] * steps->step[1]];
+        for (Py_ssize_t k = 0; k < sizes[QUATERNIONS]; k++) {
             double q[4], r[4], result[4];
             for (int i = 0; i < 4; i++)
-                q[i] = row[(of[2][k] + i) * x->step[1]];
+                q[i] = row[(balls[k] + i) * x->step[1]];
             for (int i = 0; i < 3; i++)
-                r[i] = 0.5 * step[(of[3][k] + i) * steps->step[1]];
+                r[i] = 0.5 * step[(spins[k] + i) * steps->step[1]];
             double half = sqrt(dot(r, r)), ratio = half == 0.0 ? 1.0 : sin(half) / half;
             for (int i = 0; i < 3; i++)
                 r[i] *= ratio;
             r[3] = cos(half);
             turned(q, r, result);
             for (int i = 0; i < 4; i++)
-                row[(of[2][k] + i) * x->step[1]] = result[i];
+                row[(balls[k] + i) * x->step[1]] = result[i];
         }
     }
     answer = Py_NewRef(Py_None);

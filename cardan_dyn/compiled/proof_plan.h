@@ -1,4 +1,4 @@
-/* The plan of the proof: tables that proof/layout.py fills, one row per item. */
+/* The plan of the proof: tables that proof/proof_plan.py fills, one row per item. */
 
 #ifndef CARDAN_DYN_PROOF_PLAN_H
 #define CARDAN_DYN_PROOF_PLAN_H
@@ -93,7 +93,7 @@ static const void *numbers(const Plan *plan, int table, size_t row, int64_t *row
     return plan->numbers[table];
 }
 
-/* Find the tables of a plan, in the order of proof/layout.py. */
+/* Find the tables of a plan, in the order of proof/proof_plan.py. */
 static Layout layout_of(const Plan *plan)
 {
     Layout layout;

@@ -145,12 +145,8 @@ class _Writer:
         for row, joint, sign in bodies:
             self.paths.append((row, joint, slots[joint]))
             self.signs.append(sign)
-        matrices = np.zeros(87)
-        matrices[: rows.size] = rows.ravel()
-        matrices[36 : 36 + null.size] = null.ravel()
-        matrices[72:75] = axes.point
-        matrices[75:84], matrices[84:] = end.rotations[0].ravel(), end.translations[0]
-        self.matrices.append(matrices)
+        placed = axes.point, end.rotations[0].ravel(), end.translations[0]
+        self.matrices.append(np.concatenate([_padded(rows), _padded(null), *placed]))
 
     def places(self) -> Iterator[tuple[int, ...]]:
         """Yield, per self-stress, its sizes and where its parts are, see `reactions.c`."""
@@ -279,3 +275,10 @@ def exerted_plan(mechanism: Mechanism, size: int, along: Along, prescribed: Arra
     sizes = len(along), size, len(mechanism.couplings), int(along.is_along_axes)
     units = [along.units_of(column) for column in prescribed.tolist()]
     return Plan("exerted", (sizes, efforts, moments), (units, factors))
+
+
+def _padded(matrix: Array) -> Array:
+    """Return a matrix `(6, k)`, row by row, behind which zeros stand for what six columns have."""
+    padded = np.zeros(36)
+    padded[: matrix.size] = matrix.ravel()
+    return padded

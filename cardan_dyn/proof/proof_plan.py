@@ -1,4 +1,4 @@
-"""Layout: the tables along which the compiled proof works, made once per scene.
+"""Proof plan: the tables along which the compiled proof works, made once per scene.
 
 They hold what `Frames`, `Twists`, `Constraints`, `EffortBalance` and `MassiveBodies` found, one row
 per item, in the order of the structures of compiled/proof_plan.h.
@@ -30,8 +30,8 @@ _PLACE = 14
 _NO_LOADS = np.zeros((0, 6, 1)), np.zeros((0, _PLACE))
 
 
-class Layout(NamedTuple):
-    """What the compiled proof works along.
+class ProofTables(NamedTuple):
+    """What is known of a scene before anything is claimed.
 
     Attributes:
         frames: of the description.
@@ -52,7 +52,7 @@ class Layout(NamedTuple):
     length: float
 
     def plan(self) -> Plan:
-        """Return the tables."""
+        """Return the plan."""
         frames, constraints, twists = self.frames, self.constraints, self.twists
         offsets: list[Offset] = []
         joints = self._joints(offsets)
