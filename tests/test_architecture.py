@@ -2,10 +2,23 @@
 
 import ast
 import re
+from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "cardan_dyn"
+COMPILED = PACKAGE / "compiled"
+
+_CLOSING = "cardan_dyn.kinematics.closing"
+CONSTANTS = {
+    "HALF_TURN": f"{_CLOSING}.equations",
+    **dict.fromkeys(
+        ("STRAIGHT", "CURVATURE", "BENT", "MOST_BENT", "NONE"), f"{_CLOSING}.group_solver"
+    ),
+    "LEAST_SCALE": "cardan_dyn.proof.residuals",
+    **dict.fromkeys(("LEAST_SQUARE", "GREATEST_SQUARE"), "cardan_dyn.proof.wrenches"),
+}
+"""Constants that compiled functions and their twins have in common, and the modules of these."""
 
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
@@ -98,10 +111,7 @@ def test_the_proof_takes_nothing_from_what_it_proves() -> None:
 def test_the_compiled_proof_takes_nothing_from_what_it_proves() -> None:
     """Arrays and the list of functions are all that its files share with the others."""
     own = {"proven", "within", "cancellation"}
-    sources = {
-        path.name: path.read_text(encoding="utf-8")
-        for path in (PACKAGE / "compiled").glob("*.[ch]")
-    }
+    sources = {path.name: path.read_text(encoding="utf-8") for path in COMPILED.glob("*.[ch]")}
     for name, text in sources.items():
         included = set(re.findall(r'#include "(.*)"', text))
         if name.startswith("proof"):
@@ -114,6 +124,34 @@ def test_the_compiled_proof_takes_nothing_from_what_it_proves() -> None:
     for path in (PACKAGE / "proof").glob("*.py"):
         called = re.findall(r"compiled\.kernel\.(\w+)", path.read_text(encoding="utf-8"))
         assert set(called) <= own
+
+
+def test_every_compiled_function_is_called_and_has_a_twin_that_names_it() -> None:
+    sources = {path.name: path.read_text(encoding="utf-8") for path in COMPILED.glob("*.[ch]")}
+    listed = sources["kernels.h"].split("#define EVERY_FUNCTION")[1].split("#define")[0]
+    functions = set(re.findall(r"WITH\((\w+)\)", listed))
+    texts = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")]
+    twins = {twin for text in texts for twin in re.findall(r"# Twin: `(\w+)` of (\S+\.c)", text)}
+    assert {name for name, _ in twins} == functions
+    for name, file in twins:
+        assert re.search(rf"^PyObject \*{name}\(", sources[Path(file).name], re.MULTILINE), name
+    called = {name for text in texts for name in re.findall(r"kernel\.(\w+)\(", text)}
+    assert called == functions | {"plan"}
+
+
+def test_compiled_functions_have_the_constants_of_their_twins() -> None:
+    own = {"SINGULAR", "TAU"}  # What NumPy has functions for.
+    found = {
+        (path.name, name): float(value)
+        for path in COMPILED.glob("*.[ch]")
+        for name, value in re.findall(
+            r"^#define (\w+) ([\d.]+(?:e-?\d+)?)$", path.read_text(encoding="utf-8"), re.MULTILINE
+        )
+        if name not in own and ("." in value or "e" in value)
+    }
+    assert {name for _, name in found} == set(CONSTANTS)
+    for (_, name), value in found.items():
+        assert value == getattr(import_module(CONSTANTS[name]), f"_{name}"), name
 
 
 def test_every_room_is_in_the_architecture() -> None:

@@ -59,13 +59,23 @@ class Plan:
     It is made once per scene, and again where a scene was copied or sent to another process.
     """
 
-    def __init__(self, integers: Sequence[Array], numbers: Sequence[Array]) -> None:
-        """Keep the arrays in the order that the function defines."""
-        self._arrays = (
-            [np.ascontiguousarray(array, dtype=np.int64) for array in integers],
-            [np.ascontiguousarray(array, dtype=float) for array in numbers],
-        )
-        self.handle: Any = kernel and kernel.plan(*self._arrays)
+    def __init__(self, kind: str, integers: Sequence[Any], numbers: Sequence[Any]) -> None:
+        """Keep tables, row by row, in the order that the C file of the kind defines.
 
-    def __reduce__(self) -> tuple[type[Plan], tuple[list[Array], list[Array]]]:
-        return Plan, self._arrays
+        Args:
+            kind: what the plan is of; functions take plans of their kind alone.
+            integers: tables of integers, of any shapes.
+            numbers: tables of numbers.
+
+        Raises:
+            ValueError: tables have other sizes, or indices in them are beyond what they count.
+        """
+        self._given: tuple[str, list[Array], list[Array]] = (
+            kind,
+            [np.array(table, dtype=np.int64).ravel() for table in integers],
+            [np.array(table, dtype=float).ravel() for table in numbers],
+        )
+        self.handle: Any = kernel and kernel.plan(*self._given)
+
+    def __reduce__(self) -> tuple[type[Plan], tuple[str, list[Array], list[Array]]]:
+        return Plan, self._given

@@ -3,7 +3,6 @@
    The words are explained there. All of it happens sample after sample, so that what is known of a
    sample is read again while it is near. */
 
-#include "arrays.h"
 #include "kernels.h"
 #include "stacked.h"
 
@@ -55,77 +54,74 @@ typedef struct {
     double length;
 } Closure;
 
-static int are_indices(const int64_t *values, Py_ssize_t count, int64_t least, Py_ssize_t end)
+/* Whether counts, none of them below zero, have a sum. */
+static int add_up(const int64_t *counts, Py_ssize_t count, int64_t sum)
 {
-    for (Py_ssize_t k = 0; k < count; k++)
-        if (values[k] < least || values[k] >= end)
-            return 0;
-    return 1;
-}
-
-static int sum_of(const int64_t *counts, Py_ssize_t count, Py_ssize_t *sum)
-{
-    *sum = 0;
     for (Py_ssize_t k = 0; k < count; k++) {
-        if (counts[k] < 0)
+        if (!is_part(0, counts[k], sum))
             return 0;
-        *sum += counts[k];
+        sum -= counts[k];
     }
-    return 1;
+    return sum == 0;
 }
 
-static int closure_of(PyObject *capsule, Closure *of)
+static void measure(const Plan *plan, Closure *of)
 {
-    Plan *plan = plan_of(capsule);
-    if (!plan)
-        return -1;
-    if (plan->integer_arrays != INTEGER_ARRAYS || plan->number_arrays != NUMBER_ARRAYS ||
-        plan->integer_sizes[SIZES] != 7)
-        goto other;
     const int64_t *sizes = plan->integers[SIZES];
-    if (!are_indices(sizes, 7, 0, PY_SSIZE_T_MAX))
-        goto other;
     of->bodies = sizes[0], of->movable = sizes[1], of->known = sizes[2], of->loops = sizes[3];
     of->couplings = sizes[4], of->rods = sizes[5], of->row_length = sizes[6];
     of->passive = of->movable - of->known;
-    of->integers = plan->integers, of->numbers = plan->numbers;
-    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
-    Py_ssize_t paths = of->loops + of->rods, on_paths;
-    of->coupled = counts[COUPLED];
-    if (of->passive < 0 || counts[MOVABLE] != of->movable || counts[MOVED] != of->movable ||
-        counts[ALONG] != of->movable || counts[ENDS] != 2 * of->loops ||
-        counts[CARRIERS] != of->loops || counts[ROW_COUNTS] != of->loops ||
-        counts[PATH_COUNTS] != paths || counts[ROD_BODIES] != of->rods ||
-        !sum_of(plan->integers[ROW_COUNTS], of->loops, &of->loop_rows) ||
-        !sum_of(plan->integers[PATH_COUNTS], paths, &on_paths) ||
-        counts[SINGLE] != of->loop_rows || counts[PATH_COLUMNS] != on_paths)
-        goto other;
+    of->coupled = plan->integer_sizes[COUPLED];
+    of->loop_rows = plan->integer_sizes[SINGLE];
     of->rows = of->loop_rows + of->couplings;
     of->whole = of->rows + of->rods;
-    if (numbers[LENGTH] != 1 || numbers[UNITS] != 6 * of->movable ||
-        numbers[PLACES] != 24 * of->loops || numbers[POINTS] != 3 * of->loops ||
-        numbers[ROWS] != 6 * of->loop_rows || numbers[SIGNS] != on_paths ||
-        numbers[RATIOS] != of->coupled * of->couplings || numbers[OFFSETS] != of->couplings ||
-        numbers[SLIP_UNITS] != of->couplings ||
-        numbers[COUPLING_ROWS] != of->movable * of->couplings ||
-        numbers[STEP_SCALE] != of->passive || numbers[ROW_SCALE] != of->passive ||
-        numbers[LINES] != 3 * of->rods)
-        goto other;
-    if (!are_indices(plan->integers[MOVABLE], of->movable, 0, PY_SSIZE_T_MAX) ||
-        !are_indices(plan->integers[MOVED], of->movable, 0, of->bodies) ||
-        !are_indices(plan->integers[ALONG], of->movable, -1, 6) ||
-        !are_indices(plan->integers[ENDS], 2 * of->loops, -1, of->bodies) ||
-        !are_indices(plan->integers[CARRIERS], of->loops, -1, of->bodies) ||
-        !are_indices(plan->integers[SINGLE], of->loop_rows, -1, 6) ||
-        !are_indices(plan->integers[PATH_COLUMNS], on_paths, 0, of->movable) ||
-        !are_indices(plan->integers[COUPLED], of->coupled, 0, of->row_length) ||
-        !are_indices(plan->integers[ROD_BODIES], of->rods, 0, of->bodies))
-        goto other;
+    of->integers = plan->integers, of->numbers = plan->numbers;
     of->length = plan->numbers[LENGTH][0];
+}
+
+static int closure_fits(const Plan *plan)
+{
+    int64_t *const *integers = plan->integers;
+    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
+    if (counts[SIZES] != 7 || !are_indices(integers[SIZES], 7, 1, 0, INT32_MAX) ||
+        numbers[LENGTH] != 1)
+        return 0;
+    Closure closure, *of = &closure;
+    measure(plan, of);
+    Py_ssize_t paths = of->loops + of->rods, on_paths = counts[PATH_COLUMNS];
+    return of->passive >= 0 && counts[MOVABLE] == of->movable && counts[MOVED] == of->movable &&
+           counts[ALONG] == of->movable && counts[ENDS] == 2 * of->loops &&
+           counts[CARRIERS] == of->loops && counts[ROW_COUNTS] == of->loops &&
+           counts[PATH_COUNTS] == paths && counts[ROD_BODIES] == of->rods &&
+           numbers[UNITS] == 6 * of->movable && numbers[PLACES] == 24 * of->loops &&
+           numbers[POINTS] == 3 * of->loops && numbers[ROWS] == 6 * of->loop_rows &&
+           numbers[SIGNS] == on_paths && numbers[RATIOS] == of->coupled * of->couplings &&
+           numbers[OFFSETS] == of->couplings && numbers[SLIP_UNITS] == of->couplings &&
+           numbers[COUPLING_ROWS] == of->movable * of->couplings &&
+           numbers[STEP_SCALE] == of->passive && numbers[ROW_SCALE] == of->passive &&
+           numbers[LINES] == 3 * of->rods &&
+           add_up(integers[ROW_COUNTS], of->loops, of->loop_rows) &&
+           add_up(integers[PATH_COUNTS], paths, on_paths) &&
+           are_indices(integers[MOVABLE], of->movable, 1, 0, INT32_MAX) &&
+           are_indices(integers[MOVED], of->movable, 1, 0, of->bodies) &&
+           are_indices(integers[ALONG], of->movable, 1, -1, 6) &&
+           are_indices(integers[ENDS], 2 * of->loops, 1, -1, of->bodies) &&
+           are_indices(integers[CARRIERS], of->loops, 1, -1, of->bodies) &&
+           are_indices(integers[SINGLE], of->loop_rows, 1, -1, 6) &&
+           are_indices(integers[PATH_COLUMNS], on_paths, 1, 0, of->movable) &&
+           are_indices(integers[COUPLED], of->coupled, 1, 0, of->row_length) &&
+           are_indices(integers[ROD_BODIES], of->rods, 1, 0, of->bodies);
+}
+
+const PlanKind closure_plan = {"closure", INTEGER_ARRAYS, NUMBER_ARRAYS, closure_fits};
+
+static int closure_of(PyObject *capsule, Closure *of)
+{
+    const Plan *plan = plan_of(capsule, &closure_plan);
+    if (!plan)
+        return -1;
+    measure(plan, of);
     return 0;
-other:
-    PyErr_SetString(PyExc_ValueError, "a plan of closure equations is needed");
-    return -1;
 }
 
 /* Return 0 if an array `(count, rows, columns)` has no gaps within samples; else -1 with an error
@@ -143,24 +139,6 @@ static int is_whole(const Array *array, Py_ssize_t count, int may_be_one, Py_ssi
         return -1;
     }
     return 0;
-}
-
-/* The greater number, or what is none. */
-static double greater(double a, double b)
-{
-    return b > a || b != b ? b : a;
-}
-
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double *a, const double *b, double *result)
-{
-    result[0] = a[1] * b[2] - a[2] * b[1];
-    result[1] = a[2] * b[0] - a[0] * b[2];
-    result[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 /* Write the six unit twists of a placed joint, see `actions_of`. */
@@ -352,23 +330,18 @@ PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
     (void)module;
     EXACTLY(nargs, 10)
     Array arrays[9];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *work = NULL;
     Closure closure, *of = &closure;
     if (closure_of(given[0], of) < 0)
         return NULL;
-    Array *placed = take(&held, given[1], 3, 0), *x = placed ? take(&held, given[2], 2, 0) : NULL;
-    Array *turns = NULL, *inverse = NULL;
-    if (!x || (given[3] != Py_None && !(turns = take(&held, given[3], 2, 0))))
+    if (take_each(&held, given + 1, "3 2 ?2 =3 =3 =3 =2 =2 ?=3"))
         goto done;
-    Array *actions = take(&held, given[4], 3, 1);
-    Array *twists = actions ? take(&held, given[5], 3, 1) : NULL;
-    Array *rows = twists ? take(&held, given[6], 3, 1) : NULL;
-    Array *error = rows ? take(&held, given[7], 2, 1) : NULL;
-    Array *samples = error ? take(&held, given[8], 2, 1) : NULL;
-    if (!samples || (given[9] != Py_None && !(inverse = take(&held, given[9], 3, 1))))
-        goto done;
+    Array *placed = arrays, *x = arrays + 1, *turns = arrays + 2, *actions = arrays + 3;
+    Array *twists = arrays + 4, *rows = arrays + 5, *error = arrays + 6, *samples = arrays + 7;
+    Array *inverse = arrays + 8;
+    turns = turns->at ? turns : NULL;
+    inverse = inverse->at ? inverse : NULL;
     Py_ssize_t count = placed->size[0], p = of->passive;
     if (has_size(placed, 1, of->bodies, 0) || has_size(placed, 2, 12, 0) ||
         has_size(x, 0, count, 0) || has_size(x, 1, of->row_length, 0) ||
@@ -380,14 +353,11 @@ PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
         has_size(samples, 1, count, 0) ||
         (inverse && (has_size(rows, 2, p, 0) || is_whole(inverse, count, 0, of->whole, p))))
         goto done;
-    work = malloc((p + 1) * sizeof(ptrdiff_t) +
-                  (12 * of->bodies + of->rows + p * p + 1) * sizeof(double));
-    if (!work) {
-        PyErr_NoMemory();
+    double *work = room_for(&held, 12 * of->bodies + of->rows + p * p + p);
+    if (!work)
         goto done;
-    }
     double *places = work, *left = places + 12 * of->bodies, *lower = left + of->rows;
-    ptrdiff_t *order = (ptrdiff_t *)(lower + p * p);
+    Py_ssize_t *order = (Py_ssize_t *)(lower + p * p);
     int regular = 1;
     for (Py_ssize_t sample = 0; sample < count; sample++) {
         double *action = actions->at + sample * actions->step[0];
@@ -451,7 +421,6 @@ PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
     }
     answer = PyBool_FromLong(regular);
 done:
-    free(work);
     release(&held);
     return answer;
 }
@@ -555,24 +524,19 @@ PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 9)
-    static const int axes[] = {3, 2, 3, 3, 2, 2};
     Array arrays[7];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *work = NULL;
     Closure closure, *of = &closure;
     if (closure_of(given[0], of) < 0)
         return NULL;
     double longest = PyFloat_AsDouble(given[6]);
     if (longest == -1.0 && PyErr_Occurred())
         return NULL;
-    for (int k = 0; k < 6; k++)
-        if (!take(&held, given[k < 4 ? 1 + k : 3 + k], axes[k], k > 3))
-            goto done;
-    Array *inverse = arrays, *error = arrays + 1, *twists = arrays + 2, *actions = arrays + 3;
-    Array *step = arrays + 4, *samples = arrays + 5, *rounding = NULL;
-    if (given[5] != Py_None && !(rounding = take(&held, given[5], 1, 0)))
+    if (take_each(&held, given + 1, "3 2 3 3 ?1") || take_each(&held, given + 7, "=2 =2"))
         goto done;
+    Array *inverse = arrays, *error = arrays + 1, *twists = arrays + 2, *actions = arrays + 3;
+    Array *rounding = arrays[4].at ? arrays + 4 : NULL, *step = arrays + 5, *samples = arrays + 6;
     Py_ssize_t count = error->size[0], p = of->passive;
     if (has_size(error, 1, of->rows, 0) || has_size(inverse, 0, count, 0) ||
         has_size(inverse, 1, of->whole, 0) || has_size(inverse, 2, p, 0) ||
@@ -582,11 +546,9 @@ PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs)
         has_size(step, 0, count, 0) || has_size(step, 1, p, 0) || has_size(samples, 0, 3, 0) ||
         has_size(samples, 1, count, 0))
         goto done;
-    work = malloc((2 * of->whole + of->movable + p + 1) * sizeof(double));
-    if (!work) {
-        PyErr_NoMemory();
+    double *work = room_for(&held, 2 * of->whole + of->movable + p);
+    if (!work)
         goto done;
-    }
     double *off = work, *drift = off + of->whole, *rates = drift + of->whole;
     double *bend = rates + of->movable, *own = rates + of->known;
     memset(rates, 0, sizeof(double) * of->known);
@@ -628,22 +590,16 @@ PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs)
     }
     answer = Py_NewRef(Py_None);
 done:
-    free(work);
     release(&held);
     return answer;
 }
 
-/* Solve the closure equations of a sample for passive rates, with one step of refinement.
-
-   `right` (R + k) is overwritten, the solution (p) is written. */
-static void solve(const Closure *of, const Matrix *inverse, const double *rows, double *right,
-                  double *solution)
+/* Solve the closure equations of a sample for passive rates (p), from `right` (R + k). */
+static void solve_passive(const Closure *of, const Matrix *inverse, const double *rows,
+                          double *right, double *solution)
 {
     Matrix closing = {rows + of->known * of->whole, of->whole, of->passive, 1, of->whole};
-    memset(solution, 0, sizeof(double) * of->passive);
-    add_product(inverse, right, 1.0, solution);
-    add_product(&closing, solution, -1.0, right);
-    add_product(inverse, right, 1.0, solution);
+    solve(&closing, inverse, right, solution);
 }
 
 /* What both of the following have: arrays of a state, of one or of `count` samples. */
@@ -655,7 +611,7 @@ static int has_state(const Closure *of, const Array *rows, const Array *inverse,
 
 static int has_rates(const Closure *of, const Array *array)
 {
-    if (are_indices(of->integers[MOVABLE], of->movable, 0, array->size[1]))
+    if (are_indices(of->integers[MOVABLE], of->movable, 1, 0, array->size[1]))
         return 0;
     PyErr_SetString(PyExc_ValueError, "too few joint rates");
     return -1;
@@ -669,24 +625,20 @@ PyObject *passive_rates(PyObject *module, Arguments given, Py_ssize_t nargs)
     (void)module;
     EXACTLY(nargs, 4)
     Array arrays[3];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *work = NULL;
     Closure closure, *of = &closure;
     if (closure_of(given[0], of) < 0)
         return NULL;
-    for (int k = 0; k < 3; k++)
-        if (!take(&held, given[1 + k], 3, k == 2))
-            goto done;
+    if (take_each(&held, given + 1, "3 3 =3"))
+        goto done;
     Array *rows = arrays, *inverse = arrays + 1, *v = arrays + 2;
     Py_ssize_t count = v->size[0], sides = v->size[2];
     if (has_state(of, rows, inverse, count) || has_rates(of, v))
         goto done;
-    work = malloc((of->whole + of->passive + 1) * sizeof(double));
-    if (!work) {
-        PyErr_NoMemory();
+    double *work = room_for(&held, of->whole + of->passive);
+    if (!work)
         goto done;
-    }
     double *right = work, *solution = right + of->whole;
     const int64_t *movable = of->integers[MOVABLE];
     Matrix transposed = {NULL, of->passive, of->whole, inverse->step[2], inverse->step[1]};
@@ -701,14 +653,13 @@ PyObject *passive_rates(PyObject *module, Arguments given, Py_ssize_t nargs)
                 for (Py_ssize_t i = 0; i < of->whole; i++)
                     right[i] += row[k * of->whole + i] * rate;
             }
-            solve(of, &transposed, row, right, solution);
+            solve_passive(of, &transposed, row, right, solution);
             for (Py_ssize_t k = 0; k < of->passive; k++)
                 rates[movable[of->known + k] * v->step[1]] = -solution[k];
         }
     }
     answer = Py_NewRef(Py_None);
 done:
-    free(work);
     release(&held);
     return answer;
 }
@@ -722,15 +673,13 @@ PyObject *passive_accelerations(PyObject *module, Arguments given, Py_ssize_t na
     (void)module;
     EXACTLY(nargs, 7)
     Array arrays[6];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *work = NULL;
     Closure closure, *of = &closure;
     if (closure_of(given[0], of) < 0)
         return NULL;
-    for (int k = 0; k < 6; k++)
-        if (!take(&held, given[1 + k], k < 4 ? 3 : 2, k == 5))
-            goto done;
+    if (take_each(&held, given + 1, "3 3 3 3 2 =2"))
+        goto done;
     Array *rows = arrays, *inverse = arrays + 1, *twists = arrays + 2, *actions = arrays + 3;
     Array *v = arrays + 4, *a = arrays + 5;
     Py_ssize_t count = a->size[0];
@@ -738,11 +687,9 @@ PyObject *passive_accelerations(PyObject *module, Arguments given, Py_ssize_t na
         is_whole(actions, count, 1, 6 * of->bodies, 6) || has_size(v, 0, count, 0) ||
         has_size(v, 1, a->size[1], 0) || has_rates(of, a))
         goto done;
-    work = malloc((of->whole + of->passive + of->movable + 1) * sizeof(double));
-    if (!work) {
-        PyErr_NoMemory();
+    double *work = room_for(&held, of->whole + of->passive + of->movable);
+    if (!work)
         goto done;
-    }
     double *right = work, *solution = right + of->whole, *rates = solution + of->passive;
     const int64_t *movable = of->integers[MOVABLE];
     Matrix transposed = {NULL, of->passive, of->whole, inverse->step[2], inverse->step[1]};
@@ -759,66 +706,70 @@ PyObject *passive_accelerations(PyObject *module, Arguments given, Py_ssize_t na
             for (Py_ssize_t i = 0; i < of->whole; i++)
                 right[i] += row[k * of->whole + i] * known;
         }
-        solve(of, &transposed, row, right, solution);
+        solve_passive(of, &transposed, row, right, solution);
         for (Py_ssize_t k = 0; k < of->passive; k++)
             result[movable[of->known + k] * a->step[1]] = -solution[k];
     }
     answer = Py_NewRef(Py_None);
 done:
-    free(work);
     release(&held);
     return answer;
 }
 
-/* moved(plan, x (N, size), step (N, k)): move rows in place, see `Moves.apply`.
+/* What a plan of moves holds: columns, and where they are in a step; then first ones of quaternions,
+   and of what these turn by. */
+enum { MOVED_COLUMNS, OF_STEP, QUATERNIONS, ROTATIONS, MOVES_INTEGERS };
 
-   The plan has columns and their places in a step, then the same of quaternions' first ones. */
+static int moves_fit(const Plan *plan)
+{
+    const Py_ssize_t *sizes = plan->integer_sizes;
+    return sizes[MOVED_COLUMNS] == sizes[OF_STEP] && sizes[QUATERNIONS] == sizes[ROTATIONS];
+}
+
+const PlanKind moves_plan = {"moves", MOVES_INTEGERS, 0, moves_fit};
+
+/* moved(plan, x (N, size), step (N, k)): move rows in place, the twin of `Moves.apply`. */
 PyObject *moved(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 3)
     Array arrays[2];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &moves_plan);
     if (!plan)
         return NULL;
-    Array *x = take(&held, given[1], 2, 1), *steps = x ? take(&held, given[2], 2, 0) : NULL;
-    if (!steps || has_size(steps, 0, x->size[0], 0))
+    Array *x = arrays, *steps = arrays + 1;
+    if (take_each(&held, given + 1, "=2 2") || has_size(steps, 0, x->size[0], 0))
         goto done;
     const Py_ssize_t *sizes = plan->integer_sizes;
-    int64_t **of = plan->integers;
-    if (plan->integer_arrays != 4 || sizes[0] != sizes[1] || sizes[2] != sizes[3] ||
-        !are_indices(of[0], sizes[0], 0, x->size[1]) ||
-        !are_indices(of[1], sizes[1], 0, steps->size[1]) ||
-        !are_indices(of[2], sizes[2], 0, x->size[1] - 3) ||
-        !are_indices(of[3], sizes[3], 0, steps->size[1] - 2)) {
-        PyErr_SetString(PyExc_ValueError, "a plan of moves of these rows is needed");
+    const int64_t *columns = plan->integers[MOVED_COLUMNS], *of_step = plan->integers[OF_STEP];
+    const int64_t *balls = plan->integers[QUATERNIONS], *spins = plan->integers[ROTATIONS];
+    if (!are_indices(columns, sizes[MOVED_COLUMNS], 1, 0, x->size[1]) ||
+        !are_indices(of_step, sizes[OF_STEP], 1, 0, steps->size[1]) ||
+        !are_indices(balls, sizes[QUATERNIONS], 1, 0, x->size[1] - 3) ||
+        !are_indices(spins, sizes[ROTATIONS], 1, 0, steps->size[1] - 2)) {
+        PyErr_SetString(PyExc_ValueError, "rows or steps have too few coordinates");
         goto done;
     }
     for (Py_ssize_t sample = 0; sample < x->size[0]; sample++) {
         double *row = x->at + sample * x->step[0];
         const double *step = steps->at + sample * steps->step[0];
-        for (Py_ssize_t k = 0; k < sizes[0]; k++)
-            row[of[0][k] * x->step[1]] += step[of[1][k] * steps->step[1]];
-        for (Py_ssize_t k = 0; k < sizes[2]; k++) {
-            double q[4], r[4];
+        for (Py_ssize_t k = 0; k < sizes[MOVED_COLUMNS]; k++)
+            row[columns[k] * x->step[1]] += step[of_step[k] * steps->step[1]];
+        for (Py_ssize_t k = 0; k < sizes[QUATERNIONS]; k++) {
+            double q[4], r[4], result[4];
             for (int i = 0; i < 4; i++)
-                q[i] = row[(of[2][k] + i) * x->step[1]];
+                q[i] = row[(balls[k] + i) * x->step[1]];
             for (int i = 0; i < 3; i++)
-                r[i] = 0.5 * step[(of[3][k] + i) * steps->step[1]];
+                r[i] = 0.5 * step[(spins[k] + i) * steps->step[1]];
             double half = sqrt(dot(r, r)), ratio = half == 0.0 ? 1.0 : sin(half) / half;
             for (int i = 0; i < 3; i++)
                 r[i] *= ratio;
             r[3] = cos(half);
-            double turned[4] = {
-                q[3] * r[0] - q[2] * r[1] + q[1] * r[2] + q[0] * r[3],
-                q[2] * r[0] + q[3] * r[1] - q[0] * r[2] + q[1] * r[3],
-                -q[1] * r[0] + q[0] * r[1] + q[3] * r[2] + q[2] * r[3],
-                -q[0] * r[0] - q[1] * r[1] - q[2] * r[2] + q[3] * r[3],
-            };
+            turned(q, r, result);
             for (int i = 0; i < 4; i++)
-                row[(of[2][k] + i) * x->step[1]] = turned[i];
+                row[(balls[k] + i) * x->step[1]] = result[i];
         }
     }
     answer = Py_NewRef(Py_None);

@@ -25,8 +25,24 @@
     WITH(rows) \
     WITH(within)
 
+/* What plans are of. */
+#define EVERY_PLAN(WITH) \
+    WITH(branch) \
+    WITH(closure) \
+    WITH(exerted) \
+    WITH(lattice) \
+    WITH(load) \
+    WITH(moves) \
+    WITH(proof) \
+    WITH(reactions) \
+    WITH(rows)
+
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);
 EVERY_FUNCTION(DECLARED)
+#undef DECLARED
+
+#define DECLARED(name) extern const PlanKind name##_plan;
+EVERY_PLAN(DECLARED)
 #undef DECLARED
 
 #endif

@@ -30,6 +30,28 @@ Array *take(Held *held, PyObject *object, int axes, int writable)
     return array;
 }
 
+int take_each(Held *held, Arguments given, const char *axes)
+{
+    for (; *axes; given++) {
+        int may_be_none = *axes == '?', is_result = axes[may_be_none] == '=';
+        axes += may_be_none + is_result;
+        if (may_be_none && *given == Py_None)
+            memset(&held->arrays[held->held++], 0, sizeof(Array));
+        else if (!take(held, *given, *axes - '0', is_result))
+            return -1;
+        axes += axes[1] ? 2 : 1;
+    }
+    return 0;
+}
+
+double *room_for(Held *held, Py_ssize_t numbers)
+{
+    held->room = malloc(sizeof(double) * (numbers + 1));
+    if (!held->room)
+        PyErr_NoMemory();
+    return held->room;
+}
+
 int has_size(const Array *array, int axis, Py_ssize_t size, int may_be_one)
 {
     Py_ssize_t found = array->size[axis];
@@ -43,6 +65,8 @@ void release(Held *held)
 {
     while (held->held)
         PyBuffer_Release(&held->arrays[--held->held].buffer);
+    free(held->room);
+    held->room = NULL;
 }
 
 static void free_plan(Plan *plan)
@@ -65,9 +89,15 @@ static void free_capsule(PyObject *capsule)
     free_plan(PyCapsule_GetPointer(capsule, PLAN));
 }
 
-Plan *plan_of(PyObject *capsule)
+const Plan *plan_of(PyObject *capsule, const PlanKind *kind)
 {
-    return PyCapsule_GetPointer(capsule, PLAN);
+    const Plan *plan = PyCapsule_GetPointer(capsule, PLAN);
+    if (plan && plan->kind != kind) {
+        PyErr_Format(PyExc_ValueError, "this is no plan of %s but of %s", kind->name,
+                     plan->kind->name);
+        return NULL;
+    }
+    return plan;
 }
 
 /* Copy a sequence of flat arrays whose items are 8 bytes of a format. */
@@ -111,17 +141,40 @@ static int copy(PyObject *sequence, const char *formats, void ***arrays, Py_ssiz
     return 0;
 }
 
+static const PlanKind *kind_of(PyObject *name)
+{
+#define KIND(name) &name##_plan,
+    static const PlanKind *const kinds[] = {EVERY_PLAN(KIND)};
+#undef KIND
+    for (size_t k = 0; k < sizeof(kinds) / sizeof(kinds[0]); k++)
+        if (PyUnicode_Check(name) && PyUnicode_CompareWithASCIIString(name, kinds[k]->name) == 0)
+            return kinds[k];
+    PyErr_Format(PyExc_ValueError, "there are no plans of %R", name);
+    return NULL;
+}
+
+/* plan(what it is of, arrays of integers, arrays of numbers) */
 static PyObject *plan(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
-    EXACTLY(nargs, 2)
+    EXACTLY(nargs, 3)
+    const PlanKind *kind = kind_of(given[0]);
+    if (!kind)
+        return NULL;
     Plan *made = calloc(1, sizeof(Plan));
     if (!made)
         return PyErr_NoMemory();
-    if (copy(given[0], "lq", (void ***)&made->integers, &made->integer_sizes,
+    made->kind = kind;
+    if (copy(given[1], "lq", (void ***)&made->integers, &made->integer_sizes,
              &made->integer_arrays) < 0 ||
-        copy(given[1], "d", (void ***)&made->numbers, &made->number_sizes, &made->number_arrays) <
+        copy(given[2], "d", (void ***)&made->numbers, &made->number_sizes, &made->number_arrays) <
             0) {
+        free_plan(made);
+        return NULL;
+    }
+    if (made->integer_arrays != kind->integer_arrays ||
+        made->number_arrays != kind->number_arrays || !kind->fits(made)) {
+        PyErr_Format(PyExc_ValueError, "the arrays of a plan of %s do not fit", kind->name);
         free_plan(made);
         return NULL;
     }

@@ -783,6 +783,8 @@ static int fits(const Layout *layout, const Array *arrays)
     return 1;
 }
 
+const PlanKind proof_plan = {"proof", INTEGER_TABLES, NUMBER_TABLES, proof_fits};
+
 /* proven(plan, residuals (9, N), fields of a claim in the order of the enumeration above,
    loads on links (L, 6, N or 1) and what they act on (L, 14), whether there are rates).
 
@@ -792,22 +794,15 @@ PyObject *proven(PyObject *module, Arguments given, Py_ssize_t nargs)
     (void)module;
     EXACTLY(nargs, ARRAYS + 2)
     Array arrays[ARRAYS];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    Layout layout;
     Claim claim = {arrays, 0, 0, 0};
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &proof_plan);
     if (!plan)
         return NULL;
-    if (read_plan(plan, &layout) < 0) {
-        PyErr_SetString(PyExc_ValueError, "this is the plan of another function");
-        return NULL;
-    }
-    for (int k = 0; k < ARRAYS; k++) {
-        int axes = k == RATIOS || k == WRENCHES || k == LINK_LOADS ? 3 : 2;
-        if (!take(&held, given[1 + k], axes, k == RESULT))
-            goto done;
-    }
+    const Layout layout = layout_of(plan);
+    if (take_each(&held, given + 1, "=2 2 2 2 2 2 2 2 2 3 3 2 2 2 2 3 2"))
+        goto done;
     claim.has_rates = PyObject_IsTrue(given[1 + ARRAYS]);
     if (claim.has_rates < 0 || !fits(&layout, arrays))
         goto done;
@@ -831,7 +826,7 @@ PyObject *cancellation(PyObject *module, Arguments given, Py_ssize_t nargs)
     (void)module;
     EXACTLY(nargs, 4)
     Array arrays[4];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
     for (int k = 0; k < 4; k++)
         if (!take(&held, given[k], 1, k == 3) || has_size(arrays + k, 0, arrays[0].size[0], 0))
@@ -858,7 +853,7 @@ PyObject *within(PyObject *module, Arguments given, Py_ssize_t nargs)
     (void)module;
     EXACTLY(nargs, RESULTS + 3)
     Array arrays[RESULTS];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
     const double tolerance = PyFloat_AsDouble(given[0]);
     const int bodies = PyObject_IsTrue(given[1 + RESULTS]);

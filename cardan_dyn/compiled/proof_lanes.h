@@ -7,11 +7,9 @@
 #ifndef CARDAN_DYN_PROOF_LANES_H
 #define CARDAN_DYN_PROOF_LANES_H
 
-#include <math.h>
-#include <string.h>
+#include "arrays.h"
 
 #define TOGETHER 4
-#define INLINE static inline __attribute__((always_inline))
 #define EACH for (int l = 0; l < lanes; l++)
 #define VECTOR (3 * lanes)
 #define WRENCH (6 * lanes)

@@ -1,13 +1,12 @@
 /* Reactions: the twins of what dynamics/reactions.py does once the wrenches of the open tree are
-   known, of loads on links in dynamics/open_tree.py, and of what dynamics/inverse_dynamics.py makes
-   of results.
+   known, `ReactionSolver._closed`, and of loads on links, `OpenTree._contributions`.
 
    Samples are worked on one after the other, all groups, load cases and self-stresses of one at
    once: what self-stresses add to wrenches is never kept for all samples. Matrices have the load
    cases, or the amounts of a self-stress, as columns. */
 
-#include "arrays.h"
 #include "kernels.h"
+#include "stacked.h"
 
 /* A pivot of the normal equations up to this part of its diagonal entry is what rounding leaves of
    zero: another self-stress loads the joints alike, or none is loaded. */
@@ -16,10 +15,9 @@
 /* Amounts of most self-stresses, those of plane and spherical loops: loops over a known number of
    them take half as long. */
 #define USUAL 3
-#define ALWAYS_INLINE inline __attribute__((always_inline))
 
-/* What a plan holds, in the order of its arrays; dynamics/reaction_plan.py writes it. Its indices
-   are taken as they are. Of integers:
+/* What a plan holds, in the order of its arrays; dynamics/reaction_plan.py writes it. Of
+   integers:
 
    SIZES: see below. GROUPS: in the order of solution. PASSIVES: of all groups, the velocity
    coordinate, and the component of all wrenches along it, or the first of its joint. LOOPS, PATHS,
@@ -38,10 +36,9 @@ enum {
 };
 enum { SCALES, UNITS, MATRICES, SIGNS, RATIOS, NUMBER_ARRAYS };
 enum {
-    KIND, RATES, BODIES, LOOP_COUNT, COUPLING_COUNT, ALONG_AXES, MOST_PASSIVES, MOST_MULTIPLIERS,
+    RATES, BODIES, LOOP_COUNT, COUPLING_COUNT, ALONG_AXES, MOST_PASSIVES, MOST_MULTIPLIERS,
     MOST_AMOUNTS, SPREAD_SIZE, UNIT_SIZE, NORMAL_SIZE, SIZE_COUNT
 };
-#define REACTIONS 1296390985 /* Tells plans of this kind from others. */
 
 /* Its closure equations have so many rows, followed by idle rods in `columns`. `amounts` are those
    of its redundant equations, whose self-stress is the `item`; -1 is none, here and below. */
@@ -115,15 +112,9 @@ typedef struct {
     double *greatest_moments;
 } Work;
 
-/* The greater one; what is not a number stays. */
-static inline double greater(double known, double found)
-{
-    return found > known || found != found ? found : known;
-}
-
 /* Some columns of row (n,) @ columns (n, k): so few that their sums stay in registers. */
-static ALWAYS_INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize_t n,
-                                    const double *columns, Py_ssize_t k, int some, double *result)
+INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize_t n,
+                      const double *columns, Py_ssize_t k, int some, double *result)
 {
     double sums[4] = {0.0, 0.0, 0.0, 0.0};
     for (Py_ssize_t i = 0; i < n; i++)
@@ -134,8 +125,8 @@ static ALWAYS_INLINE void some_sums(const double *row, Py_ssize_t step, Py_ssize
 }
 
 /* result (k,) = row (n,) @ columns (n, k). */
-static ALWAYS_INLINE void row_times(const double *row, Py_ssize_t step, Py_ssize_t n,
-                                    const double *columns, Py_ssize_t k, double *result)
+INLINE void row_times(const double *row, Py_ssize_t step, Py_ssize_t n,
+                      const double *columns, Py_ssize_t k, double *result)
 {
     if (k == 1) {
         /* Two sums at a time, since each addition waits for the one before it. */
@@ -174,8 +165,8 @@ static void times_any(const double *matrix, Py_ssize_t row, Py_ssize_t column, d
 }
 
 /* The same without gaps. */
-static ALWAYS_INLINE void times_columns(const double *matrix, double sign, const double *columns,
-                                        Py_ssize_t k, double *result)
+INLINE void times_columns(const double *matrix, double sign, const double *columns,
+                          Py_ssize_t k, double *result)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++) {
@@ -202,6 +193,8 @@ static void times(const double *matrix, Py_ssize_t row, Py_ssize_t column, doubl
         times_columns(matrix, sign, columns, 4, result);
 }
 
+static const int NEXT[3] = {1, 2, 0}, AFTER_NEXT[3] = {2, 0, 1};
+
 /* Where a joint's frame is, from its action: a rotation, row by row, and a position. */
 static void placement(const Array *actions, Py_ssize_t sample, int64_t body, double *rotation,
                       double *position)
@@ -209,14 +202,13 @@ static void placement(const Array *actions, Py_ssize_t sample, int64_t body, dou
     const double *action =
         actions->at + sample * actions->step[0] + 6 * body * actions->step[1];
     Py_ssize_t row = actions->step[1], column = actions->step[2];
-    static const int before[3] = {2, 0, 1}, after[3] = {1, 2, 0};
     for (int a = 0; a < 3; a++)
         for (int c = 0; c < 3; c++)
             rotation[3 * a + c] = action[c * row + a * column];
     for (int a = 0; a < 3; a++) {
         double sum = 0.0;
         for (int c = 0; c < 3; c++)
-            sum += action[(3 + c) * row + before[a] * column] * rotation[3 * after[a] + c];
+            sum += action[(3 + c) * row + AFTER_NEXT[a] * column] * rotation[3 * NEXT[a] + c];
         position[a] = sum;
     }
 }
@@ -229,7 +221,20 @@ static void shift(const double *rotation, const double *vector, double *position
                        rotation[3 * a + 2] * vector[2];
 }
 
-static const int NEXT[3] = {1, 2, 0}, AFTER_NEXT[3] = {2, 0, 1};
+/* The matrix (6, 6) of wrenches that a rotation and a position transform, or its transpose. */
+static void transform(const double *rotation, const double *position, int is_transposed,
+                      double *matrix)
+{
+    const int row = is_transposed ? 1 : 6, column = is_transposed ? 6 : 1;
+    memset(matrix, 0, 36 * sizeof(double));
+    for (int a = 0; a < 3; a++)
+        for (int c = 0; c < 3; c++) {
+            double *to = matrix + row * a + column * c;
+            to[0] = to[21] = rotation[3 * a + c];
+            to[18] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
+                     position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
+        }
+}
 
 /* The matrix (6, 6) that takes wrenches in the axes of a body to the base's, see `LoopAxes`. */
 static void from_carrier(const Array *actions, Py_ssize_t sample, int64_t body, const double *point,
@@ -238,13 +243,7 @@ static void from_carrier(const Array *actions, Py_ssize_t sample, int64_t body, 
     double rotation[9], position[3];
     placement(actions, sample, body, rotation, position);
     shift(rotation, point, position);
-    memset(matrix, 0, 36 * sizeof(double));
-    for (int a = 0; a < 3; a++)
-        for (int c = 0; c < 3; c++) {
-            matrix[6 * a + c] = matrix[6 * (a + 3) + c + 3] = rotation[3 * a + c];
-            matrix[6 * (a + 3) + c] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
-                                      position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
-        }
+    transform(rotation, position, 0, matrix);
 }
 
 /* The matrix (6, 6) that takes wrenches in the base's axes to the frame of a `fixed` loop. */
@@ -265,13 +264,7 @@ static void to_end(const Array *actions, Py_ssize_t sample, const Loop *loop,
                                       body[3 * a + 1] * matrices->rotation[3 + c] +
                                       body[3 * a + 2] * matrices->rotation[6 + c];
     }
-    memset(matrix, 0, 36 * sizeof(double));
-    for (int c = 0; c < 3; c++)
-        for (int a = 0; a < 3; a++) {
-            matrix[6 * c + a] = matrix[6 * (c + 3) + a + 3] = rotation[3 * a + c];
-            matrix[6 * (c + 3) + a] = position[NEXT[a]] * rotation[3 * AFTER_NEXT[a] + c] -
-                                      position[AFTER_NEXT[a]] * rotation[3 * NEXT[a] + c];
-        }
+    transform(rotation, position, 1, matrix);
 }
 
 /* The wrench (6, k) of a loop in the base's axes, from combinations of its weighted rows. */
@@ -287,8 +280,8 @@ static void wrench(const Work *work, const double *carrier, const double *combin
 }
 
 /* Combinations (6, k) of a loop's rows, from their multipliers. */
-static ALWAYS_INLINE void combine(const Matrices *matrices, int64_t rows, const double *multipliers,
-                                  Py_ssize_t row, Py_ssize_t column, Py_ssize_t k, double *result)
+INLINE void combine(const Matrices *matrices, int64_t rows, const double *multipliers,
+                    Py_ssize_t row, Py_ssize_t column, Py_ssize_t k, double *result)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++) {
@@ -303,7 +296,7 @@ static ALWAYS_INLINE void combine(const Matrices *matrices, int64_t rows, const 
 }
 
 /* Copy (6, k) into some of the columns (6, whole). */
-static ALWAYS_INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
+INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++)
@@ -311,7 +304,7 @@ static ALWAYS_INLINE void place(const double *from, Py_ssize_t k, Py_ssize_t who
 }
 
 /* Add some of the columns (6, whole) to (6, k). */
-static ALWAYS_INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
+INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole, double *to)
 {
     for (int i = 0; i < 6; i++)
         for (Py_ssize_t m = 0; m < k; m++)
@@ -319,8 +312,8 @@ static ALWAYS_INLINE void add(const double *from, Py_ssize_t k, Py_ssize_t whole
 }
 
 /* Solve for the multipliers of a group from explicit inverses, with one step of refinement. */
-static ALWAYS_INLINE void multipliers_of(const Work *work, const Group *group, const Given *given,
-                                         Py_ssize_t sample, Py_ssize_t cases)
+INLINE void multipliers_of(const Work *work, const Group *group, const Given *given,
+                           Py_ssize_t sample, Py_ssize_t cases)
 {
     const double *square = given->square->at + sample * given->square->step[0];
     const double *inverse = given->inverse->at + sample * given->inverse->step[0];
@@ -346,7 +339,7 @@ static ALWAYS_INLINE void multipliers_of(const Work *work, const Group *group, c
 }
 
 /* What is missing along the passives of a group: given efforts less those of the wrenches. */
-static ALWAYS_INLINE void missing_along(const Work *work, const Group *group, Py_ssize_t cases)
+INLINE void missing_along(const Work *work, const Group *group, Py_ssize_t cases)
 {
     for (int64_t i = 0; i < group->passives; i++) {
         int64_t passive = group->first_passive + i;
@@ -367,10 +360,10 @@ static ALWAYS_INLINE void missing_along(const Work *work, const Group *group, Py
 
    Multipliers are those of its rows, `null` (rows, amounts) likewise; the latter's forces go to
    `units`. All of them go along the loop at once, as columns beside each other. */
-static ALWAYS_INLINE void close_loop(const Work *work, const Given *given, Py_ssize_t sample,
-                                     const Loop *loop, const Matrices *matrices,
-                                     const double *multipliers, const Item *shared,
-                                     const double *null, double *units, Py_ssize_t cases)
+INLINE void close_loop(const Work *work, const Given *given, Py_ssize_t sample,
+                       const Loop *loop, const Matrices *matrices,
+                       const double *multipliers, const Item *shared,
+                       const double *null, double *units, Py_ssize_t cases)
 {
     double carrier_matrix[36], end_matrix[36], *carrier = NULL;
     double *forces = work->forces + 6 * loop->loop * cases, *columns = forces;
@@ -425,10 +418,10 @@ static ALWAYS_INLINE void close_loop(const Work *work, const Given *given, Py_ss
 }
 
 /* Closure forces of a group and its self-stresses; loops and couplings are those from there on. */
-static ALWAYS_INLINE void close_group(Work *work, const Group *group, const Given *given,
-                                      Py_ssize_t sample, const Loop *loops,
-                                      const Matrices *matrices, const Coupling *couplings,
-                                      const double *ratios, Py_ssize_t cases)
+INLINE void close_group(Work *work, const Group *group, const Given *given,
+                        Py_ssize_t sample, const Loop *loops,
+                        const Matrices *matrices, const Coupling *couplings,
+                        const double *ratios, Py_ssize_t cases)
 {
     int64_t start = 0, unit_row = 0, amounts = group->amounts;
     const Item *shared = NULL;
@@ -479,7 +472,7 @@ static ALWAYS_INLINE void close_group(Work *work, const Group *group, const Give
 }
 
 /* The product of six components with a column. */
-static ALWAYS_INLINE double product(const double *components, const double *column, Py_ssize_t step)
+INLINE double product(const double *components, const double *column, Py_ssize_t step)
 {
     double sum = 0.0;
     for (int i = 0; i < 6; i++)
@@ -488,8 +481,8 @@ static ALWAYS_INLINE double product(const double *components, const double *colu
 }
 
 /* Add the products of two self-stresses to their normal equations. */
-static ALWAYS_INLINE void add_products(Work *work, const Pair *pair, int64_t size_of_first,
-                                       int64_t size_of_second, Py_ssize_t cases)
+INLINE void add_products(Work *work, const Pair *pair, int64_t size_of_first,
+                         int64_t size_of_second, Py_ssize_t cases)
 {
     const double *squares = work->scales + 6;
     const Item *first = work->items + pair->first, *second = work->items + pair->second;
@@ -518,7 +511,7 @@ static ALWAYS_INLINE void add_products(Work *work, const Pair *pair, int64_t siz
 
 /* The normal equations of the least norm: lower triangle, row by row, each from where it is not
    zero for lack of joints that both self-stresses load; and their right-hand sides. */
-static ALWAYS_INLINE void normal_equations(Work *work, Py_ssize_t cases)
+INLINE void normal_equations(Work *work, Py_ssize_t cases)
 {
     memset(work->normal, 0, sizeof(double) * work->sizes[NORMAL_SIZE]);
     memset(work->amounts, 0, sizeof(double) * work->amount_count * cases);
@@ -534,7 +527,7 @@ static ALWAYS_INLINE void normal_equations(Work *work, Py_ssize_t cases)
 }
 
 /* Solve the normal equations, L D L' x = r; what a zero pivot leaves open is chosen as zero. */
-static ALWAYS_INLINE void solve_normal(Work *work, Py_ssize_t cases)
+INLINE void solve_normal(Work *work, Py_ssize_t cases)
 {
     double *amounts = work->amounts, *diagonal = work->diagonal;
     for (Py_ssize_t i = 0; i < work->amount_count; i++) {
@@ -574,8 +567,8 @@ static ALWAYS_INLINE void solve_normal(Work *work, Py_ssize_t cases)
 }
 
 /* Add rows of a self-stress times its amounts to a row of all load cases. */
-static ALWAYS_INLINE void add_row(const double *of_unit, const double *amounts, int64_t size,
-                                  Py_ssize_t cases, double *to)
+INLINE void add_row(const double *of_unit, const double *amounts, int64_t size,
+                    Py_ssize_t cases, double *to)
 {
     for (Py_ssize_t m = 0; m < cases; m++) {
         double sum = 0.0;
@@ -586,7 +579,7 @@ static ALWAYS_INLINE void add_row(const double *of_unit, const double *amounts, 
 }
 
 /* Add the chosen amounts of a self-stress to wrenches and closure forces. */
-static ALWAYS_INLINE void add_item(Work *work, const Item *item, int64_t size, Py_ssize_t cases)
+INLINE void add_item(Work *work, const Item *item, int64_t size, Py_ssize_t cases)
 {
     const double *amounts = work->amounts + item->first_amount * cases;
     const double *of_unit = work->spread + item->spread;
@@ -605,8 +598,8 @@ static ALWAYS_INLINE void add_item(Work *work, const Item *item, int64_t size, P
 
    Bits of numbers without a sign are in the order of these, behind which come those of what is not
    a number. */
-static ALWAYS_INLINE void keep_greatest(const double *spread, int64_t rows, int64_t size,
-                                        uint64_t *greatest)
+INLINE void keep_greatest(const double *spread, int64_t rows, int64_t size,
+                          uint64_t *greatest)
 {
     for (int64_t row = 0; row < rows; row++) {
         uint64_t known = greatest[row];
@@ -621,7 +614,7 @@ static ALWAYS_INLINE void keep_greatest(const double *spread, int64_t rows, int6
 }
 
 /* All of a sample, whose wrenches and efforts are there. */
-static ALWAYS_INLINE void close_sample(Work *work, Py_ssize_t sample, Py_ssize_t cases)
+INLINE void close_sample(Work *work, Py_ssize_t sample, Py_ssize_t cases)
 {
     const Loop *loops = work->loops;
     const Matrices *matrices = work->matrices;
@@ -665,95 +658,11 @@ static void close_cases(Work *work, Py_ssize_t sample)
     close_sample(work, sample, work->cases);
 }
 
-/* Whether the sizes of a plan's arrays are those of a plan for this function. */
-static int is_plan(const Plan *plan)
+static Work tables_of(const Plan *plan)
 {
-    if (plan->integer_arrays != INTEGER_ARRAYS || plan->number_arrays != NUMBER_ARRAYS ||
-        plan->integer_sizes[SIZES] != SIZE_COUNT || plan->integers[SIZES][KIND] != REACTIONS) {
-        PyErr_SetString(PyExc_ValueError, "this is no plan of reactions");
-        return 0;
-    }
-    return 1;
-}
-
-/* reactions(plan, wrenches (N, b, 6, c), forces (N, 6 L + G, c), changes (b, 6), moments (G,),
-             c loads (N, nv) or (1, nv),
-             of each group in turn: actions, square, inverse, and null if it has amounts)
-
-   The wrenches of the open tree become those of the closed chain. Results are closure forces, the
-   greatest changes of wrenches per unit of self-stress, and those of the couplings' moments. */
-PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
-{
-    (void)module;
-    if (nargs < 5) {
-        PyErr_SetString(PyExc_TypeError, "at least 5 arguments are needed");
-        return NULL;
-    }
-    Plan *plan = plan_of(given[0]);
-    if (!plan || !is_plan(plan))
-        return NULL;
-    const int64_t *sizes = plan->integers[SIZES];
-    Py_ssize_t groups = plan->integer_sizes[GROUPS] / (Py_ssize_t)(sizeof(Group) / 8);
-    Py_ssize_t force_rows = 6 * sizes[LOOP_COUNT] + sizes[COUPLING_COUNT];
-    PyObject *answer = NULL;
-    Array *arrays = malloc(sizeof(Array) * nargs);
-    Given *of_groups = malloc(sizeof(Given) * (groups + 1));
-    double *memory = NULL;
-    Held held = {arrays, 0};
-    if (!arrays || !of_groups) {
-        PyErr_NoMemory();
-        goto done;
-    }
-    Array *wrenches = take(&held, given[1], 4, 1);
-    Array *forces = wrenches ? take(&held, given[2], 3, 1) : NULL;
-    Array *changes = forces ? take(&held, given[3], 2, 1) : NULL;
-    Array *moments = changes ? take(&held, given[4], 1, 1) : NULL;
-    if (!moments)
-        goto done;
-    Py_ssize_t count = wrenches->size[0], cases = wrenches->size[3];
-    if (has_size(wrenches, 1, sizes[BODIES], 0) || has_size(wrenches, 2, 6, 0) ||
-        has_size(forces, 0, count, 0) || has_size(forces, 1, force_rows, 0) ||
-        has_size(forces, 2, cases, 0) || has_size(changes, 0, sizes[BODIES], 0) ||
-        has_size(changes, 1, 6, 0) || has_size(moments, 0, sizes[COUPLING_COUNT], 0))
-        goto done;
-    const Group *described = (const Group *)plan->integers[GROUPS];
-    Py_ssize_t expected = 5 + cases;
-    for (Py_ssize_t index = 0; index < groups; index++)
-        expected += described[index].item >= 0 ? 4 : 3;
-    if (nargs != expected) {
-        PyErr_Format(PyExc_TypeError, "%zd arguments are needed, not %zd", expected, nargs);
-        goto done;
-    }
-    const Array *loads = arrays + 4;
-    for (Py_ssize_t index = 0; index < cases; index++) {
-        const Array *load = take(&held, given[5 + index], 2, 0);
-        if (!load || has_size(load, 0, count, 1) || has_size(load, 1, sizes[RATES], 0))
-            goto done;
-    }
-    PyObject *const *next = given + 5 + cases;
-    for (Py_ssize_t index = 0; index < groups; index++) {
-        const Group *group = described + index;
-        Given *own = of_groups + index;
-        if (!(own->actions = take(&held, *next++, 3, 0)) ||
-            !(own->square = take(&held, *next++, 3, 0)) ||
-            !(own->inverse = take(&held, *next++, 3, 0)))
-            goto done;
-        if (has_size(own->actions, 0, count, 0) ||
-            has_size(own->actions, 1, group->action_rows, 0) || has_size(own->actions, 2, 6, 0) ||
-            has_size(own->square, 0, count, 0) || has_size(own->square, 1, group->passives, 0) ||
-            has_size(own->square, 2, group->columns, 0) || has_size(own->inverse, 0, count, 0) ||
-            has_size(own->inverse, 1, group->columns, 0) ||
-            has_size(own->inverse, 2, group->passives, 0))
-            goto done;
-        if (group->item >= 0 &&
-            (!(own->null = take(&held, *next++, 3, 0)) || has_size(own->null, 0, count, 0) ||
-             has_size(own->null, 1, group->rows, 0) || has_size(own->null, 2, group->amounts, 0)))
-            goto done;
-    }
     Work work = {
-        .sizes = sizes,
-        .groups = described,
-        .given = of_groups,
+        .sizes = plan->integers[SIZES],
+        .groups = (const Group *)plan->integers[GROUPS],
         .passives = plan->integers[PASSIVES],
         .loops = (const Loop *)plan->integers[LOOPS],
         .paths = (const OnPath *)plan->integers[PATHS],
@@ -770,62 +679,322 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
         .matrices = (const Matrices *)plan->numbers[MATRICES],
         .signs = plan->numbers[SIGNS],
         .ratios = plan->numbers[RATIOS],
-        .group_count = groups,
-        .item_count = plan->integer_sizes[ITEMS] / (Py_ssize_t)(sizeof(Item) / 8),
-        .pair_count = plan->integer_sizes[PAIRS] / (Py_ssize_t)(sizeof(Pair) / 8),
-        .amount_count = plan->integer_sizes[ROWS] / (Py_ssize_t)(sizeof(Row) / 8),
-        .force_rows = force_rows,
-        .cases = cases,
+        .group_count = plan->integer_sizes[GROUPS] / FIELDS(Group),
+        .item_count = plan->integer_sizes[ITEMS] / FIELDS(Item),
+        .pair_count = plan->integer_sizes[PAIRS] / FIELDS(Pair),
+        .amount_count = plan->integer_sizes[ROWS] / FIELDS(Row),
+        .force_rows = 6 * plan->integers[SIZES][LOOP_COUNT] + plan->integers[SIZES][COUPLING_COUNT],
     };
+    return work;
+}
+
+/* Whether all tables have the sizes that they need. */
+static int are_whole(const Plan *plan)
+{
+    const Py_ssize_t *counts = plan->integer_sizes, *numbers = plan->number_sizes;
+    if (counts[SIZES] != SIZE_COUNT ||
+        !are_indices(plan->integers[SIZES], SIZE_COUNT, 1, 0, INT32_MAX))
+        return 0;
+    int per_passive = plan->integers[SIZES][ALONG_AXES] ? 1 : 6;
+    return counts[GROUPS] % FIELDS(Group) == 0 && counts[PASSIVES] % 2 == 0 &&
+           counts[LOOPS] % FIELDS(Loop) == 0 && counts[PATHS] % FIELDS(OnPath) == 0 &&
+           counts[COUPLINGS] % FIELDS(Coupling) == 0 && counts[ITEMS] % FIELDS(Item) == 0 &&
+           counts[PAIRS] % FIELDS(Pair) == 0 && counts[SHARED] % 2 == 0 &&
+           counts[ROWS] % FIELDS(Row) == 0 && numbers[SCALES] == 13 &&
+           numbers[UNITS] == counts[PASSIVES] / 2 * per_passive &&
+           numbers[MATRICES] == counts[LOOPS] / FIELDS(Loop) * FIELDS(Matrices) &&
+           numbers[SIGNS] == counts[PATHS] / FIELDS(OnPath) &&
+           numbers[RATIOS] == counts[COUPLINGS] / FIELDS(Coupling) * 2;
+}
+
+/* Whether an index is one of so many, or -1 for none. */
+static int is_or_none(int64_t index, int64_t count)
+{
+    return -1 <= index && index < count;
+}
+
+/* Whether a loop of a group, whose self-stress may be `shared`, stays within the tables. */
+static int loop_fits(const Plan *plan, const Work *of, const Group *group, const Loop *loop,
+                     const Item *shared)
+{
+    const int64_t bodies = of->sizes[BODIES], carriers = group->action_rows / 6;
+    if (!is_part(loop->loop, 1, of->sizes[LOOP_COUNT]) || !is_part(0, loop->rows, 6) ||
+        !is_or_none(loop->carrier, carriers) || !is_or_none(loop->end, carriers) ||
+        !is_or_none(loop->fixed, bodies) || !is_or_none(loop->item, of->item_count) ||
+        (shared && loop->fixed >= 0 && !is_part(loop->fixed_slot, 1, shared->joints)) ||
+        !is_part(loop->first_on_path, loop->on_path, plan->integer_sizes[PATHS] / FIELDS(OnPath)))
+        return 0;
+    const Item *own = loop->item < 0 ? NULL : of->items + loop->item;
+    if (own && (own->amounts > 6 || own->unit_rows != 6 ||
+                own->joints != loop->on_path + (loop->fixed >= 0)))
+        return 0;
+    for (int64_t k = 0; k < loop->on_path; k++) {
+        const OnPath *on_path = of->paths + loop->first_on_path + k;
+        if (!is_part(on_path->row, 6, group->action_rows) || !is_part(on_path->joint, 1, bodies) ||
+            (shared && !is_part(on_path->slot, 1, shared->joints)))
+            return 0;
+    }
+    return 1;
+}
+
+/* Whether all groups stay within the tables. */
+static int groups_fit(const Plan *plan, const Work *of)
+{
+    const Py_ssize_t *counts = plan->integer_sizes;
+    int64_t loop = 0, coupling = 0, couplings = counts[COUPLINGS] / FIELDS(Coupling);
+    for (Py_ssize_t index = 0; index < of->group_count; index++) {
+        const Group *group = of->groups + index;
+        if (!is_or_none(group->item, of->item_count))
+            return 0;
+        const Item *shared = group->item < 0 ? NULL : of->items + group->item;
+        if (!is_part(0, group->passives, of->sizes[MOST_PASSIVES]) ||
+            !is_part(0, group->columns, of->sizes[MOST_MULTIPLIERS]) ||
+            !is_part(0, group->rows, group->columns) || group->action_rows < 0 ||
+            !is_part(group->first_passive, group->passives, counts[PASSIVES] / 2) ||
+            !is_part(loop, group->loops, counts[LOOPS] / FIELDS(Loop)) ||
+            !is_part(coupling, group->couplings, couplings))
+            return 0;
+        if (group->amounts != (shared ? shared->amounts : 0) ||
+            (shared && shared->unit_rows != 6 * group->loops + group->couplings))
+            return 0;
+        int64_t rows = group->couplings;
+        for (int64_t k = 0; k < group->loops; k++) {
+            if (!loop_fits(plan, of, group, of->loops + loop + k, shared))
+                return 0;
+            rows += of->loops[loop + k].rows;
+        }
+        if (rows != group->rows)
+            return 0;
+        loop += group->loops, coupling += group->couplings;
+    }
+    for (int64_t k = 0; k < couplings; k++) {
+        const Coupling *own = of->couplings + k;
+        if (!is_part(own->coupling, 1, of->sizes[COUPLING_COUNT]) ||
+            !is_part(0, own->successors, counts[COUPLED]) || own->predecessors < 0 ||
+            !is_part(own->first, own->successors + own->predecessors, counts[COUPLED]))
+            return 0;
+    }
+    return loop == counts[LOOPS] / FIELDS(Loop) && coupling == couplings;
+}
+
+/* Whether all self-stresses and their normal equations stay within the tables. */
+static int items_fit(const Plan *plan, const Work *of)
+{
+    const Py_ssize_t *counts = plan->integer_sizes;
+    const int64_t *sizes = of->sizes;
+    int64_t amounts = 0;
+    for (Py_ssize_t index = 0; index < of->item_count; index++) {
+        const Item *item = of->items + index;
+        if (item->first_amount != amounts || !is_part(0, item->amounts, sizes[MOST_AMOUNTS]) ||
+            !is_part(amounts, item->amounts, of->amount_count) ||
+            !is_part(item->first_joint, item->joints, counts[JOINTS]) ||
+            !is_part(item->first_target, item->unit_rows, counts[TARGETS]) ||
+            !is_part(item->spread, 6 * item->joints * item->amounts, sizes[SPREAD_SIZE]) ||
+            !is_part(item->units, item->unit_rows * item->amounts, sizes[UNIT_SIZE]))
+            return 0;
+        amounts += item->amounts;
+    }
+    for (int64_t index = 0; index < of->amount_count; index++) {
+        const Row *row = of->rows + index;
+        if (!is_part(row->first_column, 1, index + 1) ||
+            !is_part(row->start, index + 1 - row->first_column, sizes[NORMAL_SIZE]))
+            return 0;
+    }
+    for (Py_ssize_t index = 0; index < of->pair_count; index++) {
+        const Pair *pair = of->pairs + index;
+        if (!is_part(pair->first, 1, of->item_count) ||
+            !is_part(pair->second, 1, pair->first + 1) ||
+            !is_part(pair->first_shared, pair->shared, counts[SHARED] / 2))
+            return 0;
+        const Item *first = of->items + pair->first, *second = of->items + pair->second;
+        const int64_t *slots = of->shared + 2 * pair->first_shared;
+        if (!are_indices(slots, pair->shared, 2, 0, first->joints) ||
+            !are_indices(slots + 1, pair->shared, 2, 0, second->joints))
+            return 0;
+        for (int64_t k = 0; k < first->amounts; k++)
+            if (of->rows[first->first_amount + k].first_column > second->first_amount)
+                return 0;
+    }
+    return amounts == of->amount_count;
+}
+
+static int reactions_fit(const Plan *plan)
+{
+    if (!are_whole(plan))
+        return 0;
+    const Work of = tables_of(plan);
+    const int64_t *sizes = of.sizes;
+    const Py_ssize_t *counts = plan->integer_sizes;
+    const int64_t components = 6 * sizes[BODIES] - (sizes[ALONG_AXES] ? 0 : 5);
+    return are_indices(of.passives, counts[PASSIVES] / 2, 2, 0, sizes[RATES]) &&
+           are_indices(of.passives + 1, counts[PASSIVES] / 2, 2, 0, components) &&
+           are_indices(of.coupled, counts[COUPLED], 1, 0, sizes[RATES]) &&
+           are_indices(of.joints, counts[JOINTS], 1, 0, sizes[BODIES]) &&
+           are_indices(of.targets, counts[TARGETS], 1, 0, of.force_rows) && items_fit(plan, &of) &&
+           groups_fit(plan, &of);
+}
+
+const PlanKind reactions_plan = {"reactions", INTEGER_ARRAYS, NUMBER_ARRAYS, reactions_fit};
+
+/* Take the arrays of all groups, which have to be of so many samples; -1 with an error set. */
+static int take_groups(Held *held, Arguments given, const Work *work, Py_ssize_t count,
+                       Given *of_groups)
+{
+    for (Py_ssize_t index = 0; index < work->group_count; index++) {
+        const Group *group = work->groups + index;
+        const Array *own = held->arrays + held->held;
+        int has_null = group->item >= 0;
+        if (take_each(held, given, has_null ? "3 3 3 3" : "3 3 3"))
+            return -1;
+        given += has_null ? 4 : 3;
+        if (has_size(own, 0, count, 0) || has_size(own, 1, group->action_rows, 0) ||
+            has_size(own, 2, 6, 0) || has_size(own + 1, 0, count, 0) ||
+            has_size(own + 1, 1, group->passives, 0) || has_size(own + 1, 2, group->columns, 0) ||
+            has_size(own + 2, 0, count, 0) || has_size(own + 2, 1, group->columns, 0) ||
+            has_size(own + 2, 2, group->passives, 0))
+            return -1;
+        if (has_null && (has_size(own + 3, 0, count, 0) || has_size(own + 3, 1, group->rows, 0) ||
+                         has_size(own + 3, 2, group->amounts, 0)))
+            return -1;
+        of_groups[index] = (Given){own, own + 1, own + 2, has_null ? own + 3 : NULL};
+    }
+    return 0;
+}
+
+/* Lay out the work space of a call, all of it zero; -1 with an error set. */
+static int make_room(Held *held, const Plan *plan, Work *work)
+{
+    const int64_t *sizes = work->sizes;
     /* A loop may have a self-stress of its own beside that of its group. */
-    Py_ssize_t columns = cases + 2 * sizes[MOST_AMOUNTS];
-    Py_ssize_t joint_rows = 6 * plan->integer_sizes[JOINTS];
-    Py_ssize_t wrench_size = 6 * sizes[BODIES] * cases;
+    Py_ssize_t cases = work->cases, columns = cases + 2 * sizes[MOST_AMOUNTS];
+    Py_ssize_t greatest = 6 * plan->integer_sizes[JOINTS];
     struct {
         double **at;
         Py_ssize_t size;
     } needed[] = {
-        {&work.wrenches, wrench_size},
-        {&work.forces, force_rows * cases},
-        {&work.efforts, sizes[RATES] * cases},
-        {&work.missing, sizes[MOST_PASSIVES] * cases},
-        {&work.left, sizes[MOST_PASSIVES] * cases},
-        {&work.multipliers, sizes[MOST_MULTIPLIERS] * cases},
-        {&work.combined, 6 * columns},
-        {&work.columns, 6 * columns},
-        {&work.added, 6 * columns},
-        {&work.spread, sizes[SPREAD_SIZE]},
-        {&work.unit_forces, sizes[UNIT_SIZE]},
-        {&work.normal, sizes[NORMAL_SIZE]},
-        {&work.diagonal, work.amount_count},
-        {&work.amounts, work.amount_count * cases},
-        {&work.greatest_moments, sizes[COUPLING_COUNT]},
+        {&work->wrenches, 6 * sizes[BODIES] * cases},
+        {&work->forces, work->force_rows * cases},
+        {&work->efforts, sizes[RATES] * cases},
+        {&work->missing, sizes[MOST_PASSIVES] * cases},
+        {&work->left, sizes[MOST_PASSIVES] * cases},
+        {&work->multipliers, sizes[MOST_MULTIPLIERS] * cases},
+        {&work->combined, 6 * columns},
+        {&work->columns, 6 * columns},
+        {&work->added, 6 * columns},
+        {&work->spread, sizes[SPREAD_SIZE]},
+        {&work->unit_forces, sizes[UNIT_SIZE]},
+        {&work->normal, sizes[NORMAL_SIZE]},
+        {&work->diagonal, work->amount_count},
+        {&work->amounts, work->amount_count * cases},
+        {&work->greatest_moments, sizes[COUPLING_COUNT]},
     };
-    Py_ssize_t total = joint_rows + 1, kinds = sizeof(needed) / sizeof(needed[0]);
+    Py_ssize_t total = greatest, kinds = sizeof(needed) / sizeof(needed[0]);
     for (Py_ssize_t k = 0; k < kinds; k++)
         total += needed[k].size;
-    if (!(memory = calloc(total, sizeof(double)))) {
+    double *room = room_for(held, total);
+    if (!room)
+        return -1;
+    memset(room, 0, sizeof(double) * total);
+    for (Py_ssize_t k = 0; k < kinds; k++) {
+        *needed[k].at = room;
+        room += needed[k].size;
+    }
+    work->greatest = (uint64_t *)room;
+    return 0;
+}
+
+/* Read the wrenches of a sample into the work space, or write them back. */
+static void move_wrenches(const Work *work, const Array *wrenches, Py_ssize_t sample, int back)
+{
+    Py_ssize_t cases = work->cases, bodies = work->sizes[BODIES];
+    double *at = wrenches->at + sample * wrenches->step[0], *own = work->wrenches;
+    if ((cases == 1 || wrenches->step[3] == 1) && wrenches->step[2] == cases &&
+        (bodies == 1 || wrenches->step[1] == 6 * cases)) {
+        memcpy(back ? at : own, back ? own : at, sizeof(double) * 6 * bodies * cases);
+        return;
+    }
+    for (Py_ssize_t body = 0; body < bodies; body++)
+        for (int i = 0; i < 6; i++)
+            for (Py_ssize_t m = 0; m < cases; m++, own++) {
+                double *one = at + body * wrenches->step[1] + i * wrenches->step[2] +
+                              m * wrenches->step[3];
+                *(back ? one : own) = *(back ? own : one);
+            }
+}
+
+/* Write what self-stresses change at most, of all samples. */
+static void write_changes(const Plan *plan, const Work *work, const Array *changes,
+                          const Array *moments)
+{
+    for (Py_ssize_t body = 0; body < work->sizes[BODIES]; body++)
+        for (int i = 0; i < 6; i++)
+            changes->at[body * changes->step[0] + i * changes->step[1]] = 0.0;
+    for (Py_ssize_t row = 0; row < 6 * plan->integer_sizes[JOINTS]; row++) {
+        double greatest, *to = changes->at + work->joints[row / 6] * changes->step[0] +
+                               row % 6 * changes->step[1];
+        memcpy(&greatest, work->greatest + row, sizeof(greatest));
+        *to = greater(*to, row % 6 < 3 ? work->scales[12] * greatest : greatest);
+    }
+    for (Py_ssize_t k = 0; k < work->sizes[COUPLING_COUNT]; k++)
+        moments->at[k * moments->step[0]] = work->greatest_moments[k];
+}
+
+/* reactions(plan, wrenches (N, b, 6, c), forces (N, 6 L + G, c), changes (b, 6), moments (G,),
+             c loads (N, nv) or (1, nv),
+             of each group in turn: actions, square, inverse, and null if it has amounts)
+
+   The wrenches of the open tree become those of the closed chain. Results are closure forces, the
+   greatest changes of wrenches per unit of self-stress, and those of the couplings' moments. */
+PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    if (nargs < 5) {
+        PyErr_SetString(PyExc_TypeError, "at least 5 arguments are needed");
+        return NULL;
+    }
+    const Plan *plan = plan_of(given[0], &reactions_plan);
+    if (!plan)
+        return NULL;
+    Work work = tables_of(plan);
+    const int64_t *sizes = work.sizes;
+    Py_ssize_t groups = work.group_count, force_rows = work.force_rows;
+    PyObject *answer = NULL;
+    Array *arrays = malloc(sizeof(Array) * nargs);
+    Given *of_groups = malloc(sizeof(Given) * (groups + 1));
+    Held held = {arrays, 0, NULL};
+    if (!arrays || !of_groups) {
         PyErr_NoMemory();
         goto done;
     }
-    double *free_memory = memory;
-    for (Py_ssize_t k = 0; k < kinds; k++) {
-        *needed[k].at = free_memory;
-        free_memory += needed[k].size;
+    if (take_each(&held, given + 1, "=4 =3 =2 =1"))
+        goto done;
+    Array *wrenches = arrays, *forces = arrays + 1, *changes = arrays + 2, *moments = arrays + 3;
+    Py_ssize_t count = wrenches->size[0], cases = wrenches->size[3];
+    if (has_size(wrenches, 1, sizes[BODIES], 0) || has_size(wrenches, 2, 6, 0) ||
+        has_size(forces, 0, count, 0) || has_size(forces, 1, force_rows, 0) ||
+        has_size(forces, 2, cases, 0) || has_size(changes, 0, sizes[BODIES], 0) ||
+        has_size(changes, 1, 6, 0) || has_size(moments, 0, sizes[COUPLING_COUNT], 0))
+        goto done;
+    Py_ssize_t expected = 5 + cases;
+    for (Py_ssize_t index = 0; index < groups; index++)
+        expected += work.groups[index].item >= 0 ? 4 : 3;
+    if (nargs != expected) {
+        PyErr_Format(PyExc_TypeError, "%zd arguments are needed, not %zd", expected, nargs);
+        goto done;
     }
-    work.greatest = (uint64_t *)free_memory;
-    int is_gapless = (cases == 1 || wrenches->step[3] == 1) && wrenches->step[2] == cases &&
-                     (sizes[BODIES] == 1 || wrenches->step[1] == 6 * cases);
+    const Array *loads = arrays + 4;
+    for (Py_ssize_t index = 0; index < cases; index++) {
+        const Array *load = take(&held, given[5 + index], 2, 0);
+        if (!load || has_size(load, 0, count, 1) || has_size(load, 1, sizes[RATES], 0))
+            goto done;
+    }
+    work.given = of_groups;
+    work.cases = cases;
+    if (take_groups(&held, given + 5 + cases, &work, count, of_groups) ||
+        make_room(&held, plan, &work))
+        goto done;
     for (Py_ssize_t sample = 0; sample < count; sample++) {
-        double *at = wrenches->at + sample * wrenches->step[0], *to = work.wrenches;
-        if (is_gapless)
-            memcpy(to, at, sizeof(double) * wrench_size);
-        else
-            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-                for (int i = 0; i < 6; i++)
-                    for (Py_ssize_t m = 0; m < cases; m++)
-                        *to++ = at[body * wrenches->step[1] + i * wrenches->step[2] +
-                                   m * wrenches->step[3]];
+        move_wrenches(&work, wrenches, sample, 0);
         for (Py_ssize_t m = 0; m < cases; m++) {
             const double *load = loads[m].at + sample * loads[m].step[0];
             for (Py_ssize_t rate = 0; rate < sizes[RATES]; rate++)
@@ -835,211 +1004,38 @@ PyObject *reactions(PyObject *module, Arguments given, Py_ssize_t nargs)
             close_one_case(&work, sample);
         else
             close_cases(&work, sample);
-        const double *from = work.wrenches;
-        if (is_gapless)
-            memcpy(at, from, sizeof(double) * wrench_size);
-        else
-            for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-                for (int i = 0; i < 6; i++)
-                    for (Py_ssize_t m = 0; m < cases; m++)
-                        at[body * wrenches->step[1] + i * wrenches->step[2] +
-                           m * wrenches->step[3]] = *from++;
-        from = work.forces;
-        at = forces->at + sample * forces->step[0];
+        move_wrenches(&work, wrenches, sample, 1);
+        double *at = forces->at + sample * forces->step[0];
         for (Py_ssize_t row = 0; row < force_rows; row++)
             for (Py_ssize_t m = 0; m < cases; m++)
-                at[row * forces->step[1] + m * forces->step[2]] = *from++;
+                at[row * forces->step[1] + m * forces->step[2]] = work.forces[row * cases + m];
     }
-    for (Py_ssize_t body = 0; body < sizes[BODIES]; body++)
-        for (int i = 0; i < 6; i++)
-            changes->at[body * changes->step[0] + i * changes->step[1]] = 0.0;
-    for (Py_ssize_t row = 0; row < joint_rows; row++) {
-        double greatest, *to = changes->at + work.joints[row / 6] * changes->step[0] +
-                               row % 6 * changes->step[1];
-        memcpy(&greatest, work.greatest + row, sizeof(greatest));
-        *to = greater(*to, row % 6 < 3 ? work.scales[12] * greatest : greatest);
-    }
-    for (Py_ssize_t k = 0; k < sizes[COUPLING_COUNT]; k++)
-        moments->at[k * moments->step[0]] = work.greatest_moments[k];
+    write_changes(plan, &work, changes, moments);
     answer = Py_NewRef(Py_None);
 done:
-    free(memory);
     free(of_groups);
     release(&held);
     free(arrays);
     return answer;
 }
 
-/* What a plan for `exerted` holds, in the order of its arrays. */
-enum { EXERTED_SIZES, EXERTED, EXERTED_MOMENTS, EXERTED_INTEGERS };
-enum { EXERTED_UNITS, EXERTED_FACTORS, EXERTED_NUMBERS };
-enum { EXERTED_KIND, EXERTED_RATES, EXERTED_BODIES, EXERTED_COUPLINGS, EXERTED_AXES,
-       EXERTED_SIZE_COUNT };
-#define EXERTS 1163413844 /* Tells plans of this kind from others. */
-
-/* exerted(plan, wrenches (N, b, 6), loads (N, nv) or (1, nv), result (N, nv), G moments (N, 1))
-
-   What drives and held joints exert: components of wrenches less loads and moments of couplings. */
-PyObject *exerted(PyObject *module, Arguments given, Py_ssize_t nargs)
-{
-    (void)module;
-    Plan *plan = nargs < 4 ? NULL : plan_of(given[0]);
-    if (nargs < 4)
-        PyErr_SetString(PyExc_TypeError, "at least 4 arguments are needed");
-    if (!plan)
-        return NULL;
-    if (plan->integer_arrays != EXERTED_INTEGERS || plan->number_arrays != EXERTED_NUMBERS ||
-        plan->integer_sizes[EXERTED_SIZES] != EXERTED_SIZE_COUNT ||
-        plan->integers[EXERTED_SIZES][EXERTED_KIND] != EXERTS) {
-        PyErr_SetString(PyExc_ValueError, "this is no plan of exerted efforts");
-        return NULL;
-    }
-    const int64_t *sizes = plan->integers[EXERTED_SIZES];
-    EXACTLY(nargs, 4 + sizes[EXERTED_COUPLINGS])
-    Array *arrays = malloc(sizeof(Array) * nargs);
-    if (!arrays)
-        return PyErr_NoMemory();
-    Held held = {arrays, 0};
-    PyObject *answer = NULL;
-    Array *wrenches = take(&held, given[1], 3, 0);
-    Array *loads = wrenches ? take(&held, given[2], 2, 0) : NULL;
-    Array *result = loads ? take(&held, given[3], 2, 1) : NULL;
-    if (!result)
-        goto done;
-    Py_ssize_t count = wrenches->size[0];
-    if (has_size(wrenches, 1, sizes[EXERTED_BODIES], 0) || has_size(wrenches, 2, 6, 0) ||
-        has_size(loads, 0, count, 1) || has_size(loads, 1, sizes[EXERTED_RATES], 0) ||
-        has_size(result, 0, count, 0) || has_size(result, 1, sizes[EXERTED_RATES], 0))
-        goto done;
-    const Array *moments = arrays + 3;
-    for (Py_ssize_t index = 0; index < sizes[EXERTED_COUPLINGS]; index++) {
-        const Array *moment = take(&held, given[4 + index], 2, 0);
-        if (!moment || has_size(moment, 0, count, 0) || has_size(moment, 1, 1, 0))
-            goto done;
-    }
-    /* Per effort: its rate, body, first component, and where its couplings begin and end. */
-    const int64_t *efforts = plan->integers[EXERTED];
-    Py_ssize_t effort_count = plan->integer_sizes[EXERTED] / 5;
-    const double *factors = plan->numbers[EXERTED_FACTORS];
-    for (Py_ssize_t sample = 0; sample < count; sample++) {
-        double *out = result->at + sample * result->step[0];
-        for (Py_ssize_t rate = 0; rate < sizes[EXERTED_RATES]; rate++)
-            out[rate * result->step[1]] = 0.0;
-        for (Py_ssize_t index = 0; index < effort_count; index++) {
-            const int64_t *effort = efforts + 5 * index;
-            const double *wrench = wrenches->at + sample * wrenches->step[0] +
-                                   effort[1] * wrenches->step[1];
-            const double *units = plan->numbers[EXERTED_UNITS] + index;
-            double sum = 0.0;
-            if (sizes[EXERTED_AXES])
-                sum = wrench[effort[2] * wrenches->step[2]] * *units;
-            else
-                for (int i = 0; i < 6; i++)
-                    sum += wrench[i * wrenches->step[2]] * units[5 * index + i];
-            for (int64_t k = effort[3]; k < effort[4]; k++) {
-                const Array *moment = moments + plan->integers[EXERTED_MOMENTS][k];
-                sum += factors[k] * moment->at[sample * moment->step[0]];
-            }
-            out[effort[0] * result->step[1]] =
-                sum - loads->at[sample * loads->step[0] + effort[0] * loads->step[1]];
-        }
-    }
-    answer = Py_NewRef(Py_None);
-done:
-    release(&held);
-    free(arrays);
-    return answer;
-}
-
-/* Add differences of numbers with themselves, which are not zero where they are not finite. */
-static double differences(const double *at, Py_ssize_t count, Py_ssize_t step)
-{
-    double sums[4] = {0.0, 0.0, 0.0, 0.0};
-    Py_ssize_t k = 0;
-    if (step == 1)
-        for (; k + 4 <= count; k += 4)
-            for (int i = 0; i < 4; i++)
-                sums[i] += at[k + i] - at[k + i];
-    for (; k < count; k++)
-        sums[0] += at[k * step] - at[k * step];
-    return sums[0] + sums[1] + sums[2] + sums[3];
-}
-
-/* all_finite(arrays of at most four axes): whether all of their numbers are finite. */
-PyObject *all_finite(PyObject *module, Arguments given, Py_ssize_t nargs)
-{
-    (void)module;
-    double sum = 0.0;
-    for (Py_ssize_t index = 0; index < nargs; index++) {
-        Py_buffer buffer;
-        if (PyObject_GetBuffer(given[index], &buffer, PyBUF_STRIDES | PyBUF_FORMAT) < 0)
-            return NULL;
-        if (buffer.ndim > MOST_AXES || buffer.itemsize != 8 || strcmp(buffer.format, "d") != 0) {
-            PyBuffer_Release(&buffer);
-            PyErr_Format(PyExc_TypeError, "argument %zd has to be an array of numbers", index + 1);
-            return NULL;
-        }
-        if (PyBuffer_IsContiguous(&buffer, 'A'))
-            sum += differences(buffer.buf, buffer.len / 8, 1);
-        else {
-            Py_ssize_t size[MOST_AXES] = {1, 1, 1, 1}, step[MOST_AXES] = {0, 0, 0, 0};
-            for (int axis = 0; axis < buffer.ndim; axis++) {
-                size[MOST_AXES - buffer.ndim + axis] = buffer.shape[axis];
-                step[MOST_AXES - buffer.ndim + axis] = buffer.strides[axis] / 8;
-            }
-            const double *at = buffer.buf;
-            for (Py_ssize_t i = 0; i < size[0]; i++)
-                for (Py_ssize_t j = 0; j < size[1]; j++)
-                    for (Py_ssize_t k = 0; k < size[2]; k++)
-                        sum += differences(at + i * step[0] + j * step[1] + k * step[2], size[3],
-                                           step[3]);
-        }
-        PyBuffer_Release(&buffer);
-    }
-    return PyBool_FromLong(sum == 0.0);
-}
-
-/* magnified(condition (N,), ratios (N, nv, d), scale (nv, d), result (N,)): conditions times the
-   greatest ratio, which counts as one at least. */
-PyObject *magnified(PyObject *module, Arguments given, Py_ssize_t nargs)
-{
-    (void)module;
-    EXACTLY(nargs, 4)
-    Array arrays[4];
-    Held held = {arrays, 0};
-    PyObject *answer = NULL;
-    Array *condition = take(&held, given[0], 1, 0);
-    Array *ratios = condition ? take(&held, given[1], 3, 0) : NULL;
-    Array *scale = ratios ? take(&held, given[2], 2, 0) : NULL;
-    Array *result = scale ? take(&held, given[3], 1, 1) : NULL;
-    if (!result)
-        goto done;
-    Py_ssize_t count = ratios->size[0], rates = ratios->size[1], drives = ratios->size[2];
-    if (has_size(condition, 0, count, 0) || has_size(scale, 0, rates, 0) ||
-        has_size(scale, 1, drives, 0) || has_size(result, 0, count, 0))
-        goto done;
-    for (Py_ssize_t sample = 0; sample < count; sample++) {
-        const double *at = ratios->at + sample * ratios->step[0];
-        double greatest = 1.0;
-        for (Py_ssize_t rate = 0; rate < rates; rate++)
-            for (Py_ssize_t drive = 0; drive < drives; drive++) {
-                double unit = scale->at[rate * scale->step[0] + drive * scale->step[1]];
-                double ratio = at[rate * ratios->step[1] + drive * ratios->step[2]];
-                greatest = greater(greatest, fabs(ratio) * unit);
-            }
-        result->at[sample * result->step[0]] =
-            condition->at[sample * condition->step[0]] * greatest;
-    }
-    answer = Py_NewRef(Py_None);
-done:
-    release(&held);
-    return answer;
-}
-
 /* What a plan for `against_load` holds, in the order of its arrays. */
 enum { LOADED_SIZES, LOADED_PATH, LOADED_INTEGERS };
-enum { LOADED_KIND, LOADED_ROWS, LOADED_BODY, LOADED_WRENCHES, LOADED_SIZE_COUNT };
-#define LOADED 1280262468 /* Tells plans of this kind from others. */
+enum { LOADED_ROWS, LOADED_BODY, LOADED_WRENCHES, LOADED_SIZE_COUNT };
+
+static int load_fits(const Plan *plan)
+{
+    const Py_ssize_t *counts = plan->integer_sizes;
+    const int64_t *sizes = plan->integers[LOADED_SIZES], *path = plan->integers[LOADED_PATH];
+    Py_ssize_t joints = counts[LOADED_PATH] / 2;
+    return counts[LOADED_SIZES] == LOADED_SIZE_COUNT && counts[LOADED_PATH] % 2 == 0 &&
+           are_indices(sizes, LOADED_SIZE_COUNT, 1, 0, INT32_MAX) &&
+           is_part(6 * sizes[LOADED_BODY], 6, sizes[LOADED_ROWS]) &&
+           are_indices(path, joints, 2, 0, sizes[LOADED_ROWS] - 5) &&
+           are_indices(path + 1, joints, 2, 0, sizes[LOADED_WRENCHES]);
+}
+
+const PlanKind load_plan = {"load", LOADED_INTEGERS, 0, load_fits};
 
 /* against_load(plan, actions (N, 6 n, 6), place (3,), rotation (3, 3), whether in world axes,
                 force (N, 3) or (1, 3), moment likewise, wrenches (N, b, 6))
@@ -1050,30 +1046,20 @@ PyObject *against_load(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 8)
-    Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &load_plan);
     if (!plan)
         return NULL;
-    if (plan->integer_arrays != LOADED_INTEGERS || plan->number_arrays != 0 ||
-        plan->integer_sizes[LOADED_SIZES] != LOADED_SIZE_COUNT ||
-        plan->integers[LOADED_SIZES][LOADED_KIND] != LOADED) {
-        PyErr_SetString(PyExc_ValueError, "this is no plan of a load");
-        return NULL;
-    }
     const int64_t *sizes = plan->integers[LOADED_SIZES], *path = plan->integers[LOADED_PATH];
     int in_world = PyObject_IsTrue(given[4]);
     if (in_world < 0)
         return NULL;
     Array arrays[6];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    Array *actions = take(&held, given[1], 3, 0);
-    Array *place = actions ? take(&held, given[2], 1, 0) : NULL;
-    Array *rotation = place ? take(&held, given[3], 2, 0) : NULL;
-    Array *force = rotation ? take(&held, given[5], 2, 0) : NULL;
-    Array *moment = force ? take(&held, given[6], 2, 0) : NULL;
-    Array *wrenches = moment ? take(&held, given[7], 3, 1) : NULL;
-    if (!wrenches)
+    if (take_each(&held, given + 1, "3 1 2") || take_each(&held, given + 5, "2 2 =3"))
         goto done;
+    Array *actions = arrays, *place = arrays + 1, *rotation = arrays + 2, *force = arrays + 3;
+    Array *moment = arrays + 4, *wrenches = arrays + 5;
     Py_ssize_t count = wrenches->size[0];
     if (has_size(actions, 0, count, 0) || has_size(actions, 1, sizes[LOADED_ROWS], 0) ||
         has_size(actions, 2, 6, 0) || has_size(place, 0, 3, 0) || has_size(rotation, 0, 3, 0) ||

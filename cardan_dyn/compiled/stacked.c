@@ -1,19 +1,18 @@
 /* Stacked matrices: the twins of functions of kinematics/closing/stacked.py. */
 
-#include "stacked.h"
-#include "arrays.h"
 #include "kernels.h"
+#include "stacked.h"
 
-int invert(double *lower, double *result, ptrdiff_t n, ptrdiff_t *order)
+int invert(double *lower, double *result, Py_ssize_t n, Py_ssize_t *order)
 {
-    for (ptrdiff_t k = 0; k < n; k++)
+    for (Py_ssize_t k = 0; k < n; k++)
         order[k] = k;
-    for (ptrdiff_t k = 0; k < n; k++) {
+    for (Py_ssize_t k = 0; k < n; k++) {
         /* As LAPACK does: the greatest entry of a column is its pivot. One that is not a number
            counts as that, so that it shows in the result. */
-        ptrdiff_t pivot = k;
+        Py_ssize_t pivot = k;
         double greatest = fabs(lower[k * n + k]);
-        for (ptrdiff_t i = k + 1; i < n; i++) {
+        for (Py_ssize_t i = k + 1; i < n; i++) {
             double size = fabs(lower[i * n + k]);
             if (size > greatest || size != size) {
                 greatest = size;
@@ -23,46 +22,46 @@ int invert(double *lower, double *result, ptrdiff_t n, ptrdiff_t *order)
         if (greatest == 0.0)
             return 0;
         if (pivot != k) {
-            for (ptrdiff_t j = 0; j < n; j++) {
+            for (Py_ssize_t j = 0; j < n; j++) {
                 double other = lower[k * n + j];
                 lower[k * n + j] = lower[pivot * n + j];
                 lower[pivot * n + j] = other;
             }
-            ptrdiff_t other = order[k];
+            Py_ssize_t other = order[k];
             order[k] = order[pivot];
             order[pivot] = other;
         }
         const double *upper = lower + k * n;
-        for (ptrdiff_t i = k + 1; i < n; i++) {
+        for (Py_ssize_t i = k + 1; i < n; i++) {
             double *row = lower + i * n;
             if (row[k] == 0.0)
                 continue;
             /* Of rows that are alike nothing is left, which a reciprocal would not see. */
             double factor = row[k] = row[k] / upper[k];
-            for (ptrdiff_t j = k + 1; j < n; j++)
+            for (Py_ssize_t j = k + 1; j < n; j++)
                 row[j] -= factor * upper[j];
         }
     }
     memset(result, 0, sizeof(double) * n * n);
-    for (ptrdiff_t k = 0; k < n; k++)
+    for (Py_ssize_t k = 0; k < n; k++)
         result[k * n + order[k]] = 1.0;
-    for (ptrdiff_t i = 1; i < n; i++)
-        for (ptrdiff_t k = 0; k < i; k++) {
+    for (Py_ssize_t i = 1; i < n; i++)
+        for (Py_ssize_t k = 0; k < i; k++) {
             double factor = lower[i * n + k];
             if (factor != 0.0)
-                for (ptrdiff_t j = 0; j < n; j++)
+                for (Py_ssize_t j = 0; j < n; j++)
                     result[i * n + j] -= factor * result[k * n + j];
         }
-    for (ptrdiff_t i = n - 1; i >= 0; i--) {
+    for (Py_ssize_t i = n - 1; i >= 0; i--) {
         double *row = result + i * n;
-        for (ptrdiff_t k = i + 1; k < n; k++) {
+        for (Py_ssize_t k = i + 1; k < n; k++) {
             double factor = lower[i * n + k];
             if (factor != 0.0)
-                for (ptrdiff_t j = 0; j < n; j++)
+                for (Py_ssize_t j = 0; j < n; j++)
                     row[j] -= factor * result[k * n + j];
         }
         double diagonal = lower[i * n + i];
-        for (ptrdiff_t j = 0; j < n; j++)
+        for (Py_ssize_t j = 0; j < n; j++)
             row[j] /= diagonal;
     }
     return 1;
@@ -76,11 +75,10 @@ PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs)
     (void)module;
     EXACTLY(nargs, 4)
     Array arrays[4];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    for (int k = 0; k < 4; k++)
-        if (!take(&held, given[k], 3, k == 3))
-            goto done;
+    if (take_each(&held, given, "3 3 3 =3"))
+        goto done;
     Array *A = arrays, *B = arrays + 1, *right = arrays + 2, *result = arrays + 3;
     Py_ssize_t count = result->size[0], rows = A->size[1], columns = A->size[2];
     Py_ssize_t sides = right->size[2];
@@ -88,11 +86,9 @@ PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs)
         has_size(B, 1, columns, 0) || has_size(B, 2, rows, 0) || has_size(right, 1, rows, 0) ||
         has_size(result, 1, columns, 0) || has_size(result, 2, sides, 0))
         goto done;
-    double *left = malloc(sizeof(double) * (rows + columns + 1));
-    if (!left) {
-        PyErr_NoMemory();
+    double *left = room_for(&held, rows + columns);
+    if (!left)
         goto done;
-    }
     double *solution = left + rows;
     Matrix matrix = {NULL, rows, columns, A->step[1], A->step[2]};
     Matrix inverse = {NULL, columns, rows, B->step[1], B->step[2]};
@@ -102,17 +98,13 @@ PyObject *refined(PyObject *module, Arguments given, Py_ssize_t nargs)
         for (Py_ssize_t side = 0; side < sides; side++) {
             const double *r = right->at + sample * right->step[0] + side * right->step[2];
             double *out = result->at + sample * result->step[0] + side * result->step[2];
-            memset(solution, 0, sizeof(double) * columns);
             for (Py_ssize_t i = 0; i < rows; i++)
                 left[i] = r[i * right->step[1]];
-            add_product(&inverse, left, 1.0, solution);
-            add_product(&matrix, solution, -1.0, left);
-            add_product(&inverse, left, 1.0, solution);
+            solve(&matrix, &inverse, left, solution);
             for (Py_ssize_t j = 0; j < columns; j++)
                 out[j * result->step[1]] = solution[j];
         }
     }
-    free(left);
     answer = Py_NewRef(Py_None);
 done:
     release(&held);

@@ -167,6 +167,7 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
+        # Twin: `all_finite` of compiled/inverse_dynamics.c.
         arrays: tuple[Any, ...] = self.x, self.v, self.a, self.wrenches, self.efforts
         if compiled.kernel is not None and compiled.kernel.all_finite(*arrays):
             return set()
@@ -404,6 +405,7 @@ class InverseDynamics:
 
     def _exerted(self, loads: Array, velocity_ratios: Array, reactions: Reactions) -> Array:
         """Return `(N, nv)` what drives and held joints exert beside loads and elements."""
+        # Twin: `exerted` of compiled/inverse_dynamics.c.
         if compiled.kernel is not None and not self._needed.efforts_alone:
             moments = reactions.closure_forces[len(self._mechanism.loops) :]
             result = np.empty((reactions.wrenches.shape[0], self._mechanism.model.nv))
@@ -450,6 +452,7 @@ class InverseDynamics:
             state: closed positions.
             velocity_ratios: `(N, nv, d)`; slides are compared with angles by the length.
         """
+        # Twin: `magnified` of compiled/inverse_dynamics.c.
         if compiled.kernel is not None:
             result = np.empty(velocity_ratios.shape[0])
             given = state.condition, velocity_ratios, self._ratio_scale, result

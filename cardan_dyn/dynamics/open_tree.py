@@ -17,9 +17,6 @@ from ..kinematics.closing.group_solver import GroupState
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import link_inertia
 
-_LOADED = 1280262468
-"""Tells plans of loads from others, see `against_load` of `compiled/reactions.c`."""
-
 
 class LoadCase(NamedTuple):
     """What acts on a mechanism at closed positions.
@@ -325,8 +322,8 @@ def _load_plan(body: int, size: int, batch: BatchModel) -> compiled.Plan:
     """
     index = batch.index_of[body]
     path = [(6 * joint, int(batch.bodies[joint])) for joint in batch.path(index)]
-    sizes = _LOADED, 6 * len(batch), index, size
-    return compiled.Plan([np.array(sizes), np.array(path).ravel()], [])
+    sizes = 6 * len(batch), index, size
+    return compiled.Plan("load", [sizes, path], [])
 
 
 def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> Array:
@@ -337,6 +334,7 @@ def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> A
         group: of the load's body.
         rotation: `(3, 3, N)` or `(3, 3, 1)` of the base in the world, for loads in world axes.
     """
+    # Twin: `against_load` of compiled/reactions.c, which goes on to the joints inwards.
     axes, position = placement(group.actions, group.batch.index_of[load.body])
     point = position + np.einsum("ikn,k->in", axes, load.place)
     if rotation is None:

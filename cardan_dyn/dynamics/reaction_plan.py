@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import accumulate, pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from .closure_forces import ClosureForces
 from .indeterminate import LeastNorm
 from .open_tree import Along
 
-_KIND = 1296390985
-"""Tells plans of this kind from others; likewise the next one."""
-_EXERTED = 1163413844
 _NONE = -1
 
 
@@ -148,12 +145,8 @@ class _Writer:
         for row, joint, sign in bodies:
             self.paths.append((row, joint, slots[joint]))
             self.signs.append(sign)
-        matrices = np.zeros(87)
-        matrices[: rows.size] = rows.ravel()
-        matrices[36 : 36 + null.size] = null.ravel()
-        matrices[72:75] = axes.point
-        matrices[75:84], matrices[84:] = end.rotations[0].ravel(), end.translations[0]
-        self.matrices.append(matrices)
+        placed = axes.point, end.rotations[0].ravel(), end.translations[0]
+        self.matrices.append(np.concatenate([_padded(rows), _padded(null), *placed]))
 
     def places(self) -> Iterator[tuple[int, ...]]:
         """Yield, per self-stress, its sizes and where its parts are, see `reactions.c`."""
@@ -190,7 +183,7 @@ def reaction_plan(
     joints = [joint for item in writer.items for joint in item.joints]
     targets = [target for item in writer.items for target in item.targets]
     sizes = [
-        *(_KIND, mechanism.model.nv, closure.size, loops, couplings, int(along.is_along_axes)),
+        *(mechanism.model.nv, closure.size, loops, couplings, int(along.is_along_axes)),
         max((passives for passives, *_ in writer.groups), default=0),
         max((multipliers for _, multipliers, *_ in writer.groups), default=0),
         max((item.amounts for item in writer.items), default=0),
@@ -208,7 +201,7 @@ def reaction_plan(
     is_coupled = any(target >= 6 * loops for target in targets)
     return ReactionPlan(
         [(index, state.reduction) for index, state in states.items()],
-        _plan(tables, numbers),
+        Plan("reactions", tables, numbers),
         [slice(first, last) for first, last in pairwise(ends)],
         ends[-1],
         writer.slip_units if is_coupled else None,
@@ -279,14 +272,13 @@ def exerted_plan(mechanism: Mechanism, size: int, along: Along, prescribed: Arra
                 factors.append(coupling.ratio)
         body, component = divmod(along.row_of(column), 6)
         efforts.append((column, body, component, start, len(moments)))
-    sizes = _EXERTED, len(along), size, len(mechanism.couplings), int(along.is_along_axes)
+    sizes = len(along), size, len(mechanism.couplings), int(along.is_along_axes)
     units = [along.units_of(column) for column in prescribed.tolist()]
-    return _plan((sizes, efforts, moments), (units, factors))
+    return Plan("exerted", (sizes, efforts, moments), (units, factors))
 
 
-def _plan(tables: Sequence[Any], numbers: Sequence[Any]) -> Plan:
-    """Return the plan of tables of integers and of numbers, row by row."""
-    return Plan(
-        [np.array(table, dtype=np.int64).ravel() for table in tables],
-        [np.array(table, dtype=float).ravel() for table in numbers],
-    )
+def _padded(matrix: Array) -> Array:
+    """Return a matrix `(6, k)`, row by row, behind which zeros stand for what six columns have."""
+    padded = np.zeros(36)
+    padded[: matrix.size] = matrix.ravel()
+    return padded

@@ -180,6 +180,7 @@ class ReactionSolver:
             Closure forces `(N, 6, c)` or `(N, 1, c)`, see `Reactions`, as well as its influence and
             the indices of indeterminate couplings.
         """
+        # Twin: `reactions` of compiled/reactions.c, for the rule of least norm.
         forces, self_stresses = self._one_solution(state, cases, wrenches)
         amounts = self._amounts(state, wrenches, self_stresses)
         for item, amount in zip(self_stresses, amounts, strict=True):

@@ -40,6 +40,7 @@ class Moves(NamedTuple):
             x: `(N, size)` rows; they are changed.
             step: `(N, k)` displacements [rad, m], of balls rotation vectors in the ball's frame.
         """
+        # Twin: `moved` of compiled/closure.c.
         x[:, self.columns] += step[:, self.steps]
         if len(self.quaternions):
             turns = _exponential(step[:, self.rotations])
@@ -203,7 +204,7 @@ class Coordinates:
     @cached_property
     def plan(self) -> Plan:
         """What the compiled functions `rows` and `longest` work along."""
-        return Plan([*self.scalars, *self.balls], [self.scale])
+        return Plan("rows", [*self.scalars, *self.balls], [self.scale])
 
     def neutral(self) -> Array:
         """Return the `(size,)` row in which every joint is at zero."""

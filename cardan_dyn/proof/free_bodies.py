@@ -22,8 +22,8 @@ from ..mechanism.coordinates import Coordinates
 from ..mechanism.frames import Frames, in_steps, merged
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
-from .layout import RESULTS, Layout, link_loads
 from .momentum import MassiveBodies
+from .proof_plan import RESULTS, ProofTables, link_loads
 from .residuals import Claim, Residuals, ratio
 from .self_stress import SelfStressProof, prove_flags
 from .twists import State, Twists, cross
@@ -212,7 +212,7 @@ class FreeBodies:
 
     @cached_property
     def _plan(self) -> Plan:
-        return Layout(
+        return ProofTables(
             self.frames,
             self._twists,
             self._constraints,
@@ -237,6 +237,7 @@ class FreeBodies:
 
     def _residuals(self, claim: Claim) -> Residuals:
         """See `check`."""
+        # Twin: `proven` of compiled/proof.c.
         state = self._twists.state(claim.x)
         every = self._nets_and_wrenches(claim)
         chosen = state.joint_frames[self._chosen]

@@ -189,6 +189,7 @@ class Residuals(NamedTuple):
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
+        # Twin: `cancellation` of compiled/proof.c.
         if compiled.kernel is not None and self.elastic is None:
             result = np.empty(len(self.inertia))
             compiled.kernel.cancellation(self.inertia, self.wrench, self.applied, result)
@@ -270,6 +271,7 @@ class Residuals(NamedTuple):
 
     def is_proven(self) -> bool:
         """Return whether `prove` accepts the result."""
+        # Twin: `within` of compiled/proof.c.
         if compiled.kernel is not None and self.elastic is None:
             is_within: bool = compiled.kernel.within(BALANCE_TOLERANCE, *self[:11])
             return is_within

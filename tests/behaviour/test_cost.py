@@ -2,34 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 import tracemalloc
-from collections.abc import Callable
 
 import numpy as np
 import pytest
+from testkit.calls import calls
 from testkit.line_data import random_line
 from testkit.scenes import double
 
 import cardan_dyn as cd
 from cardan_dyn import compiled
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-
-
-def calls(run: Callable[[], object]) -> int:
-    """Count calls of Python and C functions."""
-    counted = 0
-
-    def count(frame: object, event: str, argument: object) -> None:
-        nonlocal counted
-        counted += event in ("call", "c_call")
-
-    sys.setprofile(count)
-    try:
-        run()
-    finally:
-        sys.setprofile(None)
-    return counted
 
 
 def known(shaft: cd.Mechanism) -> cd.Scene:

@@ -8,21 +8,20 @@ import numpy as np
 import pytest
 from compare import sweep_of
 from scenes import draw
+from testkit.compiled_functions import needs_kernel, without_kernel
 
 import cardan_dyn as cd
-from cardan_dyn import compiled
 from cardan_dyn.scene.usual_motion import usual_motion
 
-needs_kernel = pytest.mark.skipif(compiled.kernel is None, reason="nothing is compiled here")
+pytestmark = needs_kernel
 ROUNDING = 2e-14
 """Relative errors stay below this times the condition, as the guide says of any result."""
 
 
-def both_ways(monkeypatch: pytest.MonkeyPatch, swept: Callable[[], cd.Sweep]) -> list[cd.Sweep]:
+def both_ways(swept: Callable[[], cd.Sweep]) -> list[cd.Sweep]:
     """Return a sweep of a mechanism that is made anew, by compiled functions and by NumPy."""
     with_kernel = swept()
-    with monkeypatch.context() as without:
-        without.setattr(compiled, "kernel", None)
+    with without_kernel():
         return [with_kernel, swept()]
 
 
@@ -49,24 +48,21 @@ def assert_same(first: cd.Sweep, second: cd.Sweep) -> None:
         assert np.isnan(one) or abs(one - other) <= np.max(allowed), residual
 
 
-@needs_kernel
 @pytest.mark.parametrize("name", cd.bundled_names())
-def test_bundled_mechanisms(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bundled_mechanisms(name: str) -> None:
     at_rest, at_speed = (
-        both_ways(monkeypatch, lambda speed=speed: usual_motion(cd.load(name)).sweep(speed))
+        both_ways(lambda speed=speed: usual_motion(cd.load(name)).sweep(speed))
         for speed in (0.0, None)
     )
     assert_same(*at_rest)
     assert_same(*at_speed)
 
 
-@needs_kernel
 @pytest.mark.parametrize("seed", range(30))
-def test_random_chains(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert_same(*both_ways(monkeypatch, lambda: sweep_of(draw(seed))))
+def test_random_chains(seed: int) -> None:
+    assert_same(*both_ways(lambda: sweep_of(draw(seed))))
 
 
-@needs_kernel
 @pytest.mark.parametrize("name", sorted({*cd.bundled_names()} - {"stewart_platform"}))
 def test_a_position_comes_out_alike_whatever_is_asked_beside_it(name: str) -> None:
     """To the last bit: of several drives, guesses come from the positions around."""

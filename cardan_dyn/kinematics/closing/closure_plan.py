@@ -72,7 +72,7 @@ def closure_plan(
         movable,
         equations.moved_bodies,
         along,
-        ends.ravel(),
+        ends,
         [axes.body for axes in reduction.axes],
         [len(own) for own in rows],
         [_single(row) for own in rows for row in own],
@@ -83,20 +83,20 @@ def closure_plan(
     ]
     numbers = [
         [equations.length],
-        units.ravel(),
-        places.ravel(),
+        units,
+        places,
         np.concatenate([np.zeros(0), *(axes.point for axes in reduction.axes)]),
         np.concatenate([np.zeros(0), *(own.ravel() for own in rows)]),
         np.concatenate([np.zeros(0), *(own[path] for own, path in zip(signs, paths, strict=True))]),
-        equations.coupled_ratios.ravel(),
+        equations.coupled_ratios,
         equations.coupled_offsets,
         equations.slip_units,
-        equations.coupling_rows.ravel(),
+        equations.coupling_rows,
         step_scale,
-        np.ones(passives) if row_scale is None else row_scale.ravel(),
-        lines.ravel(),
+        np.ones(passives) if row_scale is None else row_scale,
+        lines,
     ]
-    plan = Plan([np.array(item) for item in integers], [np.array(item) for item in numbers])
+    plan = Plan("closure", integers, numbers)
     reduced = sum(len(own) for own in rows) + couplings
     whole = reduced + len(rods)
     return ClosurePlan(reduction, plan, reduced, whole, whole == passives <= most)
@@ -105,7 +105,7 @@ def closure_plan(
 def moves_plan(moves: Moves) -> Plan:
     """Return the plan of how rows of coordinates move."""
     quaternions, rotations = moves.quaternions[:, 0], moves.rotations[:, 0]
-    return Plan([moves.columns, moves.steps, quaternions, rotations], [])
+    return Plan("moves", [moves.columns, moves.steps, quaternions, rotations], [])
 
 
 def _places(ends: LoopEnds) -> Array:

@@ -143,6 +143,7 @@ class GroupSolver:
             inverse: inverse at a position nearby; used where it is near enough.
             correction: `(N,)` how far the guess was off; zero if None.
         """
+        # Twin: `closure` of compiled/closure.c.
         if compiled.kernel is not None:
             return self._compiled(x, reduction, turns, inverse, correction)
         equations = self.equations
@@ -349,6 +350,7 @@ class GroupSolver:
         Returns:
             Errors `(N,)` after them, in order of magnitude [rad].
         """
+        # Twin: `newton_step` of compiled/closure.c.
         if steps.left is not None:
             return steps.left
         step, sizes = steps.step, steps.sizes
@@ -754,6 +756,7 @@ class GroupState(NamedTuple):
 
         Idle rods do not turn about their lines.
         """
+        # Twin: `passive_rates` of compiled/closure.c.
         return -self.solve(self._of_known(known))
 
     def accelerations(self, v: Array, known: Array) -> Array:
@@ -763,6 +766,7 @@ class GroupState(NamedTuple):
             v: joint rates.
             known: accelerations `(N, k)` of what is known.
         """
+        # Twin: `passive_accelerations` of compiled/closure.c.
         v, equations = v[:, self.equations.movable], self.equations
         drift = equations.drift(self.twists, v)
         drift = equations.project(drift, None, self.actions, self.reduction)

@@ -150,6 +150,7 @@ def refined(matrices: Array, inverses: Array, right: Array) -> Array:
         inverses: `(N, j, i)`.
         right: right-hand sides `(N, i, k)`.
     """
+    # Twin: `refined` of compiled/stacked.c.
     _, rows, columns = matrices.shape
     sides = right.shape[2]
     # A sample must come out alike whatever others are beside it: their number may not decide.

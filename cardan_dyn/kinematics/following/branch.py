@@ -153,10 +153,9 @@ class BranchTable:
         """
         places = np.searchsorted(columns, self.coordinates.balls.columns)
         is_there = columns.take(places, mode="clip") == self.coordinates.balls.columns
-        drive = np.array([self.drive_column])
         curves = self._curves(consecutive(columns)).swapaxes(0, 1)
-        integers = [columns, places[is_there], drive]
-        return Plan(integers, [self.positions, curves.ravel(), *numbers])
+        integers = [columns, places[is_there], self.drive_column]
+        return Plan("branch", integers, [self.positions, curves, *numbers])
 
     def with_nodes(self, rows: Rows) -> BranchTable:
         """Return a table that also holds new nodes, given in any order."""
@@ -183,6 +182,7 @@ class BranchTable:
             positions: `(N,)` drive positions.
             columns: of a row; quaternions come without their unit length.
         """
+        # Twin: `branch` of compiled/following.c, with what `DriveMotion.write` does.
         if self.size == 1:
             return np.repeat(self.rows.x[:, columns], len(positions), axis=0)
         left = self.positions[1:-1].searchsorted(positions)
@@ -238,8 +238,7 @@ class Branch:
         # For a table, errors of guesses between its nodes.
         self._guess_errors: tuple[BranchTable, Array] | None = None
         # For a table and a period, what a compiled function works along.
-        self._planned: tuple[BranchTable, float | None] | None = None
-        self._plan: Plan | None = None
+        self._planned: tuple[BranchTable, float | None, Plan] | None = None
 
     @property
     def span(self) -> tuple[float, float]:
@@ -579,9 +578,9 @@ class Branch:
             windings = np.where(columns == table.drive_column, 0.0, self.windings[columns])
             period = self.period or 0.0
             repeats = np.array([far, period, np.rint(period / TURN), *TURN_PARTS])
-            self._plan = table.plan(columns, windings, repeats)
-            self._planned = table, self.period
-        return self._plan
+            planned = table, self.period, table.plan(columns, windings, repeats)
+            self._planned = planned
+        return planned[2]
 
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.

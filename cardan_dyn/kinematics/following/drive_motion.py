@@ -231,12 +231,12 @@ class DriveMotion:
 
         With x and turns `(N, size)`.
         """
-        kernel = compiled.kernel
-        if kernel is None:
+        if compiled.kernel is None:
             return None
         plan = self.branch.plan(self._moved, len(positions), self._far)
-        is_known = plan is not None and kernel.branch(plan.handle, positions, x, turns)
-        return plan if is_known else None
+        if plan is None or not compiled.kernel.branch(plan.handle, positions, x, turns):
+            return None
+        return plan
 
     def _positions(self, targets: Targets) -> Array:
         """Return the drive's positions `(N,)` at targets of the scene."""

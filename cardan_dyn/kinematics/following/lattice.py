@@ -319,15 +319,14 @@ class _Points:
 
     def _around(self, points: Array, positions: Array) -> tuple[Array, Array, Array, Array]:
         """Return what `_extrapolated` does, then what `_interpolated` does."""
-        d, kernel = len(self._columns), compiled.kernel
-        if kernel is None or d > _MOST_AROUND:
+        if compiled.kernel is None or len(self._columns) > _MOST_AROUND:
             extrapolated = self._extrapolated(points, positions)
             return (*extrapolated, *self._interpolated(points, positions))
         count, size = len(points), self.x.shape[1]
         (guess, between), (longest, is_known) = np.empty((2, count, size)), np.empty((2, count))
         given = points.astype(float), positions, self._jets, LONGEST_WAY
         around = self.is_closed.astype(float), between, is_known
-        kernel.lattice(self._plan.handle, *given, guess, longest, *around)
+        compiled.kernel.lattice(self._plan.handle, *given, guess, longest, *around)
         return guess, longest >= 1.0, between, is_known == 1.0
 
     @cached_property
@@ -335,8 +334,8 @@ class _Points:
         """What the compiled function `lattice` works along."""
         _, _, _, _, ways, keys = self._lines
         scale = self._kinematics.coordinates.scale
-        numbers = [self._lines.points.ravel(), ways.low, self._units, self._origin, scale]
-        return Plan([np.array(self._columns), keys, ways.factors], numbers)
+        numbers = [self._lines.points, ways.low, self._units, self._origin, scale]
+        return Plan("lattice", [self._columns, keys, ways.factors], numbers)
 
     def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` at drive positions, from the derivatives at points.
@@ -344,11 +343,12 @@ class _Points:
         Returns:
             The coordinates, and `(N,)` whether the way there is short enough.
         """
-        kernel = compiled.kernel
-        if kernel is not None:
+        # Twin: `lattice` of compiled/following.c.
+        if compiled.kernel is not None:
             guess, longest = np.empty((len(points), self.x.shape[1])), np.empty(len(points))
             given = points.astype(float), positions, self._jets, LONGEST_WAY
-            kernel.lattice(self._plan.handle, *given, guess, longest, None, None, None)
+            nothing = None, None, None
+            compiled.kernel.lattice(self._plan.handle, *given, guess, longest, *nothing)
             return guess, longest >= 1.0
         coordinates, x = self._kinematics.coordinates, self.x[points]
         jets, d = self._jets[points], len(self._columns)
@@ -370,6 +370,7 @@ class _Points:
         Returns:
             The coordinates, and `(N,)` whether all points around are known.
         """
+        # Twin: `lattice` of compiled/following.c.
         d, lines = len(self._columns), self._lines
         guess, is_known = self.x[points], np.full(len(points), d <= _MOST_AROUND)
         if d > _MOST_AROUND:

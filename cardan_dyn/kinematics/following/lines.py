@@ -94,10 +94,10 @@ class Rows(NamedTuple):
     @staticmethod
     def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
         """Return the rows at joint velocities and accelerations `(K, nv)`."""
-        kernel = compiled.kernel
-        if kernel is not None:
+        # Twin: `rows` of compiled/following.c.
+        if compiled.kernel is not None:
             first, second = np.empty((2, *x.shape))
-            kernel.rows(layout.plan.handle, x, v, a, first, second)
+            compiled.kernel.rows(layout.plan.handle, x, v, a, first, second)
             return Rows(x, first, second)
         return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
 
@@ -112,10 +112,12 @@ class Rows(NamedTuple):
 
     def longest(self, layout: Coordinates) -> Array:
         """Return `(K,)` how far at most rows may be extrapolated."""
-        kernel, (_, first, second) = compiled.kernel, self
-        if kernel is not None:
+        # Twin: `longest` of compiled/following.c.
+        _, first, second = self
+        if compiled.kernel is not None:
             longest = np.empty(len(first))
-            kernel.longest(layout.plan.handle, first, second, LONGEST_WAY, longest)
+            given = first, second, LONGEST_WAY
+            compiled.kernel.longest(layout.plan.handle, *given, longest)
             return longest
         fastest, most_bent = (
             np.max(np.abs(way) * layout.scale, axis=1, initial=0.0) for way in (first, second)

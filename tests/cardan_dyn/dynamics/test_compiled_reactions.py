@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pickle
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from testkit.ball_rods import as_a_floating_rod, as_balls
+from testkit.calls import calls
 from testkit.claims import SCENES
+from testkit.compiled_functions import needs_kernel, without_kernel
 from testkit.drive_lines import drive_line
 from testkit.groups import overconstrained
 from testkit.line_data import random_line
@@ -29,9 +29,7 @@ from cardan_dyn.elements.link_loads import LinkLoad
 from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
 from cardan_dyn.kinematics.closing.equations import LoopAxes, Reduction
 
-pytestmark = pytest.mark.skipif(
-    compiled.kernel is None, reason="the compiled functions were not built with the package"
-)
+pytestmark = needs_kernel
 
 COUNT = 5
 GRAVITY = np.array([[1.0, -2.0, -9.81]])
@@ -81,13 +79,6 @@ ALL_SCENES: dict[str, Callable[[], cd.Scene]] = {
 @pytest.fixture(scope="module", params=ALL_SCENES)
 def scene(request: pytest.FixtureRequest) -> cd.Scene:
     return ALL_SCENES[request.param]()
-
-
-@contextmanager
-def without_kernel() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiled, "kernel", None)
-        yield
 
 
 def closed(scene: cd.Scene, count: int = COUNT) -> ClosedState:
@@ -372,7 +363,7 @@ def test_arrays_that_do_not_fit_are_refused() -> None:
     with pytest.raises(TypeError):
         compiled.kernel.reactions(*right[:-1])
     with pytest.raises(ValueError, match="no plan of reactions"):
-        compiled.kernel.reactions(compiled.Plan([np.zeros(3)], []).handle, *right[1:])
+        compiled.kernel.reactions(compiled.Plan("moves", [[]] * 4, []).handle, *right[1:])
     with pytest.raises(ValueError, match="no plan of exerted"):
         compiled.kernel.exerted(plan.plan.handle, *right[1:4])
     read_only = right[1].copy()  # type: ignore[union-attr]
@@ -495,22 +486,6 @@ def test_numbers_that_are_not_finite_are_found_anywhere(bad: float) -> None:
     assert finite(gaps[:, ::2]) and not finite(gaps)
     with pytest.raises(TypeError):
         finite(np.zeros(3, dtype=int))
-
-
-def calls(run: Callable[[], object]) -> int:
-    """Count calls of Python and C functions."""
-    counted = 0
-
-    def count(frame: object, event: str, argument: object) -> None:
-        nonlocal counted
-        counted += event in ("call", "c_call")
-
-    sys.setprofile(count)
-    try:
-        run()
-    finally:
-        sys.setprofile(None)
-    return counted
 
 
 def test_calls_of_one_sample() -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scenes import draw
 from testkit.ball_rods import WAYS, hinge
+from testkit.calls import calls
+from testkit.compiled_functions import needs_kernel, without_kernel
 from testkit.linkages import carriage, coupling, gears, rack
 from testkit.mimicking import finger, mimic
 from testkit.mixed_chain import MIXED
@@ -29,7 +30,7 @@ from cardan_dyn.kinematics.closing.group_solver import GroupSolver, GroupState
 from cardan_dyn.kinematics.closing.stacked import refined
 from cardan_dyn.kinematics.loops.groups import Group
 
-pytestmark = pytest.mark.skipif(compiled.kernel is None, reason="there are no compiled functions")
+pytestmark = needs_kernel
 
 COUNT = 5
 LEGS = [f"leg_{k}" for k in range(1, 7)]
@@ -63,16 +64,6 @@ OTHERS = {
 
 def mechanism_of(name: str) -> cd.Mechanism:
     return OTHERS[name]() if name in OTHERS else cd.load(name)
-
-
-@contextmanager
-def with_numpy() -> Iterator[None]:
-    kept = compiled.kernel
-    compiled.kernel = None
-    try:
-        yield
-    finally:
-        compiled.kernel = kept
 
 
 def whole(mechanism: cd.Mechanism, known: int = 2) -> GroupSolver:
@@ -124,7 +115,7 @@ def compare(
     """Compare all that is found at some coordinates; return it as compiled, and by NumPy."""
     found, error = solver.evaluate(x, reduction, turns)
     with_state(found)
-    with with_numpy():
+    with without_kernel():
         expected, its_error = solver.evaluate(x, reduction, turns)
     for name in ("actions", "twists", "rows"):
         near(getattr(found, name), getattr(expected, name))
@@ -160,7 +151,7 @@ def compare_motion(state: GroupState) -> None:
         rounding = np.full(len(solver.group.passives), 0.5 * size)
         for longest in (0.5, np.inf):
             found = solver._steps(state, error, longest, rounding)
-            with with_numpy():
+            with without_kernel():
                 expected = solver._steps(state, error, longest, rounding)
                 left = solver._bend(state, expected, longest)
             near(found.sizes, expected.sizes)
@@ -169,7 +160,7 @@ def compare_motion(state: GroupState) -> None:
             np.testing.assert_array_equal(found.level, expected.level)
         x, other = state.x.copy(), state.x.copy()
         solver._move(x, expected.step)
-        with with_numpy():
+        with without_kernel():
             solver._move(other, expected.step)
         # The sine of a large angle is as rounded as that is.
         near(x, other, 1e-13 * max(1.0, 10.0 * size))
@@ -180,7 +171,7 @@ def compare_motion(state: GroupState) -> None:
         found_rates, found = rates.copy(), a.copy()
         item.set_rates(found_rates)
         item.set_accelerations(v, found)
-        with with_numpy():
+        with without_kernel():
             its_rates, expected = rates.copy(), a.copy()
             item.set_rates(its_rates)
             item.set_accelerations(v, expected)
@@ -192,7 +183,7 @@ def compare_motion(state: GroupState) -> None:
     efforts = rng.normal(size=(count, len(solver.group.passives), 4))
     right = rng.normal(size=(count, state.rows.shape[2], 2))
     found = state.solve_transposed(efforts), state.solve(right)
-    with with_numpy():
+    with without_kernel():
         expected = state.solve_transposed(efforts), state.solve(right)
     for own, other in zip(found, expected, strict=True):
         near(own, other, 1e-11)
@@ -241,7 +232,7 @@ def kinematics_of(name: str) -> tuple[Kinematics, np.ndarray]:
     scene = cd.Scene(mechanism_of(name), **SCENES[name])
     shape = (COUNT, len(scene.drives))
     positions = np.squeeze(np.random.default_rng(8).uniform(0.01, 0.1, shape))
-    with with_numpy():
+    with without_kernel():
         block = scene.assemble(positions).blocks[0]
     return scene.solver.assembly.kinematics, block.x
 
@@ -274,7 +265,7 @@ def test_loops_close_alike(name: str, options: dict[str, float]) -> None:
         step[0] = 0.0  # One that is closed beside others.
         moves.apply(x, step)
         found = kinematics.close(x, **options)
-        with with_numpy():
+        with without_kernel():
             expected = kinematics.close(x, **options)
         condition = float(np.max(expected.condition))
         near(found.x, expected.x, 1e-15 * max(100.0, 10.0 * condition))
@@ -283,11 +274,11 @@ def test_loops_close_alike(name: str, options: dict[str, float]) -> None:
             if name == "rates":
                 given = rng.normal(size=(COUNT, len(kinematics.drives)))
                 own = kinematics.rates(found, given)
-                with with_numpy():
+                with without_kernel():
                     other = kinematics.rates(expected, given)
             else:
                 own = kinematics.velocity_ratios(found)
-                with with_numpy():
+                with without_kernel():
                     other = kinematics.velocity_ratios(expected)
             near(own, other, 1e-14 * max(100.0, condition**2))
 
@@ -340,7 +331,7 @@ def test_what_is_not_finite_shows(name: str) -> None:
             assert np.all(state.residual[[0, 1, 3, 4]] < 1e-14)
 
 
-@pytest.mark.parametrize("way", [nullcontext, with_numpy])
+@pytest.mark.parametrize("way", [nullcontext, without_kernel])
 @pytest.mark.parametrize("name", ["delta", "geared", "spatial", "universal_joint"])
 def test_no_samples(name: str, way: Callable[[], AbstractContextManager[None]]) -> None:
     kinematics, closed = kinematics_of(name)
@@ -399,7 +390,7 @@ def test_positions_near_singular_ones(apart: float) -> None:
     x = np.zeros((3, item.coordinates.size))
     x[1] += apart
     found, error = item.evaluate(x, reduction)
-    with with_numpy():
+    with without_kernel():
         expected, its_error = item.evaluate(x, reduction)
     condition = float(np.max(expected.condition))
     assert condition > 0.1 / apart
@@ -441,25 +432,9 @@ def test_refined_solutions_of_views(shape: tuple[int, int]) -> None:
     ):
         given = view(matrices), view(inverses), right
         found = refined(*given)
-        with with_numpy():
+        with without_kernel():
             expected = refined(*given)
         near(found, expected)
-
-
-def calls(run: Callable[[], object]) -> int:
-    """Count calls of Python and C functions."""
-    counted = 0
-
-    def count(frame: object, event: str, argument: object) -> None:
-        nonlocal counted
-        counted += event in ("call", "c_call")
-
-    sys.setprofile(count)
-    try:
-        run()
-    finally:
-        sys.setprofile(None)
-    return counted
 
 
 def test_single_samples_take_few_calls() -> None:
@@ -474,7 +449,6 @@ def test_single_samples_take_few_calls() -> None:
         (lambda: kinematics.accelerations(state, v, rest), 9),
     ):
         run()
-        # The function itself counts, and the end of counting.
         assert calls(run) <= most
 
 
@@ -516,7 +490,7 @@ def test_other_arguments_are_refused(name: str) -> None:
     """Whatever comes in, nothing beyond its arrays is read or written."""
     function, good = getattr(compiled.kernel, name), arguments_of()[name]
     function(*good)
-    other_plan = compiled.Plan([np.arange(3)], []).handle
+    other_plan = compiled.Plan("rows", [[]] * 4, [[]]).handle
     refused = (TypeError, ValueError)
     for place, argument in enumerate(good):
         if isinstance(argument, float):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.compiled_functions import needs_kernel, without_kernel
 from testkit.many_drives import cranks, on_arms, tree
 from testkit.mixed_chain import rows as mixed_rows
 
@@ -20,20 +21,15 @@ from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets, targets_of
 from cardan_dyn.scene.usual_motion import usual_motion
 
-pytestmark = pytest.mark.skipif(
-    compiled.kernel is None, reason="the compiled functions are not built"
-)
+pytestmark = needs_kernel
 EPS = np.finfo(float).eps
 REFUSED = r"plan|axis|rows|coordinates"
 
 
-def both_ways(
-    assembly: Assembly, targets: Targets, monkeypatch: pytest.MonkeyPatch
-) -> tuple[Guess, Guess]:
+def both_ways(assembly: Assembly, targets: Targets) -> tuple[Guess, Guess]:
     """Return guesses by compiled functions, and by NumPy from the same nodes."""
     guess = assembly.guesses(targets)
-    with monkeypatch.context() as without:
-        without.setattr(compiled, "kernel", None)
+    with without_kernel():
         other = assembly.guesses(targets)
     return guess, other
 
@@ -51,7 +47,7 @@ def usual(name: str, count: int) -> tuple[Assembly, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", cd.bundled_names())
-def test_all_bundled_mechanisms(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_bundled_mechanisms(name: str) -> None:
     assembly, positions = usual(name, 3000)
     # The first samples find the nodes, and their polynomials.
     for every in (positions, positions[:1], positions[:1], positions[:1]):
@@ -59,7 +55,7 @@ def test_all_bundled_mechanisms(name: str, monkeypatch: pytest.MonkeyPatch) -> N
     rng = np.random.default_rng(3)
     for count in (1, 2, 700, 2500):
         targets = Targets.of_positions(positions[rng.integers(0, 3000, count)])
-        guess, other = both_ways(assembly, targets, monkeypatch)
+        guess, other = both_ways(assembly, targets)
         if positions.shape[1] == 1:
             agree(guess, other)
             assert guess.kinematics is other.kinematics
@@ -70,7 +66,7 @@ def test_all_bundled_mechanisms(name: str, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize("name", ["universal_joint", "double_shaft_z", "needle_drive"])
-def test_whole_turns(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_whole_turns(name: str) -> None:
     scene = usual_motion(cd.load(name)).scene
     assembly = scene.solver.assembly
     for span in (20.0, 1.0, 1.0):
@@ -80,7 +76,7 @@ def test_whole_turns(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     positions = np.concatenate(
         [np.random.default_rng(1).uniform(-6e4, 6e4, 500), [0.0, 1e9, TURN, -TURN, 1e-300]]
     )
-    guess, other = both_ways(assembly, Targets.of_positions(positions[:, None]), monkeypatch)
+    guess, other = both_ways(assembly, Targets.of_positions(positions[:, None]))
     agree(guess, other)
     assert np.any(guess.turns)
     drive = scene.mechanism.coordinates.named[scene.drives[0]].column
@@ -88,7 +84,7 @@ def test_whole_turns(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("make", [tree, on_arms])
-def test_several_drives_that_do_not_meet(make: object, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_several_drives_that_do_not_meet(make: object) -> None:
     mechanism = make(3)  # type: ignore[operator]
     scene = cd.Scene(mechanism, drive=cranks(mechanism))
     assembly = scene.solver.assembly
@@ -96,15 +92,15 @@ def test_several_drives_that_do_not_meet(make: object, monkeypatch: pytest.Monke
     rng = np.random.default_rng(0)
     for count in (2000, 1, 1, 50):
         positions = rng.uniform(-0.1, 0.1, (count, d))
-        agree(*both_ways(assembly, Targets.of_positions(positions), monkeypatch))
+        agree(*both_ways(assembly, Targets.of_positions(positions)))
     # Those of the last call were known, so that it was the compiled function that answered.
     assert assembly._cache._known_guess(Targets.of_positions(positions)) is not None
     # Where one of them has to be followed farther, all are followed by the long way.
     positions[7, -1] = 0.2
-    agree(*both_ways(assembly, Targets.of_positions(positions), monkeypatch))
+    agree(*both_ways(assembly, Targets.of_positions(positions)))
 
 
-def test_held_joints_that_vary(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_held_joints_that_vary() -> None:
     """A held joint whose designs move what no drive moves is a branch of its own, or one of two."""
     mechanism = cd.load("universal_joint")
     scene = cd.Scene(mechanism, drive="bearing_in", held={"joint_angle": 0.4})
@@ -113,7 +109,7 @@ def test_held_joints_that_vary(monkeypatch: pytest.MonkeyPatch) -> None:
     for count in (300, 1, 1, 40):
         held = {"joint_angle": rng.uniform(0.3, 0.5, (count, 1))}
         targets = targets_of(scene.problem, rng.uniform(-1.0, 1.0, 5), held)
-        guess, other = both_ways(solver.assembly, targets, monkeypatch)
+        guess, other = both_ways(solver.assembly, targets)
         np.testing.assert_allclose(guess.x, other.x, rtol=0.0, atol=1e-12)
 
 
@@ -237,14 +233,12 @@ def test_wrong_arguments_of_branches() -> None:
     table, kernel = table_with_balls(4), compiled.kernel
     size = table.coordinates.size
     handle, x = plan_of(table, np.arange(size)).handle, np.zeros((2, size))
-    positions, short = np.full(2, table.span[0]), [[0.0, 1.0], [0.0] * 6, [0.0], [0.0] * 6]
+    positions = np.full(2, table.span[0])
     for arguments in (
         (handle, positions, x[:1], x),
         (handle, positions, x, x[:, :-1].copy()),
         (handle, positions, x[:, :-1].copy(), x[:, :-1].copy()),
-        (compiled.Plan([], []).handle, positions, x, x),
-        # Of which the quaternion lies beyond the columns.
-        (compiled.Plan([[0], [0], [0]], short).handle, positions, x, x),
+        (table.coordinates.plan.handle, positions, x, x),
     ):
         with pytest.raises(ValueError, match=REFUSED):
             kernel.branch(*arguments)
@@ -257,7 +251,7 @@ def test_wrong_arguments_of_branches() -> None:
 
 @pytest.mark.parametrize("name", cd.bundled_names())
 @pytest.mark.parametrize("size", [1.0, 1e150, 1e-150])
-def test_derivatives_of_rows(name: str, size: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_derivatives_of_rows(name: str, size: float) -> None:
     mechanism = cd.load(name)
     layout = mechanism.coordinates
     x = mixed_rows(mechanism, 9)
@@ -268,8 +262,7 @@ def test_derivatives_of_rows(name: str, size: float, monkeypatch: pytest.MonkeyP
     one = Rows.of_rates(layout, x[:1], v[:1], a[:1])
     none = Rows.of_rates(layout, x[:0], v[:0], a[:0])
     transposed = Rows.of_rates(layout, x, v.T.copy().T, a[:, ::-1].copy()[:, ::-1])
-    with np.errstate(all="ignore"), monkeypatch.context() as without:
-        without.setattr(compiled, "kernel", None)
+    with np.errstate(all="ignore"), without_kernel():
         expected = Rows.of_rates(layout, x, v, a)
         far = found.longest(layout)
     for k, values in enumerate(found):
@@ -282,7 +275,7 @@ def test_derivatives_of_rows(name: str, size: float, monkeypatch: pytest.MonkeyP
     np.testing.assert_array_equal(np.isnan(longest), np.isnan(far))
 
 
-def test_how_far_rows_may_be_extrapolated(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_how_far_rows_may_be_extrapolated() -> None:
     layout = cd.load("slider_crank").coordinates
     first, second = np.zeros((2, 5, layout.size))
     first[1, 0], second[1, 1] = 2.0, 9.0
@@ -291,8 +284,8 @@ def test_how_far_rows_may_be_extrapolated(monkeypatch: pytest.MonkeyPatch) -> No
     first[4] = -np.inf
     rows = Rows(np.zeros_like(first), first, second)
     found = rows.longest(layout)
-    monkeypatch.setattr(compiled, "kernel", None)
-    np.testing.assert_allclose(found, rows.longest(layout), rtol=2.0 * EPS)
+    with without_kernel():
+        np.testing.assert_allclose(found, rows.longest(layout), rtol=2.0 * EPS)
     assert found[0] == np.inf and np.isnan(found[2]) and np.isnan(found[3]) and found[4] == 0.0
 
 
@@ -334,7 +327,7 @@ def farthest(points: _Points, ends: np.ndarray, positions: np.ndarray) -> np.nda
 
 
 @pytest.mark.parametrize("d", [1, 2, 3, 4, 6])
-def test_lattices(d: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lattices(d: int) -> None:
     legs = [f"leg_{k}" for k in range(1, 7)]
     part = joint_motion(cd.load("stewart_platform"), legs)
     points, lines, ends = lattice_points(part, list(range(d)), 2, 0.02)
@@ -356,8 +349,8 @@ def test_lattices(d: int, monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(longest, farthest(points, ends, positions), rtol=1e-13)
     alone = points._around(ends[2:3], positions[2:3])
     none = points._around(ends[:0], positions[:0])
-    monkeypatch.setattr(compiled, "kernel", None)
-    expected = points._around(ends, positions)
+    with without_kernel():
+        expected = points._around(ends, positions)
     for values, other, single, empty in zip(found, expected, alone, none, strict=True):
         assert values.dtype == other.dtype and empty.shape == (0, *values.shape[1:])
         np.testing.assert_allclose(values, other, rtol=0.0, atol=16.0 * EPS)
@@ -366,7 +359,7 @@ def test_lattices(d: int, monkeypatch: pytest.MonkeyPatch) -> None:
         assert np.any(found[3]) and not np.all(found[3])
 
 
-def test_sweeps_over_lattices(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sweeps_over_lattices() -> None:
     """Wrenches of thousands of random positions are those of another way to the same positions."""
     rng = np.random.default_rng(0)
     positions = np.stack([rng.uniform(0.0, 60.0, 3000), rng.uniform(0.0, 1.3, 3000)], axis=1)
@@ -380,8 +373,8 @@ def test_sweeps_over_lattices(monkeypatch: pytest.MonkeyPatch) -> None:
         return scene.sweep(positions)["bearing_out"].moment
 
     found = moment()
-    monkeypatch.setattr(compiled, "kernel", None)
-    np.testing.assert_allclose(found, moment(), rtol=0.0, atol=1e-11)
+    with without_kernel():
+        np.testing.assert_allclose(found, moment(), rtol=0.0, atol=1e-11)
 
 
 def test_wrong_arguments_of_rows_and_lattices() -> None:
@@ -392,7 +385,7 @@ def test_wrong_arguments_of_rows_and_lattices() -> None:
         (handle, x[:, :-1].copy(), v, v, x, x),
         (handle, x, v[:, :-1].copy(), v, x, x),
         (handle, x, v[:1], v, x, x),
-        (compiled.Plan([], []).handle, x, v, v, x, x),
+        (compiled.Plan("moves", [[]] * 4, []).handle, x, v, v, x, x),
     ):
         with pytest.raises(ValueError, match=REFUSED):
             kernel.rows(*arguments)

@@ -1,4 +1,4 @@
-"""Layout: the tables along which the compiled proof works, made once per scene.
+"""Proof plan: the tables along which the compiled proof works, made once per scene.
 
 They hold what `Frames`, `Twists`, `Constraints`, `EffortBalance` and `MassiveBodies` found, one row
 per item, in the order of the structures of compiled/proof_plan.h.
@@ -30,8 +30,8 @@ _PLACE = 14
 _NO_LOADS = np.zeros((0, 6, 1)), np.zeros((0, _PLACE))
 
 
-class Layout(NamedTuple):
-    """What the compiled proof works along.
+class ProofTables(NamedTuple):
+    """What is known of a scene before anything is claimed.
 
     Attributes:
         frames: of the description.
@@ -52,7 +52,7 @@ class Layout(NamedTuple):
     length: float
 
     def plan(self) -> Plan:
-        """Return the tables."""
+        """Return the plan."""
         frames, constraints, twists = self.frames, self.constraints, self.twists
         offsets: list[Offset] = []
         joints = self._joints(offsets)
@@ -93,7 +93,7 @@ class Layout(NamedTuple):
             list(zip(constraints.offsets, constraints.slip_scales, strict=True)),
             [_mass(frames.bodies[body]) for body in bodies],
         ]
-        return Plan([*map(_flat, integers)], [*map(_flat, numbers)])
+        return Plan("proof", integers, numbers)
 
     def _motions(self) -> tuple[list[Any], list[Any]]:
         """Return the motions: what they are, then where they are and their axes."""
@@ -220,7 +220,3 @@ def _matrix(offset: Offset) -> list[float]:
 
 def _mass(body: RigidBody) -> list[float]:
     return [body.mass, *body.centre.tolist(), *body.inertia.ravel().tolist()]
-
-
-def _flat(table: Any) -> Array:
-    return np.asarray(np.array(table, dtype=float).ravel())

@@ -1,7 +1,8 @@
-/* Guesses: the twins of `BranchTable.values` with what `DriveMotion.write` does around it. */
+/* Guesses: the twins of what kinematics/following does where motions are known: `BranchTable.values`
+   with what `DriveMotion.write` does around it, `Rows`, and the lattice. */
 
-#include "arrays.h"
 #include "kernels.h"
+#include "stacked.h"
 
 enum { COLUMNS, BALLS, DRIVE, BRANCH_INTEGERS };
 enum { NODES, CURVES, WINDINGS, PERIOD, BRANCH_NUMBERS };
@@ -18,7 +19,7 @@ static void normalise(double *quaternion)
         quaternion[i] /= length;
 }
 
-/* The interval of a position among nodes: how many of those between the outer ones lie before it. */
+/* The interval of a position: how many nodes between the outer ones lie before it. */
 static Py_ssize_t interval_of(const double *nodes, Py_ssize_t count, double position)
 {
     Py_ssize_t low = 0, high = count - 2;
@@ -32,25 +33,16 @@ static Py_ssize_t interval_of(const double *nodes, Py_ssize_t count, double posi
     return low;
 }
 
-/* Whether indices lie between 0 and a limit, with so many more behind each. */
-static int are_below(const int64_t *indices, Py_ssize_t count, Py_ssize_t more, Py_ssize_t limit)
+static int branch_fits(const Plan *plan)
 {
-    for (Py_ssize_t k = 0; k < count; k++)
-        if (indices[k] < 0 || indices[k] > limit - 1 - more)
-            return 0;
-    return 1;
-}
-
-static int is_branch(const Plan *plan)
-{
-    if (plan->integer_arrays != BRANCH_INTEGERS || plan->number_arrays != BRANCH_NUMBERS)
-        return 0;
     Py_ssize_t width = plan->integer_sizes[COLUMNS], count = plan->number_sizes[NODES];
     return count >= 2 && plan->number_sizes[CURVES] == 6 * (count - 1) * width &&
            plan->number_sizes[WINDINGS] == width && plan->integer_sizes[DRIVE] == 1 &&
            plan->number_sizes[PERIOD] == PERIOD_NUMBERS &&
-           are_below(plan->integers[BALLS], plan->integer_sizes[BALLS], 3, width);
+           are_indices(plan->integers[BALLS], plan->integer_sizes[BALLS], 1, 0, width - 3);
 }
+
+const PlanKind branch_plan = {"branch", BRANCH_INTEGERS, BRANCH_NUMBERS, branch_fits};
 
 /* branch(plan, positions (N,), x (N, size), turns (N, size)): whether the branch is known there.
 
@@ -63,19 +55,13 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 4)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &branch_plan);
     if (!plan)
         return NULL;
-    if (!is_branch(plan)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of a branch");
-        return NULL;
-    }
     Array arrays[3];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *values = NULL;
-    if (!take(&held, given[1], 1, 0) || !take(&held, given[2], 2, 1) ||
-        !take(&held, given[3], 2, 1))
+    if (take_each(&held, given + 1, "1 =2 =2"))
         goto done;
     Array *positions = arrays, *x = arrays + 1, *turns = arrays + 2;
     Py_ssize_t samples = positions->size[0], size = x->size[1];
@@ -84,15 +70,13 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
     const int64_t *columns = plan->integers[COLUMNS], *balls = plan->integers[BALLS];
     const int64_t drive = plan->integers[DRIVE][0];
     Py_ssize_t width = plan->integer_sizes[COLUMNS], ball_count = plan->integer_sizes[BALLS];
-    if (!are_below(columns, width, 0, size) || !are_below(&drive, 1, 0, size)) {
+    if (!are_indices(columns, width, 1, 0, size) || !are_indices(&drive, 1, 1, 0, size)) {
         PyErr_SetString(PyExc_ValueError, "rows have too few coordinates");
         goto done;
     }
-    values = malloc(sizeof(double) * (width + 1));
-    if (!values) {
-        PyErr_NoMemory();
+    double *values = room_for(&held, width);
+    if (!values)
         goto done;
-    }
     Py_ssize_t count = plan->number_sizes[NODES];
     const double *nodes = plan->numbers[NODES], *windings = plan->numbers[WINDINGS];
     const double *of_period = plan->numbers[PERIOD];
@@ -139,33 +123,29 @@ PyObject *branch(PyObject *module, Arguments given, Py_ssize_t nargs)
     }
     answer = PyBool_FromLong(is_known);
 done:
-    free(values);
     release(&held);
     return answer;
 }
 
-enum { SCALAR_COLUMNS, SCALAR_VELOCITIES, BALL_COLUMNS, BALL_VELOCITIES, LAYOUT_INTEGERS };
-enum { SCALE, LAYOUT_NUMBERS };
+enum { SCALAR_COLUMNS, SCALAR_VELOCITIES, BALL_COLUMNS, BALL_VELOCITIES, ROWS_INTEGERS };
+enum { SCALE, ROWS_NUMBERS };
 
-static int is_layout(const Plan *plan)
+static int rows_fit(const Plan *plan)
 {
-    return plan->integer_arrays == LAYOUT_INTEGERS && plan->number_arrays == LAYOUT_NUMBERS &&
-           plan->integer_sizes[SCALAR_COLUMNS] == plan->integer_sizes[SCALAR_VELOCITIES] &&
-           plan->integer_sizes[BALL_COLUMNS] == plan->integer_sizes[BALL_VELOCITIES] &&
-           are_below(plan->integers[SCALAR_COLUMNS], plan->integer_sizes[SCALAR_COLUMNS], 0,
-                     plan->number_sizes[SCALE]) &&
-           are_below(plan->integers[BALL_COLUMNS], plan->integer_sizes[BALL_COLUMNS], 3,
-                     plan->number_sizes[SCALE]);
+    const Py_ssize_t *sizes = plan->integer_sizes, size = plan->number_sizes[SCALE];
+    return sizes[SCALAR_COLUMNS] == sizes[SCALAR_VELOCITIES] &&
+           sizes[BALL_COLUMNS] == sizes[BALL_VELOCITIES] &&
+           are_indices(plan->integers[SCALAR_COLUMNS], sizes[SCALAR_COLUMNS], 1, 0, size) &&
+           are_indices(plan->integers[BALL_COLUMNS], sizes[BALL_COLUMNS], 1, 0, size - 3);
 }
+
+const PlanKind rows_plan = {"rows", ROWS_INTEGERS, ROWS_NUMBERS, rows_fit};
 
 /* The rate of a quaternion whose ball turns at a velocity: half their product. */
 static void rate_of(const double q[4], const double velocity[3], double rate[4])
 {
     double b[4] = {0.5 * velocity[0], 0.5 * velocity[1], 0.5 * velocity[2], 0.0};
-    rate[0] = q[3] * b[0] - q[2] * b[1] + q[1] * b[2] + q[0] * b[3];
-    rate[1] = q[2] * b[0] + q[3] * b[1] - q[0] * b[2] + q[1] * b[3];
-    rate[2] = -q[1] * b[0] + q[0] * b[1] + q[3] * b[2] + q[2] * b[3];
-    rate[3] = -q[0] * b[0] - q[1] * b[1] - q[2] * b[2] + q[3] * b[3];
+    turned(q, b, rate);
 }
 
 /* rows(plan, x (N, size), v (N, nv), a (N, nv), first (N, size), second (N, size)).
@@ -177,20 +157,15 @@ PyObject *rows(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 6)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &rows_plan);
     if (!plan)
         return NULL;
     Array arrays[5];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    for (int k = 0; k < 5; k++)
-        if (!take(&held, given[k + 1], 2, k > 2))
-            goto done;
-    Array *x = arrays, *v = arrays + 1, *a = arrays + 2, *first = arrays + 3, *second = arrays + 4;
-    if (!is_layout(plan)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of rows");
+    if (take_each(&held, given + 1, "2 2 2 =2 =2"))
         goto done;
-    }
+    Array *x = arrays, *v = arrays + 1, *a = arrays + 2, *first = arrays + 3, *second = arrays + 4;
     Py_ssize_t samples = v->size[0], rates = v->size[1], size = plan->number_sizes[SCALE];
     if (has_size(x, 0, samples, 1) || has_size(x, 1, size, 0) || has_size(a, 0, samples, 0) ||
         has_size(a, 1, rates, 0) || has_size(first, 0, samples, 0) || has_size(first, 1, size, 0) ||
@@ -201,7 +176,8 @@ PyObject *rows(PyObject *module, Arguments given, Py_ssize_t nargs)
     const int64_t *columns = plan->integers[SCALAR_COLUMNS];
     const int64_t *velocities = plan->integers[SCALAR_VELOCITIES];
     const int64_t *balls = plan->integers[BALL_COLUMNS], *spins = plan->integers[BALL_VELOCITIES];
-    if (!are_below(velocities, scalar_count, 0, rates) || !are_below(spins, ball_count, 2, rates)) {
+    if (!are_indices(velocities, scalar_count, 1, 0, rates) ||
+        !are_indices(spins, ball_count, 1, 0, rates - 2)) {
         PyErr_SetString(PyExc_ValueError, "velocities have too few coordinates");
         goto done;
     }
@@ -238,12 +214,6 @@ done:
     return answer;
 }
 
-/* The greater of two sizes; what is not a number stays so. */
-static double greater(double greatest, double size)
-{
-    return size > greatest || size != size ? size : greatest;
-}
-
 /* How far rows may be extrapolated whose greatest derivatives are these, see `Rows.longest`. */
 static double longest_way(double fastest, double most_bent, double longest)
 {
@@ -258,21 +228,16 @@ PyObject *longest(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 5)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &rows_plan);
     double way = plan ? PyFloat_AsDouble(given[3]) : -1.0;
     if (!plan || (way == -1.0 && PyErr_Occurred()))
         return NULL;
     Array arrays[3];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    if (!take(&held, given[1], 2, 0) || !take(&held, given[2], 2, 0) ||
-        !take(&held, given[4], 1, 1))
+    if (take_each(&held, given + 1, "2 2") || take_each(&held, given + 4, "=1"))
         goto done;
     Array *first = arrays, *second = arrays + 1, *result = arrays + 2;
-    if (!is_layout(plan)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of rows");
-        goto done;
-    }
     Py_ssize_t samples = first->size[0], size = plan->number_sizes[SCALE];
     if (has_size(first, 1, size, 0) || has_size(second, 0, samples, 0) ||
         has_size(second, 1, size, 0) || has_size(result, 0, samples, 0))
@@ -298,17 +263,17 @@ enum { DRIVES, KEYS, FACTORS, LATTICE_INTEGERS };
 enum { POINTS, LOW, SPACING, ORIGIN, WEIGHTS, LATTICE_NUMBERS };
 enum { MOST_DRIVES = 16, MOST_AROUND = 3, MOST_JETS = 1 + MOST_AROUND * (MOST_AROUND + 3) / 2 };
 
-static int is_lattice(const Plan *plan)
+static int lattice_fits(const Plan *plan)
 {
-    if (plan->integer_arrays != LATTICE_INTEGERS || plan->number_arrays != LATTICE_NUMBERS)
-        return 0;
     Py_ssize_t d = plan->integer_sizes[DRIVES], size = plan->number_sizes[WEIGHTS];
     return d >= 1 && d <= MOST_DRIVES && plan->integer_sizes[FACTORS] == d &&
            plan->integer_sizes[KEYS] >= 1 &&
            plan->number_sizes[POINTS] == plan->integer_sizes[KEYS] * d &&
            plan->number_sizes[LOW] == d && plan->number_sizes[SPACING] == d &&
-           plan->number_sizes[ORIGIN] == d && are_below(plan->integers[DRIVES], d, 0, size);
+           plan->number_sizes[ORIGIN] == d && are_indices(plan->integers[DRIVES], d, 1, 0, size);
 }
+
+const PlanKind lattice_plan = {"lattice", LATTICE_INTEGERS, LATTICE_NUMBERS, lattice_fits};
 
 /* Index of a lattice point, the nearest one behind where it is none of them; whether it is one. */
 static Py_ssize_t index_of(const Plan *plan, const double *point, int *is_there)
@@ -451,44 +416,36 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 10)
-    const Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &lattice_plan);
     double way = plan ? PyFloat_AsDouble(given[4]) : -1.0;
     if (!plan || (way == -1.0 && PyErr_Occurred()))
         return NULL;
-    int is_between = given[8] != Py_None;
     Array arrays[8];
-    Held held = {arrays, 0};
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    double *work = NULL;
-    if (!take(&held, given[1], 1, 0) || !take(&held, given[2], 2, 0) ||
-        !take(&held, given[3], 3, 0) || !take(&held, given[5], 2, 1) ||
-        !take(&held, given[6], 1, 1))
-        goto done;
-    if (is_between && (!take(&held, given[7], 1, 0) || !take(&held, given[8], 2, 1) ||
-                       !take(&held, given[9], 1, 1)))
+    if (take_each(&held, given + 1, "1 2 3") || take_each(&held, given + 5, "=2 =1 ?1 ?=2 ?=1"))
         goto done;
     Array *points = arrays, *positions = arrays + 1, *jets = arrays + 2, *guess = arrays + 3;
     Array *longest_ways = arrays + 4, *known = arrays + 5, *between = arrays + 6;
     Array *are_known = arrays + 7;
-    Py_ssize_t samples = points->size[0], d = plan->integer_arrays ? plan->integer_sizes[0] : 0;
-    if (!is_lattice(plan) || (is_between && d > MOST_AROUND)) {
-        PyErr_SetString(PyExc_ValueError, "no plan of a lattice, or of too many drives");
+    int is_between = between->at != NULL;
+    Py_ssize_t samples = points->size[0], d = plan->integer_sizes[DRIVES];
+    if (is_between && d > MOST_AROUND) {
+        PyErr_SetString(PyExc_ValueError, "the plan has too many drives");
         goto done;
     }
     Py_ssize_t count = plan->integer_sizes[KEYS], size = plan->number_sizes[WEIGHTS];
     if (has_size(positions, 0, samples, 0) || has_size(positions, 1, d, 0) ||
         has_size(jets, 0, count, 0) || has_size(jets, 1, 1 + d * (d + 3) / 2, 0) ||
-        has_size(jets, 2, size, 0) || has_size(guess, 0, samples, 0) || has_size(guess, 1, size, 0) ||
-        has_size(longest_ways, 0, samples, 0))
+        has_size(jets, 2, size, 0) || has_size(guess, 0, samples, 0) ||
+        has_size(guess, 1, size, 0) || has_size(longest_ways, 0, samples, 0))
         goto done;
     if (is_between && (has_size(known, 0, count, 0) || has_size(between, 0, samples, 0) ||
                        has_size(between, 1, size, 0) || has_size(are_known, 0, samples, 0)))
         goto done;
-    work = malloc(sizeof(double) * 2 * size);
-    if (!work) {
-        PyErr_NoMemory();
+    double *work = room_for(&held, 2 * size);
+    if (!work)
         goto done;
-    }
     const int64_t *columns = plan->integers[DRIVES];
     for (Py_ssize_t sample = 0; sample < samples; sample++) {
         double index = points->at[sample * points->step[0]];
@@ -533,7 +490,6 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
     }
     answer = Py_NewRef(Py_None);
 done:
-    free(work);
     release(&held);
     return answer;
 }
