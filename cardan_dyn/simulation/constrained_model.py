@@ -348,6 +348,9 @@ class ConstrainedChain:
         if self._suits_elimination(loops):
             least = elsewhere.least
             self._elimination = LoopElimination(self.model, self.data, self._constraints, least)
+        # Whether accelerations are those of the constrained dynamics as they are.
+        self._is_plain = not (self._slides or self._has_couplings)
+        self._is_plain &= self._directions is None and self._elimination is None
         # Loops were closed elsewhere to see it.
         self.rounding, self.was_weak = 0.0, False
 
@@ -420,6 +423,11 @@ class ConstrainedChain:
             efforts: along all coordinates `(nv,)` [N·m, N], which are not changed; none if None.
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
         """
+        if efforts is None and prescribed is None and self._is_plain and not self.closes_stages:
+            # At every stage of every step.
+            a = self._constrained(x, v, self._nothing)
+            if not self._is_weak:
+                return a
         given = self._nothing
         if efforts is not None:
             given = efforts * self._of_efforts
