@@ -550,7 +550,7 @@ class ConstrainedChain:
                         self.rounding = max(self.rounding, self._by_rank.rounding(x))
                     return x, v
             gaps, ratios = self._gaps(), self._couplings.gaps(x) if is_coupled else _NO_GAPS
-            error = _greatest(gaps, ratios)
+            error = _greatest(gaps, ratios) if is_coupled else _greatest(gaps)
             if error <= _CLOSED:
                 break
             step = self._solved(gaps, rest, 1)
@@ -561,8 +561,9 @@ class ConstrainedChain:
             # A step leaves as much of the error as its equations are off.
             if error <= _NEAR and error * off <= _CLOSED:
                 break
+        jacobian = self._loop_jacobian()
         for _ in range(_MOST_STEPS):
-            opening = lacking = self._loop_jacobian().dot(v)
+            opening = lacking = jacobian.dot(v)
             if is_coupled:
                 lacking = np.concatenate((opening, self._couplings.rows.dot(v)))
             # Of both only the order of magnitude counts.

@@ -310,14 +310,14 @@ def _hermite(
     nodes = np.repeat((times[chosen] - wanted[:, None]).T, each, axis=0)[:, :, None]
     known = [np.repeat(term[chosen].swapaxes(0, 1), each, axis=0) for term in terms]
     table, differences = known[0], [known[0][0]]
-    for order in range(1, each * size):
-        gaps = nodes[order:] - nodes[:-order]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            table = np.diff(table, axis=0) / gaps
-        if order < each:
-            same = np.arange(len(gaps)) % each + order < each
-            table[same] = known[order][: len(gaps)][same]
-        differences.append(table[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for order in range(1, each * size):
+            gaps = nodes[order:] - nodes[:-order]
+            table = (table[1:] - table[:-1]) / gaps
+            if order < each:
+                same = np.arange(len(gaps)) % each + order < each
+                table[same] = known[order][: len(gaps)][same]
+            differences.append(table[0])
     value, slope = np.zeros_like(differences[0]), np.zeros_like(differences[0])
     for difference, node in zip(reversed(differences), nodes[::-1], strict=True):
         slope = value - slope * node

@@ -50,7 +50,6 @@ class System:
 
     Attributes:
         model: gives accelerations and closes loops.
-        physical: Pinocchio's model of the mechanism in metres, see `placed`.
         size: length of a row's coordinates: the mechanism's, but for quaternions of free balls.
         turns: whole turns `(size,)` that have been taken off the angles so far; of a free ball, the
             three angles near which it is, in turns.
@@ -86,7 +85,6 @@ class System:
             {ball.rate + k for ball in free.balls for k in range(3)}
         )
         start = free.row(start) if free else start
-        self.physical = turning_model(self.mechanism)
         named = self.mechanism.coordinates.named
         self._names = StateNames(self.mechanism.coordinates)
         self.size = coordinates.size
@@ -122,6 +120,11 @@ class System:
             ],
             dtype=int,
         )
+
+    @cached_property
+    def physical(self) -> Any:
+        """Pinocchio's model of the mechanism in metres, see `placed`; forces ask for it."""
+        return turning_model(self.mechanism)
 
     @cached_property
     def _data(self) -> Any:
