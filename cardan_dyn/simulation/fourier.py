@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,11 +29,25 @@ class Fourier:
         self.coefficients = coefficients
         self.frequency = frequency
         self.slope = np.zeros(len(coefficients)) if slope is None else slope
-        # Of functions that repeat within the period, most harmonics are none.
-        (there,) = np.nonzero(np.any(coefficients[:, 1:], axis=0))
-        every = int(np.gcd.reduce(there + 1)) or 1
-        self._own, self._own_frequency = coefficients[:, ::every], every * frequency
-        self._exponents = 1j * self._own_frequency * np.arange(self._own.shape[1])
+
+    @cached_property
+    def _every(self) -> int:
+        """Of functions that repeat within the period, which harmonics are not nothing."""
+        (there,) = self.coefficients[:, 1:].any(axis=0).nonzero()
+        return int(np.gcd.reduce(there + 1)) or 1
+
+    @cached_property
+    def _own(self) -> Array:
+        """Coefficients of these harmonics."""
+        return self.coefficients[:, :: self._every]
+
+    @cached_property
+    def _own_frequency(self) -> float:
+        return self._every * self.frequency
+
+    @cached_property
+    def _exponents(self) -> Array:
+        return 1j * self._own_frequency * np.arange(self._own.shape[1])
 
     @staticmethod
     def of(samples: Array, period: float) -> Fourier:
