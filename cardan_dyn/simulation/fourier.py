@@ -33,13 +33,13 @@ class Fourier:
     @cached_property
     def _every(self) -> int:
         """Of functions that repeat within the period, which harmonics are not nothing."""
-        (there,) = self.coefficients[:, 1:].any(axis=0).nonzero()
+        (there,) = np.nonzero(np.any(self.coefficients[:, 1:], axis=0))
         return int(np.gcd.reduce(there + 1)) or 1
 
     @cached_property
     def _own(self) -> Array:
         """Coefficients of these harmonics."""
-        return self.coefficients[:, :: self._every]
+        return np.asarray(self.coefficients[:, :: self._every])
 
     @cached_property
     def _own_frequency(self) -> float:
@@ -47,7 +47,7 @@ class Fourier:
 
     @cached_property
     def _exponents(self) -> Array:
-        return 1j * self._own_frequency * np.arange(self._own.shape[1])
+        return np.asarray(1j * self._own_frequency * np.arange(self._own.shape[1]))
 
     @staticmethod
     def of(samples: Array, period: float) -> Fourier:
