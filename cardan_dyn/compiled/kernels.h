@@ -12,6 +12,7 @@
     WITH(cancellation) \
     WITH(closure) \
     WITH(exerted) \
+    WITH(explicit_step) \
     WITH(lattice) \
     WITH(longest) \
     WITH(magnified) \

@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import compiled
 from ..arrays import Array
+from ..compiled import Plan
 from ..errors import SimulationError
 
 Rate = Callable[[float, Array], Array]
@@ -101,6 +103,14 @@ def _tableau() -> _Tableau:
         [row[:count] for row, count in zip(DOP853.A_EXTRA, more, strict=True)],
         np.linalg.solve(chebyshev, powers @ factors),
     )
+
+
+@cache
+def _plan() -> Plan:
+    """Return the plan of `compiled.kernel.explicit_step`."""
+    tableau = _tableau()
+    numbers = np.array(tableau.places), tableau.rows.ravel(), tableau.last, tableau.errors.ravel()
+    return Plan([], numbers)
 
 
 def _at(part: float) -> Array:
@@ -222,6 +232,7 @@ class Stepper:
             (index, place, self._weights[index, : 1 + index])
             for index, place in enumerate(tableau.places)
         ][1:]
+        self._allowed = np.asarray(atol, dtype=float).reshape(-1)
         self._before: tuple[Array, Array] | None = None
         self._error: float | None = None
 
@@ -233,27 +244,19 @@ class Stepper:
             row: there.
             rate: its derivative.
         """
-        derivative, tableau, last = self._derivative, self._tableau, row
+        last, stage = row, row
         length = self._first_length(time, row, rate) if self._length is None else self._length
         shortest = _INSTANTS * (math.nextafter(time, math.inf) - time)
-        length, sizes, was_missed = max(min(length, self._longest), shortest), np.abs(row), False
-        taken = len(tableau.last)
+        length, was_missed = max(min(length, self._longest), shortest), False
         while True:
             if not length >= shortest:
                 return "the step that accuracy asks for is shorter than numbers are apart"
             end = min(time + length, self._end)
             length = end - time
-            np.multiply(tableau.rows, length, out=self._weights[:, 1:])
             weighed = np.empty((1 + self._every, row.size))
             rates = weighed[1:]
             weighed[0], rates[0] = row, rate
-            for index, place, weights in self._stages:
-                stage = weights.dot(weighed[: 1 + index])
-                rates[index] = derivative(time + place * length, stage)
-            last = row + length * tableau.last.dot(rates[:taken])
-            errors = tableau.errors.dot(rates[:taken])
-            errors /= self._atol + self._rtol * np.maximum(sizes, np.abs(last))
-            fifth, third = float(errors[0].dot(errors[0])), float(errors[1].dot(errors[1]))
+            last, stage, fifth, third = self._taken(time, length, weighed)
             error = 0.0
             if fifth or third:
                 error = length * fifth / math.sqrt((fifth + 0.01 * third) * row.size)
@@ -266,10 +269,40 @@ class Stepper:
             length, was_missed = length * max(_SHORTER, factor), True
         factor = min(self._factor(error), 1.0 if was_missed else _LONGER)
         self._length, self._error = length * factor, max(error, _LEAST_ERROR)
-        self._before = stage, rates[taken - 1]
+        self._before = stage, rates[len(self._stages)]
         step = Step(time, row, end, last)
-        step._derivative, step._rates = derivative, rates
+        step._derivative, step._rates = self._derivative, rates
         return step
+
+    def _taken(
+        self, time: float, length: float, weighed: Array
+    ) -> tuple[Array, Array, float, float]:
+        """Return the row at the end, that of the last stage, and the sums of squares of two errors.
+
+        Errors of order 5 and 3, as fractions of what is allowed.
+
+        Args:
+            time: at the start [s].
+            length: of the step [s].
+            weighed: row at the start, its rate, and rates `(1 + K, n)` of all other stages, which
+                are written.
+        """
+        derivative, tableau, row, rates = self._derivative, self._tableau, weighed[0], weighed[1:]
+        taken = len(tableau.last)
+        if compiled.kernel is not None:
+            last, stages = np.empty_like(row), np.empty((taken, row.size))
+            given = time, length, weighed, stages, [*stages], self._allowed, self._rtol, last
+            sums = compiled.kernel.explicit_step(_plan().handle, derivative, *given)
+            return last, stages[-1], *sums
+        np.multiply(tableau.rows, length, out=self._weights[:, 1:])
+        stage = row
+        for index, place, weights in self._stages:
+            stage = weights.dot(weighed[: 1 + index])
+            rates[index] = derivative(time + place * length, stage)
+        last = row + length * tableau.last.dot(rates[:taken])
+        errors = tableau.errors.dot(rates[:taken])
+        errors /= self._atol + self._rtol * np.maximum(np.abs(row), np.abs(last))
+        return last, stage, float(errors[0].dot(errors[0])), float(errors[1].dot(errors[1]))
 
     def _factor(self, error: float) -> float:
         """Return by how much the next step is longer than one of an error."""

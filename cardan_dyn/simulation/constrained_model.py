@@ -348,6 +348,9 @@ class ConstrainedChain:
         if self._suits_elimination(loops):
             least = elsewhere.least
             self._elimination = LoopElimination(self.model, self.data, self._constraints, least)
+        # Whether accelerations are those of the constrained dynamics as they are.
+        self._is_plain = not (self._slides or self._has_couplings)
+        self._is_plain &= self._directions is None and self._elimination is None
         # Loops were closed elsewhere to see it.
         self.rounding, self.was_weak = 0.0, False
 
@@ -420,6 +423,11 @@ class ConstrainedChain:
             efforts: along all coordinates `(nv,)` [N·m, N], which are not changed; none if None.
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
         """
+        if efforts is None and prescribed is None and self._is_plain and not self.closes_stages:
+            # At every stage of every step.
+            a = self._constrained(x, v, self._nothing)
+            if not self._is_weak:
+                return a
         given = self._nothing
         if efforts is not None:
             given = efforts * self._of_efforts
@@ -542,7 +550,7 @@ class ConstrainedChain:
                         self.rounding = max(self.rounding, self._by_rank.rounding(x))
                     return x, v
             gaps, ratios = self._gaps(), self._couplings.gaps(x) if is_coupled else _NO_GAPS
-            error = _greatest(gaps, ratios)
+            error = _greatest(gaps, ratios) if is_coupled else _greatest(gaps)
             if error <= _CLOSED:
                 break
             step = self._solved(gaps, rest, 1)
@@ -553,8 +561,9 @@ class ConstrainedChain:
             # A step leaves as much of the error as its equations are off.
             if error <= _NEAR and error * off <= _CLOSED:
                 break
+        jacobian = self._loop_jacobian()
         for _ in range(_MOST_STEPS):
-            opening = lacking = self._loop_jacobian().dot(v)
+            opening = lacking = jacobian.dot(v)
             if is_coupled:
                 lacking = np.concatenate((opening, self._couplings.rows.dot(v)))
             # Of both only the order of magnitude counts.

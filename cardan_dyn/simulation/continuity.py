@@ -23,6 +23,10 @@ _LEAST_SIZE = 1e-3
 """Least way of a coordinate, as a fraction of the greatest, that its errors are relative to."""
 _MOST_HALVINGS = 30
 """How often times are halved: states that are still off then jump."""
+_GAIN = 7.0
+"""Halvings of a misfit, as a rule, by one of the time between states..."""
+_HALVINGS_AT_ONCE = 3
+"""...of which so many are done together where it is that great."""
 _MOST_ADDED = 20_000
 """States that are looked at in all, beside the given ones."""
 _NEAR, _FAR = 2, 4
@@ -110,10 +114,15 @@ class Continuity:
             found = Misfit(float(misfits[worst]), float(times[worst + 1])) if misfits.size else None
             off = np.nonzero(misfits > self.tolerance)[0]
             widths = np.diff(times)[off]
-            self._added += len(off)
+            with np.errstate(over="ignore"):
+                halvings = np.ceil(np.log2(misfits[off] / self.tolerance) / _GAIN)
+            parts = 2 ** np.minimum(halvings, _HALVINGS_AT_ONCE).astype(int)
+            more = parts - 1
+            self._added += int(np.sum(more))
             if not off.size or np.min(widths) <= self._least or self._added > _MOST_ADDED:
                 return times, states, found or Misfit(0.0, 0.0)
-            middles = times[off] + 0.5 * widths
+            part = np.arange(1, 1 + np.sum(more)) - np.repeat(np.cumsum(more) - more, more)
+            middles = np.repeat(times[off], more) + np.repeat(widths / parts, more) * part
             order = np.argsort(np.concatenate([times, middles]), kind="stable")
             times = np.concatenate([times, middles])[order]
             states = states.joined(self._look(middles), order)
@@ -301,14 +310,14 @@ def _hermite(
     nodes = np.repeat((times[chosen] - wanted[:, None]).T, each, axis=0)[:, :, None]
     known = [np.repeat(term[chosen].swapaxes(0, 1), each, axis=0) for term in terms]
     table, differences = known[0], [known[0][0]]
-    for order in range(1, each * size):
-        gaps = nodes[order:] - nodes[:-order]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            table = np.diff(table, axis=0) / gaps
-        if order < each:
-            same = np.arange(len(gaps)) % each + order < each
-            table[same] = known[order][: len(gaps)][same]
-        differences.append(table[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for order in range(1, each * size):
+            gaps = nodes[order:] - nodes[:-order]
+            table = (table[1:] - table[:-1]) / gaps
+            if order < each:
+                same = np.arange(len(gaps)) % each + order < each
+                table[same] = known[order][: len(gaps)][same]
+            differences.append(table[0])
     value, slope = np.zeros_like(differences[0]), np.zeros_like(differences[0])
     for difference, node in zip(reversed(differences), nodes[::-1], strict=True):
         slope = value - slope * node

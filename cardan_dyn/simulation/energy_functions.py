@@ -23,6 +23,8 @@ _ROUNDING = 20.0
 """Rounding errors of an effort, in eps times its condition number, below which coefficients are."""
 _MOST_KEPT = 8
 """Functions that are kept with a mechanism: each has at most 8192 numbers."""
+_COMPARED = 8
+"""Further positions at which functions that repeat within the period are seen to do so."""
 _PERIODIC = 1e-9
 """Difference of forces a period apart, as a fraction of them, that counts as none."""
 
@@ -88,16 +90,19 @@ def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:
         ends = energies.at(np.array([0.0, period]))[1]
         if abs(ends[1] - ends[0]) > _PERIODIC * np.max(np.abs(ends)):
             raise NotSuitableError("springs wind up as the drive turns")
-    known, count = np.zeros((2, 0)), _FEWEST
+    known, count, repeats, may_repeat = np.zeros((2, 0)), _FEWEST, 1, True
     while True:
-        is_new = np.ones(count, dtype=bool)
-        if known.size:
-            is_new[:: count // known.shape[1]] = False
-        values = np.empty((2, count))
-        values[:, ~is_new] = known
-        values[:, is_new] = energies.at(np.nonzero(is_new)[0] * (period / count))
-        known, functions = values, Fourier.of(values, period)
+        values, is_back = _sampled(energies, period, count, repeats, known)
         tolerance = _ROUNDING * float(np.finfo(float).eps) * energies.condition
+        if not is_back:
+            known, repeats, may_repeat = known[:, :0], 1, False
+            continue
+        if may_repeat and count == _FEWEST:
+            half = count // 2
+            apart = np.max(np.abs(values[:, half:] - values[:, :half]), axis=1)
+            if np.all(apart <= tolerance * energies.sizes):
+                values, repeats = values[:, :half], 2
+        known, functions = values, Fourier.of(values, period / repeats)
         greatest = np.max(np.abs(functions.coefficients), axis=1)
         # Weights that hold each other leave nothing but their rounding.
         sizes = np.maximum(greatest, energies.sizes)
@@ -106,9 +111,12 @@ def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:
             is_none = greatest <= tolerance * energies.sizes
             if is_none[0]:
                 raise NotSuitableError("nothing that the drive moves has mass")
-            coefficients = np.where(is_none[:, None], 0.0, functions.coefficients)
+            found = np.where(is_none[:, None], 0.0, functions.coefficients)
+            coefficients = np.zeros((2, repeats * (found.shape[1] - 1) + 1), dtype=complex)
+            coefficients[:, ::repeats] = found
             inertia, force = (
-                Fourier(read_only(coefficients[[index]]), functions.frequency) for index in range(2)
+                Fourier(read_only(coefficients[[index]]), 2.0 * np.pi / period)
+                for index in range(2)
             )
             return EnergyFunctions(inertia, force, tolerance)
         # Coefficients fall exponentially, so that the tail tells how many will do.
@@ -116,6 +124,33 @@ def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:
         count *= 2 ** max(1, int(np.ceil(np.log2(factor))))
         if count > _MOST:
             raise NotSuitableError(f"{_MOST} positions do not resolve the inertia over a turn")
+
+
+def _sampled(
+    energies: _Energies, period: float, count: int, repeats: int, known: Array
+) -> tuple[Array, bool]:
+    """Return inertia and force at equidistant positions, and whether they do repeat.
+
+    Args:
+        energies: give them.
+        period: of the mechanism.
+        count: of positions in it.
+        repeats: how often the functions repeat in it; positions `(2, count / repeats)` of the first
+            time are returned.
+        known: values at some of them, equidistant as well.
+    """
+    own = count // repeats
+    is_new = np.ones(own, dtype=bool)
+    if known.size:
+        is_new[:: own // known.shape[1]] = False
+    (new,) = np.nonzero(is_new)
+    compared = new[:: max(1, new.size // _COMPARED)] if repeats > 1 else new[:0]
+    values = np.empty((2, own))
+    values[:, ~is_new] = known
+    found = energies.at(np.concatenate([new, compared + own]) * (period / count))
+    values[:, is_new], again = found[:, : new.size], found[:, new.size :]
+    allowed = _ROUNDING * float(np.finfo(float).eps) * energies.condition * energies.sizes
+    return values, bool(np.all(np.abs(again - values[:, compared]) <= allowed[:, None]))
 
 
 class _Energies:

@@ -38,6 +38,9 @@ _UNDECIDED_NOTE = (
     "the energy is that of an unstable equilibrium but for rounding, which decides whether and "
     "when the mechanism passes it"
 )
+_STALLED = 8.0
+"""Steps towards a root, in rounding of its place, of which a second one means that values are
+nothing but rounding."""
 _MOST_STEPS = 200
 """Steps after which a root must have been found: some 60 halvings are the most that it takes."""
 
@@ -363,6 +366,13 @@ class _Elapsed:
         spent = np.sum(self._sums, axis=1)
         self._times = np.concatenate([[0.0], np.cumsum(spent)])
         self._spent, self.total = spent, float(self._times[-1])
+        # Time of a panel and its derivative to the place on it, whose root is sought.
+        paces = self._series * (0.5 * (self._high - self._low))[:, None]
+        self._both = np.stack([self._sums, np.pad(paces, [(0, 0), (0, 1)])], axis=1)
+        # By how much places on it at its ends change with the time, as a fraction of its own.
+        signs = np.tile([1.0, -1.0], _NODES)[:_NODES]
+        self._leaves = spent / np.sum(paces * signs, axis=1)
+        self._arrives = spent / np.sum(paces, axis=1)
         # The start is in the last piece that begins before it.
         begins = np.where(self._sense > 0.0, ways, ways - far)
         piece = max(int(np.searchsorted(begins, 0.0, side="right")) - 1, 0)
@@ -450,26 +460,30 @@ class _Elapsed:
         pieces = self._pieces[panels]
         sense = self._sense[pieces]
         spent = np.where(sense > 0.0, spent, self._spent[panels] - spent)
-        sums, series = self._sums[panels], self._series[panels]
-        half = 0.5 * (self._high - self._low)[panels]
+        both, whole = self._both[panels], self._spent[panels]
 
         def missing(places: Array, chosen: Array) -> tuple[Array, Array]:
-            waves = _chebyshev(places, _NODES + 1)
-            time = np.einsum("nk,kn->n", sums[chosen], waves)
-            pace = np.einsum("nk,kn->n", series[chosen], waves[:-1])
-            return time - spent[chosen], pace * half[chosen]
+            own = both if len(chosen) == len(both) else both[chosen]
+            found = np.einsum("nck,kn->cn", own, _chebyshev(places, _NODES + 1))
+            return found[0] - spent[chosen], found[1]
 
         ends = np.ones(len(times))
         eps = float(np.finfo(float).eps)
+        # The cubic polynomial that begins and ends as the place does.
+        share = spent / whole
+        left, bend = 1.0 - share, 2.0 * share * (1.0 - share)
+        first = 2.0 * share - 1.0 + bend * (share - left)
+        first += 0.5 * bend * (left * self._leaves[panels] - share * self._arrives[panels])
         places = _roots(
             missing,
             -ends,
             ends,
-            first=2.0 * spent / self._spent[panels] - 1.0,
+            first=np.minimum(np.maximum(first, -1.0), 1.0),
             least=0.5 * eps,
             none=0.5 * eps * self._times[panels + 1],
         )
-        pace = np.einsum("nk,kn->n", series, _chebyshev(places, _NODES))
+        half = 0.5 * (self._high - self._low)[panels]
+        pace = np.einsum("nk,kn->n", self._series[panels], _chebyshev(places, _NODES))
         q = self._low[panels] + half * (1.0 + places)
         way, _, _, is_end = self._anchors[:, pieces]
         distances = np.where(is_end, q * q, q)
@@ -520,6 +534,7 @@ def _roots(
     low, high = low.copy(), high.copy()
     places, steps = (0.5 * (low + high) if first is None else first), high - low
     active, none = np.arange(len(low)), np.broadcast_to(none, low.shape)
+    eps = 2.0 * float(np.finfo(float).eps)
     for _ in range(_MOST_STEPS):
         if not active.size:
             return places
@@ -537,12 +552,16 @@ def _roots(
             step = np.abs(after - there)
             good = (step > 0.0) & (step <= 0.5 * np.abs(steps[active]))
         middle = 0.5 * (low[active] + high[active])
+        # Two steps of rounding one after the other lead nowhere, however wide the bracket is.
+        close = _STALLED * (least + eps * np.abs(there))
+        stalls = (np.abs(values) <= close * slopes) & (np.abs(steps[active]) <= close)
+        good |= stalls
         is_found = np.abs(values) <= none[active]
         after = np.where(is_found, there, np.where(good, after, middle))
         steps[active] = after - there
         places[active] = after
-        eps = 2.0 * float(np.finfo(float).eps)
-        active = active[~(np.abs(after - there) <= least + eps * np.abs(after))]
+        is_done = np.abs(after - there) <= least + eps * np.abs(after)
+        active = active[~(is_done | stalls)]
     raise AccuracyError(
         f"{active.size} of {len(low)} places of the motion were not found within {_MOST_STEPS} "
         "steps; choose method='DOP853'",

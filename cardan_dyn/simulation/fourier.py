@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from ..arrays import Array
 
 _BLOCK = 1_000_000
 """Exponentials that are computed at a time, so that memory does not grow with the points."""
+_PRODUCTS = 100_000
+"""Products in a product of matrices, up to which libraries start no threads for it."""
 
 
 class Fourier:
@@ -26,7 +29,25 @@ class Fourier:
         self.coefficients = coefficients
         self.frequency = frequency
         self.slope = np.zeros(len(coefficients)) if slope is None else slope
-        self._exponents = 1j * frequency * np.arange(coefficients.shape[1])
+
+    @cached_property
+    def _every(self) -> int:
+        """Of functions that repeat within the period, which harmonics are not nothing."""
+        (there,) = np.nonzero(np.any(self.coefficients[:, 1:], axis=0))
+        return int(np.gcd.reduce(there + 1)) or 1
+
+    @cached_property
+    def _own(self) -> Array:
+        """Coefficients of these harmonics."""
+        return np.asarray(self.coefficients[:, :: self._every])
+
+    @cached_property
+    def _own_frequency(self) -> float:
+        return self._every * self.frequency
+
+    @cached_property
+    def _exponents(self) -> Array:
+        return np.asarray(1j * self._own_frequency * np.arange(self._own.shape[1]))
 
     @staticmethod
     def of(samples: Array, period: float) -> Fourier:
@@ -76,7 +97,7 @@ class Fourier:
         """Return the values `(c,)` at one position."""
         waves = np.exp(self._exponents * position)
         # Not by a matrix product: for one of this size, libraries start threads.
-        return np.einsum("ck,k->c", self.coefficients, waves).real + self.slope * position
+        return np.einsum("ck,k->c", self._own, waves).real + self.slope * position
 
     def __call__(self, positions: Array) -> Array:
         """Return the values `(c, N)` at positions `(N,)`."""
@@ -90,28 +111,33 @@ class Fourier:
 
         Sums over fine waves are the coefficients of a polynomial in the coarse one.
         """
-        count = self.coefficients.shape[1]
+        own, frequency = self._own, self._own_frequency
+        rows, count = own.shape
         fine = int(np.ceil(np.sqrt(count)))
         coarse = -(-count // fine)
-        padded = np.zeros((len(self.coefficients), coarse * fine), dtype=complex)
-        padded[:, :count] = self.coefficients
-        base = np.exp(1j * self.frequency * np.outer(np.arange(fine), positions))
-        step = np.exp(1j * self.frequency * fine * positions)
-        # Not by a matrix product: for one of this size, libraries start threads.
-        sums = np.einsum("cab,bn->acn", padded.reshape(-1, coarse, fine), base)
-        result = sums[-1]
-        for terms in sums[-2::-1]:
-            result = result * step + terms
-        return np.asarray(result.real)
+        padded = np.zeros((rows, coarse * fine), dtype=complex)
+        padded[:, :count] = own
+        padded = padded.reshape(rows * coarse, fine)
+        result = np.empty((rows, len(positions)))
+        size = max(1, _PRODUCTS // padded.size)
+        for first in range(0, len(positions), size):
+            span = slice(first, first + size)
+            base = _multiples(np.exp(1j * frequency * positions[span]), fine + 1)
+            sums = (padded @ base[:fine]).reshape(rows, coarse, -1)
+            values = sums[:, -1]
+            for index in range(coarse - 2, -1, -1):
+                values = values * base[fine] + sums[:, index]
+            result[:, span] = values.real
+        return result
 
     def _summed(self, waves: Array) -> Array:
         """Return the real parts `(c, N)` of the sums of harmonics `(K, N)`."""
         # Not by a matrix product: for one of this size, libraries start threads.
-        return np.einsum("ck,kn->cn", self.coefficients, waves).real
+        return np.einsum("ck,kn->cn", self._own, waves).real
 
     def _blocks(self, *values: Array) -> list[Any]:
         """Return parts of one array `(N,)`, or tuples of parts of several."""
-        size = max(1, _BLOCK // self.coefficients.shape[1])
+        size = max(1, _BLOCK // self._own.shape[1])
         spans = [slice(first, first + size) for first in range(0, len(values[0]), size)]
         if len(values) == 1:
             return [values[0][span] for span in spans]
@@ -122,11 +148,11 @@ class Fourier:
 
         Products of coarse and fine waves: a product takes a tenth of the time of an exponential.
         """
-        count = self.coefficients.shape[1]
+        count, frequency = self._own.shape[1], self._own_frequency
         fine = int(np.ceil(np.sqrt(count)))
         coarse = -(-count // fine)
-        base = np.exp(1j * self.frequency * np.outer(np.arange(fine), positions))
-        steps = np.exp(1j * self.frequency * fine * np.outer(np.arange(coarse), positions))
+        base = np.exp(1j * frequency * np.outer(np.arange(fine), positions))
+        steps = np.exp(1j * frequency * fine * np.outer(np.arange(coarse), positions))
         return np.asarray((steps[:, None] * base).reshape(coarse * fine, -1)[:count])
 
     def on_grid(self, start: float, count: int) -> Array:
@@ -151,7 +177,7 @@ class Fourier:
         """
         parts = []
         for start, way in self._blocks(starts, ways):
-            half = 0.5 * self.frequency * np.outer(self._harmonics, way)
+            half = 0.5 * self._own_frequency * np.outer(np.arange(self._own.shape[1]), way)
             waves = self._waves(start + 0.5 * way) * (2j * np.sin(half))
             parts.append(self._summed(waves) + np.outer(self.slope, way))
         return np.concatenate(parts, axis=1)
@@ -168,10 +194,26 @@ class Fourier:
         """
         parts = []
         for start, way in self._blocks(starts, ways):
-            angles = self.frequency * np.outer(self._harmonics, way)
+            angles = self._own_frequency * np.outer(np.arange(self._own.shape[1]), way)
             grown = -2.0 * np.sin(0.5 * angles) ** 2 + 1j * _sine_less_angle(angles)
             parts.append(self._summed(self._waves(start) * grown))
         return np.concatenate(parts, axis=1)
+
+
+def _multiples(waves: Array, count: int) -> Array:
+    """Return the powers 0, 1, … of exponentials `(N,)` as `(count, N)`.
+
+    Each is a product of two of half its power: it is off by as many roundings as its phase is.
+    """
+    result = np.empty((count, len(waves)), dtype=complex)
+    result[0] = 1.0
+    result[1:2] = waves
+    known = 2
+    while known < count:
+        more = min(known - 1, count - known)
+        np.multiply(result[1 : 1 + more], result[known - 1], out=result[known : known + more])
+        known += more
+    return result
 
 
 def _sine_less_angle(angles: Array) -> Array:

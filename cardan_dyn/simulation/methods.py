@@ -88,17 +88,21 @@ def _doubt(integral: EnergyIntegral, duration: float) -> list[str]:
     ]
 
 
-def _lingering(setup: Setup, integration: Integration) -> list[str]:
+def _lingering(setup: Setup, run: Run) -> list[str]:
     """Return what steps leave open of a motion that lingers at an unstable equilibrium, in words.
 
     There errors grow as the motion away from it does.
     """
-    drives = setup.solver.problem.independent
+    problem, times = setup.solver.problem, run.times
+    drives = problem.independent
     if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
         return []
-    named, times = integration.equations.named, integration.times
-    speeds = np.array([named(item.y, item.turns)[1][drives[0]] for item in integration.points])
-    if len(times) < _FEWEST_POINTS or not np.any(speeds):
+    if len(times) < _FEWEST_POINTS:
+        return []
+    alone = run.drives_alone(times)
+    (own,) = problem.mechanism.coordinates.rates_of(drives)
+    speeds = run.rows(times).v[:, own] if alone is None else alone.v[:, 0]
+    if not np.any(speeds):
         return []
     accelerations = np.gradient(speeds, times)
     rate = float(np.max(np.abs(accelerations)) / np.max(np.abs(speeds)))
@@ -321,7 +325,7 @@ def _trajectory(
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
-    notes += _lingering(setup, integration)
+    notes += _lingering(setup, run)
     if integration.crossings is not None:
         notes += integration.crossings.notes(setup.rtol)
     course = Course(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -49,7 +50,6 @@ class System:
 
     Attributes:
         model: gives accelerations and closes loops.
-        physical: Pinocchio's model of the mechanism in metres, see `placed`.
         size: length of a row's coordinates: the mechanism's, but for quaternions of free balls.
         turns: whole turns `(size,)` that have been taken off the angles so far; of a free ball, the
             three angles near which it is, in turns.
@@ -85,7 +85,6 @@ class System:
             {ball.rate + k for ball in free.balls for k in range(3)}
         )
         start = free.row(start) if free else start
-        self.physical = turning_model(self.mechanism)
         named = self.mechanism.coordinates.named
         self._names = StateNames(self.mechanism.coordinates)
         self.size = coordinates.size
@@ -104,6 +103,8 @@ class System:
         self._resting = np.array([rate for rate in prescribed if rate not in moving], dtype=int)
         self._resting_columns = coordinates.column_of(self._resting)
         self._resting_at = start[self._resting_columns]
+        # Whether a row is what the model takes, with nothing in it that is given.
+        self._is_free = self._is_plain and not (self._motions or self._resting.size)
         self._scale = coordinates.scale
         coupled = {
             column
@@ -119,6 +120,11 @@ class System:
             ],
             dtype=int,
         )
+
+    @cached_property
+    def physical(self) -> Any:
+        """Pinocchio's model of the mechanism in metres, see `placed`; forces ask for it."""
+        return turning_model(self.mechanism)
 
     @cached_property
     def _data(self) -> Any:
@@ -229,7 +235,9 @@ class System:
             y: the row.
             crosses: whether it is on a step over a crossing.
         """
-        x, v = self.unit(y[: self.size]), y[self.size :].copy()
+        x, v = y[: self.size], y[self.size :]
+        if not self._is_free:
+            x, v = self.unit(x), v.copy()
         for column, rate, _, motion in self._motions:
             position, speed, _ = motion(time)
             x[column] = position - 2.0 * np.pi * self.turns[column]
@@ -241,7 +249,9 @@ class System:
             x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
         closed, rates = self.model.closed(x, v, crosses=crosses)
         moved = ((closed - x) * self._scale).tolist()
-        if not all(-_FARTHEST <= part <= _FARTHEST for part in moved):
+        for part in moved:
+            if -_FARTHEST <= part <= _FARTHEST:
+                continue
             farthest = float(np.max(np.abs(moved)))
             raise SingularConfigurationError(
                 f"at time {time:.6g} s the loops opened by {farthest:.1e} within one step, so that "
@@ -253,7 +263,10 @@ class System:
     def wrap(self, y: Array) -> Array:
         """Return a row without whole turns, which `turns` then counts."""
         angles = y[self._wrapped]
-        if all(-np.pi <= angle <= np.pi for angle in angles.tolist()):
+        for angle in angles.tolist():
+            if not -math.pi <= angle <= math.pi:
+                break
+        else:
             return y
         turns = np.round(angles / (2.0 * np.pi))
         y = y.copy()

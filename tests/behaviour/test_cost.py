@@ -67,6 +67,18 @@ def test_calls_for_what_computes_little() -> None:
     assert calls(lambda: scene(0.8)) < 2100
 
 
+def test_calls_of_a_quadrature() -> None:
+    """Of a known mechanism, those of its integral and of the proof of its motion."""
+    mechanism = cd.load("universal_joint")
+
+    def spin() -> np.ndarray:
+        scene = cd.Scene(mechanism, free="bearing_in", held={"joint_angle": 1.4}, outputs=[])
+        return scene.simulate(6.0, speed=10.0, method="quadrature").at(6.0).position
+
+    spin()
+    assert calls(spin) < (4350 if compiled.kernel else 4550)
+
+
 def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in the loop of a controller: one bent Newton step to it, which leaves rounding."""
     legs = [f"leg_{k}" for k in range(1, 7)]

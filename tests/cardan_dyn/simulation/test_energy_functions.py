@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio
 import pytest
 from testkit.linkages import four_bar, loop
 from testkit.scenes import universal
@@ -79,6 +80,34 @@ def counted_samples(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     monkeypatch.setattr(GroupSolver, "evaluate", counting)
     return counted
+
+
+def test_what_repeats_within_a_turn_is_sampled_over_a_part_of_it(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solver = universal(joint, 1.4).solver
+    counted = counted_samples(monkeypatch)
+    inertia = energy_functions(solver).inertia
+    assert sum(counted) < 1200
+    assert not np.any(inertia.coefficients[:, 1::2])
+    assert inertia.coefficients.shape[1] > 100
+
+
+def test_what_only_seems_to_repeat_within_a_turn(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Waves that vanish at the first 64 positions."""
+    drive = joint.coordinates.named["bearing_in"].column
+
+    def inertia(x: np.ndarray) -> np.ndarray:
+        return 3.0 + 1.0 / (1.1 - np.cos(2.0 * x)) + 0.1 * np.sin(x) * np.sin(32.0 * x)
+
+    def energy(model: object, data: object, q: np.ndarray, v: np.ndarray) -> float:
+        return 0.5 * float(inertia(q[drive]))
+
+    monkeypatch.setattr(pinocchio, "computeKineticEnergy", energy)
+    found = energy_functions(universal(joint, 0.3).solver).inertia(POINTS)[0]
+    np.testing.assert_allclose(found, inertia(POINTS), rtol=1e-11)
 
 
 def test_scenes_that_move_alike_share_their_energy_functions(

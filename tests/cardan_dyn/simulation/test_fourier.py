@@ -74,6 +74,28 @@ def test_a_grid_from_anywhere(series: Fourier, count: int) -> None:
     np.testing.assert_allclose(series.on_grid(-1.1, count), values(grid), atol=ROUNDING)
 
 
+def test_harmonics_that_are_multiples_of_one() -> None:
+    """They and the many in between that are none."""
+    coefficients = np.zeros((2, 121), dtype=complex)
+    coefficients[0, ::3] = np.exp(-0.2 * np.arange(41.0)) * (1.0 + 0.5j)
+    coefficients[1, 6] = 1.0
+    series = Fourier(coefficients, FREQUENCY, np.array([0.0, 0.4]))
+    waves = np.exp(1j * FREQUENCY * np.outer(np.arange(121.0), POINTS))
+    expected = (coefficients @ waves).real + np.outer([0.0, 0.4], POINTS)
+    np.testing.assert_allclose(series(POINTS), expected, atol=10.0 * ROUNDING)
+    np.testing.assert_allclose(series.at(POINTS[7]), expected[:, 7], atol=10.0 * ROUNDING)
+    gains = series(POINTS + 0.5) - series(POINTS)
+    ways = np.full(len(POINTS), 0.5)
+    np.testing.assert_allclose(series.gained(POINTS, ways), gains, atol=30.0 * ROUNDING)
+    bent = gains - 0.5 * series.derivative()(POINTS)
+    np.testing.assert_allclose(series.bent(POINTS, ways), bent, atol=300.0 * ROUNDING)
+
+
+def test_many_values_are_those_of_few(series: Fourier) -> None:
+    points = np.linspace(-20.0, 20.0, 40_000)
+    np.testing.assert_allclose(series(points), values(points), atol=ROUNDING)
+
+
 def test_the_tail_tells_whether_there_were_enough_samples() -> None:
     def sampled(count: int) -> np.ndarray:
         x = 2.0 * np.pi * np.arange(count) / count

@@ -1,0 +1,136 @@
+/* Steps of an explicit method: the twin of `Stepper._taken` of elements/stepping.py. */
+
+#include "arrays.h"
+#include "kernels.h"
+
+/* The arrays of a plan. */
+enum {
+    PLACES, /* (S) Of the stages, as fractions of the step. */
+    ROWS,   /* (S, S) Weights of rates in the row of each stage. */
+    LAST,   /* (S) Weights in the row at the end. */
+    ERRORS, /* (2, S) Weights in the errors of both orders. */
+    NUMBER_ARRAYS
+};
+
+/* Write `begin + length * (weights of rates)`; rows of `weighed` are the begin and the rates. */
+static void along(const Array *weighed, const double *weights, Py_ssize_t known, double length,
+                  double *row)
+{
+    Py_ssize_t size = weighed->size[1], across = weighed->step[1];
+    for (Py_ssize_t i = 0; i < size; i++)
+        row[i] = 0.0;
+    for (Py_ssize_t k = 0; k < known; k++) {
+        if (weights[k] == 0.0)
+            continue;
+        const double *rate = weighed->at + (1 + k) * weighed->step[0];
+        for (Py_ssize_t i = 0; i < size; i++)
+            row[i] += weights[k] * rate[i * across];
+    }
+    for (Py_ssize_t i = 0; i < size; i++)
+        row[i] = weighed->at[i * across] + length * row[i];
+}
+
+static int rate_of(PyObject *derivative, double time, PyObject *row, const Array *weighed,
+                   Py_ssize_t stage)
+{
+    PyObject *at = PyFloat_FromDouble(time);
+    if (!at)
+        return -1;
+    PyObject *found = PyObject_CallFunctionObjArgs(derivative, at, row, NULL);
+    Py_DECREF(at);
+    if (!found)
+        return -1;
+    Array array;
+    Held held = {&array, 0};
+    int failed = -1;
+    if (take(&held, found, 1, 0) && !has_size(&array, 0, weighed->size[1], 0)) {
+        double *rate = weighed->at + (1 + stage) * weighed->step[0];
+        for (Py_ssize_t i = 0; i < array.size[0]; i++)
+            rate[i * weighed->step[1]] = array.at[i * array.step[0]];
+        failed = 0;
+    }
+    release(&held);
+    Py_DECREF(found);
+    return failed;
+}
+
+/* The greater size of two; one that is not a number shows. */
+static double greater(double one, double two)
+{
+    one = fabs(one), two = fabs(two);
+    return one > two || one != one ? one : two;
+}
+
+/* explicit_step(plan, derivative, time, length, weighed (1 + K, n), stages (S, n), rows, atol (n),
+   rtol, last (n)): take a step from the first row of `weighed`, whose rate is the second one.
+
+   `rows` is a sequence of S views of the stages, which the derivative is asked at. Returns the sums
+   of squares of both errors, as fractions of what is allowed. */
+PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 10)
+    Array arrays[4];
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    Plan *plan = plan_of(given[0]);
+    if (!plan)
+        return NULL;
+    double time = PyFloat_AsDouble(given[2]), length = PyFloat_AsDouble(given[3]);
+    double rtol = PyFloat_AsDouble(given[8]);
+    if (PyErr_Occurred())
+        return NULL;
+    Array *weighed = take(&held, given[4], 2, 1);
+    Array *stages = weighed ? take(&held, given[5], 2, 1) : NULL;
+    Array *atol = stages ? take(&held, given[7], 1, 0) : NULL;
+    Array *last = atol ? take(&held, given[9], 1, 1) : NULL;
+    if (!last)
+        goto done;
+    Py_ssize_t size = weighed->size[1], count = plan->number_sizes[PLACES];
+    if (plan->number_arrays != NUMBER_ARRAYS || plan->number_sizes[ROWS] != count * count ||
+        plan->number_sizes[LAST] != count || plan->number_sizes[ERRORS] != 2 * count ||
+        weighed->size[0] < 1 + count) {
+        PyErr_SetString(PyExc_ValueError, "a plan of explicit steps is needed");
+        goto done;
+    }
+    if (has_size(stages, 0, count, 0) || has_size(stages, 1, size, 0) ||
+        has_size(atol, 0, size, 1) || has_size(last, 0, size, 0))
+        goto done;
+    if (size > 1 && (stages->step[1] != 1 || last->step[0] != 1)) {
+        PyErr_SetString(PyExc_ValueError, "rows that are written may have no gaps");
+        goto done;
+    }
+    double **numbers = plan->numbers;
+    for (Py_ssize_t stage = 1; stage < count; stage++) {
+        double *row = stages->at + stage * stages->step[0];
+        along(weighed, numbers[ROWS] + stage * count, stage, length, row);
+        PyObject *view = PySequence_GetItem(given[6], stage);
+        if (!view)
+            goto done;
+        int failed =
+            rate_of(given[1], time + numbers[PLACES][stage] * length, view, weighed, stage);
+        Py_DECREF(view);
+        if (failed)
+            goto done;
+    }
+    along(weighed, numbers[LAST], count, length, last->at);
+    double sums[2] = {0.0, 0.0};
+    for (Py_ssize_t i = 0; i < size; i++) {
+        double begin = weighed->at[i * weighed->step[1]];
+        double allowed = atol->at[i * atol->step[0]] + rtol * greater(begin, last->at[i]);
+        for (int order = 0; order < 2; order++) {
+            const double *weights = numbers[ERRORS] + order * count;
+            double error = 0.0;
+            for (Py_ssize_t k = 0; k < count; k++)
+                if (weights[k] != 0.0)
+                    error += weights[k] *
+                             weighed->at[(1 + k) * weighed->step[0] + i * weighed->step[1]];
+            error /= allowed;
+            sums[order] += error * error;
+        }
+    }
+    answer = Py_BuildValue("dd", sums[0], sums[1]);
+done:
+    release(&held);
+    return answer;
+}
