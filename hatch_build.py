@@ -1,7 +1,8 @@
 """Builds the compiled functions with the wheel, if there is a compiler; else does without them.
 
-`python hatch_build.py` builds them in place. With `CARDAN_DYN_COMPILED=0` in the environment a
-wheel has none, and serves every machine.
+`python hatch_build.py` and editable installations build them in place, wheels leave the sources
+as they are. With `CARDAN_DYN_COMPILED=0` in the environment a wheel has none, and serves every
+machine.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +20,13 @@ ROOT = Path(__file__).resolve().parent
 SOURCES = ROOT / "cardan_dyn" / "compiled"
 
 
-def build() -> Path:
-    """Compile the extension in place, and return it.
+def checksum() -> int:
+    """Return what tells these sources from others; `cardan_dyn.compiled` compares it."""
+    return zlib.crc32(b"".join(path.read_bytes() for path in sorted(SOURCES.glob("*.[ch]"))))
+
+
+def build(folder: Path) -> Path:
+    """Compile the extension into a folder, and return it.
 
     Raises:
         Exception: of setuptools, if there is no compiler, or it fails.
@@ -29,9 +36,9 @@ def build() -> Path:
     extension = Extension(
         "cardan_dyn.compiled._kernel",
         sorted(str(path) for path in SOURCES.glob("*.c")),
-        define_macros=[("Py_LIMITED_API", "0x030b0000")],
-        # Sums of products are rounded alike on all processors.
-        extra_compile_args=["-O3", "-std=c11", "-ffp-contract=off", "-fno-math-errno"],
+        define_macros=[("Py_LIMITED_API", "0x030b0000"), ("SOURCES", f"{checksum()}LL")],
+        # Sums of products are rounded alike on all processors. No names of files for debuggers.
+        extra_compile_args=["-O3", "-std=c11", "-ffp-contract=off", "-fno-math-errno", "-g0"],
         py_limited_api=True,
     )
     distribution = Distribution({"name": "cardan_dyn", "ext_modules": [extension]})
@@ -42,10 +49,14 @@ def build() -> Path:
         command.ensure_finalized()
         command.run()
         built = Path(command.get_ext_fullpath(extension.name))
-        # What a running process has mapped must not change under it.
-        target = SOURCES / built.name
-        target.unlink(missing_ok=True)
-        target.write_bytes(built.read_bytes())
+        # What a running process has mapped must not change under it, nor be seen half written.
+        target = folder / built.name
+        whole = folder / f"{built.name}.{os.getpid()}"
+        try:
+            whole.write_bytes(built.read_bytes())
+            whole.replace(target)
+        finally:
+            whole.unlink(missing_ok=True)
     return target
 
 
@@ -53,13 +64,15 @@ class CompiledFunctions(BuildHookInterface):
     """Adds the extension to a wheel."""
 
     PLUGIN_NAME = "custom"
+    _temporary: tempfile.TemporaryDirectory[str] | None = None
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Build it, and say for what machines the wheel is."""
         if os.environ.get("CARDAN_DYN_COMPILED") == "0":
             return
+        self._temporary = tempfile.TemporaryDirectory()
         try:
-            built = build()
+            built = build(SOURCES if version == "editable" else Path(self._temporary.name))
         except Exception as error:
             self.app.display_warning(f"without compiled functions, so NumPy does it all: {error}")
             return
@@ -70,8 +83,14 @@ class CompiledFunctions(BuildHookInterface):
         platform = next(name for name in platforms if not name.startswith(("many", "musl")))
         build_data["pure_python"] = False
         build_data["tag"] = f"cp311-abi3-{platform}"
-        build_data["artifacts"].append(built.relative_to(ROOT).as_posix())
+        if version != "editable":
+            build_data["force_include"][str(built)] = f"cardan_dyn/compiled/{built.name}"
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove what is in the wheel now."""
+        if self._temporary is not None:
+            self._temporary.cleanup()
 
 
 if __name__ == "__main__":
-    sys.exit(print(build()))
+    sys.exit(print(build(SOURCES)))

@@ -19,12 +19,30 @@ if TYPE_CHECKING:
     from ..report.verdicts import Row
 
 
+def _say_version(context: click.Context, _option: click.Parameter, is_asked: bool) -> None:
+    """Print the version, and whether compiled functions are used."""
+    if not is_asked or context.resilient_parsing:
+        return
+    from .. import compiled
+
+    click.echo(f"cardan-dyn, version {__version__}")
+    click.echo(f"compiled functions: {f'no, {compiled.absent}' if compiled.absent else 'yes'}")
+    context.exit()
+
+
 @click.group(
     cls=Commands,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=EXIT_CODES,
 )
-@click.version_option(__version__, prog_name="cardan-dyn")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_say_version,
+    help="Show the version, and whether compiled functions are used.",
+)
 def main() -> None:
     """Joint wrenches of closed-chain mechanisms with Pinocchio.
 

@@ -192,7 +192,16 @@ static PyMethodDef functions[] = {
     {NULL, NULL, 0, NULL},
 };
 
-static PyModuleDef_Slot slots[] = {{0, NULL}};
+/* Say of what sources the module was made. */
+static int execute(PyObject *module)
+{
+    PyObject *sources = PyLong_FromLongLong(SOURCES);
+    int failed = sources ? PyObject_SetAttrString(module, "sources", sources) : -1;
+    Py_XDECREF(sources);
+    return failed;
+}
+
+static PyModuleDef_Slot slots[] = {{Py_mod_exec, (void *)execute}, {0, NULL}};
 
 static PyModuleDef definition = {
     PyModuleDef_HEAD_INIT, "_kernel", NULL, 0, functions, slots, NULL, NULL, NULL,

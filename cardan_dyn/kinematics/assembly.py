@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -258,6 +259,10 @@ class Assembly:
 
     def motion_range(self) -> tuple[float, float]:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
+        return self._motion_range
+
+    @cached_property
+    def _motion_range(self) -> tuple[float, float]:
         if not self.decided.size:
             return -np.inf, np.inf
         from .following.branch import Branch

@@ -38,6 +38,13 @@ def test_a_block_takes_as_many_calls_whatever_its_samples(shaft: cd.Mechanism) -
     assert counts[0] == counts[1] <= counts[2] == counts[3] < (850 if compiled.kernel else 1060)
 
 
+def test_the_range_of_a_drive_is_found_once() -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="rocker_bearing")
+    found = scene.motion_range()
+    assert calls(lambda: scene.motion_range()) < 30
+    assert scene.motion_range() == found
+
+
 def test_calls_for_what_computes_little() -> None:
     """One position costs its calls, not its numbers; of a response, likewise; and so do scenes."""
     joint = cd.load("universal_joint")

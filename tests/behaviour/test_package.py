@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -15,8 +16,11 @@ import pytest
 from pages import followed
 
 import cardan_dyn as cd
+from cardan_dyn import compiled
 
 ROOT = Path(__file__).parents[2]
+
+needs_kernel = pytest.mark.skipif(compiled.kernel is None, reason="nothing is compiled here")
 
 SCRIPT = """
 import sys
@@ -42,6 +46,25 @@ def python(*arguments: str, cwd: Path, path: Path | None = None) -> subprocess.C
     return subprocess.run(
         [sys.executable, *arguments], cwd=cwd, env=environment, capture_output=True, text=True
     )
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """Return a folder from which a copy of the package is imported."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    # A folder with a space in its name, as users have.
+    folder = tmp_path / "a copy"
+    shutil.copytree(ROOT / "cardan_dyn", folder / "cardan_dyn", ignore=ignored)
+    shutil.copytree(ROOT / "urdf", folder / "urdf", ignore=ignored)
+    return folder
+
+
+def said_by(package: Path) -> str:
+    """Return what the command says of its version, and warnings behind it."""
+    code = "from cardan_dyn.command_line import main; main(['--version'])"
+    ran = python("-c", code, cwd=package, path=package)
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout + ran.stderr
 
 
 @pytest.mark.slow
@@ -88,6 +111,74 @@ def test_without_a_compiler_there_is_a_wheel_for_every_machine(tmp_path: Path) -
         assert not [name for name in archive.namelist() if name.endswith((".so", ".c", ".h"))]
 
 
+@needs_kernel
+def test_the_version_says_whether_compiled_functions_are_used(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert said_by(package).splitlines() == [
+        f"cardan-dyn, version {cd.__version__}",
+        "compiled functions: yes",
+    ]
+    monkeypatch.setenv("CARDAN_DYN_COMPILED", "0")
+    assert "compiled functions: no, switched off by CARDAN_DYN_COMPILED=0" in said_by(package)
+    monkeypatch.delenv("CARDAN_DYN_COMPILED")
+    for built in package.glob("cardan_dyn/compiled/*.so"):
+        built.unlink()
+    assert "compiled functions: no, this installation has none" in said_by(package)
+
+
+@needs_kernel
+@pytest.mark.parametrize("source", ["closure.c", "kernels.h", "new.c"])
+def test_functions_compiled_of_other_sources_are_not_used(package: Path, source: str) -> None:
+    with (package / "cardan_dyn" / "compiled" / source).open("a", encoding="utf-8") as file:
+        file.write("/* changed */\n")
+    why = "they were made of other sources; compile them again: python hatch_build.py"
+    said = said_by(package)
+    assert f"RuntimeWarning: without compiled functions, {why}" in said
+    assert f"compiled functions: no, {why}" in said
+
+
+@needs_kernel
+@pytest.mark.parametrize("content", [b"", b"of another machine"])
+def test_without_functions_that_cannot_be_loaded_numpy_does_it_all(
+    package: Path, content: bytes
+) -> None:
+    (built,) = package.glob("cardan_dyn/compiled/*.so")
+    built.write_bytes(content)
+    said = said_by(package)
+    assert "RuntimeWarning: without compiled functions, they cannot be loaded: " in said
+    assert built.name in said
+    assert "install the package again" in said
+    code = "import cardan_dyn as cd; print(cd.Scene(cd.load('universal_joint'), drive='bearing_in',"
+    code += " held={'joint_angle': 0.5}).sweep([0.0]).loop_residual < 1e-14)"
+    ran = python("-c", code, cwd=package, path=package)
+    assert ran.stdout == "True\n", ran.stderr
+
+
+@pytest.mark.slow
+def test_a_wheel_leaves_the_sources_as_they_are(package: Path) -> None:
+    pytest.importorskip("build", reason="the extra `test` brings the build front end")
+    shutil.copytree(ROOT / "analytic", package / "analytic")
+    for name in ("pyproject.toml", "hatch_build.py", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, package / name)
+    for built in package.glob("cardan_dyn/compiled/*.so"):
+        built.unlink()
+    before = sorted(package.rglob("*"))
+    to = package.parent / "wheels"
+    ran = python(
+        *("-m", "build", "--wheel", "--no-isolation", "--outdir", str(to), str(package)),
+        cwd=package.parent,
+    )
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert sorted(package.rglob("*")) == before
+    (wheel,) = to.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        built = [name for name in archive.namelist() if name.startswith("cardan_dyn/compiled/")]
+    assert sorted(built) == ["cardan_dyn/compiled/__init__.py"] + (
+        ["cardan_dyn/compiled/_kernel.abi3.so"] if "-abi3-" in wheel.name else []
+    )
+
+
 def test_importing_loads_nothing_until_a_name_is_asked_for(tmp_path: Path) -> None:
     code = (
         "import sys, cardan_dyn as cd; cd.__version__; "
@@ -114,8 +205,8 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
     ran = python("-c", code, cwd=tmp_path, path=ROOT)
     assert ran.returncode == 0, ran.stderr
     imported, unwanted = ran.stdout.splitlines()
-    # What is imported beyond Pinocchio: the files of the package that a sweep runs through.
-    assert int(imported) <= 112
+    # What is imported beyond Pinocchio: zlib, and what a sweep runs through.
+    assert int(imported) <= 113
     assert unwanted == ""
 
 
@@ -132,7 +223,7 @@ def test_what_makes_a_scene_imports_no_more(tmp_path: Path) -> None:
     ran = python("-c", code, cwd=tmp_path, path=ROOT)
     assert ran.returncode == 0, ran.stderr
     imported, unwanted = ran.stdout.splitlines()
-    assert int(imported) <= 84
+    assert int(imported) <= 85
     assert unwanted == ""
 
 
