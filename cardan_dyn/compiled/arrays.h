@@ -1,9 +1,9 @@
 /* Arrays that Python hands over, and plans: index arrays and constants that a scene keeps.
 
    A function checks how many arguments it has, takes its plan and its arrays, compares their sizes,
-   computes, and releases what it took at `done`. Arrays are asked for with their strides, so that transposes and slices need no copies. Numbers
-   are doubles, indices 64-bit integers. Sizes are checked before anything is computed; from there on,
-   functions read and write without looking. */
+   computes without looking at them again, and releases what it took at `done`. Arrays are asked for
+   with their strides, so that transposes and slices need no copies. Numbers are doubles, indices
+   64-bit integers. */
 
 #ifndef CARDAN_DYN_ARRAYS_H
 #define CARDAN_DYN_ARRAYS_H

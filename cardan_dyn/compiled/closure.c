@@ -716,8 +716,8 @@ done:
     return answer;
 }
 
-/* What a plan of moves holds: columns, and where they are in a step; then first ones of quaternions,
-   and of what these turn by. */
+/* What a plan of moves holds: columns, and where they are in a step; then the first ones of
+   quaternions, and of what these turn by. */
 enum { MOVED_COLUMNS, OF_STEP, QUATERNIONS, ROTATIONS, MOVES_INTEGERS };
 
 static int moves_fit(const Plan *plan)

@@ -1,5 +1,5 @@
-/* Guesses: the twins of what kinematics/following does where motions are known: `BranchTable.values`
-   with what `DriveMotion.write` does around it, `Rows`, and the lattice. */
+/* Guesses: the twins of what kinematics/following does where motions are known:
+   `BranchTable.values` with what `DriveMotion.write` does around it, `Rows`, and the lattice. */
 
 #include "kernels.h"
 #include "stacked.h"

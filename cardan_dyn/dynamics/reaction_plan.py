@@ -1,6 +1,6 @@
 """Reaction plan: what the compiled reactions of a mechanism work along, as arrays of indices.
 
-`compiled/reactions.c` reads it; its arrays are described there by the same words.
+`compiled/reactions_plan.h` reads it; its arrays are described there by the same words.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class _Writer:
         self.matrices.append(np.concatenate([_padded(rows), _padded(null), *placed]))
 
     def places(self) -> Iterator[tuple[int, ...]]:
-        """Yield, per self-stress, its sizes and where its parts are, see `reactions.c`."""
+        """Yield, per self-stress, its sizes and where its parts are, in the order of `Item`."""
         starts = [0] * 5
         for item in self.items:
             joints, rows = len(item.joints), len(item.targets)
@@ -250,7 +250,7 @@ def _normal_equations(
 
 
 def exerted_plan(mechanism: Mechanism, size: int, along: Along, prescribed: Array) -> Plan:
-    """Return the plan for what is exerted along some coordinates, see `exerted` of `reactions.c`.
+    """Return the plan for what is exerted along some coordinates, see `inverse_dynamics.c`.
 
     Args:
         mechanism: the mechanism.
