@@ -371,7 +371,7 @@ static int interpolated(const Plan *plan, Py_ssize_t point, const double *positi
 {
     int d = (int)plan->integer_sizes[DRIVES], are_known = 1;
     const double *nearest = plan->numbers[POINTS] + point * d;
-    double side[MOST_AROUND], ends[2][MOST_AROUND][KINDS], along[MOST_AROUND][KINDS];
+    double side[MOST_AROUND], ends[2][MOST_AROUND][KINDS], along[MOST_AROUND][KINDS] = {{0.0}};
     for (int k = 0; k < d; k++) {
         double ahead = (position[k] - plan->numbers[ORIGIN][k]) / plan->numbers[SPACING][k];
         double share = fabs(ahead - nearest[k]);

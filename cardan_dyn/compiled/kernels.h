@@ -36,7 +36,8 @@
     WITH(moves) \
     WITH(proof) \
     WITH(reactions) \
-    WITH(rows)
+    WITH(rows) \
+    WITH(stepping)
 
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);
 EVERY_FUNCTION(DECLARED)

@@ -12,6 +12,15 @@ enum {
     NUMBER_ARRAYS
 };
 
+static int stepping_fits(const Plan *plan)
+{
+    const Py_ssize_t *sizes = plan->number_sizes;
+    Py_ssize_t count = sizes[PLACES];
+    return sizes[ROWS] == count * count && sizes[LAST] == count && sizes[ERRORS] == 2 * count;
+}
+
+const PlanKind stepping_plan = {"stepping", 0, NUMBER_ARRAYS, stepping_fits};
+
 /* Write `begin + length * (weights of rates)`; rows of `weighed` are the begin and the rates. */
 static void along(const Array *weighed, const double *weights, Py_ssize_t known, double length,
                   double *row)
@@ -41,7 +50,7 @@ static int rate_of(PyObject *derivative, double time, PyObject *row, const Array
     if (!found)
         return -1;
     Array array;
-    Held held = {&array, 0};
+    Held held = {&array, 0, NULL};
     int failed = -1;
     if (take(&held, found, 1, 0) && !has_size(&array, 0, weighed->size[1], 0)) {
         double *rate = weighed->at + (1 + stage) * weighed->step[0];
@@ -70,27 +79,22 @@ PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 10)
-    Array arrays[4];
-    Held held = {arrays, 0};
+    Array arrays[4], *weighed = arrays, *stages = arrays + 1, *atol = arrays + 2, *last = arrays + 3;
+    Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
-    Plan *plan = plan_of(given[0]);
+    const Plan *plan = plan_of(given[0], &stepping_plan);
     if (!plan)
         return NULL;
     double time = PyFloat_AsDouble(given[2]), length = PyFloat_AsDouble(given[3]);
     double rtol = PyFloat_AsDouble(given[8]);
     if (PyErr_Occurred())
         return NULL;
-    Array *weighed = take(&held, given[4], 2, 1);
-    Array *stages = weighed ? take(&held, given[5], 2, 1) : NULL;
-    Array *atol = stages ? take(&held, given[7], 1, 0) : NULL;
-    Array *last = atol ? take(&held, given[9], 1, 1) : NULL;
-    if (!last)
+    PyObject *handed[] = {given[4], given[5], given[7], given[9]};
+    if (take_each(&held, handed, "=2 =2 1 =1"))
         goto done;
     Py_ssize_t size = weighed->size[1], count = plan->number_sizes[PLACES];
-    if (plan->number_arrays != NUMBER_ARRAYS || plan->number_sizes[ROWS] != count * count ||
-        plan->number_sizes[LAST] != count || plan->number_sizes[ERRORS] != 2 * count ||
-        weighed->size[0] < 1 + count) {
-        PyErr_SetString(PyExc_ValueError, "a plan of explicit steps is needed");
+    if (weighed->size[0] < 1 + count) {
+        PyErr_SetString(PyExc_ValueError, "there is no room for the rates of all stages");
         goto done;
     }
     if (has_size(stages, 0, count, 0) || has_size(stages, 1, size, 0) ||
@@ -100,7 +104,7 @@ PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
         PyErr_SetString(PyExc_ValueError, "rows that are written may have no gaps");
         goto done;
     }
-    double **numbers = plan->numbers;
+    double *const *numbers = plan->numbers;
     for (Py_ssize_t stage = 1; stage < count; stage++) {
         double *row = stages->at + stage * stages->step[0];
         along(weighed, numbers[ROWS] + stage * count, stage, length, row);

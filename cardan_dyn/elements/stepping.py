@@ -110,7 +110,7 @@ def _plan() -> Plan:
     """Return the plan of `compiled.kernel.explicit_step`."""
     tableau = _tableau()
     numbers = np.array(tableau.places), tableau.rows.ravel(), tableau.last, tableau.errors.ravel()
-    return Plan([], numbers)
+    return Plan("stepping", [], numbers)
 
 
 def _at(part: float) -> Array:

@@ -12,10 +12,12 @@ from testkit.compiled_functions import needs_kernel
 
 import cardan_dyn as cd
 from cardan_dyn.compiled import Plan
+from cardan_dyn.elements import stepping
 
 pytestmark = needs_kernel
 
 KINDS = {"branch", "closure", "exerted", "lattice", "load", "moves", "proof", "reactions", "rows"}
+KINDS |= {"stepping"}
 FAR = 1 << 40
 COMPARED_LATER = {
     "branch": {0: (1, {0}), 2: (1, {0})},
@@ -54,6 +56,7 @@ def plans() -> Iterator[dict[str, list[Plan]]]:
                 scene.sweep(start + np.linspace(0.0, 0.1, 40)[:, None], speed=1.0)
         both = cd.Scene(cd.load("universal_joint"), drive=["bearing_in", "joint_angle"])
         both.sweep(np.random.default_rng(0).uniform(0.0, 1.0, (3000, 2)))
+        stepping._plan.__wrapped__()  # It is the same in all scenes.
     yield found
 
 
