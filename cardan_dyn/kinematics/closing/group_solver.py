@@ -470,7 +470,16 @@ class GroupSolver:
             correction = correction + sizes
             worst = _greatest(sizes)
             if not math.isfinite(worst):
-                return state._replace(correction=correction)
+                # Samples that are not finite leave the others alone.
+                before, state = state, state._replace(correction=correction)
+                few = np.flatnonzero(~is_done & np.isfinite(sizes))
+                if not few.size:
+                    return state
+                own, own_turns = x[few], None if turns is None else turns[few]
+                rest = rounding, own_turns, most - count, settles, may_stay
+                later = self._from(before.of(few), error[few], own, *rest)
+                x[few] = own
+                return state.with_samples(few, later)
             if count >= most and worst > _STRAIGHT:
                 break
             left = self._bend(state, steps)

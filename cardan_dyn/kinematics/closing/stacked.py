@@ -57,7 +57,8 @@ def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
     """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
 
     Inverses are pseudoinverses where p < R or where a matrix is exactly singular. Condition numbers
-    are in the Frobenius norm of square regular matrices, else ratios of singular values.
+    are in the Frobenius norm of square regular matrices, else ratios of singular values. Of a
+    matrix that is not finite, inverse and condition number are none.
 
     Args:
         rows: transposed closure matrices `(N, p, R)`, p ≤ R.
@@ -70,6 +71,7 @@ def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
             return inverse, np.zeros((count, r, 0)), condition_numbers(rows, inverse, scale)
         except np.linalg.LinAlgError:
             pass  # One of them is exactly singular; pseudoinverses exist all the same.
+    rows, is_finite = _finite(rows)
     left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
     size = min(p, r)
     greatest = values[:, :1] if size else np.ones((count, 1))
@@ -82,6 +84,7 @@ def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
     condition = np.divide(
         greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
     )
+    inverse[~is_finite] = condition[~is_finite] = np.nan
     return inverse, transposed(right[:, p:]), condition
 
 
@@ -109,6 +112,7 @@ def factorised_with_spins(
             return inverse, null, condition_numbers(rows, inverse, scale)
         except np.linalg.LinAlgError:
             pass
+    rows, is_finite = _finite(rows)
     closure, turning = rows[:, :, :-spins], rows[:, :, -spins:]
     left, values, right = np.linalg.svd(closure if scale is None else closure * scale)
     idle = left[..., p - spins :]
@@ -126,7 +130,18 @@ def factorised_with_spins(
     if rank:
         least, condition = values[:, rank - 1], np.full(count, np.inf)
         np.divide(values[:, 0], least, out=condition, where=least > 0.0)
-    return np.concatenate([inverse, unit_spins], axis=1), transposed(right[:, rank:]), condition
+    inverse = np.concatenate([inverse, unit_spins], axis=1)
+    inverse[~is_finite] = condition[~is_finite] = np.nan
+    return inverse, transposed(right[:, rank:]), condition
+
+
+def _finite(matrices: Array) -> tuple[Array, Array]:
+    """Return matrices `(N, i, j)` with zeros for those that are not finite, and which are `(N,)`.
+
+    Of any other, singular values would be refused for all.
+    """
+    is_finite: Array = np.asarray(np.all(np.isfinite(matrices), axis=(1, 2)))
+    return np.where(is_finite[:, None, None], matrices, 0.0), is_finite
 
 
 def ranks(rows: Array) -> Array:

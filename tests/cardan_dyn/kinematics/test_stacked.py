@@ -9,6 +9,7 @@ from cardan_dyn.kinematics.closing.stacked import (
     apart,
     condition_numbers,
     factorised,
+    factorised_with_spins,
     is_near,
     refined,
     same_side,
@@ -52,6 +53,21 @@ def test_singular_matrices_among_regular_ones() -> None:
     assert condition[0] == pytest.approx(2.0)
     assert condition[1] > 1e15 and condition[2] == np.inf
     assert null.shape == (3, 2, 0)
+
+
+@pytest.mark.parametrize("scale", [None, np.array([[1.0], [2.0]])])
+def test_what_is_not_a_number_stays_so_and_spoils_no_other(scale: np.ndarray | None) -> None:
+    """Also where another matrix is singular, and of matrices that are not square."""
+    square, wide = random(3, 2, 2), random(3, 2, 4)
+    square[2] = 0.0
+    for matrices in (square, wide):
+        matrices[1, 0, 1] = np.nan
+        inverse, _, condition = factorised(matrices, scale)
+        np.testing.assert_allclose(matrices[0] @ inverse[0], np.eye(2), atol=1e-12)
+        assert np.all(np.isnan(inverse[1])) and np.isnan(condition[1])
+    inverse, _, condition = factorised_with_spins(square, scale, 1)
+    assert np.all(np.isnan(inverse[1])) and np.isnan(condition[1])
+    assert np.all(np.isfinite(inverse[[0, 2]])) and np.isfinite(condition[0])
 
 
 def test_matrices_without_rows_or_without_columns() -> None:
