@@ -68,6 +68,13 @@ _MOST_AROUND = 3
 and it takes the time of a Newton step to read what is known at eight of them."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
+_MOST_MARKS = 16
+"""Greatest key of points, in samples, up to which they are marked in an array of all keys: that
+takes a tenth of the time of sorting where they are few."""
+_MOST_KEPT = 2_000_000
+"""Numbers that are known at the points of a lattice, up to which it is kept for later calls."""
+_MOST_LATTICES = 4
+"""Lattices that are kept: a call that finds no point takes two or three of them."""
 _MOST_PASSED = 100_000
 """Points that the lines pass which are worked on at a time."""
 
@@ -114,6 +121,7 @@ def near_lattices(
     units: Array,
     legs: Sequence[list[int]],
     turn: Turn | None = None,
+    kept: Kept | None = None,
 ) -> tuple[Array, Array]:
     """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
@@ -128,6 +136,7 @@ def near_lattices(
         units: `(d,)` displacements of the drives that count as one radian [rad or m].
         legs: likewise.
         turn: a drive whose whole turns were taken off; it moves last, and alone.
+        kept: likewise.
     """
     x, left = np.full((len(positions), start.size), np.nan), np.full(len(positions), np.inf)
     rest, spacing = np.arange(len(positions)), np.inf
@@ -135,7 +144,7 @@ def near_lattices(
     while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
         spacing = found
         common = kinematics, start, columns
-        given = *common, positions[rest], spacing * units, legs, turn
+        given = *common, positions[rest], spacing * units, legs, turn, kept
         rest = rest[~near_lattice(x, left, rest, *given)]
         if turn is not None and len(rest) < _FEW * len(positions):
             break
@@ -153,6 +162,7 @@ def near_lattice(
     units: Array,
     legs: Sequence[list[int]],
     turn: Turn | None = None,
+    kept: Kept | None = None,
 ) -> Array:
     """Write coordinates one Newton step from a guess between lattice points into some rows.
 
@@ -167,6 +177,8 @@ def near_lattice(
         units: `(d,)` spacing of the lattice [rad or m].
         legs: sets of drives that move one after the other.
         turn: see `near_lattices`.
+        kept: lattices of earlier calls with the same kinematics, start and legs, to which this one
+            is added.
 
     Returns:
         `(K,)` which rows lie at the end of a sample's line.
@@ -179,9 +191,7 @@ def near_lattice(
     alone = legs[-1] if len(legs) > 1 and len(legs[-1]) == 1 else []
     beside = nearest.copy()
     beside[:, alone] = 0.0
-    _, chosen, column_of = np.unique(
-        _keys(beside, *_box(beside)), return_index=True, return_inverse=True
-    )
+    _, chosen, column_of = different(_keys(beside, *_box(beside)))
     ends = np.zeros((0, len(columns)))
     if turn is not None:
         if len(chosen) * (2.0 * steps + 1.0) * _FEWEST_PER_POINT > count:
@@ -191,7 +201,14 @@ def near_lattice(
         ends = ends.reshape(-1, len(columns))
     lines, end_of = lines_to(np.concatenate([nearest, ends]), legs)
     points = _Points(kinematics, start, columns, lines, units)
+    key = units.tobytes()
+    if kept is not None and key in kept:
+        points.take(kept[key])
     is_good = points.closed_along()
+    if kept is not None and points.numbers <= _MOST_KEPT:
+        if key not in kept and len(kept) >= _MOST_LATTICES:
+            kept.clear()
+        kept[key] = points
     leads = lines.lead_there(is_good)[end_of]
     is_there = leads[:count]
     if alone:
@@ -223,6 +240,7 @@ class _Points:
     Attributes:
         x: `(M, size)` closed coordinates.
         is_closed: `(M,)` whether they are known.
+        is_good: `(E,)` whether steps along the lines are safe, as far as they were tried.
     """
 
     def __init__(
@@ -251,6 +269,30 @@ class _Points:
         state = kinematics.evaluate(start[None, :])
         self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
         self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
+        self.is_good = np.zeros(len(lines.first), dtype=bool)
+        self._is_tried = self.is_good.copy()
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers are known at the points."""
+        return self._jets.size + sum(inverse.size for inverse in self._inverses)
+
+    def take(self, known: _Points) -> None:
+        """Take over what is known at the same points and steps of the same lattice."""
+        lines, others = self._lines, known._lines
+        index, is_here = lines.index_of(others.points)
+        to, of = index[is_here], np.flatnonzero(is_here)
+        mine = [self.x, self.is_closed, self._jets, self._nearness, *self._inverses]
+        theirs = [known.x, known.is_closed, known._jets, known._nearness, *known._inverses]
+        for values, own in zip(mine, theirs, strict=True):
+            values[to] = own[of]
+        numbers = lines.first * len(lines.keys) + lines.second
+        wanted = index[others.first] * len(lines.keys) + index[others.second]
+        step = np.minimum(np.searchsorted(numbers, wanted), len(numbers) - 1)
+        is_same = is_here[others.first] & is_here[others.second] & known._is_tried
+        is_same &= numbers[step] == wanted
+        self.is_good[step[is_same]] = known.is_good[is_same]
+        self._is_tried[step[is_same]] = True
 
     def closed_along(self) -> Array:
         """Close the loops at all points that safe steps lead to.
@@ -258,9 +300,7 @@ class _Points:
         Returns:
             `(E,)` which steps are safe.
         """
-        lines = self._lines
-        is_good = np.zeros(len(lines.first), dtype=bool)
-        is_tried = is_good.copy()
+        lines, is_good, is_tried = self._lines, self.is_good, self._is_tried
         while True:
             is_open = ~self.is_closed[lines.second]
             waiting = np.nonzero(self.is_closed[lines.first] & is_open & ~is_tried)[0]
@@ -274,6 +314,7 @@ class _Points:
         is_known = self.is_closed[lines.first] & self.is_closed[lines.second]
         for block in _blocks(np.nonzero(is_known & ~is_tried)[0]):
             is_good[block] = self._agree(lines.first[block], lines.second[block])
+        is_tried |= is_known
         return is_good
 
     def nearness_along(self, columns: Array, alone: list[int]) -> Array:
@@ -444,6 +485,10 @@ class _Points:
         self._nearness[points] = moved * state.condition[chosen, None]
 
 
+Kept = dict[bytes, _Points]
+"""Lattices by their spacing, for later calls."""
+
+
 def _hermite(share: Array, way: Array) -> tuple[Array, ...]:
     """Return weights of what is known at one of two points between which is interpolated.
 
@@ -596,9 +641,7 @@ def lines_to(nearest: Array, legs: Sequence[list[int]]) -> tuple[LatticeLines, A
         legs: sets of drives that move one after the other.
     """
     low, factors = _box(nearest)
-    _, chosen, end_of = np.unique(
-        _keys(nearest, low, factors), return_index=True, return_inverse=True
-    )
+    _, chosen, end_of = different(_keys(nearest, low, factors))
     ends = nearest[chosen]
     lengths = np.stack([np.max(np.abs(ends[:, leg]), axis=1) for leg in legs], axis=1).astype(int)
     ways = _Ways(ends, lengths, legs, low, factors)
@@ -616,12 +659,42 @@ def lines_to(nearest: Array, legs: Sequence[list[int]]) -> tuple[LatticeLines, A
 
 def count_of(nearest: Array) -> int:
     """Return how many different lattice points there are among `(N, d)`."""
-    return len(np.unique(_keys(nearest, *_box(nearest))))
+    keys = _keys(nearest, *_box(nearest))
+    marks = _marks(keys)
+    return len(np.unique(keys)) if marks is None else int(np.count_nonzero(marks))
+
+
+def different(keys: Array) -> tuple[Array, Array, Array]:
+    """Return the different ones of whole numbers `(N,)`, none below 0, as `np.unique` does.
+
+    Returns:
+        They, ascending; the first place of each among all; and `(N,)` which of them each one is.
+    """
+    marks = _marks(keys)
+    if marks is None:
+        return np.unique(keys, return_index=True, return_inverse=True)
+    found = np.flatnonzero(marks)
+    of = (np.cumsum(marks) - 1)[keys]
+    first = np.empty(len(found), dtype=np.intp)
+    # The last one that is written to a place stays there.
+    first[of[::-1]] = np.arange(len(keys) - 1, -1, -1)
+    return found, first, of
+
+
+def _marks(keys: Array) -> Array | None:
+    """Return which whole numbers from 0 on are among keys; None where sorting takes less time."""
+    most = int(np.max(keys, initial=0))
+    if most > _MOST_MARKS * len(keys):
+        return None
+    marks = np.zeros(1 + most, dtype=bool)
+    marks[keys] = True
+    return marks
 
 
 def _united(sets: Sequence[Array]) -> Array:
     """Return the different ones of whole numbers, ascending."""
-    return np.unique(np.concatenate([np.zeros(0, dtype=int), *map(np.unique, sets)]))
+    found = [different(own)[0] for own in sets]
+    return found[0] if len(found) == 1 else np.unique(np.concatenate([np.zeros(0, int), *found]))
 
 
 def _box(points: Array) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ def scene_at(frame: float) -> cd.Scene:
 def search(scene: cd.Scene) -> TurnSearch:
     part = scene.solver.of_varied(("frame",)).assembly._cache._parts[0]
     kinematics, columns = part._kinematics, part._drive_columns
-    return TurnSearch(kinematics, part._start, columns, part._held, part._driven[0], TURN)
+    return TurnSearch(kinematics, part._start, columns, part._held, part._driven[0], TURN, [])
 
 
 def turns_of(finder: TurnSearch, rows: np.ndarray) -> DesignTurns:
