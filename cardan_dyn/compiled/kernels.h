@@ -23,6 +23,7 @@
     WITH(reactions) \
     WITH(refined) \
     WITH(rows) \
+    WITH(same_side) \
     WITH(within)
 
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);

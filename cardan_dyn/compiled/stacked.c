@@ -118,3 +118,82 @@ done:
     release(&held);
     return answer;
 }
+
+/* The sign of the determinant of a matrix (n, n), which is overwritten; 0 if it is none. */
+static int sign_of(double *matrix, Py_ssize_t n)
+{
+    int sign = 1;
+    for (Py_ssize_t k = 0; k < n; k++) {
+        Py_ssize_t pivot = k;
+        double greatest = fabs(matrix[k * n + k]);
+        for (Py_ssize_t i = k + 1; i < n; i++) {
+            double size = fabs(matrix[i * n + k]);
+            if (size > greatest || size != size) {
+                greatest = size;
+                pivot = i;
+            }
+        }
+        /* Written so that what is not a number has no sign. */
+        if (!(greatest > 0.0))
+            return 0;
+        double *upper = matrix + k * n, *other = matrix + pivot * n;
+        if (pivot != k) {
+            for (Py_ssize_t j = k; j < n; j++) {
+                double exchanged = upper[j];
+                upper[j] = other[j];
+                other[j] = exchanged;
+            }
+            sign = -sign;
+        }
+        if (upper[k] < 0.0)
+            sign = -sign;
+        for (Py_ssize_t i = k + 1; i < n; i++) {
+            double *row = matrix + i * n, factor = row[k] / upper[k];
+            if (factor != 0.0)
+                for (Py_ssize_t j = k + 1; j < n; j++)
+                    row[j] -= factor * upper[j];
+        }
+    }
+    return sign;
+}
+
+/* same_side(rows (N, p, R), inverses (N, R, p), result (N,)): 1 where their products have positive
+   determinants, else 0. */
+PyObject *same_side(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 3)
+    Array arrays[3];
+    Held held = {arrays, 0};
+    PyObject *answer = NULL;
+    double *product = NULL;
+    for (int k = 0; k < 3; k++)
+        if (!take(&held, given[k], k < 2 ? 3 : 1, k == 2))
+            goto done;
+    Array *A = arrays, *B = arrays + 1, *result = arrays + 2;
+    Py_ssize_t count = result->size[0], p = A->size[1], columns = A->size[2];
+    if (has_size(A, 0, count, 1) || has_size(B, 0, count, 1) || has_size(B, 1, columns, 0) ||
+        has_size(B, 2, p, 0))
+        goto done;
+    product = malloc(sizeof(double) * (p * p + 1));
+    if (!product) {
+        PyErr_NoMemory();
+        goto done;
+    }
+    for (Py_ssize_t sample = 0; sample < count; sample++) {
+        const double *a = A->at + sample * A->step[0], *b = B->at + sample * B->step[0];
+        memset(product, 0, sizeof(double) * p * p);
+        for (Py_ssize_t i = 0; i < p; i++)
+            for (Py_ssize_t k = 0; k < columns; k++) {
+                double factor = a[i * A->step[1] + k * A->step[2]];
+                for (Py_ssize_t j = 0; j < p; j++)
+                    product[i * p + j] += factor * b[k * B->step[1] + j * B->step[2]];
+            }
+        result->at[sample * result->step[0]] = sign_of(product, p) > 0;
+    }
+    answer = Py_NewRef(Py_None);
+done:
+    free(product);
+    release(&held);
+    return answer;
+}

@@ -15,7 +15,7 @@ from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import TURN, Branch, whole_turns
 from .drive_motion import Followed, turned_back, turns_freely
-from .lattice import Kept, Turn, near_lattices, spacing_for
+from .lattice import KeptLattices, Turn, near_lattices, spacing_for
 from .lines import (
     MOST_CORRECTIONS,
     NEAR,
@@ -121,7 +121,7 @@ class JointMotion:
         # The start and the last single position, for the kinematics of one scene.
         self._known: tuple[Kinematics, Kinematics] | None = None
         self._at_start: ClosedState | None = None
-        self._lattices: Kept = {}
+        self._lattices = KeptLattices()
         # Designs that represented others, by the drive that turned.
         self._represented: dict[int, list[Represented]] = {}
         self._last: _Last | None = None
@@ -220,9 +220,14 @@ class JointMotion:
 
     def _is_dense(self, index: int, own: Array, design_of: Array) -> bool:
         """Return whether a lattice serves designs at positions `(N, d)` of a drive alone."""
-        if not self._held or self._driven != [index] or self._lines_pay(own, design_of):
+        if not self._may_be_dense(index, own, design_of):
             return False
         return spacing_for((own - self._start[self._drive_columns]) / self._units) is not None
+
+    def _may_be_dense(self, index: int, own: Array, design_of: Array) -> bool:
+        """Return the same as far as their number tells."""
+        only = bool(self._held) and self._driven == [index]
+        return only and not self._lines_pay(own, design_of)
 
     def _turn_designs(
         self,
@@ -254,11 +259,10 @@ class JointMotion:
         back[:, index] = turned_back(own[:, index], taken, period)
         is_open, near = taken != 0.0, None
         common = self._start, self._drive_columns
-        if self._is_dense(index, back, design_of):
+        if self._may_be_dense(index, back, design_of):
             known, legs = self._known_part(kinematics), [self._held, self._driven]
             turn = Turn(index, period, taken, turns)
-            given = back, self._units, legs, turn, self._lattices
-            near = near_lattices(known, *common, *given)
+            near = near_lattices(known, *common, back, self._units, legs, turn, self._lattices)
             is_served = ~np.isnan(near[0][:, column])
             own[is_served] = back[is_served]
             if np.any(is_served):
@@ -327,7 +331,7 @@ class JointMotion:
         if self._known is None or self._known[0] is not kinematics:
             self._known = kinematics, kinematics.part(self._drives, self.groups)
             self._at_start, self._last = None, None
-            self._lattices = {}
+            self._lattices = KeptLattices()
         return self._known[1]
 
     def _near_last(self, known: Kinematics, own: Array) -> Reached | None:
@@ -562,24 +566,22 @@ class Represented(NamedTuple):
     """Designs that represented others.
 
     Attributes:
-        index: of each, by the bytes of its held joints' positions.
+        places: of each, by the bytes of its held joints' positions.
         found: see `TurnSearch._each`; None of no designs.
     """
 
-    index: dict[bytes, int]
+    places: dict[bytes, int]
     found: tuple[DesignTurns, Array, Curves] | None
 
-    def with_more(
-        self, keys: list[bytes], found: tuple[DesignTurns, Array, Curves]
-    ) -> Represented:
+    def with_more(self, keys: list[bytes], found: tuple[DesignTurns, Array, Curves]) -> Represented:
         """Return these designs and others, whose keys are not among them."""
-        index = {**self.index, **{key: len(self.index) + k for k, key in enumerate(keys)}}
+        places = {**self.places, **{key: len(self.places) + k for k, key in enumerate(keys)}}
         if self.found is None:
-            return Represented(index, found)
+            return Represented(places, found)
         (own, condition, curves), (more, others, more_curves) = self.found, found
         turns = DesignTurns(*(np.concatenate(pair) for pair in zip(own, more, strict=True)))
         conditions = np.concatenate([condition, others])
-        return Represented(index, (turns, conditions, curves.with_more(more_curves)))
+        return Represented(places, (turns, conditions, curves.with_more(more_curves)))
 
 
 class TurnSearch(NamedTuple):
@@ -673,15 +675,15 @@ class TurnSearch(NamedTuple):
         `(K,)`, at positions `(K, d)`.
         """
         known = self.kept[0] if self.kept else None
-        if known is None or len(known.index) + len(middles) > _MOST_KEPT:
+        if known is None or len(known.places) + len(middles) > _MOST_KEPT:
             known = Represented({}, None)
         keys = [middle.tobytes() for middle in middles]
-        (missing,) = np.nonzero([key not in known.index for key in keys])
+        (missing,) = np.nonzero([key not in known.places for key in keys])
         if missing.size:
             found = self._each(middles[missing])
             known = known.with_more([keys[k] for k in missing], found)
-        self.kept[:] = [known][: len(known.index) <= _MOST_KEPT]
-        own = np.array([known.index[key] for key in keys], dtype=int)
+        self.kept[:] = [known][: len(known.places) <= _MOST_KEPT]
+        own = np.array([known.places[key] for key in keys], dtype=int)
         assert known.found is not None
         turns, condition, curves = known.found
         ahead = positions[:, self.drive] - self.start[self.columns[self.drive]]

@@ -79,19 +79,21 @@ _MOST_PASSED = 100_000
 """Points that the lines pass which are worked on at a time."""
 
 
-def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
+def spacing_for(ahead: Array, finer_than: float = np.inf, before: int = 0) -> float | None:
     """Return the spacing [rad] of a lattice that pays for samples, None if none does.
 
     Args:
         ahead: `(N, d)` displacements of the drives from the start, slides in lengths.
         finer_than: spacing that was too coarse for these samples [rad].
+        before: samples of earlier calls, which let expect as many in later ones.
     """
-    spacing = min(_GREATEST_SPACING, 0.5 * finer_than)
+    spacing, samples = min(_GREATEST_SPACING, 0.5 * finer_than), len(ahead) + before
     if spacing < _SMALLEST_SPACING or _count(ahead, spacing) * _FEWEST_PER_POINT > len(ahead):
         return None
-    farthest = float(np.max(np.abs(ahead), initial=0.0))
-    least = 2.0 * max(_SMALLEST_SPACING, farthest * _SAMPLES_PER_STEP / max(1, len(ahead)))
-    while spacing >= least and _count(ahead, 0.5 * spacing) * _SAMPLES_PER_POINT <= len(ahead):
+    farthest = max((float(np.max(np.abs(column), initial=0.0)) for column in ahead.T), default=0.0)
+    least = 2.0 * max(_SMALLEST_SPACING, farthest * _SAMPLES_PER_STEP / max(1, samples))
+    most = min(samples / _SAMPLES_PER_POINT, len(ahead) / _FEWEST_PER_POINT)
+    while spacing >= least and _count(ahead, 0.5 * spacing) <= most:
         spacing *= 0.5
     return spacing
 
@@ -121,7 +123,7 @@ def near_lattices(
     units: Array,
     legs: Sequence[list[int]],
     turn: Turn | None = None,
-    kept: Kept | None = None,
+    kept: KeptLattices | None = None,
 ) -> tuple[Array, Array]:
     """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
@@ -140,8 +142,10 @@ def near_lattices(
     """
     x, left = np.full((len(positions), start.size), np.nan), np.full(len(positions), np.inf)
     rest, spacing = np.arange(len(positions)), np.inf
-    ahead = (positions - start[columns]) / units
-    while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
+    ahead, before = (positions - start[columns]) / units, 0
+    if kept is not None:
+        before, kept.samples = kept.samples, kept.samples + len(positions)
+    while rest.size and (found := spacing_for(ahead[rest], spacing, before)) is not None:
         spacing = found
         common = kinematics, start, columns
         given = *common, positions[rest], spacing * units, legs, turn, kept
@@ -162,7 +166,7 @@ def near_lattice(
     units: Array,
     legs: Sequence[list[int]],
     turn: Turn | None = None,
-    kept: Kept | None = None,
+    kept: KeptLattices | None = None,
 ) -> Array:
     """Write coordinates one Newton step from a guess between lattice points into some rows.
 
@@ -199,17 +203,9 @@ def near_lattice(
         ends = np.repeat(beside[chosen][None], 2, axis=0)
         ends[:, :, turn.drive] = np.array([[-steps], [steps]])
         ends = ends.reshape(-1, len(columns))
-    lines, end_of = lines_to(np.concatenate([nearest, ends]), legs)
-    points = _Points(kinematics, start, columns, lines, units)
-    key = units.tobytes()
-    if kept is not None and key in kept:
-        points.take(kept[key])
-    is_good = points.closed_along()
-    if kept is not None and points.numbers <= _MOST_KEPT:
-        if key not in kept and len(kept) >= _MOST_LATTICES:
-            kept.clear()
-        kept[key] = points
-    leads = lines.lead_there(is_good)[end_of]
+    common = kinematics, start, columns
+    points, end_of = _points_to(np.concatenate([nearest, ends]), *common, units, legs, kept)
+    leads, lines = points.leads[end_of], points.lines
     is_there = leads[:count]
     if alone:
         away = np.abs(ahead - nearest)
@@ -234,13 +230,58 @@ def near_lattice(
     return np.asarray(is_there)
 
 
+def _points_to(
+    nearest: Array,
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    units: Array,
+    legs: Sequence[list[int]],
+    kept: KeptLattices | None,
+) -> tuple[_Points, Array]:
+    """Return lattice points on the lines to some of them `(N, d)`, closed.
+
+    Points that were known from earlier calls stay among them.
+
+    Args:
+        nearest: where lines end.
+        kinematics: see `near_lattice`, as for the others.
+        start: likewise.
+        columns: likewise.
+        units: likewise.
+        legs: likewise.
+        kept: likewise.
+
+    Returns:
+        The points, and `(N,)` which line leads to each.
+    """
+    known = None if kept is None else kept.of(units)
+    _, chosen, end_of = different(_keys(nearest, *_box(nearest)))
+    ends = nearest[chosen]
+    if known is not None:
+        line, is_known = known.lines.line_to(ends)
+        if np.all(is_known):
+            return known, line[end_of]
+        both = np.concatenate([ends, known.lines.ways.ends])
+        known = known if _have_keys(np.abs(both)) else None
+        ends = ends if known is None else both
+    lines, line = lines_to(ends, legs)
+    points = _Points(kinematics, start, columns, lines, units)
+    if known is not None:
+        points.take(known)
+    points.close_along()
+    if kept is not None:
+        kept.keep(points, units)
+    return points, line[end_of]
+
+
 class _Points:
     """The mechanism at lattice points, with its derivatives there.
 
     Attributes:
+        lines: that pass them.
         x: `(M, size)` closed coordinates.
         is_closed: `(M,)` whether they are known.
-        is_good: `(E,)` whether steps along the lines are safe, as far as they were tried.
     """
 
     def __init__(
@@ -256,7 +297,7 @@ class _Points:
         With units `(d,)`: the spacing of the lattice [rad or m].
         """
         self._kinematics, self._columns = kinematics, columns
-        self._lines, self._units, self._origin = lines, units, start[columns]
+        self.lines, self._units, self._origin = lines, units, start[columns]
         count, d = lines.points.shape
         self.x = np.repeat(start[None, :], count, axis=0)
         self.is_closed = ~np.any(lines.points, axis=1)
@@ -269,8 +310,9 @@ class _Points:
         state = kinematics.evaluate(start[None, :])
         self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
         self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
-        self.is_good = np.zeros(len(lines.first), dtype=bool)
-        self._is_tried = self.is_good.copy()
+        self._is_good = np.zeros(len(lines.first), dtype=bool)
+        # Whether steps along the lines are safe, and were tried, `(E,)` each.
+        self._is_tried = self._is_good.copy()
 
     @property
     def numbers(self) -> int:
@@ -279,7 +321,7 @@ class _Points:
 
     def take(self, known: _Points) -> None:
         """Take over what is known at the same points and steps of the same lattice."""
-        lines, others = self._lines, known._lines
+        lines, others = self.lines, known.lines
         index, is_here = lines.index_of(others.points)
         to, of = index[is_here], np.flatnonzero(is_here)
         mine = [self.x, self.is_closed, self._jets, self._nearness, *self._inverses]
@@ -291,16 +333,17 @@ class _Points:
         step = np.minimum(np.searchsorted(numbers, wanted), len(numbers) - 1)
         is_same = is_here[others.first] & is_here[others.second] & known._is_tried
         is_same &= numbers[step] == wanted
-        self.is_good[step[is_same]] = known.is_good[is_same]
+        self._is_good[step[is_same]] = known._is_good[is_same]
         self._is_tried[step[is_same]] = True
 
-    def closed_along(self) -> Array:
-        """Close the loops at all points that safe steps lead to.
+    @cached_property
+    def leads(self) -> Array:
+        """On which lines `(L,)` all steps are safe."""
+        return self.lines.lead_there(self._is_good)
 
-        Returns:
-            `(E,)` which steps are safe.
-        """
-        lines, is_good, is_tried = self._lines, self.is_good, self._is_tried
+    def close_along(self) -> None:
+        """Close the loops at all points that safe steps lead to."""
+        lines, is_good, is_tried = self.lines, self._is_good, self._is_tried
         while True:
             is_open = ~self.is_closed[lines.second]
             waiting = np.nonzero(self.is_closed[lines.first] & is_open & ~is_tried)[0]
@@ -315,7 +358,6 @@ class _Points:
         for block in _blocks(np.nonzero(is_known & ~is_tried)[0]):
             is_good[block] = self._agree(lines.first[block], lines.second[block])
         is_tried |= is_known
-        return is_good
 
     def nearness_along(self, columns: Array, alone: list[int]) -> Array:
         """Return how near singular configurations are to columns of points.
@@ -327,7 +369,7 @@ class _Points:
         Returns:
             `(C, d)` greatest product of the condition number and how far joints move per spacing.
         """
-        points = np.concatenate([columns, self._lines.points])
+        points = np.concatenate([columns, self.lines.points])
         points[:, alone] = 0.0
         _, of = np.unique(_keys(points, *_box(points)), return_inverse=True)
         greatest = np.zeros((1 + int(np.max(of)), len(self._columns)))
@@ -374,9 +416,9 @@ class _Points:
     @cached_property
     def _plan(self) -> Plan:
         """What the compiled function `lattice` works along."""
-        _, _, _, _, ways, keys = self._lines
+        _, _, _, _, ways, keys = self.lines
         scale = self._kinematics.coordinates.scale
-        numbers = [self._lines.points.ravel(), ways.low, self._units, self._origin, scale]
+        numbers = [self.lines.points.ravel(), ways.low, self._units, self._origin, scale]
         return Plan([np.array(self._columns), keys, ways.factors], numbers)
 
     def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
@@ -411,7 +453,7 @@ class _Points:
         Returns:
             The coordinates, and `(N,)` whether all points around are known.
         """
-        d, lines = len(self._columns), self._lines
+        d, lines = len(self._columns), self.lines
         guess, is_known = self.x[points], np.full(len(points), d <= _MOST_AROUND)
         if d > _MOST_AROUND:
             return guess, is_known
@@ -433,7 +475,7 @@ class _Points:
 
     def _positions(self, points: Array) -> Array:
         """Return drive positions `(K, d)` of points [rad or m]."""
-        return np.asarray(self._origin + self._lines.points[points] * self._units)
+        return np.asarray(self._origin + self.lines.points[points] * self._units)
 
     def _close(self, first: Array, second: Array) -> Array:
         """Close the loops at points from other points; return `(K,)` whether it was safe."""
@@ -485,8 +527,30 @@ class _Points:
         self._nearness[points] = moved * state.condition[chosen, None]
 
 
-Kept = dict[bytes, _Points]
-"""Lattices by their spacing, for later calls."""
+class KeptLattices:
+    """Lattices that are kept for later calls.
+
+    Attributes:
+        samples: how many there were in earlier calls.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.samples = 0
+        self._lattices: dict[bytes, _Points] = {}
+
+    def of(self, units: Array) -> _Points | None:
+        """Return the lattice of a spacing `(d,)` [rad or m], if there is one."""
+        return self._lattices.get(units.tobytes())
+
+    def keep(self, points: _Points, units: Array) -> None:
+        """Keep the lattice of a spacing `(d,)` [rad or m] instead of what was known of it."""
+        self._lattices.pop(units.tobytes(), None)
+        if points.numbers <= _MOST_KEPT:
+            # Those come first which were kept longest ago.
+            for key in list(self._lattices)[: 1 - _MOST_LATTICES or None]:
+                del self._lattices[key]
+            self._lattices[units.tobytes()] = points
 
 
 def _hermite(share: Array, way: Array) -> tuple[Array, ...]:
@@ -531,11 +595,15 @@ def _weights(along: list[list[Array]]) -> Array:
 
 def _count(ahead: Array, spacing: float) -> float:
     """Return how many lattice points displacements `(N, d)` lie near; inf if they are too far."""
-    nearest = np.rint(ahead / spacing)
-    spans = 1.0 + np.max(np.abs(nearest), axis=0, initial=0.0)
-    if not np.prod(2.0 * spans) < _MOST_KEYS:
-        return np.inf
-    return count_of(nearest)
+    # Columns in a row, since NumPy takes ten times as long for rows of a few numbers.
+    nearest = np.rint(ahead.T / spacing).T
+    return count_of(nearest) if _have_keys(np.abs(nearest)) else np.inf
+
+
+def _have_keys(sizes: Array) -> bool:
+    """Return whether there are whole numbers for lattice points of such coordinates `(N, d)`."""
+    spans = [1.0 + np.max(column, initial=0.0) for column in sizes.T]
+    return bool(np.prod(2.0 * np.array(spans)) < _MOST_KEYS)
 
 
 def _blocks(indices: Array) -> list[Array]:
@@ -623,6 +691,13 @@ class LatticeLines(NamedTuple):
         # Points outside the box of the lines may have the key of another one.
         return index, np.all(self.points[index] == points, axis=1)
 
+    def line_to(self, points: Array) -> tuple[Array, Array]:
+        """Return which line (index) ends at lattice points `(N, d)`, and whether one does."""
+        index, is_there = self.index_of(points)
+        # Both ascend by their keys.
+        line = np.minimum(np.searchsorted(self.ends, index), len(self.ends) - 1)
+        return line, is_there & (self.ends[line] == index)
+
     def lead_there(self, is_good: Array) -> Array:
         """Return `(L,)` on which lines all steps are good, of which `(E,)` are."""
         numbers = self.first * len(self.keys) + self.second
@@ -699,8 +774,9 @@ def _united(sets: Sequence[Array]) -> Array:
 
 def _box(points: Array) -> tuple[Array, Array]:
     """Return the least coordinates of points `(N, d)` and the start, and factors of their keys."""
-    low = np.min(points, axis=0, initial=0.0)
-    spans = np.max(points, axis=0, initial=0.0) - low + 1.0
+    # NumPy takes ten times as long for all columns at once.
+    low = np.array([np.min(column, initial=0.0) for column in points.T])
+    spans = np.array([np.max(column, initial=0.0) for column in points.T]) - low + 1.0
     return low, np.concatenate([[1.0], np.cumprod(spans[:-1])]).astype(np.int64)
 
 

@@ -308,9 +308,7 @@ def samples_on_lines(
     return reached
 
 
-def curves_along(
-    kinematics: Kinematics, starts: Array, columns: list[int], ends: Array
-) -> Curves:
+def curves_along(kinematics: Kinematics, starts: Array, columns: list[int], ends: Array) -> Curves:
     """Return straight lines with what is interpolated on them; arguments as `samples_on_lines`."""
     size, whole = starts.shape[1], []
     for first in range(0, len(ends), BLOCK_SIZE):
