@@ -16,7 +16,7 @@ _STALE = 1e-8
 """Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
 refinement squares this error, to 1e-16."""
 
-_FEW_ROWS = 12
+_FEW_ROWS = 48
 """Rows up to which compiled functions compare signs of determinants."""
 _FEW_NUMBERS = 48
 """Rows times right-hand sides up to which compiled functions solve: NumPy's are made for more."""

@@ -73,7 +73,8 @@ class JointMotion:
     The configuration at a sample is reached from the start: held joints first move to their
     positions along a straight line, then the drives to theirs. Before the latter, whole turns are
     taken off the drives that bring the mechanism back to itself when they turn alone, from there;
-    where the rest of the way is not open, the drives move along the whole straight line.
+    where the rest of the way is not open, the drives move along the whole straight line. Lattices
+    and designs that represented others are kept for later calls.
 
     Attributes:
         groups: indices of the groups whose passives they move.

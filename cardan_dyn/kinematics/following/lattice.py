@@ -7,7 +7,8 @@ So no line is farther than the lattice's spacing from the sample's own, and as o
 every step from point to point is tried: a line one step of which is not safe is not used. Where a
 drive moves last and alone, nothing singular lies between its points and the samples beside them;
 whether the mechanism comes back after a turn is then the same for both. Guesses at samples are
-interpolated between the points around them.
+interpolated between the points around them. Points stay for later calls, and the more samples there
+were, the finer a lattice becomes, as the branch of a single drive does.
 
 It is there for speed alone: without it, sweeps of the universal joint over random input and joint
 angles took 1.3 times the processor time at 1000 samples, 2.7 times at 10 000 and 3.2 times at

@@ -8,6 +8,7 @@ import pytest
 from testkit.ball_rods import ALONG, WAYS
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 
 
 def spin_and_line(
@@ -68,3 +69,27 @@ def test_steps_towards_closed_loops_do_not_spin_the_rod() -> None:
     spin, line = spin_and_line(mechanism, x, v)
     assert abs(spin @ line) < 1e-15
     assert np.linalg.norm(spin) > 1e-3
+
+
+def test_settled_rods_take_no_steps_of_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between balls a spin is exact: what is measured after it says that the rod has settled."""
+    mechanism = cd.load(WAYS["balls"]())
+    scene = cd.Scene(mechanism, drive="a")
+    kinematics = scene.solver.assembly.kinematics
+    guess = np.repeat(mechanism.coordinates.neutral()[None, :], 20, axis=0)
+    guess[:, mechanism.coordinates.columns["a"]] += np.linspace(-0.3, 0.3, 20)[:, None]
+    settled = kinematics.close(guess, settles=True).x
+    (group,) = kinematics.evaluate(settled).groups
+    x, spun = settled.copy(), np.linspace(-0.005, 0.005, 20)[:, None]
+    group.solver._moves.apply(x, group.spun_back(spun))
+    assert np.max(np.abs(x - settled)) > 1e-3
+    evaluate, calls = GroupSolver.evaluate, []
+
+    def counted(self: GroupSolver, *given: object) -> object:
+        calls.append(1)
+        return evaluate(self, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(GroupSolver, "evaluate", counted)
+    found = kinematics.close(x, settles=True).x
+    assert len(calls) == 2
+    np.testing.assert_allclose(found, settled, atol=1e-14)
