@@ -54,8 +54,9 @@ _CLEAR = 0.15
 """How far apart closure equations may be (see `Kinematics.apart`) between two ways that lead to the
 same configuration. Where a singular configuration lay between them it would be at least 1; the rest
 is for how the equations change on both ways, of which only the greatest condition is known."""
-_MOST_KEPT = 1000
-"""Designs that represented others which are kept for later calls, each with some fifty steps."""
+_MOST_KEPT = 1_000_000
+"""Coefficients on the lines of designs that represented others up to which these are kept for later
+calls. A line has some 25 steps."""
 _LOOKS = 12
 """Positions on each half of a period at which it is looked how near a singular configuration is."""
 _ALL_OF_IT, _IS_THERE = np.ones(1), np.ones(1, dtype=bool)
@@ -645,7 +646,7 @@ class TurnSearch(NamedTuple):
         period, windings = np.zeros(len(rows)), np.zeros((len(rows), self.start.size))
         is_alone, rest = np.zeros(len(rows), dtype=bool), np.arange(len(rows))
         while rest.size and len(cells) * _FEWEST_AGAIN <= len(rest):
-            middles = cells * spacing / scale
+            middles = cells * spacing / scale + 0.0  # No negative zeros, which have other bytes.
             cell_of = np.full(len(rows), -1)
             cell_of[rest] = of_cell
             (own,) = np.nonzero(cell_of[of] >= 0)
@@ -675,18 +676,16 @@ class TurnSearch(NamedTuple):
         These are `(K, size)`, with the held joints as in the design (index) that represents each
         `(K,)`, at positions `(K, d)`.
         """
-        known = self.kept[0] if self.kept else None
-        if known is None or len(known.places) + len(middles) > _MOST_KEPT:
-            known = Represented({}, None)
+        known = self.kept[0] if self.kept else Represented({}, None)
         keys = [middle.tobytes() for middle in middles]
         (missing,) = np.nonzero([key not in known.places for key in keys])
         if missing.size:
             found = self._each(middles[missing])
             known = known.with_more([keys[k] for k in missing], found)
-        self.kept[:] = [known][: len(known.places) <= _MOST_KEPT]
         own = np.array([known.places[key] for key in keys], dtype=int)
         assert known.found is not None
         turns, condition, curves = known.found
+        self.kept[:] = [known][: curves.coefficients.size <= _MOST_KEPT]
         ahead = positions[:, self.drive] - self.start[self.columns[self.drive]]
         share = np.minimum(np.abs(ahead) / (0.5 * self.period), 1.0)
         x, _ = curves.at(OnLines(2 * own[of] + (ahead > 0.0), share))

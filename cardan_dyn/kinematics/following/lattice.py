@@ -72,7 +72,7 @@ _MOST_KEYS = 2**62
 _MOST_MARKS = 16
 """Greatest key of points, in samples, up to which they are marked in an array of all keys: that
 takes a tenth of the time of sorting where they are few."""
-_MOST_KEPT = 2_000_000
+_MOST_KEPT = 1_000_000
 """Numbers that are known at the points of a lattice, up to which it is kept for later calls."""
 _MOST_LATTICES = 4
 """Lattices that are kept: a call that finds no point takes two or three of them."""

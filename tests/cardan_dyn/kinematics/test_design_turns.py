@@ -131,7 +131,7 @@ def test_designs_that_represent_others_are_kept(
     followed.clear()
     finder.of_samples(positions, np.arange(len(beta)), closes=True)
     assert sum(followed) <= 12  # Those that nothing else represents.
-    monkeypatch.setattr("cardan_dyn.kinematics.following.joint_motion._MOST_KEPT", 3)
+    monkeypatch.setattr("cardan_dyn.kinematics.following.joint_motion._MOST_KEPT", 3000)
     finder.of_samples(positions, np.arange(len(beta)), closes=True)
     assert not finder.kept
 
