@@ -68,10 +68,9 @@ where hinges near their singular position magnify what is left, its square, a th
 _UNMOVED = 1e-12
 """Newton step [rad] up to which an idle rod stays where it settled. Where a rod settles depends on
 how its line lies, so each step turns it about that in proportion."""
-_AT_END, _STILL = 1e-14, 1e-13
-"""Newton step [rad], if it is no more than what the condition number makes of rounding, and angle
-[rad] of an idle rod, up to which a closed position that was measured is the settled one: another
-step would leave as much."""
+_STILL = 1e-13
+"""Angle [rad] of an idle rod up to which it has settled where the Newton step that was found there
+is the rounding of an angle: another step would leave as much."""
 _MOST_SETTLING = 40
 """Greatest number of such steps: half a turn takes seven of the longest ones."""
 _MOST_INVERTED = 48
@@ -453,8 +452,7 @@ class GroupSolver:
                 if stays is not None:
                     is_done |= stays
             elif settles:
-                is_still = sizes <= np.minimum(_AT_END, _EXACT * state.condition)
-                is_done |= is_still & (spins <= _STILL)
+                is_done |= (sizes <= _EXACT) & (spins <= _STILL)
                 if np.logical_and.reduce(is_done):
                     break
             if len(x) > 1:
