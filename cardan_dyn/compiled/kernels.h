@@ -24,6 +24,7 @@
     WITH(reactions) \
     WITH(refined) \
     WITH(rows) \
+    WITH(same_side) \
     WITH(within)
 
 /* What plans are of. */

@@ -16,6 +16,8 @@ _STALE = 1e-8
 """Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
 refinement squares this error, to 1e-16."""
 
+_FEW_ROWS = 48
+"""Rows up to which compiled functions compare signs of determinants."""
 _FEW_NUMBERS = 48
 """Rows times right-hand sides up to which compiled functions solve: NumPy's are made for more."""
 
@@ -30,7 +32,11 @@ def same_side(rows: Array, inverses: Array) -> Array:
         rows: `(N, p, R)` transposed closure matrices.
         inverses: `(N, R, p)` of those at the other positions.
     """
-    return np.linalg.det(np.matmul(rows, inverses)) > 0.0
+    if compiled.kernel is not None and rows.shape[1] <= _FEW_ROWS:
+        result = np.empty(len(inverses) if len(rows) == 1 else len(rows))
+        compiled.kernel.same_side(rows, inverses, result)
+        return np.asarray(result > 0.0)
+    return np.asarray(np.linalg.det(np.matmul(rows, inverses)) > 0.0)
 
 
 def apart(rows: Array, inverses: Array, scale: Array | None) -> Array:

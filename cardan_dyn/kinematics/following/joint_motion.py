@@ -15,16 +15,18 @@ from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import TURN, Branch, whole_turns
 from .drive_motion import Followed, turned_back, turns_freely
-from .lattice import Turn, near_lattices, spacing_for
+from .lattice import KeptLattices, Turn, near_lattices, spacing_for
 from .lines import (
     MOST_CORRECTIONS,
     NEAR,
+    Curves,
     OnLines,
     Reached,
     Rows,
     allowed_error,
     along_lines,
     beyond_reach,
+    curves_along,
     follow,
     samples_on_lines,
 )
@@ -52,6 +54,9 @@ _CLEAR = 0.15
 """How far apart closure equations may be (see `Kinematics.apart`) between two ways that lead to the
 same configuration. Where a singular configuration lay between them it would be at least 1; the rest
 is for how the equations change on both ways, of which only the greatest condition is known."""
+_MOST_KEPT = 1_000_000
+"""Coefficients on the lines of designs that represented others up to which these are kept for later
+calls. A line has some 25 steps."""
 _LOOKS = 12
 """Positions on each half of a period at which it is looked how near a singular configuration is."""
 _ALL_OF_IT, _IS_THERE = np.ones(1), np.ones(1, dtype=bool)
@@ -69,7 +74,8 @@ class JointMotion:
     The configuration at a sample is reached from the start: held joints first move to their
     positions along a straight line, then the drives to theirs. Before the latter, whole turns are
     taken off the drives that bring the mechanism back to itself when they turn alone, from there;
-    where the rest of the way is not open, the drives move along the whole straight line.
+    where the rest of the way is not open, the drives move along the whole straight line. Lattices
+    and designs that represented others are kept for later calls.
 
     Attributes:
         groups: indices of the groups whose passives they move.
@@ -117,6 +123,9 @@ class JointMotion:
         # The start and the last single position, for the kinematics of one scene.
         self._known: tuple[Kinematics, Kinematics] | None = None
         self._at_start: ClosedState | None = None
+        self._lattices = KeptLattices()
+        # Designs that represented others, by the drive that turned.
+        self._represented: dict[int, list[Represented]] = {}
         self._last: _Last | None = None
 
     @property
@@ -213,9 +222,14 @@ class JointMotion:
 
     def _is_dense(self, index: int, own: Array, design_of: Array) -> bool:
         """Return whether a lattice serves designs at positions `(N, d)` of a drive alone."""
-        if not self._held or self._driven != [index] or self._lines_pay(own, design_of):
+        if not self._may_be_dense(index, own, design_of):
             return False
         return spacing_for((own - self._start[self._drive_columns]) / self._units) is not None
+
+    def _may_be_dense(self, index: int, own: Array, design_of: Array) -> bool:
+        """Return the same as far as their number tells."""
+        only = bool(self._held) and self._driven == [index]
+        return only and not self._lines_pay(own, design_of)
 
     def _turn_designs(
         self,
@@ -247,10 +261,10 @@ class JointMotion:
         back[:, index] = turned_back(own[:, index], taken, period)
         is_open, near = taken != 0.0, None
         common = self._start, self._drive_columns
-        if self._is_dense(index, back, design_of):
+        if self._may_be_dense(index, back, design_of):
             known, legs = self._known_part(kinematics), [self._held, self._driven]
             turn = Turn(index, period, taken, turns)
-            near = near_lattices(known, *common, back, self._units, legs, turn)
+            near = near_lattices(known, *common, back, self._units, legs, turn, self._lattices)
             is_served = ~np.isnan(near[0][:, column])
             own[is_served] = back[is_served]
             if np.any(is_served):
@@ -259,7 +273,8 @@ class JointMotion:
                 near = None
         (rest,) = np.nonzero(is_open)
         if rest.size:
-            search = TurnSearch(self._kinematics, *common, self._held, index, period)
+            kept = self._represented.setdefault(index, [])
+            search = TurnSearch(self._kinematics, *common, self._held, index, period, kept)
             found, of, x = search.of_samples(back[rest], design_of[rest], near is not None)
             comes_back = found.period[of] > 0.0
             is_open = comes_back | (taken[rest] == 0.0)
@@ -293,7 +308,7 @@ class JointMotion:
             if not self._lines_pay(own, design_of):
                 legs = [leg for leg in (self._held, self._driven) if leg]
                 common = known, self._start, self._drive_columns
-                x, left = near_lattices(*common, own, self._units, legs)
+                x, left = near_lattices(*common, own, self._units, legs, None, self._lattices)
         is_there = ~np.isnan(x[:, self._drive_columns[0]])
         if np.any(is_there):
             self.amplitudes = np.max(np.abs(x[is_there]), axis=0)[None]
@@ -318,6 +333,7 @@ class JointMotion:
         if self._known is None or self._known[0] is not kinematics:
             self._known = kinematics, kinematics.part(self._drives, self.groups)
             self._at_start, self._last = None, None
+            self._lattices = KeptLattices()
         return self._known[1]
 
     def _near_last(self, known: Kinematics, own: Array) -> Reached | None:
@@ -548,6 +564,28 @@ class DesignTurns(NamedTuple):
     windings: Array
 
 
+class Represented(NamedTuple):
+    """Designs that represented others.
+
+    Attributes:
+        places: of each, by the bytes of its held joints' positions.
+        found: see `TurnSearch._each`; None of no designs.
+    """
+
+    places: dict[bytes, int]
+    found: tuple[DesignTurns, Array, Curves] | None
+
+    def with_more(self, keys: list[bytes], found: tuple[DesignTurns, Array, Curves]) -> Represented:
+        """Return these designs and others, whose keys are not among them."""
+        places = {**self.places, **{key: len(self.places) + k for k, key in enumerate(keys)}}
+        if self.found is None:
+            return Represented(places, found)
+        (own, condition, curves), (more, others, more_curves) = self.found, found
+        turns = DesignTurns(*(np.concatenate(pair) for pair in zip(own, more, strict=True)))
+        conditions = np.concatenate([condition, others])
+        return Represented(places, (turns, conditions, curves.with_more(more_curves)))
+
+
 class TurnSearch(NamedTuple):
     """Looks whether designs come back to themselves.
 
@@ -558,6 +596,7 @@ class TurnSearch(NamedTuple):
         held: indices of the held joints among the drives.
         drive: index of the drive that turns.
         period: displacement after which designs are expected to come back [rad].
+        kept: designs that represented others, for later searches.
     """
 
     kinematics: Kinematics
@@ -566,6 +605,7 @@ class TurnSearch(NamedTuple):
     held: list[int]
     drive: int
     period: float
+    kept: list[Represented]
 
     def of_samples(
         self, positions: Array, design_of: Array, closes: bool
@@ -606,11 +646,11 @@ class TurnSearch(NamedTuple):
         period, windings = np.zeros(len(rows)), np.zeros((len(rows), self.start.size))
         is_alone, rest = np.zeros(len(rows), dtype=bool), np.arange(len(rows))
         while rest.size and len(cells) * _FEWEST_AGAIN <= len(rest):
-            middles = cells * spacing / scale
+            middles = cells * spacing / scale + 0.0  # No negative zeros, which have other bytes.
             cell_of = np.full(len(rows), -1)
             cell_of[rest] = of_cell
             (own,) = np.nonzero(cell_of[of] >= 0)
-            found, condition, beside = self._each(middles, positions[own], cell_of[of[own]])
+            found, condition, beside = self._beside(middles, positions[own], cell_of[of[own]])
             away = np.sqrt(np.sum(((rows[rest] - middles[of_cell]) * scale) ** 2, axis=1))
             period[rest], windings[rest] = found.period[of_cell], found.windings[of_cell]
             # Designs beside one that does not come back are looked at, each by itself.
@@ -628,16 +668,36 @@ class TurnSearch(NamedTuple):
             period[is_alone], windings[is_alone] = alone
         return DesignTurns(period, windings), x
 
-    def _each(
-        self, rows: Array, positions: Array | None = None, of: Array | None = None
+    def _beside(
+        self, middles: Array, positions: Array, of: Array
     ) -> tuple[DesignTurns, Array, Array]:
+        """Return what `_each` finds of designs `(C, h)`, and coordinates at samples.
+
+        These are `(K, size)`, with the held joints as in the design (index) that represents each
+        `(K,)`, at positions `(K, d)`.
+        """
+        known = self.kept[0] if self.kept else Represented({}, None)
+        keys = [middle.tobytes() for middle in middles]
+        (missing,) = np.nonzero([key not in known.places for key in keys])
+        if missing.size:
+            found = self._each(middles[missing])
+            known = known.with_more([keys[k] for k in missing], found)
+        own = np.array([known.places[key] for key in keys], dtype=int)
+        assert known.found is not None
+        turns, condition, curves = known.found
+        self.kept[:] = [known][: curves.coefficients.size <= _MOST_KEPT]
+        ahead = positions[:, self.drive] - self.start[self.columns[self.drive]]
+        share = np.minimum(np.abs(ahead) / (0.5 * self.period), 1.0)
+        x, _ = curves.at(OnLines(2 * own[of] + (ahead > 0.0), share))
+        return DesignTurns(*(values[own] for values in turns)), condition[own], x
+
+    def _each(self, rows: Array) -> tuple[DesignTurns, Array, Curves]:
         """Return how each design comes back, and `(D,)` how near a singular configuration is.
 
         That is the greatest condition number meanwhile, times how far joints move with the held
         ones where that is farther: towards dead points they do so the faster the nearer they are.
 
-        With positions `(K, d)` of samples and the design (index) that represents each `(K,)`; the
-        third array is of coordinates there `(K, size)`, with the held joints as in that design.
+        The last ones are the lines of each design, half a period back and ahead.
         """
         count, groups = len(rows), list(range(len(self.kinematics.solvers)))
         held = self.kinematics.part(self.held, groups)
@@ -647,21 +707,13 @@ class TurnSearch(NamedTuple):
         # Half a period each way, which takes half as many steps one after the other.
         starts, half = begin.x.repeat(2, axis=0), 0.5 * self.period
         ends = starts[:, [column]] + np.tile([[-half], [half]], (count, 1))
+        curves = curves_along(drive, starts, [column], ends)
         line = np.repeat(np.arange(2 * count), _LOOKS)
         share = np.tile(np.arange(1.0, _LOOKS + 1.0) / _LOOKS, 2 * count)
-        if positions is not None and of is not None:
-            ahead = positions[:, self.drive] - self.start[column]
-            line = np.concatenate([line, 2 * of + (ahead > 0.0)])
-            share = np.concatenate([share, np.minimum(np.abs(ahead) / half, 1.0)])
-        order = np.lexsort((share, line))
-        found = samples_on_lines(drive, starts, [column], ends, OnLines(line[order], share[order]))
-        x, is_there = np.empty_like(found.x), np.empty_like(found.is_there)
-        x[order], is_there[order] = found.x, found.is_there
-        looks = x[: len(starts) * _LOOKS]
+        looks, is_there = curves.at(OnLines(line, share))
         first, last = looks.reshape(count, 2, _LOOKS, -1)[:, :, -1].swapaxes(0, 1)
         comes_back, windings = whole_turns(self.kinematics, first, last)
-        is_open = is_there[: len(looks)].reshape(count, -1).all(axis=1)
-        comes_back &= begin.is_there & is_open
+        comes_back &= begin.is_there & is_there.reshape(count, -1).all(axis=1)
         with np.errstate(all="ignore"):  # Of designs out of reach, nothing is said.
             state = self.kinematics.evaluate(looks)
             lengths = self.kinematics.coordinates.rate_scale
@@ -670,7 +722,7 @@ class TurnSearch(NamedTuple):
             condition = state.condition * np.maximum(1.0, np.max(np.abs(ratios), axis=(1, 2)))
             condition = condition.reshape(count, -1).max(axis=1)
         turns = DesignTurns(np.where(comes_back, self.period, 0.0), windings * comes_back[:, None])
-        return turns, condition, x[len(looks) :]
+        return turns, condition, curves
 
     def _stepped(self, beside: Array, positions: Array) -> Array:
         """Return coordinates `(K, size)` at positions `(K, d)`, NaN where a step is not safe.

@@ -7,7 +7,8 @@ So no line is farther than the lattice's spacing from the sample's own, and as o
 every step from point to point is tried: a line one step of which is not safe is not used. Where a
 drive moves last and alone, nothing singular lies between its points and the samples beside them;
 whether the mechanism comes back after a turn is then the same for both. Guesses at samples are
-interpolated between the points around them.
+interpolated between the points around them. Points stay for later calls, and the more samples there
+were, the finer a lattice becomes, as the branch of a single drive does.
 
 It is there for speed alone: without it, sweeps of the universal joint over random input and joint
 angles took 1.3 times the processor time at 1000 samples, 2.7 times at 10 000 and 3.2 times at
@@ -68,23 +69,32 @@ _MOST_AROUND = 3
 and it takes the time of a Newton step to read what is known at eight of them."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
+_MOST_MARKS = 16
+"""Greatest key of points, in samples, up to which they are marked in an array of all keys: that
+takes a tenth of the time of sorting where they are few."""
+_MOST_KEPT = 1_000_000
+"""Numbers that are known at the points of a lattice, up to which it is kept for later calls."""
+_MOST_LATTICES = 4
+"""Lattices that are kept: a call that finds no point takes two or three of them."""
 _MOST_PASSED = 100_000
 """Points that the lines pass which are worked on at a time."""
 
 
-def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
+def spacing_for(ahead: Array, finer_than: float = np.inf, before: int = 0) -> float | None:
     """Return the spacing [rad] of a lattice that pays for samples, None if none does.
 
     Args:
         ahead: `(N, d)` displacements of the drives from the start, slides in lengths.
         finer_than: spacing that was too coarse for these samples [rad].
+        before: samples of earlier calls, which let expect as many in later ones.
     """
-    spacing = min(_GREATEST_SPACING, 0.5 * finer_than)
+    spacing, samples = min(_GREATEST_SPACING, 0.5 * finer_than), len(ahead) + before
     if spacing < _SMALLEST_SPACING or _count(ahead, spacing) * _FEWEST_PER_POINT > len(ahead):
         return None
-    farthest = float(np.max(np.abs(ahead), initial=0.0))
-    least = 2.0 * max(_SMALLEST_SPACING, farthest * _SAMPLES_PER_STEP / max(1, len(ahead)))
-    while spacing >= least and _count(ahead, 0.5 * spacing) * _SAMPLES_PER_POINT <= len(ahead):
+    farthest = max((float(np.max(np.abs(column), initial=0.0)) for column in ahead.T), default=0.0)
+    least = 2.0 * max(_SMALLEST_SPACING, farthest * _SAMPLES_PER_STEP / max(1, samples))
+    most = min(samples / _SAMPLES_PER_POINT, len(ahead) / _FEWEST_PER_POINT)
+    while spacing >= least and _count(ahead, 0.5 * spacing) <= most:
         spacing *= 0.5
     return spacing
 
@@ -114,6 +124,7 @@ def near_lattices(
     units: Array,
     legs: Sequence[list[int]],
     turn: Turn | None = None,
+    kept: KeptLattices | None = None,
 ) -> tuple[Array, Array]:
     """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
@@ -128,14 +139,17 @@ def near_lattices(
         units: `(d,)` displacements of the drives that count as one radian [rad or m].
         legs: likewise.
         turn: a drive whose whole turns were taken off; it moves last, and alone.
+        kept: likewise.
     """
     x, left = np.full((len(positions), start.size), np.nan), np.full(len(positions), np.inf)
     rest, spacing = np.arange(len(positions)), np.inf
-    ahead = (positions - start[columns]) / units
-    while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
+    ahead, before = (positions - start[columns]) / units, 0
+    if kept is not None:
+        before, kept.samples = kept.samples, kept.samples + len(positions)
+    while rest.size and (found := spacing_for(ahead[rest], spacing, before)) is not None:
         spacing = found
         common = kinematics, start, columns
-        given = *common, positions[rest], spacing * units, legs, turn
+        given = *common, positions[rest], spacing * units, legs, turn, kept
         rest = rest[~near_lattice(x, left, rest, *given)]
         if turn is not None and len(rest) < _FEW * len(positions):
             break
@@ -153,6 +167,7 @@ def near_lattice(
     units: Array,
     legs: Sequence[list[int]],
     turn: Turn | None = None,
+    kept: KeptLattices | None = None,
 ) -> Array:
     """Write coordinates one Newton step from a guess between lattice points into some rows.
 
@@ -167,6 +182,8 @@ def near_lattice(
         units: `(d,)` spacing of the lattice [rad or m].
         legs: sets of drives that move one after the other.
         turn: see `near_lattices`.
+        kept: lattices of earlier calls with the same kinematics, start and legs, to which this one
+            is added.
 
     Returns:
         `(K,)` which rows lie at the end of a sample's line.
@@ -179,9 +196,7 @@ def near_lattice(
     alone = legs[-1] if len(legs) > 1 and len(legs[-1]) == 1 else []
     beside = nearest.copy()
     beside[:, alone] = 0.0
-    _, chosen, column_of = np.unique(
-        _keys(beside, *_box(beside)), return_index=True, return_inverse=True
-    )
+    _, chosen, column_of = different(_keys(beside, *_box(beside)))
     ends = np.zeros((0, len(columns)))
     if turn is not None:
         if len(chosen) * (2.0 * steps + 1.0) * _FEWEST_PER_POINT > count:
@@ -189,10 +204,9 @@ def near_lattice(
         ends = np.repeat(beside[chosen][None], 2, axis=0)
         ends[:, :, turn.drive] = np.array([[-steps], [steps]])
         ends = ends.reshape(-1, len(columns))
-    lines, end_of = lines_to(np.concatenate([nearest, ends]), legs)
-    points = _Points(kinematics, start, columns, lines, units)
-    is_good = points.closed_along()
-    leads = lines.lead_there(is_good)[end_of]
+    common = kinematics, start, columns
+    points, end_of = _points_to(np.concatenate([nearest, ends]), *common, units, legs, kept)
+    leads, lines = points.leads[end_of], points.lines
     is_there = leads[:count]
     if alone:
         away = np.abs(ahead - nearest)
@@ -217,10 +231,56 @@ def near_lattice(
     return np.asarray(is_there)
 
 
+def _points_to(
+    nearest: Array,
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    units: Array,
+    legs: Sequence[list[int]],
+    kept: KeptLattices | None,
+) -> tuple[_Points, Array]:
+    """Return lattice points on the lines to some of them `(N, d)`, closed.
+
+    Points that were known from earlier calls stay among them.
+
+    Args:
+        nearest: where lines end.
+        kinematics: see `near_lattice`, as for the others.
+        start: likewise.
+        columns: likewise.
+        units: likewise.
+        legs: likewise.
+        kept: likewise.
+
+    Returns:
+        The points, and `(N,)` which line leads to each.
+    """
+    known = None if kept is None else kept.of(units)
+    _, chosen, end_of = different(_keys(nearest, *_box(nearest)))
+    ends = nearest[chosen]
+    if known is not None:
+        line, is_known = known.lines.line_to(ends)
+        if np.all(is_known):
+            return known, line[end_of]
+        both = np.concatenate([ends, known.lines.ways.ends])
+        known = known if _have_keys(np.abs(both)) else None
+        ends = ends if known is None else both
+    lines, line = lines_to(ends, legs)
+    points = _Points(kinematics, start, columns, lines, units)
+    if known is not None:
+        points.take(known)
+    points.close_along()
+    if kept is not None:
+        kept.keep(points, units)
+    return points, line[end_of]
+
+
 class _Points:
     """The mechanism at lattice points, with its derivatives there.
 
     Attributes:
+        lines: that pass them.
         x: `(M, size)` closed coordinates.
         is_closed: `(M,)` whether they are known.
     """
@@ -238,7 +298,7 @@ class _Points:
         With units `(d,)`: the spacing of the lattice [rad or m].
         """
         self._kinematics, self._columns = kinematics, columns
-        self._lines, self._units, self._origin = lines, units, start[columns]
+        self.lines, self._units, self._origin = lines, units, start[columns]
         count, d = lines.points.shape
         self.x = np.repeat(start[None, :], count, axis=0)
         self.is_closed = ~np.any(lines.points, axis=1)
@@ -251,16 +311,40 @@ class _Points:
         state = kinematics.evaluate(start[None, :])
         self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
         self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
+        self._is_good = np.zeros(len(lines.first), dtype=bool)
+        # Whether steps along the lines are safe, and were tried, `(E,)` each.
+        self._is_tried = self._is_good.copy()
 
-    def closed_along(self) -> Array:
-        """Close the loops at all points that safe steps lead to.
+    @property
+    def numbers(self) -> int:
+        """How many numbers are known at the points."""
+        return self._jets.size + sum(inverse.size for inverse in self._inverses)
 
-        Returns:
-            `(E,)` which steps are safe.
-        """
-        lines = self._lines
-        is_good = np.zeros(len(lines.first), dtype=bool)
-        is_tried = is_good.copy()
+    def take(self, known: _Points) -> None:
+        """Take over what is known at the same points and steps of the same lattice."""
+        lines, others = self.lines, known.lines
+        index, is_here = lines.index_of(others.points)
+        to, of = index[is_here], np.flatnonzero(is_here)
+        mine = [self.x, self.is_closed, self._jets, self._nearness, *self._inverses]
+        theirs = [known.x, known.is_closed, known._jets, known._nearness, *known._inverses]
+        for values, own in zip(mine, theirs, strict=True):
+            values[to] = own[of]
+        numbers = lines.first * len(lines.keys) + lines.second
+        wanted = index[others.first] * len(lines.keys) + index[others.second]
+        step = np.minimum(np.searchsorted(numbers, wanted), len(numbers) - 1)
+        is_same = is_here[others.first] & is_here[others.second] & known._is_tried
+        is_same &= numbers[step] == wanted
+        self._is_good[step[is_same]] = known._is_good[is_same]
+        self._is_tried[step[is_same]] = True
+
+    @cached_property
+    def leads(self) -> Array:
+        """On which lines `(L,)` all steps are safe."""
+        return self.lines.lead_there(self._is_good)
+
+    def close_along(self) -> None:
+        """Close the loops at all points that safe steps lead to."""
+        lines, is_good, is_tried = self.lines, self._is_good, self._is_tried
         while True:
             is_open = ~self.is_closed[lines.second]
             waiting = np.nonzero(self.is_closed[lines.first] & is_open & ~is_tried)[0]
@@ -274,7 +358,7 @@ class _Points:
         is_known = self.is_closed[lines.first] & self.is_closed[lines.second]
         for block in _blocks(np.nonzero(is_known & ~is_tried)[0]):
             is_good[block] = self._agree(lines.first[block], lines.second[block])
-        return is_good
+        is_tried |= is_known
 
     def nearness_along(self, columns: Array, alone: list[int]) -> Array:
         """Return how near singular configurations are to columns of points.
@@ -286,7 +370,7 @@ class _Points:
         Returns:
             `(C, d)` greatest product of the condition number and how far joints move per spacing.
         """
-        points = np.concatenate([columns, self._lines.points])
+        points = np.concatenate([columns, self.lines.points])
         points[:, alone] = 0.0
         _, of = np.unique(_keys(points, *_box(points)), return_inverse=True)
         greatest = np.zeros((1 + int(np.max(of)), len(self._columns)))
@@ -332,10 +416,10 @@ class _Points:
     @cached_property
     def _plan(self) -> Plan:
         """What the compiled function `lattice` works along."""
-        _, _, _, _, ways, keys = self._lines
+        _, _, _, _, ways, keys = self.lines
         scale = self._kinematics.coordinates.scale
-        numbers = [self._lines.points, ways.low, self._units, self._origin, scale]
-        return Plan("lattice", [self._columns, keys, ways.factors], numbers)
+        numbers = [self.lines.points, ways.low, self._units, self._origin, scale]
+        return Plan("lattice", [np.array(self._columns), keys, ways.factors], numbers)
 
     def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` at drive positions, from the derivatives at points.
@@ -371,7 +455,7 @@ class _Points:
             The coordinates, and `(N,)` whether all points around are known.
         """
         # Twin: `lattice` of compiled/following.c.
-        d, lines = len(self._columns), self._lines
+        d, lines = len(self._columns), self.lines
         guess, is_known = self.x[points], np.full(len(points), d <= _MOST_AROUND)
         if d > _MOST_AROUND:
             return guess, is_known
@@ -393,7 +477,7 @@ class _Points:
 
     def _positions(self, points: Array) -> Array:
         """Return drive positions `(K, d)` of points [rad or m]."""
-        return np.asarray(self._origin + self._lines.points[points] * self._units)
+        return np.asarray(self._origin + self.lines.points[points] * self._units)
 
     def _close(self, first: Array, second: Array) -> Array:
         """Close the loops at points from other points; return `(K,)` whether it was safe."""
@@ -445,6 +529,32 @@ class _Points:
         self._nearness[points] = moved * state.condition[chosen, None]
 
 
+class KeptLattices:
+    """Lattices that are kept for later calls.
+
+    Attributes:
+        samples: how many there were in earlier calls.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.samples = 0
+        self._lattices: dict[bytes, _Points] = {}
+
+    def of(self, units: Array) -> _Points | None:
+        """Return the lattice of a spacing `(d,)` [rad or m], if there is one."""
+        return self._lattices.get(units.tobytes())
+
+    def keep(self, points: _Points, units: Array) -> None:
+        """Keep the lattice of a spacing `(d,)` [rad or m] instead of what was known of it."""
+        self._lattices.pop(units.tobytes(), None)
+        if points.numbers <= _MOST_KEPT:
+            # Those come first which were kept longest ago.
+            for key in list(self._lattices)[: 1 - _MOST_LATTICES or None]:
+                del self._lattices[key]
+            self._lattices[units.tobytes()] = points
+
+
 def _hermite(share: Array, way: Array) -> tuple[Array, ...]:
     """Return weights of what is known at one of two points between which is interpolated.
 
@@ -487,11 +597,15 @@ def _weights(along: list[list[Array]]) -> Array:
 
 def _count(ahead: Array, spacing: float) -> float:
     """Return how many lattice points displacements `(N, d)` lie near; inf if they are too far."""
-    nearest = np.rint(ahead / spacing)
-    spans = 1.0 + np.max(np.abs(nearest), axis=0, initial=0.0)
-    if not np.prod(2.0 * spans) < _MOST_KEYS:
-        return np.inf
-    return count_of(nearest)
+    # Columns in a row, since NumPy takes ten times as long for rows of a few numbers.
+    nearest = np.rint(ahead.T / spacing).T
+    return count_of(nearest) if _have_keys(np.abs(nearest)) else np.inf
+
+
+def _have_keys(sizes: Array) -> bool:
+    """Return whether there are whole numbers for lattice points of such coordinates `(N, d)`."""
+    spans = [1.0 + np.max(column, initial=0.0) for column in sizes.T]
+    return bool(np.prod(2.0 * np.array(spans)) < _MOST_KEYS)
 
 
 def _blocks(indices: Array) -> list[Array]:
@@ -579,6 +693,13 @@ class LatticeLines(NamedTuple):
         # Points outside the box of the lines may have the key of another one.
         return index, np.all(self.points[index] == points, axis=1)
 
+    def line_to(self, points: Array) -> tuple[Array, Array]:
+        """Return which line (index) ends at lattice points `(N, d)`, and whether one does."""
+        index, is_there = self.index_of(points)
+        # Both ascend by their keys.
+        line = np.minimum(np.searchsorted(self.ends, index), len(self.ends) - 1)
+        return line, is_there & (self.ends[line] == index)
+
     def lead_there(self, is_good: Array) -> Array:
         """Return `(L,)` on which lines all steps are good, of which `(E,)` are."""
         numbers = self.first * len(self.keys) + self.second
@@ -597,9 +718,7 @@ def lines_to(nearest: Array, legs: Sequence[list[int]]) -> tuple[LatticeLines, A
         legs: sets of drives that move one after the other.
     """
     low, factors = _box(nearest)
-    _, chosen, end_of = np.unique(
-        _keys(nearest, low, factors), return_index=True, return_inverse=True
-    )
+    _, chosen, end_of = different(_keys(nearest, low, factors))
     ends = nearest[chosen]
     lengths = np.stack([np.max(np.abs(ends[:, leg]), axis=1) for leg in legs], axis=1).astype(int)
     ways = _Ways(ends, lengths, legs, low, factors)
@@ -617,18 +736,49 @@ def lines_to(nearest: Array, legs: Sequence[list[int]]) -> tuple[LatticeLines, A
 
 def count_of(nearest: Array) -> int:
     """Return how many different lattice points there are among `(N, d)`."""
-    return len(np.unique(_keys(nearest, *_box(nearest))))
+    keys = _keys(nearest, *_box(nearest))
+    marks = _marks(keys)
+    return len(np.unique(keys)) if marks is None else int(np.count_nonzero(marks))
+
+
+def different(keys: Array) -> tuple[Array, Array, Array]:
+    """Return the different ones of whole numbers `(N,)`, none below 0, as `np.unique` does.
+
+    Returns:
+        They, ascending; the first place of each among all; and `(N,)` which of them each one is.
+    """
+    marks = _marks(keys)
+    if marks is None:
+        return np.unique(keys, return_index=True, return_inverse=True)
+    found = np.flatnonzero(marks)
+    of = (np.cumsum(marks) - 1)[keys]
+    first = np.empty(len(found), dtype=np.intp)
+    # The last one that is written to a place stays there.
+    first[of[::-1]] = np.arange(len(keys) - 1, -1, -1)
+    return found, first, of
+
+
+def _marks(keys: Array) -> Array | None:
+    """Return which whole numbers from 0 on are among keys; None where sorting takes less time."""
+    most = int(np.max(keys, initial=0))
+    if most > _MOST_MARKS * len(keys):
+        return None
+    marks = np.zeros(1 + most, dtype=bool)
+    marks[keys] = True
+    return marks
 
 
 def _united(sets: Sequence[Array]) -> Array:
     """Return the different ones of whole numbers, ascending."""
-    return np.unique(np.concatenate([np.zeros(0, dtype=int), *map(np.unique, sets)]))
+    found = [different(own)[0] for own in sets]
+    return found[0] if len(found) == 1 else np.unique(np.concatenate([np.zeros(0, int), *found]))
 
 
 def _box(points: Array) -> tuple[Array, Array]:
     """Return the least coordinates of points `(N, d)` and the start, and factors of their keys."""
-    low = np.min(points, axis=0, initial=0.0)
-    spans = np.max(points, axis=0, initial=0.0) - low + 1.0
+    # NumPy takes ten times as long for all columns at once.
+    low = np.array([np.min(column, initial=0.0) for column in points.T])
+    spans = np.array([np.max(column, initial=0.0) for column in points.T]) - low + 1.0
     return low, np.concatenate([[1.0], np.cumprod(spans[:-1])]).astype(np.int64)
 
 

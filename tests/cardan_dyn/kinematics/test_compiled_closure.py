@@ -482,6 +482,7 @@ def arguments_of() -> dict[str, list[object]]:
             np.zeros((COUNT, p, 2)),
             np.zeros((COUNT, p, 2)),
         ],
+        "same_side": [state.rows[:, 1:], state.inverse, np.zeros(COUNT)],
     }
 
 

@@ -307,7 +307,7 @@ def lattice_points(
     lines, end_of = lines_to(nearest, [list(range(len(drives)))])
     units = np.full(len(drives), spacing)
     points = _Points(kinematics, part._start, columns, lines, units)
-    points.closed_along()
+    points.close_along()
     return points, lines, lines.ends[end_of]
 
 

@@ -25,9 +25,13 @@ def scene_at(frame: float) -> cd.Scene:
 
 
 def search(scene: cd.Scene) -> TurnSearch:
-    part = scene.solver.of_varied(("frame",)).assembly._cache._parts[0]
+    return search_of(scene, "frame")
+
+
+def search_of(scene: cd.Scene, varied: str) -> TurnSearch:
+    part = scene.solver.of_varied((varied,)).assembly._cache._parts[0]
     kinematics, columns = part._kinematics, part._drive_columns
-    return TurnSearch(kinematics, part._start, columns, part._held, part._driven[0], TURN)
+    return TurnSearch(kinematics, part._start, columns, part._held, part._driven[0], TURN, [])
 
 
 def turns_of(finder: TurnSearch, rows: np.ndarray) -> DesignTurns:
@@ -92,6 +96,44 @@ def test_dense_designs_near_the_border_of_the_kinds_turn_as_grashof_says(turns: 
     # Less than a quarter of a turn ahead the bars beyond the crank are in line, where it ends.
     assert not np.any(is_there[rockers & (ahead > np.pi)])
     assert np.mean(is_there[rockers & (np.abs(ahead) < 0.3)]) == 1.0
+
+
+def test_designs_that_represent_others_are_kept(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    followed = []
+    each = TurnSearch._each
+
+    def counted(finder: TurnSearch, rows: np.ndarray) -> object:
+        followed.append(len(rows))
+        return each(finder, rows)
+
+    monkeypatch.setattr(TurnSearch, "_each", counted)
+    options = {"drive": "bearing_in", "held": {"joint_angle": 0.5}}
+    scene = cd.Scene(joint, **options)
+    finder = search_of(scene, "joint_angle")
+    rng, whole = np.random.default_rng(1), 0
+    for seed in range(3):
+        beta = rng.uniform(0.0, 1.4, 1000 if seed else 2000)
+        phi = rng.uniform(-np.pi, np.pi, len(beta))
+        positions = np.stack([phi, beta], axis=1)
+        followed.clear()
+        found, of, x = finder.of_samples(positions, np.arange(len(beta)), closes=True)
+        whole = whole or sum(followed)
+        assert seed == 0 or sum(followed) < 0.2 * whole
+        new = finder._replace(kept=[])
+        turns, others, expected = new.of_samples(positions, np.arange(len(beta)), closes=True)
+        np.testing.assert_array_equal(of, others)
+        np.testing.assert_array_equal(found.period, turns.period)
+        np.testing.assert_array_equal(found.windings, turns.windings)
+        np.testing.assert_allclose(x, expected, atol=1e-12)
+        assert np.mean(np.isnan(x[:, 0])) < 0.1
+    followed.clear()
+    finder.of_samples(positions, np.arange(len(beta)), closes=True)
+    assert sum(followed) <= 12  # Those that nothing else represents.
+    monkeypatch.setattr("cardan_dyn.kinematics.following.joint_motion._MOST_KEPT", 3000)
+    finder.of_samples(positions, np.arange(len(beta)), closes=True)
+    assert not finder.kept
 
 
 @pytest.mark.slow

@@ -8,7 +8,13 @@ import pytest
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.kinematics.following.joint_motion import JointMotion
-from cardan_dyn.kinematics.following.lattice import _Points, near_lattice, spacing_for
+from cardan_dyn.kinematics.following.lattice import (
+    KeptLattices,
+    _Points,
+    different,
+    near_lattice,
+    spacing_for,
+)
 from cardan_dyn.kinematics.following.lines import along_lines
 from cardan_dyn.problem.arguments import checked
 
@@ -80,6 +86,97 @@ def test_points_in_a_row_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
     positions = np.stack([rng.uniform(0.0, 6.28, 1100), rng.uniform(-0.01, 0.01, 1100)], axis=1)
     scene.sweep(positions)
     assert 0 < len(steps) < 30
+
+
+def scattered(seed: int, count: int = 2000) -> np.ndarray:
+    """Positions of both drives of the joint."""
+    rng = np.random.default_rng(seed)
+    return np.stack([rng.uniform(-6.0, 6.0, count), rng.uniform(-0.8, 0.8, count)], axis=1)
+
+
+def test_lattices_are_kept_for_later_calls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of what is known no step is taken again, and others find what they would have found."""
+    steps: list[int] = []
+    close, agree = _Points._close, _Points._agree
+
+    def counted(self: _Points, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        steps.append(len(second))
+        return close(self, first, second)
+
+    def agreed(self: _Points, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        steps.append(len(second))
+        return agree(self, first, second)
+
+    monkeypatch.setattr(_Points, "_close", counted)
+    monkeypatch.setattr(_Points, "_agree", agreed)
+    mechanism = cd.load("universal_joint")
+    scene = cd.Scene(mechanism, drive=["bearing_in", "joint_angle"])
+    first = scene.sweep(scattered(0)).motion.x
+    assert sum(steps) > 100
+    while steps:  # Until the lattice is as fine as pays.
+        steps.clear()
+        np.testing.assert_allclose(scene.sweep(scattered(0)).motion.x, first, atol=1e-14)
+    for seed in (1, 2, 3):
+        steps.clear()
+        other = cd.Scene(mechanism, drive=["bearing_in", "joint_angle"]).sweep(scattered(seed))
+        whole = sum(steps)
+        steps.clear()
+        found = scene.sweep(scattered(seed))
+        assert sum(steps) < 0.5 * whole
+        np.testing.assert_allclose(found.motion.x, other.motion.x, atol=1e-13)
+
+
+def test_kept_lattices_lead_where_new_ones_do() -> None:
+    """Towards the locked joint, where some steps are not safe and some points not known."""
+    part, kept = universal_joint(), KeptLattices()
+    common = part._kinematics, part._start, part._drive_columns
+    rng, units = np.random.default_rng(2), np.full(2, 0.2)
+    for _ in range(5):
+        low, high = np.sort(rng.uniform(-1.5, 1.5, 2))
+        phi, beta = rng.uniform(-6.3, 6.3, 300), rng.uniform(low, high, 300)
+        positions = np.stack([phi, beta], axis=1)
+        near, alone = np.full((2, 300, part._start.size), np.nan)
+        given = np.empty(300), np.arange(300), *common, positions, units, [[0, 1]], None
+        there, expected = near_lattice(near, *given, kept), near_lattice(alone, *given)
+        # A point may be left out of either if it is closed from another one first.
+        assert np.mean(there != expected) < 0.02
+        both = there & expected
+        np.testing.assert_allclose(near[both], alone[both], atol=1e-9)
+
+
+def test_few_lattices_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    part, kept = universal_joint(), KeptLattices()
+    common = part._kinematics, part._start, part._drive_columns
+    for spacing in (0.1, 0.15, 0.2, 0.3, 0.1, 0.4, 0.1):
+        x = np.full((300, part._start.size), np.nan)
+        given = np.empty(300), np.arange(300), *common, 0.3 * scattered(4, 300)
+        near_lattice(x, *given, np.full(2, spacing), [[0, 1]], None, kept)
+    assert len(kept._lattices) == 4
+    assert kept.of(np.full(2, 0.1)) is not None and kept.of(np.full(2, 0.15)) is None
+    monkeypatch.setattr("cardan_dyn.kinematics.following.lattice._MOST_KEPT", 100)
+    near_lattice(x, *given, np.full(2, spacing), [[0, 1]], None, KeptLattices())
+    points = kept.of(np.full(2, 0.1))
+    assert points is not None
+    kept.keep(points, np.full(2, 0.1))
+    assert kept.of(np.full(2, 0.1)) is None
+
+
+@pytest.mark.parametrize("most", [0, 30, 10**15])
+def test_different_numbers_are_found_as_numpy_does(most: int) -> None:
+    keys = np.random.default_rng(0).integers(0, most + 1, 500)
+    for some in (keys, keys[:1], keys[:0]):
+        expected = np.unique(some, return_index=True, return_inverse=True)
+        for values, other in zip(different(some), expected, strict=True):
+            np.testing.assert_array_equal(values, other)
+
+
+def test_samples_of_earlier_calls_pay_for_finer_lattices() -> None:
+    some = scattered(0, 4000)
+    first = spacing_for(some)
+    assert first is not None
+    assert spacing_for(some, before=10 * len(some)) == 0.5 * first
+    # No finer than serves several samples of this call.
+    assert spacing_for(some, before=10**9) == 0.5 * first
 
 
 def test_spacing_suits_the_number_of_samples() -> None:

@@ -135,6 +135,24 @@ def test_sides_of_a_singular_configuration() -> None:
     assert same_side(rows, np.linalg.inv(mirrored)).tolist() == [False] * 4
 
 
+@pytest.mark.parametrize("p", [0, 1, 3, 6, 13, 42, 49])
+def test_sides_are_those_of_determinants(p: int) -> None:
+    rows, inverses = random(200, p, p), random(200, p, p + 1)[:, :, 1:]
+    expected = np.linalg.det(rows @ inverses) > 0.0
+    assert p == 0 or 40 < np.sum(expected) < 160
+    np.testing.assert_array_equal(same_side(rows, inverses), expected)
+    np.testing.assert_array_equal(same_side(rows[:1], inverses[:1]), expected[:1])
+    np.testing.assert_array_equal(same_side(rows, np.repeat(inverses[:1], 200, axis=0)),
+                                  same_side(rows, inverses[:1]))  # fmt: skip
+    assert (
+        same_side(rows[:1], inverses[:0]).shape == same_side(rows[:0], inverses[:0]).shape == (0,)
+    )
+    if p:
+        rows[0, -1, 0], rows[1] = np.nan, 0.0
+        with np.errstate(invalid="ignore"):
+            assert not np.any(same_side(rows, inverses)[:2])
+
+
 def test_products_and_transposes() -> None:
     matrices, vectors = random(3, 4, 2), random(3, 2)
     expected = np.array([matrix @ vector for matrix, vector in zip(matrices, vectors, strict=True)])
