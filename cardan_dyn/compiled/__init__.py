@@ -16,8 +16,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
     from ..arrays import Array
 
@@ -70,6 +68,8 @@ class Plan:
         Raises:
             ValueError: tables have other sizes, or indices in them are beyond what they count.
         """
+        import numpy as np  # `cardan-dyn --version` needs nothing that computes.
+
         self._given: tuple[str, list[Array], list[Array]] = (
             kind,
             [np.array(table, dtype=np.int64).ravel() for table in integers],

@@ -287,6 +287,7 @@ class Stepper:
             weighed: row at the start, its rate, and rates `(1 + K, n)` of all other stages, which
                 are written.
         """
+        # Twin: `explicit_step` of compiled/stepping.c.
         derivative, tableau, row, rates = self._derivative, self._tableau, weighed[0], weighed[1:]
         taken = len(tableau.last)
         if compiled.kernel is not None:

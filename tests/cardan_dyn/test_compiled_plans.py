@@ -76,7 +76,7 @@ def test_arrays_of_other_sizes_are_refused(kind: str, plans: dict[str, list[Plan
                 changed = [*arrays[:index], array[:-1], *arrays[index + 1 :]]
                 with pytest.raises(ValueError, match=f"plan of {kind} do not fit"):
                     Plan(kind, **{**given, name: changed})
-        for other in ((integers[1:], numbers), (integers, [*numbers, [0.0]])):
+        for other in (([*integers, [0]], numbers), (integers, [*numbers, [0.0]])):
             with pytest.raises(ValueError, match="do not fit"):
                 Plan(kind, *other)
 

@@ -32,6 +32,7 @@ def same_side(rows: Array, inverses: Array) -> Array:
         rows: `(N, p, R)` transposed closure matrices.
         inverses: `(N, R, p)` of those at the other positions.
     """
+    # Twin: `same_side` of compiled/stacked.c.
     if compiled.kernel is not None and rows.shape[1] <= _FEW_ROWS:
         result = np.empty(len(inverses) if len(rows) == 1 else len(rows))
         compiled.kernel.same_side(rows, inverses, result)

@@ -21,6 +21,7 @@ pytest.importorskip("matplotlib", reason="the report has figures")
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
 import cardan_dyn as cd
+from cardan_dyn import compiled
 from cardan_dyn.command_line import commands as cli
 from cardan_dyn.report import comparisons
 from cardan_dyn.scene.presets import PRESETS
@@ -173,7 +174,9 @@ def test_command_prints_its_address_and_ends_with_its_process(tmp_path: Path) ->
 
 
 def test_version_and_help() -> None:
-    assert invoke("--version").output == f"cardan-dyn, version {cd.__version__}\n"
+    version, functions = invoke("--version").output.splitlines()
+    assert version == f"cardan-dyn, version {cd.__version__}"
+    assert functions.startswith("compiled functions: " + ("yes" if compiled.kernel else "no, "))
     shown = invoke("-h").output
     assert "compare" in shown and "view" in shown
     assert "Joint wrenches of closed-chain mechanisms" in shown
