@@ -20,7 +20,7 @@
 /* The greater number; what is not a number is kept, as by `np.maximum`. */
 INLINE double greater(double a, double b)
 {
-    return (a >= b) | (a != a) ? a : b;
+    return ((a >= b) | (a != a)) ? a : b;
 }
 
 INLINE double ratio(double numerator, double denominator)
