@@ -12,6 +12,7 @@
 #define BENT 0.1
 #define MOST_BENT 0.25
 #define NONE 0.25
+#define TAU 6.283185307179586
 
 /* The arrays of a plan, see kinematics/closing/closure_plan.py. */
 enum {
@@ -387,7 +388,7 @@ PyObject *closure(PyObject *module, Arguments given, Py_ssize_t nargs)
                 Py_ssize_t column = of->integers[COUPLED][c];
                 double angle = x->at[sample * x->step[0] + column * x->step[1]];
                 if (turns)
-                    angle += 6.283185307179586 *
+                    angle += TAU *
                              turns->at[sample * turns->step[0] + column * turns->step[1]];
                 slip += angle * of->numbers[RATIOS][c * of->couplings + k];
             }

@@ -261,12 +261,12 @@ done:
 
 enum { DRIVES, KEYS, FACTORS, LATTICE_INTEGERS };
 enum { POINTS, LOW, SPACING, ORIGIN, WEIGHTS, LATTICE_NUMBERS };
-enum { MOST_DRIVES = 16, MOST_AROUND = 3, MOST_JETS = 1 + MOST_AROUND * (MOST_AROUND + 3) / 2 };
+enum { MOST_AROUND = 3, MOST_JETS = 1 + MOST_AROUND * (MOST_AROUND + 3) / 2 };
 
 static int lattice_fits(const Plan *plan)
 {
     Py_ssize_t d = plan->integer_sizes[DRIVES], size = plan->number_sizes[WEIGHTS];
-    return d >= 1 && d <= MOST_DRIVES && plan->integer_sizes[FACTORS] == d &&
+    return d >= 1 && plan->integer_sizes[FACTORS] == d &&
            plan->integer_sizes[KEYS] >= 1 &&
            plan->number_sizes[POINTS] == plan->integer_sizes[KEYS] * d &&
            plan->number_sizes[LOW] == d && plan->number_sizes[SPACING] == d &&
@@ -443,9 +443,10 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
     if (is_between && (has_size(known, 0, count, 0) || has_size(between, 0, samples, 0) ||
                        has_size(between, 1, size, 0) || has_size(are_known, 0, samples, 0)))
         goto done;
-    double *work = room_for(&held, 2 * size);
+    double *work = room_for(&held, 2 * size + 2 * d);
     if (!work)
         goto done;
+    double *first = work, *second = first + size, *position = second + size, *step = position + d;
     const int64_t *columns = plan->integers[DRIVES];
     for (Py_ssize_t sample = 0; sample < samples; sample++) {
         double index = points->at[sample * points->step[0]];
@@ -456,14 +457,13 @@ PyObject *lattice(PyObject *module, Arguments given, Py_ssize_t nargs)
         Py_ssize_t point = (Py_ssize_t)index;
         const double *jet = jets->at + point * jets->step[0];
         double *row = guess->at + sample * guess->step[0];
-        double position[MOST_DRIVES], step[MOST_DRIVES], fastest = 0.0, most_bent = 0.0;
+        double fastest = 0.0, most_bent = 0.0;
         for (Py_ssize_t k = 0; k < d; k++) {
             position[k] = positions->at[sample * positions->step[0] + k * positions->step[1]];
             double begin = jet[columns[k] * jets->step[2]];
             step[k] = (position[k] - begin) / plan->numbers[SPACING][k];
         }
         memset(work, 0, sizeof(double) * 2 * size);
-        double *first = work, *second = work + size;
         const double *derivative = jet + jets->step[1];
         for (Py_ssize_t i = 0; i < d; i++, derivative += jets->step[1])
             add(first, step[i], derivative, jets->step[2], size);

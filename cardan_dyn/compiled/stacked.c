@@ -43,24 +43,30 @@ INLINE void subtract_rows(double *row, const double *factors, const double *matr
     }
 }
 
+/* The row of the pivot of a column: that of its greatest entry from the diagonal on, as LAPACK has it.
+   One that is not a number counts as that, so that it shows. */
+INLINE Py_ssize_t pivot_of(const double *matrix, Py_ssize_t n, Py_ssize_t k)
+{
+    Py_ssize_t pivot = k;
+    double greatest = fabs(matrix[k * n + k]);
+    for (Py_ssize_t i = k + 1; i < n; i++) {
+        double size = fabs(matrix[i * n + k]);
+        if (size > greatest || size != size) {
+            greatest = size;
+            pivot = i;
+        }
+    }
+    return pivot;
+}
+
 ON_WIDE_VECTORS
 int invert(double *lower, double *result, Py_ssize_t n, Py_ssize_t *order)
 {
     for (Py_ssize_t k = 0; k < n; k++)
         order[k] = k;
     for (Py_ssize_t k = 0; k < n; k++) {
-        /* As LAPACK does: the greatest entry of a column is its pivot. One that is not a number
-           counts as that, so that it shows in the result. */
-        Py_ssize_t pivot = k;
-        double greatest = fabs(lower[k * n + k]);
-        for (Py_ssize_t i = k + 1; i < n; i++) {
-            double size = fabs(lower[i * n + k]);
-            if (size > greatest || size != size) {
-                greatest = size;
-                pivot = i;
-            }
-        }
-        if (greatest == 0.0)
+        Py_ssize_t pivot = pivot_of(lower, n, k);
+        if (lower[pivot * n + k] == 0.0)
             return 0;
         if (pivot != k) {
             for (Py_ssize_t j = 0; j < n; j++) {
@@ -153,17 +159,9 @@ INLINE int sign_of(double *matrix, Py_ssize_t n)
 {
     int sign = 1;
     for (Py_ssize_t k = 0; k < n; k++) {
-        Py_ssize_t pivot = k;
-        double greatest = fabs(matrix[k * n + k]);
-        for (Py_ssize_t i = k + 1; i < n; i++) {
-            double size = fabs(matrix[i * n + k]);
-            if (size > greatest || size != size) {
-                greatest = size;
-                pivot = i;
-            }
-        }
+        Py_ssize_t pivot = pivot_of(matrix, n, k);
         /* Written so that what is not a number has no sign. */
-        if (!(greatest > 0.0))
+        if (!(fabs(matrix[pivot * n + k]) > 0.0))
             return 0;
         double *upper = matrix + k * n, *other = matrix + pivot * n;
         if (pivot != k) {

@@ -550,8 +550,8 @@ class KeptLattices:
         self._lattices.pop(units.tobytes(), None)
         if points.numbers <= _MOST_KEPT:
             # Those come first which were kept longest ago.
-            for key in list(self._lattices)[: 1 - _MOST_LATTICES or None]:
-                del self._lattices[key]
+            for key in list(self._lattices)[: 1 - _MOST_LATTICES]:
+                self._lattices.pop(key, None)  # Another thread may have taken it.
             self._lattices[units.tobytes()] = points
 
 

@@ -15,7 +15,7 @@ from cardan_dyn.kinematics.following.branch import TURN, TURN_PARTS, BranchTable
 from cardan_dyn.kinematics.following.drive_motion import DriveMotion, turned_back
 from cardan_dyn.kinematics.following.guess_cache import Guess
 from cardan_dyn.kinematics.following.joint_motion import JointMotion
-from cardan_dyn.kinematics.following.lattice import LatticeLines, _Points, lines_to
+from cardan_dyn.kinematics.following.lattice import LatticeLines, _Points, lines_to, near_lattices
 from cardan_dyn.kinematics.following.lines import Rows
 from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets, targets_of
@@ -357,6 +357,33 @@ def test_lattices(d: int) -> None:
         np.testing.assert_array_equal(values[2:3], single)
     if d <= 3:
         assert np.any(found[3]) and not np.all(found[3])
+
+
+def test_a_lattice_of_many_drives() -> None:
+    """A ring of twenty links has seventeen."""
+    ring = '<robot name="ring"><link name="link_0"/>'
+    for k in range(1, 20):
+        ring += (
+            f'<link name="link_{k}"/><joint name="joint_{k}" type="continuous">'
+            f'<parent link="link_{k - 1}"/><child link="link_{k}"/>'
+            f'<origin xyz="0.3 0 0" rpy="0 0 {0.1 * np.pi!r}"/><axis xyz="0 0 1"/></joint>'
+        )
+    ring += (
+        '<loop name="last" type="continuous"><predecessor link="link_19"><origin xyz="0.3 0 0"/>'
+        '</predecessor><successor link="link_0"/><axis xyz="0 0 1"/></loop></robot>'
+    )
+    drives = [f"joint_{k}" for k in range(1, 18)]
+    scene = cd.Scene(cd.load(ring), drive=drives)
+    assembly = scene.solver.assembly
+    columns = scene.mechanism.coordinates.columns_of(drives)
+    positions = np.random.default_rng(0).uniform(-1e-4, 1e-4, (100, 17))
+    positions += assembly.start[columns]
+    given = assembly.kinematics, assembly.start, columns, positions, np.ones(17), [[*range(17)]]
+    found, left = near_lattices(*given)
+    with without_kernel():
+        expected, _ = near_lattices(*given)
+    assert np.max(left) < 1e-12
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14)
 
 
 def test_sweeps_over_lattices() -> None:
