@@ -21,6 +21,7 @@ import numpy as np
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ModelError
+from ..mechanism.undescribed import REMEDY
 from ..response.operating_points import solved_motion
 from ..simulation.fourier import Fourier
 from .arguments import drive_of
@@ -506,6 +507,9 @@ def what_is_open(solver: ProblemSolver, sweep: Sweep, name: str) -> str:
         sweep: of it, with the joint among its outputs.
         name: of a joint that turns about one axis.
     """
+    for item in sweep.mechanism.undescribed:
+        if name in item.changes:
+            return f"its force is not known: {item.told()}; {REMEDY}"
     axis = np.abs(sweep.mechanism.joint(name).parts[0].axis)
     is_open = ~np.asarray(sweep[name].unique[:3]) & (axis < 1.0 - _NONE)
     if not np.any(is_open):

@@ -114,13 +114,14 @@ def _determined(report: MechanismReport) -> list[str]:
     open_at: dict[str, str] = {}
     for loop in report.loops:
         open_at |= loop.indeterminate or {}
+    lines += report.silent
     counted = [loop.name for loop in report.loops if loop.indeterminate is None]
     if counted:
         lines.append("too large to tell which wrenches statics determine")
-    elif not report.loops:
-        lines.append("statics determine all wrenches")
     elif not open_at:
-        lines.append("motion and statics determine all wrenches")
+        what = "motion and statics" if report.loops else "statics"
+        if not report.silent:
+            lines.append(f"{what} determine all wrenches")
     else:
         redundant = sum(component.self_stresses for component in report.components)
         lines.append(

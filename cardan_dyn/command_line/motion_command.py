@@ -17,7 +17,7 @@ from ..elements.described import described_elements
 from ..errors import ArgumentError, MissingExtraError, SimulationError
 from ..figures.wrenches import MARK, determined, values_of
 from ..mechanism.mechanism import Mechanism, load
-from ..results.wrench import JointWrench, named_components
+from ..results.wrench import JointWrench
 from ..scene.scene import Scene
 from ..scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
 from ..simulation.progress import INTERRUPTED
@@ -309,12 +309,9 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
     unit = over.partition("[")[2].rstrip("]")
     rows, missing = [], np.zeros(len(places), dtype=bool)
-    opened: dict[str, list[str]] = {}
     for name in swept.outputs:
         wrench = swept[name]
         cells = [name]
-        if not wrench.unique.all():
-            opened.setdefault(named_components(~wrench.unique), []).append(name)
         for quantity in ("force", "moment"):
             sizes = values_of(wrench, quantity)
             worst = _greatest(sizes)
@@ -333,9 +330,13 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     at = f"at\n{unit}"
     headings = "joint", "force\nN", at, "moment\nN·m", at, "torsion\nN·m", "bending\nN·m"
     caption = f"Greatest values that the parent exerts on the child, and where: {over}."
-    if opened:
-        parts = "; ".join(f"{what} of {', '.join(joints)}" for what, joints in opened.items())
-        caption += f" * Not determined by statics, chosen by {swept.rule}: {parts}."
+    opened = swept.left_open
+    if opened.chosen:
+        caption += (
+            f" * Not determined by statics, chosen by {opened.rule}: {', '.join(opened.rows)}."
+        )
+    if opened.silent:
+        caption += f" * Not known: {opened.told}."
     if missing.any():
         caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
     show(headings, rows, caption=caption)

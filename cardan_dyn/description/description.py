@@ -15,6 +15,9 @@ import numpy as np
 
 from ..frozen import FrozenDict, Value
 
+PRESSURE_ANGLE = np.pi / 9.0
+"""Pressure angle of the usual basic rack [rad]. Source: ISO 53:1998."""
+
 
 @dataclass(frozen=True, eq=False)
 class SourceText:
@@ -158,6 +161,23 @@ class LoopDescription(Value):
 JointOrLoop: TypeAlias = JointDescription | LoopDescription
 
 
+class Mesh(NamedTuple):
+    """The teeth of two gears on parallel axes.
+
+    Attributes:
+        pressure_angle: between their line of action and the tangent of the pitch circles, across
+            the axes [rad].
+        helix_angle: of the predecessor's teeth to its axis at the pitch circle, positive for a
+            right-hand helix [rad].
+        along: way along the predecessor's axis from its joint's origin to the middle of the teeth
+            [m]; None where both joints have their origins in this plane.
+    """
+
+    pressure_angle: float = PRESSURE_ANGLE
+    helix_angle: float = 0.0
+    along: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class CouplingDescription(Value):
     """A coupling of two motions, either of links, as URDF+ has it, or of joints.
@@ -172,6 +192,10 @@ class CouplingDescription(Value):
         ratio: motion of the successor per motion of the predecessor.
         offset: motion of the successor while the predecessor is at zero [rad or m].
         of_joints: whether it couples joints, as `<mimic>` does.
+        forces: what it exerts on the links: `none` but moments about turning axes and forces along
+            slides, between the two links of each joint; those of a `mesh` of teeth; or empty where
+            nothing says so.
+        mesh: the teeth; None without.
     """
 
     name: str
@@ -180,6 +204,8 @@ class CouplingDescription(Value):
     ratio: float
     offset: float = 0.0
     of_joints: bool = False
+    forces: str = ""
+    mesh: Mesh | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

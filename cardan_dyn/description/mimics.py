@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Mapping
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
+from .coupled_forces import with_forces
 from .description import CouplingDescription, JointDescription
 from .elements import SINGLE_TYPES, number, only, unique
 from .left_out import line_of
@@ -125,4 +126,5 @@ def _mimic(
             "hold the joint in the scene"
         )
     offset = number(mimic.get("offset"), "0", f"{at} offset")
-    return CouplingDescription(name, mimicked, joint, multiplier, offset, of_joints=True)
+    coupling = CouplingDescription(name, mimicked, joint, multiplier, offset, of_joints=True)
+    return with_forces(coupling, mimic, at)

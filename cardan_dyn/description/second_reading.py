@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError
-from .description import Description, LinkDescription
+from .description import Description, LinkDescription, Mesh
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -85,14 +85,28 @@ def reread(description: Description) -> Description:
 def _coupling(coupling: CouplingDescription, element: Element) -> CouplingDescription:
     """Return a coupling of links with the number of its element."""
     ratio = float(_child(element, "ratio").attrib["value"])
-    return replace(coupling, ratio=ratio, offset=0.0)
+    return _with_teeth(replace(coupling, ratio=ratio, offset=0.0), element)
 
 
 def _mimic(coupling: CouplingDescription, joint: Element) -> CouplingDescription:
     """Return a coupling of joints with the numbers of the joint that mimics the other."""
     stated = _child(joint, "mimic")
     ratio, offset = float(stated.get("multiplier", "1")), float(stated.get("offset", "0"))
-    return replace(coupling, ratio=ratio, offset=offset)
+    return _with_teeth(replace(coupling, ratio=ratio, offset=offset), stated)
+
+
+def _with_teeth(coupling: CouplingDescription, element: Element) -> CouplingDescription:
+    """Return a coupling with the numbers that its element states of teeth."""
+    forces = element.get("forces", "")
+    if forces != "mesh":
+        return replace(coupling, forces=forces, mesh=None)
+    pressure, helix = (
+        float(element.get(f"{kind}_angle", default))
+        for kind, default in (("pressure", str(np.pi / 9.0)), ("helix", "0"))
+    )
+    along = element.get("along")
+    mesh = Mesh(pressure, helix, None if along is None else float(along))
+    return replace(coupling, forces=forces, mesh=mesh)
 
 
 def _link(name: str, element: Element) -> LinkDescription:

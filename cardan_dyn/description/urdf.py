@@ -18,6 +18,7 @@ import numpy as np
 
 from ..errors import ModelError, choices
 from .beside import ChangedType, file_beside, unread_files
+from .coupled_forces import with_forces
 from .description import (
     CouplingDescription,
     Description,
@@ -338,4 +339,4 @@ def _coupling(
     ratio = number(text, "", f"{at}: ratio value")
     if ratio == 0.0:
         raise ModelError(f"{at}: a ratio of zero would hold the successor, not couple it")
-    return CouplingDescription(name, predecessor, successor, ratio)
+    return with_forces(CouplingDescription(name, predecessor, successor, ratio), element, at)

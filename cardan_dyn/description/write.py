@@ -28,6 +28,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import file_path, writing
 from ..errors import ArgumentError, ModelError, choices
+from .coupled_forces import forces_words
 from .elements import DYNAMICS_WORDS, LOOP_TYPES, ROTATION_TOLERANCE, TREE_TYPES, rotation, words
 from .mimics import check_mimics, default_name
 
@@ -236,6 +237,7 @@ def _write_mimic(joint: Element, coupling: CouplingDescription) -> None:
         mimic.set("offset", words([coupling.offset]))
     if coupling.name != default_name(coupling.successor):
         mimic.set("name", coupling.name)
+    mimic.attrib.update(forces_words(coupling))
 
 
 def _write_limits(joint: Element, limits: Limits, kind: str, at: str) -> None:
@@ -263,7 +265,7 @@ def _write_loop(robot: Element, loop: LoopDescription) -> None:
 
 
 def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:
-    element = SubElement(robot, "coupling", name=coupling.name)
+    element = SubElement(robot, "coupling", name=coupling.name, **forces_words(coupling))
     SubElement(element, "predecessor", link=coupling.predecessor)
     SubElement(element, "successor", link=coupling.successor)
     SubElement(element, "ratio", value=words([coupling.ratio]))

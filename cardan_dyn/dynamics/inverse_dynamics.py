@@ -312,7 +312,31 @@ class InverseDynamics:
             added = acted.efforts
         case = LoadCase(dynamics, inputs.loads + added, links, inputs.gravity, inputs.inertia)
         (reactions,) = self._reactions.solve(state, [case])
+        if self._mechanism.teeth:
+            reactions = self._with_teeth(state, case, reactions)
         return self.with_residuals(state, inputs, rates, reactions, added)
+
+    def _with_teeth(self, state: ClosedState, case: LoadCase, reactions: Reactions) -> Reactions:
+        """Return the reactions once teeth exert the moments of their couplings.
+
+        The couplings keep the ratio and exert nothing then; their moments stay those of the teeth.
+        """
+        mechanism, loops = self._mechanism, len(self._mechanism.loops)
+        pushed = list(case.link_loads)
+        for teeth in mechanism.teeth:
+            moment = reactions.closure_forces[loops + teeth.coupling][:, 0]
+            for gear in teeth.gears:
+                angle = state.x[:, mechanism.coordinates.columns[gear.joint].start]
+                wrench = gear.wrench(moment, angle)
+                pushed.append(LinkLoad(gear.body, gear.rotation, gear.translation, *wrench, False))
+        (left,) = self._reactions.solve(state, [case._replace(link_loads=pushed)])
+        return left._replace(
+            influence=reactions.influence,
+            teeth={
+                item.coupling: reactions.closure_forces[loops + item.coupling]
+                for item in mechanism.teeth
+            },
+        )
 
     def inertial_efforts(self, state: ClosedState, moves: Sequence[tuple[Array, Array]]) -> Array:
         """Return `(N, m, d)` efforts of the drives that move the bodies alone, without a proof.
@@ -365,6 +389,8 @@ class InverseDynamics:
             has_rates = has_rates or bool(np.any(reactions.idle_accelerations))
         exerted = self._exerted(inputs.loads + added, rates.velocity_ratios, reactions)
         couplings = _coupling_moments(reactions, len(self._mechanism.loops), len(state.x))
+        for index, moments in reactions.teeth.items():
+            couplings[:, index : index + 1] += moments
         residuals = self.bodies.check(
             Claim(
                 x=state.x,

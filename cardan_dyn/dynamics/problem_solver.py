@@ -21,6 +21,7 @@ from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guess_cache import Guess
 from ..kinematics.loops.needs import solved_couplings
+from ..mechanism.undescribed import REMEDY, greatest_changes
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..problem.samples import Targets
@@ -489,7 +490,9 @@ class ProblemSolver(Frozen):
         return rows.arrays["v"], rows.arrays["a"], ratios._replace(values=values)
 
     def refuse_indeterminate(self, unique: Array) -> None:
-        """Refuse statically indeterminate outputs if the problem is strict and has no compliances.
+        """Refuse outputs that are not unique if the problem is strict.
+
+        Compliances decide what statics leaves open, but not which forces a coupling exerts.
 
         Args:
             unique: `(k, 6)` which components of the outputs are unique.
@@ -498,17 +501,31 @@ class ProblemSolver(Frozen):
             IndeterminateError: the problem is strict and wants a component that is not unique.
         """
         problem = self.problem
-        if not problem.strict or problem.compliance or np.all(unique):
+        if not problem.strict or np.all(unique):
             return
+        silent = problem.mechanism.undescribed
+        if problem.compliance:
+            from .reactions import UNIQUE_TOLERANCE
+
+            unique = greatest_changes(silent, problem.outputs) < UNIQUE_TOLERANCE
+            if np.all(unique):
+                return
         components = {
             name: [label for label, flag in zip(WRENCH_COMPONENTS, row, strict=True) if not flag]
             for name, row in zip(problem.outputs, unique, strict=True)
             if not np.all(row)
         }
         listed = "; ".join(f"{name}: {', '.join(labels)}" for name, labels in components.items())
+        told = [item.told() for item in silent if components.keys() & item.changes.keys()]
+        advice = (
+            f"{'; '.join(told)}: {REMEDY}"
+            if told
+            else "Give compliances, change the mechanism (a slide, a ball) or leave strict out to "
+            "have the least norm"
+        )
         raise IndeterminateError(
-            f"{problem.mechanism.name}: the laws of motion leave open: {listed}. Give compliances, "
-            "change the mechanism (a slide, a ball) or leave strict out to have the least norm",
+            f"{problem.mechanism.name}: the laws of motion leave open: {listed}. "
+            f"{advice[0].upper()}{advice[1:]}",
             components=components,
         )
 

@@ -8,7 +8,8 @@ the load to the drive, against the order in which their motion is solved.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.closing.batch_model import placement
 from ..kinematics.loops.needs import Needs
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.undescribed import greatest_changes
 from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
 from .open_tree import Along, LoadCase, OpenTree
@@ -43,9 +45,11 @@ class Reactions(NamedTuple):
             axes of the base of its group's batch model, about its origin; then per coupling
             `(N, 1)`, its moment (a force at a slide) at its successor's joint.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
-        influence: `(b, 6)` greatest change of a component per unit of self-stress.
+        influence: `(b, 6)` greatest change of a component per unit of self-stress, or of forces
+            that a coupling may exert, see `Undescribed`.
         idle_accelerations: `(N, nv)` what idle rods add to the joint accelerations, see
             `IdleSpins`; None without such rods.
+        teeth: couplings (index) to moments `(N, 1)` that teeth exert in their place.
     """
 
     wrenches: Array
@@ -53,6 +57,7 @@ class Reactions(NamedTuple):
     indeterminate_couplings: set[int]
     influence: Array
     idle_accelerations: Array | None = None
+    teeth: Mapping[int, Array] = MappingProxyType({})
 
 
 def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reactions:
@@ -117,6 +122,7 @@ class ReactionSolver:
             for body in solver.group.bodies
         }
         self._rule = rule or LeastNorm(mechanism.characteristic_length, wrenches_in_norm(mechanism))
+        self._opened = self._opened_by_couplings()
         model = mechanism.model
         owners = np.array(
             [joint - 1 for joint in range(1, model.njoints) for _ in range(model.nvs[joint])]
@@ -155,6 +161,11 @@ class ReactionSolver:
             forces, changes, indeterminate = self._closed_at_once(state, cases, wrenches)
         else:
             forces, changes, indeterminate = self._closed(state, cases, wrenches)
+        if self._opened is not None:
+            np.maximum(changes, self._opened, out=changes)
+        for teeth in self._mechanism.teeth:
+            if teeth.coupling in indeterminate:
+                changes[[self._mechanism.joints[name].id - 1 for name in teeth.joints]] = 1.0
         return [
             Reactions(
                 wrenches[..., case],
@@ -165,6 +176,18 @@ class ReactionSolver:
             )
             for case in range(len(cases))
         ]
+
+    def _opened_by_couplings(self) -> Array | None:
+        """Return `(b, 6)` how far couplings change components that state no forces; or None."""
+        mechanism = self._mechanism
+        if not mechanism.undescribed:
+            return None
+        indices = {name: joint.id - 1 for name, joint in mechanism.joints.items() if joint.parts}
+        for loop, index in self._closure.fixed_loops.items():
+            indices[mechanism.loops[loop].joint] = index
+        result = np.zeros((self.size, 6))
+        result[list(indices.values())] = greatest_changes(mechanism.undescribed, indices)
+        return result
 
     def _closed(
         self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array

@@ -98,8 +98,9 @@ def sign_note(turn: Swept, opened: bool) -> str:
     """Return whose wrenches are drawn, and what a star means if there is one."""
     if not opened:
         return SIGN
-    rule = getattr(turn, "rule", "") or turn.sweep.rule
-    return f"{SIGN}; * not determined by statics, chosen by {rule}"
+    found = turn.left_open if hasattr(turn, "left_open") else turn.sweep.left_open
+    chosen = [f"not determined by statics, chosen by {found.rule}"] if found.chosen else []
+    return f"{SIGN}; * {'; '.join([*chosen, *(item.told() for item in found.couplings)])}"
 
 
 def determined(wrench: Any, quantity: str, components: Sequence[int] = (0, 1, 2)) -> bool:

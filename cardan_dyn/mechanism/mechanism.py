@@ -28,7 +28,9 @@ from ..frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
 from .joints import Joint, NamedCoordinate, Part, described_joints, named_coordinates
 from .kept import Kept
+from .teeth import teeth_of
 from .tree import TreeBuilder, artificial_inertia
+from .undescribed import Undescribed, undescribed
 from .welds import (
     LEAST_LENGTH,
     characteristic_length,
@@ -80,6 +82,7 @@ class Mechanism(Frozen):
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
         loops: the welds.
         couplings: the ratios between the motions of links or joints.
+        teeth: those of gears among them.
         independent_joints: names of the joints that the description's author drives.
         auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
             world. Their artificial inertia, without effect, keeps the inertia matrix regular.
@@ -135,6 +138,11 @@ class Mechanism(Frozen):
         self.couplings = tuple(
             coupling_of(item, self.model, self.joints, self.links) for item in description.couplings
         )
+        self.teeth = tuple(
+            teeth_of(index, item, self.couplings[index], self.model, self.joints)
+            for index, item in enumerate(description.couplings)
+            if item.mesh is not None
+        )
         self.independent_joints = description.independent_joints
         self.auxiliary_bodies = tuple(
             loop.predecessor
@@ -173,6 +181,11 @@ class Mechanism(Frozen):
             moving = sorted(self._base.adjustable.keys() & self.joints.keys())
             return _variant, (self._base, sorted(self.coordinates.cardan), moving)
         return Mechanism, (self.description,)
+
+    @cached_property
+    def undescribed(self) -> tuple[Undescribed, ...]:
+        """What couplings leave open whose description does not say which forces they exert."""
+        return undescribed(self.couplings, self.model, self.joints, self.loops)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -137,6 +137,7 @@ class Coupling(NamedTuple):
         offset: motion of the successor while the predecessor is at zero [rad or m].
         predecessor_columns, successor_columns: velocity coordinates of the two joints, or of the
             joints between the two links and their nearest common ancestor.
+        forces: see `CouplingDescription`.
     """
 
     name: str
@@ -144,6 +145,7 @@ class Coupling(NamedTuple):
     offset: float
     predecessor_columns: tuple[int, ...]
     successor_columns: tuple[int, ...]
+    forces: str
 
 
 def coupling_of(
@@ -166,7 +168,8 @@ def coupling_of(
     ends = (coupling.predecessor, coupling.successor)
     if coupling.of_joints:
         mimicked, joint = (int(model.idx_vs[joints[name].id]) for name in ends)
-        return Coupling(coupling.name, coupling.ratio, coupling.offset, (mimicked,), (joint,))
+        columns = (mimicked,), (joint,)
+        return Coupling(coupling.name, coupling.ratio, coupling.offset, *columns, coupling.forces)
     chains = [set(ancestors(model, links[name][0])) for name in ends]
     at = f"{model.name}: coupling {coupling.name!r}"
     first, second = (
@@ -177,7 +180,7 @@ def coupling_of(
         raise ModelError(
             f"{at}: no joint moves {coupling.predecessor!r} relative to {coupling.successor!r}"
         )
-    return Coupling(coupling.name, coupling.ratio, coupling.offset, first, second)
+    return Coupling(coupling.name, coupling.ratio, coupling.offset, first, second, coupling.forces)
 
 
 def _coupled_columns(

@@ -26,6 +26,8 @@ from .momentum import MassiveBodies
 from .proof_plan import RESULTS, ProofTables, link_loads
 from .residuals import Claim, Residuals, ratio
 from .self_stress import SelfStressProof, prove_flags
+from .silent_couplings import open_by_couplings
+from .tooth_forces import MeshingGears
 from .twists import State, Twists, cross
 from .wrenches import (
     JointWrenches,
@@ -152,6 +154,8 @@ class FreeBodies:
             for link, (body, _) in frames.links.items()
             if body >= 0 and not self._covered[body]
         )
+        self._gears = MeshingGears.of(description, frames)
+        self._by_couplings = open_by_couplings(description, frames)
         self._massive = MassiveBodies(frames, dict(enumerate(frames.bodies)), length)
         self._described = {link.name: link for link in description.links}
         self._constraints = Constraints(description, coordinates, twists, length, setup.motion)
@@ -178,8 +182,13 @@ class FreeBodies:
     def _stress(self) -> SelfStressProof:
         constraints = self._constraints
         factors = constraints.known_coupling_factors
+        geared = {
+            constraints.couplings.index(gears.coupling): gears.joints
+            for gears in self._gears
+            if gears.coupling in constraints.couplings
+        }
         return SelfStressProof(
-            self._twists, constraints.loops, factors, self._passives, self._length
+            self._twists, constraints.loops, factors, self._passives, self._length, geared
         )
 
     def prove_flags(self, x: Array, unique: Array, condition: Array | float = 1.0) -> None:
@@ -198,13 +207,15 @@ class FreeBodies:
         """
         flags = unique.tobytes()
         if flags not in self._proven_flags:
-            prove_flags(self._stress, x, unique, self.claimed, float(np.max(condition)))
+            greatest, silent = float(np.max(condition)), self._by_couplings[self.claimed]
+            prove_flags(self._stress, x, unique, self.claimed, greatest, silent)
             self._proven_flags.add(flags)
 
     def check(self, claim: Claim) -> Residuals:
         """Return the residuals of a claim."""
-        # Elements and changed inertia are left to NumPy.
-        if compiled.kernel is not None and self._elements is None and not claim.inertia:
+        # Elements, changed inertia and teeth are left to NumPy.
+        is_plain = self._elements is None and not (claim.inertia or self._gears)
+        if compiled.kernel is not None and is_plain:
             return self._compiled_residuals(claim)
         # What overflows is refused by those who judge residuals.
         with np.errstate(over="ignore", invalid="ignore"):
@@ -223,7 +234,7 @@ class FreeBodies:
         ).plan()
 
     def _compiled_residuals(self, claim: Claim) -> Residuals:
-        """Return what `_residuals` does, of claims without elements and factors on inertia."""
+        """Return what `_residuals` does, of claims without elements, teeth, factors on inertia."""
         results = np.empty((RESULTS, len(claim.x)))
         compiled.kernel.proven(
             self._plan.handle,
@@ -264,13 +275,23 @@ class FreeBodies:
             power_scale += np.abs(applied.power)
             greatest = np.maximum(greatest, applied.size)
             inertia += applied.inertia
+        for gears in self._gears:
+            wrench = gears.wrench(state, self.frames, claim.couplings[:, gears.coupling])
+            for body, sign in zip(gears.bodies, (-1.0, 1.0), strict=True):
+                if body >= 0:
+                    net[body] += sign * wrench
         if self._uncovered.size:
             net[self._uncovered] = 0.0
         taken_about(state.joint_frames[: self.frames.tree, 3], net)
         body_imbalance, wrench = greatest_sizes(every, self._length, self.frames.tree)
         given = loads + exerted
         if claim.couplings.shape[1]:
-            given += constraints.coupled_efforts(claim.couplings.T)
+            moments = claim.couplings.T
+            if self._gears:
+                # Teeth exert what their couplings would.
+                moments = moments.copy()
+                moments[[gears.coupling for gears in self._gears]] = 0.0
+            given += constraints.coupled_efforts(moments)
         effort_imbalance = self._efforts.imbalance(state, wrenches, given)
         if len(greatest) < len(inertia):
             greatest = greatest.repeat(len(inertia))

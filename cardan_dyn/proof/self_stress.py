@@ -8,7 +8,8 @@ any of them, and a component that is flagged not unique must change under at lea
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -75,6 +76,7 @@ class SelfStressProof:
         coupling_factors: Array,
         passives: Array,
         length: float,
+        geared: Mapping[int, tuple[int, int]] = MappingProxyType({}),
     ) -> None:
         """Lay out the equations of equilibrium.
 
@@ -85,8 +87,10 @@ class SelfStressProof:
             passives: velocity coordinates that are neither driven nor held.
             length: characteristic length, that forces are multiplied with to compare them with
                 moments [m].
+            geared: row of `coupling_factors` to the joints that its teeth press on.
         """
         frames = twists.frames
+        self._geared = geared
         self._twists = twists
         self.joints = frames.joints
         # A closure wrench acts on the loop's successor, against the predecessor; what holds both
@@ -195,13 +199,27 @@ class SelfStressProof:
         wrenches = wrenches / self._lengths[::3, None, None]
         on_joints = np.einsum("jl,lkis->jkis", self._signs, wrenches)
         on_joints[:, 1] -= np.cross(joint_frames[:, 3, :, None], on_joints[:, 0], axis=1)
-        return np.asarray(np.einsum("jci,jkis->jkcs", joint_frames[:, :3], on_joints))
+        changes = np.einsum("jci,jkis->jkcs", joint_frames[:, :3], on_joints)
+        for row, joints in self._geared.items():
+            # Where its moment is open, nothing is known of what teeth press on.
+            pressed = np.zeros((*changes.shape[:3], 6))
+            size = np.linalg.norm(stresses[6 * loops + row])
+            pressed[list(joints)] = (
+                size * np.eye(6).reshape(2, 3, 6) / self._lengths[::3, None, None]
+            )
+            changes = np.concatenate([changes, pressed], axis=3)
+        return np.asarray(changes)
 
 
 def prove_flags(
-    stress: SelfStressProof, x: Array, unique: Array, joints: list[int], condition: float
+    stress: SelfStressProof,
+    x: Array,
+    unique: Array,
+    joints: list[int],
+    condition: float,
+    silent: Array | bool = False,
 ) -> None:
-    """Refuse flags of uniqueness that self-stresses contradict.
+    """Refuse flags of uniqueness that self-stresses contradict, or couplings that state no forces.
 
     Args:
         stress: states of stress of the mechanism.
@@ -210,10 +228,13 @@ def prove_flags(
         joints: indices of these joints in `Frames`.
         condition: condition number of the closure equations, whose rounding may make the solver
             flag a component.
+        silent: `(J, 6)` which components couplings leave open.
 
     Raises:
         AccuracyError: a component flagged unique changes, or one flagged not unique does not.
     """
+    if np.any(unique & silent):
+        raise _contradiction("unique, but changes", stress, joints, unique & silent)
     if not stress.unknowns or stress.unknowns > MOST_UNKNOWNS:
         return
     first = sorted(set(np.linspace(0, len(x) - 1, _FIRST_POSITIONS).astype(int).tolist()))
@@ -227,11 +248,11 @@ def prove_flags(
         wrong = unique & (changes > _UNIQUE)
         if np.any(wrong):
             raise _contradiction("unique, but changes", stress, joints, wrong)
-        if np.all(unique | (changes > _OPEN)):
+        if np.all(unique | silent | (changes > _OPEN)):
             return
     if not judged or condition > _CERTAIN_CONDITION:
         return  # The rank is in doubt: near singular positions, or because digits were lost.
-    wrong = ~unique & (changes <= _OPEN)
+    wrong = ~unique & ~np.asarray(silent) & (changes <= _OPEN)
     raise _contradiction("open, but does not change", stress, joints, wrong)
 
 
@@ -243,7 +264,7 @@ def _contradiction(
     name = stress.joints[joints[joint]]
     return AccuracyError(
         f"{WRENCH_COMPONENTS[component]} of the wrench at {name!r} is flagged {finding} under "
-        "self-stress: please report this with the scene",
+        "self-stress or the forces of couplings: please report this with the scene",
         residual=float("nan"),
         tolerance=_UNIQUE,
         position=None,

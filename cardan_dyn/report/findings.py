@@ -85,14 +85,13 @@ class Findings(Result, Frozen):
 
     @cached_property
     def chosen(self) -> tuple[str, ...]:
-        """What the laws of motion leave open: joints with their components, and couplings."""
-        if self.sweep is None:
-            return ()
-        from ..results.wrench import named_components
+        """What statics leaves open and a rule chooses: joints with components, and couplings."""
+        return () if self.sweep is None else tuple(self.sweep.left_open.rows)
 
-        rows = zip(self.sweep.outputs, self.sweep.unique, strict=True)
-        found = [f"{name} ({named_components(~row)})" for name, row in rows if not row.all()]
-        return (*found, *(name for name, one in self.sweep.coupling_unique.items() if not one))
+    @cached_property
+    def silent(self) -> str:
+        """Which couplings do not say how they press on their joints; empty if none."""
+        return "" if self.sweep is None else self.sweep.left_open.told
 
     @cached_property
     def orders(self) -> dict[tuple[str, str, str], np.ndarray]:
@@ -253,6 +252,8 @@ class Findings(Result, Frozen):
             lines.append(f"! {self.doubt}")
         if self.chosen:
             lines.append(f"* not determined by statics, chosen by {self.sweep.rule}")
+        if self.silent:
+            lines.append(f"* {self.silent}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
 

@@ -141,6 +141,8 @@ def _warnings(report: Findings) -> list[str]:
         more = len(report.chosen) - 6
         listed = ", ".join(report.chosen[:6]) + (f" and {more} more" if more > 0 else "")
         found.append(f"Statics does not determine, so that {report.sweep.rule} chose: {listed}.")
+    if report.silent:
+        found.append(f"{report.silent[0].upper()}{report.silent[1:]}.")
     if report.doubt:
         found.append(report.doubt)
     if report.description.is_counted:
@@ -378,7 +380,9 @@ def _proof_remarks(report: Findings) -> list[str]:
         )
     if report.chosen:
         found.append(f"Chosen by {sweep.rule}: {', '.join(report.chosen)}.")
-    elif sweep.outputs:
+    if report.silent:
+        found.append(f"{report.silent[0].upper()}{report.silent[1:]}.")
+    elif sweep.outputs and not report.chosen:
         found.append("All wrenches follow from the laws of motion alone.")
     return found
 

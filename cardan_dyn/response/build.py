@@ -259,10 +259,15 @@ def refuse_unsuitable(problem: Problem) -> None:
     """Refuse a problem whose wrenches are no functions of one drive's position.
 
     Raises:
-        ArgumentError: it has several drives, elements, or a wrench on a link that changes from
-            sample to sample.
+        ArgumentError: it has several drives, elements, teeth, or a wrench on a link that changes
+            from sample to sample.
     """
     refuse_elements(problem)
+    if problem.mechanism.teeth:
+        raise ArgumentError(
+            "a response takes no gears with teeth, whose radial force is the same for either sign "
+            "of the torque; sweep the scene directly: scene.sweep(position, ...)"
+        )
     if len(problem.independent) != 1:
         raise ArgumentError(f"a response needs one drive, not {list(problem.independent)}")
     for name, load in problem.link_loads.items():

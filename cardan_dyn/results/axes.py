@@ -117,10 +117,15 @@ def unique_of(
     if len(x) <= _MOST_POSITIONS and np.all(np.isfinite(x)):
         index = problem.mechanism.frames.joints.index(joint)
         flags = _self_stress(problem).unique_of(index, x, factors, are_forces)
+    sizes = np.abs(factors)
+    greatest = np.max(sizes, axis=(0, 2))
     if flags is None:
-        sizes = np.abs(factors)
-        made_of = np.any(sizes > _NOTHING * np.max(sizes, axis=(0, 2))[:, None], axis=0)
+        made_of = np.any(sizes > _NOTHING * greatest[:, None], axis=0)
         flags = ~np.any(made_of & ~unique, axis=1)
+    for item in problem.mechanism.undescribed:
+        if joint in item.changes:
+            changes = np.max(np.abs(factors @ item.changes[joint]), axis=(0, 2))
+            flags = flags & (changes <= _NOTHING * greatest)
     return np.asarray(flags)
 
 

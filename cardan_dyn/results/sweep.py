@@ -59,6 +59,7 @@ from ..frozen import frozen, made, read_only
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
+from .left_open import LeftOpen
 from .motion import Motion
 from .prescribed import MotionResult
 from .source import Source
@@ -374,15 +375,27 @@ class Sweep(MotionResult):
         return "least elastic energy" if self._problem.compliance else "least norm"
 
     def _chosen(self) -> str:
-        """Return which wrenches statics leaves open and a rule has chosen, for `repr`."""
-        opened = [
-            name for name, row in zip(self.outputs, self.unique, strict=True) if not np.all(row)
-        ]
-        opened += [name for name, unique in self.coupling_unique.items() if not unique]
-        if not opened:
-            return ""
-        more = f" and {len(opened) - 3} more" if len(opened) > 3 else ""
-        return f"; not determined by statics, chosen by {self.rule}: {', '.join(opened[:3])}{more}"
+        """Return which wrenches are open, and whether a rule has chosen them, for `repr`."""
+        opened, text = self.left_open, ""
+        if names := [*opened.chosen]:
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            listed = ", ".join(names[:3]) + more
+            text = f"; not determined by statics, chosen by {self.rule}: {listed}"
+        if opened.couplings:
+            count = len(opened.couplings) - 1
+            more = f" (nor of {count} more)" if count else ""
+            text += f"; {opened.couplings[0].told()}{more}"
+        return text
+
+    @cached_property
+    def left_open(self) -> LeftOpen:
+        """What of its outputs does not follow from the laws of motion, and why."""
+        unique = dict(zip(self.outputs, self.unique, strict=True))
+        return LeftOpen.of(self.rule, self.mechanism.undescribed, unique, self.coupling_unique)
+
+    def why_open(self, joint: str) -> str:
+        """Return why components of an output are not unique; empty if all are."""
+        return self.left_open.why(joint)
 
     def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
         """Return the wrench exerted by a joint's parent on its child, at the joint origin.
@@ -541,8 +554,8 @@ class Sweep(MotionResult):
         else:
             header = ("joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique")
             told = f"Greatest values; wrenches are {_SIGN}."
-            if chosen := _not_unique(self):
-                told += f" Not determined by statics, {chosen}."
+            if self.left_open.text:
+                told += f" Not determined: {self.left_open.text}."
             wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
             wrenches += element("p", told)
         # That of the power is left out as well where the outputs leave out part of its flow.
@@ -844,17 +857,6 @@ def _coupling_unit(sweep: Sweep, name: str) -> str:
     return sweep.mechanism.drivable[joint].effort_unit
 
 
-def _not_unique(sweep: Sweep) -> str:
-    """Return what statics leaves open and by which rule it was chosen; empty if nothing is."""
-    opened = [
-        f"{name} ({named_components(~row)})"
-        for name, row in zip(sweep.outputs, sweep.unique, strict=True)
-        if not np.all(row)
-    ]
-    opened += [name for name, unique in sweep.coupling_unique.items() if not unique]
-    return f"chosen by {sweep.rule}: {', '.join(opened)}" if opened else ""
-
-
 def _attributes(sweep: Sweep) -> dict[str, Any]:
     """Return attributes of a whole table: numbers and texts, so that any file format takes them."""
     gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"
@@ -874,7 +876,7 @@ def _attributes(sweep: Sweep) -> dict[str, Any]:
         ),
         "gravity": gravity,
         "wrenches": _SIGN,
-        "not_unique": _not_unique(sweep),
+        "not_unique": sweep.left_open.text,
         **sweep.proven.residuals,
         "unproven": ", ".join(sweep.unproven),
         "cardan_dyn_version": __version__,

@@ -83,9 +83,8 @@ class Placed(Protocol):
 class Surroundings(Protocol):
     """What a wrench asks of the sweep that it belongs to."""
 
-    @property
-    def rule(self) -> str:
-        """By which rule is chosen what is not unique."""
+    def why_open(self, joint: str) -> str:
+        """Return why components of a joint's wrench are not unique; empty if all are."""
         ...
 
     def rotation_from_joint(self, joint: str, frame: str) -> Array:
@@ -248,7 +247,9 @@ class JointWrench(Hinting):
         """Whether each component follows from the equations of motion alone, `(6,)`.
 
         Force, then moment, in the axes of `frame`, at every position. Where it is False, the value
-        is the one of least norm, or least elastic energy, among those that satisfy them.
+        is the one of least norm, or least elastic energy, among those that satisfy them; or a
+        coupling does not say which forces it exerts (`Sweep.left_open`), and the value is what
+        moments about the axes of its joints cause.
         """
         return self._flags()
 
@@ -258,12 +259,13 @@ class JointWrench(Hinting):
         known = (size[np.isfinite(size)] for size in self.magnitude)
         force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in known)
         acts = f"force up to {force} N, moment up to {moment} N·m"
-        if force == moment == "0" and self.moment.size:
+        is_unique = bool(np.all(self.unique))
+        if force == moment == "0" and self.moment.size and is_unique:
             acts = "nothing acts"
         about = "" if self.point is None else " about another point"
-        chosen = "" if np.all(self.unique) else f", not unique: {named_components(~self.unique)}"
+        chosen = "" if is_unique else f", not unique: {named_components(~self.unique)}"
         if chosen and self._sweep is not None:
-            chosen += f", chosen by {self._sweep.rule}"
+            chosen += f", {self._sweep.why_open(self.joint)}"
         return (
             f"<JointWrench of {self.joint!r} in {self.frame} axes{about}, of the parent on the "
             f"child: {shape} samples, {acts}{chosen}>"

@@ -69,6 +69,7 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         idle_rods=rods_by_name(mechanism, set(range(coordinates)) - driven),
         drivable=tuple(mechanism.drivable),
         warnings=mechanism.warnings,
+        silent=tuple(item.told() for item in mechanism.undescribed),
         place=place,
         described=described,
     )

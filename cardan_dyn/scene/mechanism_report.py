@@ -8,6 +8,7 @@ from functools import cached_property
 from ..errors import ArgumentError, choices
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.undescribed import REMEDY
 from .drives import Drives, drives_of
 
 
@@ -104,6 +105,7 @@ class MechanismReport:
             the mobility, and need no drive.
         drivable: names of the coordinates that a scene can drive or hold, see `Mechanism.drivable`.
         warnings: what is wrong with the description and was accepted.
+        silent: in a sentence each, which couplings do not say how they press on their joints.
         place: what the ranks are those of the surroundings of.
         described: what was described.
     """
@@ -119,6 +121,7 @@ class MechanismReport:
     idle_rods: list[tuple[str, ...]]
     drivable: tuple[str, ...]
     warnings: tuple[str, ...]
+    silent: tuple[str, ...] = ()
     place: str = "the description's zero"
     described: Mechanism | Configuration | None = field(default=None, repr=False, compare=False)
 
@@ -214,6 +217,7 @@ class MechanismReport:
             for component in self.components
             if component.is_singular_at_zero
         ]
+        remarks += [f"leaves open: {told}; {REMEDY}" for told in self.silent]
         return remarks + [f"warning: {warning}" for warning in self.warnings]
 
     @property

@@ -544,7 +544,8 @@ class Scene(Prescribed):
                 come back to where it was.
 
         Raises:
-            ArgumentError: the interval is empty, or the scene has several drives, or elements.
+            ArgumentError: the interval is empty, or the scene has several drives, elements, or
+                gears whose teeth are described.
             AccuracyError: the tolerance cannot be reached; the message says what can.
             IndeterminateError: a component of an output is not unique, in a strict scene.
             CardanError: the drive does not turn through and no interval was given.

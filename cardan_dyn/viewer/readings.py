@@ -78,7 +78,6 @@ def readings(
         "state": told.state(),
         "joints": [told.joint(name) for name in joints],
         "links": told.links(),
-        "rule": sweep.rule if isinstance(sweep, Sweep) else "",
     }
 
 
@@ -204,7 +203,9 @@ class _Teller:
         }
         if isinstance(self._sweep, Sweep):
             wrench = self._sweep[name]
-            told["open"] = named_components(~wrench.unique)
+            if not np.all(wrench.unique):
+                parts = named_components(~wrench.unique)
+                told["open"] = f"Not unique: {parts}, {self._sweep.why_open(name)}."
             names = _WITH_AXIS if wrench.has_axis else _WITHOUT
             parts = [
                 (name, QUANTITIES[name], values_of(wrench, name), determined(wrench, name))

@@ -29,8 +29,11 @@ def test_a_coupling_passes_power_on_without_loss() -> None:
 
 
 def test_closed_trains_of_wheels_are_solved_or_refused() -> None:
-    train = (coupling("ab", "a", "b", -2.0), coupling("bc", "b", "c", -3.0))
-    closed = gears(*train, coupling("ca", "c", "a", 1.0 / 6.0), third=True)
+    train = (
+        coupling("ab", "a", "b", -2.0, 'forces="none"'),
+        coupling("bc", "b", "c", -3.0, 'forces="none"'),
+    )
+    closed = gears(*train, coupling("ca", "c", "a", 1.0 / 6.0, 'forces="none"'), third=True)
     scene = cd.Scene(cd.load(closed), drive="a", loads={"c": -4.0})
     turn = scene.sweep(POSITIONS, speed=1.0)
     assert relative(turn.drive_effort, np.full(41, 24.0)) < 1e-13

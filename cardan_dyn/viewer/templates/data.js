@@ -16,7 +16,7 @@ function array([at, count, kind]) {
 }
 
 const told = data.told || {
-  sign: "", course: {}, state: [], joints: [], links: [], rule: "", duration: 8,
+  sign: "", course: {}, state: [], joints: [], links: [], duration: 8,
 };
 const course = {
   name: told.course.name,

@@ -189,8 +189,7 @@ function tellChoice(joint, link) {
     details.append(make("p", {}, `Joint, ${joint.type}${ends}.`));
     if (joint.series.length) byId("sign").textContent = told.sign;
     if (joint.series.some((item) => !item.unique)) {
-      details.append(make("p", {},
-        `* Statics leaves ${joint.open} open; the numbers are the choice of ${told.rule}.`));
+      details.append(make("p", {}, `* ${joint.open}`));
     }
   } else if (link) {
     details.append(make("p", {}, "Link with the joints"));

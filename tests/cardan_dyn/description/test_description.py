@@ -18,6 +18,7 @@ from cardan_dyn.description.description import (
     Limits,
     LinkDescription,
     LoopDescription,
+    Mesh,
     SourceText,
 )
 from cardan_dyn.response.identity import digest
@@ -93,7 +94,7 @@ CHANGES = [
         CouplingDescription("m", "a", "b", 1.0),
         {
             **{"name": "n", "predecessor": "c", "successor": "c", "ratio": 1.0 + 2.0**-52},
-            **{"offset": 1e-300, "of_joints": True},
+            **{"offset": 1e-300, "of_joints": True, "forces": "none", "mesh": Mesh()},
         },
     ),
     (

@@ -72,9 +72,16 @@ def test_a_row_per_output_with_its_greatest_values(joint: cd.Mechanism) -> None:
 
 
 def test_what_is_unique_is_told_as_such() -> None:
-    turn = cd.Scene(cd.load(gears(coupling("mesh", "a", "b", 2.0))), drive="a").sweep(POSITIONS)
+    stated = gears(coupling("mesh", "a", "b", 2.0, 'forces="none"'))
+    turn = cd.Scene(cd.load(stated), drive="a").sweep(POSITIONS)
     rows = table_rows(turn._repr_html_())
     assert [row[4] for row in rows[1:3]] == ["yes", "yes"]
+    silent = cd.Scene(cd.load(stated.replace('forces="none"', "")), drive="a").sweep(POSITIONS)
+    rows = table_rows(silent._repr_html_())
+    assert [row[4] for row in rows[1:3]] == ["not force xyz, moment xyz"] * 2
+    assert "which couples a and b, presses on their bearings is not described" in (
+        silent._repr_html_()
+    )
 
 
 def test_texts_of_a_description_are_escaped() -> None:

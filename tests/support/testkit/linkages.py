@@ -128,9 +128,10 @@ def gears(*couplings: str, third: bool = False) -> str:
     return f'<robot name="gears"><link name="ground"/>{wheels}{"".join(couplings)}</robot>'
 
 
-def coupling(name: str, first: str, second: str, ratio: float) -> str:
+def coupling(name: str, first: str, second: str, ratio: float, stated: str = "") -> str:
+    """Couple two wheels; what is stated are attributes of the coupling."""
     return (
-        f'<coupling name="{name}"><predecessor link="wheel_{first}"/>'
+        f'<coupling name="{name}" {stated}><predecessor link="wheel_{first}"/>'
         f'<successor link="wheel_{second}"/><ratio value="{ratio!r}"/></coupling>'
     )
 
