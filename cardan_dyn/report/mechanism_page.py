@@ -116,6 +116,11 @@ def _summary(report: Findings) -> str:
             ends.append(f"the greatest {what}{quantity} is {size} at {top.owner}{mark}")
             if what == "force" and not top.determined:
                 ends.extend(_determined_shear(report))
+    if not ends:
+        # As where a coupling passes on all that acts, or the outputs leave wrenches out.
+        known = all(item.determined for item in report.extremes)
+        nothing = "Joints carry nothing" if known else "What joints carry is not known"
+        return f"{text} {nothing}; drives and couplings act."
     return f"{text} {ends[0][0].upper()}{ends[0][1:]}{''.join(f'; {end}' for end in ends[1:])}."
 
 
@@ -282,7 +287,7 @@ def _extremes(report: Findings) -> dict[str, Any]:
     others = [item for item in acting if item.quantity not in _OF_WRENCHES]
     zero: dict[str, list[str]] = {}
     for item in report.extremes:
-        if not item.acts:
+        if not item.acts and item.determined:
             zero.setdefault(item.owner, []).append(item.quantity)
     at = "at sample" if len(report.drives) > 1 else "at"
     header = ("quantity", "unit", "greatest", at, "least", f"{at} ")
