@@ -160,10 +160,12 @@ class MobilityError(CardanError):
 
 
 class IndeterminateError(CardanError):
-    """Requested components are statically indeterminate, and the scene is strict.
+    """Requested components are not unique, and the scene is strict.
+
+    Statics does not determine them, or a coupling does not say which forces it exerts.
 
     Attributes:
-        components: joint to the names of its statically indeterminate components.
+        components: joint to the names of its components that are not unique.
     """
 
     components: Mapping[str, list[str]] = MappingProxyType({})
