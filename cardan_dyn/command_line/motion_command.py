@@ -332,9 +332,11 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     caption = f"Greatest values that the parent exerts on the child, and where: {over}."
     opened = swept.left_open
     if opened.chosen:
-        caption += (
-            f" * Not determined by statics, chosen by {opened.rule}: {', '.join(opened.rows)}."
-        )
+        alike: dict[str, list[str]] = {}
+        for name, parts in opened.chosen.items():
+            alike.setdefault(parts or "moment", []).append(name)
+        listed = "; ".join(f"{parts} of {', '.join(names)}" for parts, names in alike.items())
+        caption += f" * Not determined by statics, chosen by {opened.rule}: {listed}."
     if opened.silent:
         caption += f" * Not known: {opened.told}."
     if missing.any():

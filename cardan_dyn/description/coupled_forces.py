@@ -40,19 +40,20 @@ def with_forces(
         if stated:
             raise ModelError(f'{at}: {stated[0]} is one of teeth: write forces="mesh" as well')
         return replace(coupling, forces=forces or "")
-    angles = [
+    usual = Mesh()
+    pressure, helix = (
         number(element.get(name), repr(default), f"{at}: {name}")
-        for name, default in zip(Mesh._fields[:2], Mesh()[:2], strict=True)
-    ]
-    for name, angle in zip(Mesh._fields, angles, strict=False):
-        if not abs(angle) < 0.5 * np.pi or (name == "pressure_angle" and angle < 0.0):
-            least = "0" if name == "pressure_angle" else "-π/2"
-            raise ModelError(
-                f"{at}: {name} is {angle:g} rad; it has to lie between {least} and π/2"
-            )
+        for name, default in zip(Mesh._fields[:2], usual[:2], strict=True)
+    )
+    if not 0.0 <= pressure < 0.5 * np.pi:
+        raise ModelError(
+            f"{at}: pressure_angle is {pressure:g} rad; it has to lie between 0 and π/2"
+        )
+    if not abs(helix) < 0.5 * np.pi:
+        raise ModelError(f"{at}: helix_angle is {helix:g} rad; it has to lie between -π/2 and π/2")
     along = element.get("along")
     place = None if along is None else number(along, "", f"{at}: along")
-    return replace(coupling, forces="mesh", mesh=Mesh(*angles, place))
+    return replace(coupling, forces="mesh", mesh=Mesh(pressure, helix, place))
 
 
 def forces_words(coupling: CouplingDescription) -> dict[str, str]:

@@ -265,7 +265,7 @@ def _write_loop(robot: Element, loop: LoopDescription) -> None:
 
 
 def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:
-    element = SubElement(robot, "coupling", name=coupling.name, **forces_words(coupling))
+    element = SubElement(robot, "coupling", {"name": coupling.name, **forces_words(coupling)})
     SubElement(element, "predecessor", link=coupling.predecessor)
     SubElement(element, "successor", link=coupling.successor)
     SubElement(element, "ratio", value=words([coupling.ratio]))

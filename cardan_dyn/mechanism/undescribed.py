@@ -71,7 +71,8 @@ def undescribed(
         coupled = {bodies[column] for column in columns}
         chains = [set(ancestors(model, body + 1)) for body in coupled]
         # Along the tree from one of them to the others, without what carries them all.
-        way = coupled | (set.union(*chains) - set.intersection(*chains))
+        common = set(chains[0]).intersection(*chains[1:])
+        way = (coupled.union(*chains) - common) | coupled
         between = {owners[body].name for body in way} - {owners[body].name for body in coupled}
         for ring in rings:
             if between & ring:

@@ -42,7 +42,8 @@ class LeftOpen(NamedTuple):
             unique: outputs to `(6,)` which components of their wrenches are unique.
             coupling_unique: couplings to whether their moments are.
         """
-        chosen, silent = {}, {}
+        chosen: dict[str, str] = {}
+        silent: dict[str, str] = {}
         by_couplings = greatest_changes(couplings, unique) > UNIQUE_TOLERANCE
         for (name, row), is_silent in zip(unique.items(), by_couplings, strict=True):
             for opened, found in ((~row & ~is_silent, chosen), (~row & is_silent, silent)):

@@ -204,8 +204,8 @@ class _Teller:
         if isinstance(self._sweep, Sweep):
             wrench = self._sweep[name]
             if not np.all(wrench.unique):
-                parts = named_components(~wrench.unique)
-                told["open"] = f"Not unique: {parts}, {self._sweep.why_open(name)}."
+                opened = named_components(~wrench.unique)
+                told["open"] = f"Not unique: {opened}, {self._sweep.why_open(name)}."
             names = _WITH_AXIS if wrench.has_axis else _WITHOUT
             parts = [
                 (name, QUANTITIES[name], values_of(wrench, name), determined(wrench, name))

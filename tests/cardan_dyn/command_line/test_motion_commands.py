@@ -14,6 +14,7 @@ import pandas
 import pytest
 from click.testing import CliRunner, Result
 from testkit.ball_rods import as_balls
+from testkit.linkages import coupling, gears
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
@@ -283,3 +284,19 @@ def test_errors_of_simulations_are_messages(arguments: tuple[str, ...], said: st
     found = run("simulate", "four_bar", *arguments)
     assert found.exit_code == 2
     assert said in found.output and "Traceback" not in found.output
+
+
+def test_couplings_that_state_no_forces_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    told = "how 'teeth', which couples a and b, presses on their bearings is not described"
+    for stated, opened in (("", True), ('forces="none"', False), ('forces="mesh"', False)):
+        file = tmp_path / "pair.urdf"
+        file.write_text(gears(coupling("teeth", "a", "b", -2.5, stated)), encoding="utf-8")
+        checked = run("check", file).output
+        assert (told in checked) == opened
+        assert ("statics determine all wrenches" in checked) != opened
+        swept = run("sweep", file, "--drive", "a", "--samples", 3, "--load", "b=5").output
+        assert (f"* Not known: {told}" in swept) == opened
+        assert "chosen by" not in swept
