@@ -18,7 +18,6 @@ import numpy as np
 
 from ..errors import ModelError, choices
 from .beside import ChangedType, file_beside, unread_files
-from .coupled_forces import with_forces
 from .description import (
     CouplingDescription,
     Description,
@@ -329,6 +328,8 @@ def _is_independent(joint: ElementTree.Element, where: str) -> bool:
 def _coupling(
     element: ElementTree.Element, links: dict[str, None], where: str
 ) -> CouplingDescription:
+    from .coupled_forces import with_forces  # Few descriptions have couplings.
+
     name = name_of(element, where)
     at = f"{where}: coupling {name!r}"
     predecessor, successor = (

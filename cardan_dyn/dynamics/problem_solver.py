@@ -21,7 +21,6 @@ from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guess_cache import Guess
 from ..kinematics.loops.needs import solved_couplings
-from ..mechanism.undescribed import REMEDY, greatest_changes
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..problem.samples import Targets
@@ -503,10 +502,11 @@ class ProblemSolver(Frozen):
         problem = self.problem
         if not problem.strict or np.all(unique):
             return
+        from ..mechanism.undescribed import REMEDY, greatest_changes
+        from .reactions import UNIQUE_TOLERANCE
+
         silent = problem.mechanism.undescribed
         if problem.compliance:
-            from .reactions import UNIQUE_TOLERANCE
-
             unique = greatest_changes(silent, problem.outputs) < UNIQUE_TOLERANCE
             if np.all(unique):
                 return

@@ -20,7 +20,6 @@ from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.closing.batch_model import placement
 from ..kinematics.loops.needs import Needs
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.undescribed import greatest_changes
 from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
 from .open_tree import Along, LoadCase, OpenTree
@@ -182,6 +181,8 @@ class ReactionSolver:
         mechanism = self._mechanism
         if not mechanism.undescribed:
             return None
+        from ..mechanism.undescribed import greatest_changes  # Few mechanisms have couplings.
+
         indices = {name: joint.id - 1 for name, joint in mechanism.joints.items() if joint.parts}
         for loop, index in self._closure.fixed_loops.items():
             indices[mechanism.loops[loop].joint] = index

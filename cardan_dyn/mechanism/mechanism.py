@@ -28,9 +28,7 @@ from ..frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
 from .joints import Joint, NamedCoordinate, Part, described_joints, named_coordinates
 from .kept import Kept
-from .teeth import teeth_of
 from .tree import TreeBuilder, artificial_inertia
-from .undescribed import Undescribed, undescribed
 from .welds import (
     LEAST_LENGTH,
     characteristic_length,
@@ -47,6 +45,8 @@ if TYPE_CHECKING:
         JointOrLoop,
     )
     from .frames import Frames
+    from .teeth import Teeth
+    from .undescribed import Undescribed
 
 
 _MOST_LISTED = 4
@@ -138,11 +138,12 @@ class Mechanism(Frozen):
         self.couplings = tuple(
             coupling_of(item, self.model, self.joints, self.links) for item in description.couplings
         )
-        self.teeth = tuple(
-            teeth_of(index, item, self.couplings[index], self.model, self.joints)
-            for index, item in enumerate(description.couplings)
-            if item.mesh is not None
-        )
+        self.teeth: tuple[Teeth, ...] = ()
+        if any(item.mesh for item in description.couplings):
+            from .teeth import every_tooth  # Few mechanisms have gears.
+
+            stated = zip(description.couplings, self.couplings, strict=True)
+            self.teeth = every_tooth(stated, self.model, self.joints)
         self.independent_joints = description.independent_joints
         self.auxiliary_bodies = tuple(
             loop.predecessor
@@ -185,6 +186,10 @@ class Mechanism(Frozen):
     @cached_property
     def undescribed(self) -> tuple[Undescribed, ...]:
         """What couplings leave open whose description does not say which forces they exert."""
+        if all(item.forces for item in self.couplings):
+            return ()
+        from .undescribed import undescribed  # Few mechanisms have couplings.
+
         return undescribed(self.couplings, self.model, self.joints, self.loops)
 
     @cached_property

@@ -13,7 +13,7 @@ presses the smaller gear towards its own axis, whatever the sign of m is. Source
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -82,6 +82,19 @@ class Teeth(NamedTuple):
     coupling: int
     joints: tuple[str, str]
     gears: tuple[Gear, ...]
+
+
+def every_tooth(
+    couplings: Iterable[tuple[CouplingDescription, Coupling]],
+    model: pinocchio.Model,
+    joints: Mapping[str, Joint],
+) -> tuple[Teeth, ...]:
+    """Return the teeth of all couplings that state some; arguments as of `teeth_of`."""
+    return tuple(
+        teeth_of(index, stated, coupling, model, joints)
+        for index, (stated, coupling) in enumerate(couplings)
+        if stated.mesh is not None
+    )
 
 
 def teeth_of(

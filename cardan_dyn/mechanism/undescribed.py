@@ -56,8 +56,6 @@ def undescribed(
 ) -> tuple[Undescribed, ...]:
     """Return what the couplings of a mechanism leave open that state no forces."""
     silent = [item for item in couplings if not item.forces]
-    if not silent:
-        return ()
     owners = {part.id - 1: joint for joint in joints.values() for part in joint.parts}
     bodies = {
         column: index - 1

@@ -26,8 +26,6 @@ from .momentum import MassiveBodies
 from .proof_plan import RESULTS, ProofTables, link_loads
 from .residuals import Claim, Residuals, ratio
 from .self_stress import SelfStressProof, prove_flags
-from .silent_couplings import open_by_couplings
-from .tooth_forces import MeshingGears
 from .twists import State, Twists, cross
 from .wrenches import (
     JointWrenches,
@@ -43,6 +41,7 @@ if TYPE_CHECKING:
     from ..elements.element import Element
     from ..elements.link_loads import LinkLoad
     from .element_loads import ElementLoads, ProvenElements
+    from .tooth_forces import MeshingGears
 
 
 _RATES_TOGETHER = 256
@@ -154,8 +153,14 @@ class FreeBodies:
             for link, (body, _) in frames.links.items()
             if body >= 0 and not self._covered[body]
         )
-        self._gears = MeshingGears.of(description, frames)
-        self._by_couplings = open_by_couplings(description, frames)
+        self._gears: list[MeshingGears] = []
+        self._by_couplings = np.zeros((len(frames.joints), 6), dtype=bool)
+        if description.couplings:
+            from .silent_couplings import open_by_couplings  # Few mechanisms have couplings.
+            from .tooth_forces import MeshingGears
+
+            self._gears = MeshingGears.of(description, frames)
+            self._by_couplings = open_by_couplings(description, frames)
         self._massive = MassiveBodies(frames, dict(enumerate(frames.bodies)), length)
         self._described = {link.name: link for link in description.links}
         self._constraints = Constraints(description, coordinates, twists, length, setup.motion)

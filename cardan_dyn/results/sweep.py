@@ -59,7 +59,6 @@ from ..frozen import frozen, made, read_only
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
-from .left_open import LeftOpen
 from .motion import Motion
 from .prescribed import MotionResult
 from .source import Source
@@ -68,6 +67,7 @@ from .wrench import WITHOUT_AXIS, JointWrench, named_components
 
 if TYPE_CHECKING:
     from .element_results import ElementResults
+    from .left_open import LeftOpen
     from .point_motion import Points
     from .rods import RodForce
 
@@ -390,6 +390,8 @@ class Sweep(MotionResult):
     @cached_property
     def left_open(self) -> LeftOpen:
         """What of its outputs does not follow from the laws of motion, and why."""
+        from .left_open import LeftOpen  # Imported here: scripts that print nothing do without.
+
         unique = dict(zip(self.outputs, self.unique, strict=True))
         return LeftOpen.of(self.rule, self.mechanism.undescribed, unique, self.coupling_unique)
 
