@@ -19,6 +19,7 @@ from ..figures.style import (
     curve_style,
     in_look,
     line_style,
+    plain,
     sheet,
     wrapped,
 )
@@ -123,7 +124,7 @@ def arrangement(
         panel.xaxis.set_major_formatter(_ticks(wording))
         panel.yaxis.set_major_formatter(_ticks(wording))
     drawn.panels[-1].set_xlabel(wording("forward") + length)
-    return drawn.finish(title or line.name, 0)
+    return drawn.finish(title or plain(line.name), 0)
 
 
 def line_points(line: LineData) -> Array:
@@ -214,7 +215,7 @@ def _write(panel: Axes, rows: list[list[_Label]], start: float, scale: float, wa
         height = start + way * scale * _height(rows[:index]) / 72.0
         for label in row:
             panel.annotate(
-                label.text,
+                plain(label.text),
                 (label.at, label.target),
                 (label.at, height),
                 ha="center",
@@ -520,12 +521,12 @@ def over_angle(
     drawn = sheet(len(panels), size=(7.6, 9.6), share_x=True, ax=ax, figsize=figsize)
     for panel, (label, curves) in zip(drawn.panels, panels, strict=True):
         for index, (name, values) in enumerate(curves):
-            panel.plot(angle, values, **curve_style(index, len(angle)), label=name)
+            panel.plot(angle, values, **curve_style(index, len(angle)), label=plain(name))
         panel.set_ylabel(label)
         panel.ticklabel_format(axis="y", useOffset=False)
         panel.legend(fontsize=_SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
     angle_axis(drawn.panels[-1], "rotation of the input shaft [°]", analysis.position)
-    return drawn.finish(title or analysis.name, 0, open_note(analysis))
+    return drawn.finish(title or plain(analysis.name), 0, open_note(analysis))
 
 
 def open_note(analysis: Any) -> str:
@@ -587,7 +588,7 @@ def margins(
             fontsize=_SMALL,
         )
     names = [f"{row.quantity}, {row.where}" if row.where else row.quantity for row in rows]
-    axes.set_yticks(range(len(rows)), [wrapped(name, 3.2, _SMALL) for name in names])
+    axes.set_yticks(range(len(rows)), [wrapped(plain(name), 3.2, _SMALL) for name in names])
     axes.tick_params(axis="y", labelsize=_SMALL)
     axes.axvline(0.0, color="black", linewidth=0.9)
     axes.set_ylim(len(rows) - 0.4, -0.6)

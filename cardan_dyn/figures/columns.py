@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from .peaks import label_peaks
-from .style import Abscissa, Figure, Into, Size, curve_style, settle, sheet
+from .style import Abscissa, Figure, Into, Size, curve_style, plain, settle, sheet
 from .wrenches import MARK
 
 Column = tuple[Array, str]
@@ -57,7 +57,11 @@ def over_column(
     panels = dict(zip(units, drawn.panels, strict=True))
     curves: dict[str, list[Any]] = {unit: [] for unit in units}
     for index, (name, (values, unit)) in enumerate(shown.items()):
-        style = {**curve_style(firsts[unit] + index, len(at.values)), "label": name, **(line or {})}
+        style = {
+            **curve_style(firsts[unit] + index, len(at.values)),
+            "label": plain(name),
+            **(line or {}),
+        }
         style["label"] = f"{style['label']}{MARK if name in marked else ''}"
         curves[unit] += panels[unit].plot(at.values, values, **style)
     for unit, panel in panels.items():

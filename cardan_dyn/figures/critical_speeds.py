@@ -27,6 +27,7 @@ from .style import (
     line_style,
     ordinate,
     ordinates,
+    plain,
     point_style,
     sheet,
 )
@@ -194,7 +195,7 @@ def orders_over_speed(
     kept = [name for name, size in sizes.items() if size >= least]
     for index, name in enumerate(kept):
         line, style = lines[name], curve_style(index, len(at))
-        panels[0].plot(at * PER_MINUTE, line, **style, label=name)
+        panels[0].plot(at * PER_MINUTE, line, **style, label=plain(name))
         if name in given:
             turned = np.rad2deg(np.unwrap(ordinate(name, given[name], at)))
             panels[1].plot(at * PER_MINUTE, turned, **style)
@@ -208,7 +209,7 @@ def orders_over_speed(
         places = places[(places[:, 0] >= at[0]) & (places[:, 0] <= at[-1])]
         if len(places):
             style = {**point_style(index), "color": "black", "zorder": 3}
-            panels[0].plot(places[:, 0] * PER_MINUTE, places[:, 1], **style, label=name)
+            panels[0].plot(places[:, 0] * PER_MINUTE, places[:, 1], **style, label=plain(name))
     if logarithmic and greatest:
         panels[0].set_yscale("log")
         low, _ = panels[0].get_ylim()
@@ -272,11 +273,13 @@ def stability_chart(
         )
     for index, (name, (places, of)) in enumerate((edges or {}).items()):
         height = np.asarray(of, float) if slides else np.rad2deg(np.asarray(of, float))
-        axes.plot(np.asarray(places, float) * PER_MINUTE, height, **line_style(index), label=name)
+        axes.plot(
+            np.asarray(places, float) * PER_MINUTE, height, **line_style(index), label=plain(name)
+        )
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
-    axes.set(xlabel=SPEED, ylabel=f"{joint} [{'m' if slides else '°'}]")
+    axes.set(xlabel=SPEED, ylabel=f"{plain(joint)} [{'m' if slides else '°'}]")
     return drawn.finish(title, 4)
 
 

@@ -19,6 +19,7 @@ from .style import (
     in_look,
     line_style,
     ordinate,
+    plain,
     sheet,
     wrapped,
 )
@@ -215,7 +216,9 @@ def tornado(
         widths = [ranges[parameter][end] - middle for parameter in order]
         color = line_style(end)["color"]
         style = {"facecolor": color if not hatch else "white", "edgecolor": color}
-        axes.barh(order, widths, left=middle, height=0.6, hatch=hatch, label=name, **style)
+        axes.barh(
+            [*map(plain, order)], widths, left=middle, height=0.6, hatch=hatch, label=name, **style
+        )
     axes.axvline(middle, color="black", linewidth=0.9)
     axes.grid(visible=False, axis="y")
     axes.set(xlabel=label)
@@ -265,7 +268,7 @@ def scatter(
         panels[index].plot(
             at, ordinate(label, values, at), ".", markersize=3, color=line_style(0)["color"]
         )
-        panels[index].set_xlabel(wrapped(name, drawn.figure.get_figwidth() / columns - 0.4))
+        panels[index].set_xlabel(wrapped(plain(name), drawn.figure.get_figwidth() / columns - 0.4))
         panels[index].locator_params(axis="x", nbins=3)  # More of them run into each other.
         # A common power of ten at the end of the axis would stand on its label.
         panels[index].xaxis.set_major_formatter("{x:.3g}")
@@ -327,7 +330,7 @@ def parallel_coordinates(
         for height, value, side in ((0.0, least, "top"), (1.0, most, "bottom")):
             axes.text(place, height, f"{value:.4g}", ha="center", va=side, fontsize=SMALL)
     width = (drawn.figure.get_figwidth() - 0.6) / len(names)
-    axes.set_xticks(range(len(names)), [wrapped(name, width) for name in names])
+    axes.set_xticks(range(len(names)), [wrapped(plain(name), width) for name in names])
     axes.set_yticks([])
     axes.set_ylim(-0.08, 1.08)
     axes.grid(visible=False)

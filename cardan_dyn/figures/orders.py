@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .style import Figure, Into, Size, in_look, line_style, sheet
+from .style import Figure, Into, Size, in_look, line_style, plain, sheet
 
 _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
 _EVEN = 1e-6
@@ -110,7 +110,7 @@ def order_spectrum(
             orders[shown] + (index - 0.5 * (len(values) - 1)) * width,
             amplitudes[shown],
             width,
-            label=label,
+            label=plain(label),
             color="white" if index % 2 else line_style(index)["color"],
             edgecolor=line_style(index)["color"],
             hatch=_HATCHES[index % len(_HATCHES)] if index % 2 else "",

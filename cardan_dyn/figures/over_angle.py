@@ -18,6 +18,7 @@ from .style import (
     drive_of,
     in_look,
     names,
+    plain,
     sheet,
 )
 from .wrenches import along, wrench_panels
@@ -108,7 +109,7 @@ def ratio_and_angle_error(
             )
         angle = turn.motion.position(drives[-1])
         error = turn.motion.position(output) - angle
-        style = {**curve_style(first + index, len(angle)), "label": label}
+        style = {**curve_style(first + index, len(angle)), "label": plain(label)}
         ratio.plot(np.rad2deg(angle), turn.motion.ratio(output, drives[-1]), **style)
         mean = _mean(error, angle)
         lead.plot(np.rad2deg(angle), np.rad2deg(error - mean), **style)

@@ -20,6 +20,7 @@ from .style import (
     in_look,
     line_style,
     names,
+    plain,
     refuse_grid,
     sheet,
     wrapped,
@@ -165,7 +166,7 @@ def forces_in_place(
         axes.plot(
             *1e3 * (origin + length * force).T,
             **line_style(index),
-            label=name + MARK * (name in opened),
+            label=plain(name) + MARK * (name in opened),
         )
         axes.plot(*1e3 * origin, "o", color="black", markersize=5, markerfacecolor="white")
     axes.set_aspect("equal")
@@ -241,7 +242,7 @@ def _diagrams(
         drawn.panels, shown, curves, strict=True
     ):
         diagram(panel, marked, ends, half)
-        panel.set_title(wrapped(f"{joint}{mark}\n{_AXES_OF[frame]}", width))
+        panel.set_title(wrapped(f"{plain(joint)}{mark}\n{_AXES_OF[frame]}", width))
         panel.set_xlabel(f"${letter}_{in_plane[0]}$ [{unit}]")
         panel.set_ylabel(f"${letter}_{in_plane[1]}$ [{unit}]")
     return drawn.finish(title, note=sign_note(turn, opened))

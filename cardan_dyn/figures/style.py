@@ -340,6 +340,15 @@ def heading(figure: Figure, title: str) -> None:
     figure.suptitle(wrapped(title, figure.get_figwidth(), TITLE_SIZE), fontsize=TITLE_SIZE)
 
 
+def plain(name: str) -> str:
+    """Return a name as Matplotlib is to write it: with its `$`, which begin no formula.
+
+    Matplotlib leaves out of legends what begins with an underscore; behind a space without width
+    it does not.
+    """
+    return ("\u200b" if name.startswith("_") else "") + name.replace("$", r"\$")
+
+
 def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
     """Return a text in lines that fit into a width [inch]."""
     letters = max(8, int(width * _POINTS_PER_INCH / (_LETTER * size)))
@@ -540,8 +549,9 @@ def over(name: str, values: ArrayLike, unit: str) -> Abscissa:
     """Return a quantity to be drawn over, angles in degrees and limited to its values."""
     at = np.asarray(values, dtype=float)
     if unit == "rad":
-        return Abscissa(np.rad2deg(at), f"{name} [°]", "angle")
-    return Abscissa(at, f"{name} [{unit}]" if unit not in ("", "1") else name, "range")
+        return Abscissa(np.rad2deg(at), f"{plain(name)} [°]", "angle")
+    label = f"{plain(name)} [{unit}]" if unit not in ("", "1") else plain(name)
+    return Abscissa(at, label, "range")
 
 
 def thinned(count: int, points: int = POINTS) -> slice:

@@ -24,6 +24,7 @@ from .style import (
     line_style,
     ordinate,
     ordinates,
+    plain,
     point_style,
     sheet,
 )
@@ -62,7 +63,9 @@ def over_revolution(
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
     for index, name in enumerate(names):
-        axes.plot(np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=name)
+        axes.plot(
+            np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=plain(name)
+        )
     angle_axis(axes, "position of the drive [°]", at)
     axes.set_ylabel(f"free coordinates [{unit}]")
     return drawn.finish(title, 4)
@@ -110,7 +113,7 @@ def coefficients(
                 continue
             entry = names[row] if row == column else f"{names[row]}, {names[column]}"
             style = curve_style(index, len(at))
-            panel.plot(np.rad2deg(at), values[:, row, column], **style, label=entry)
+            panel.plot(np.rad2deg(at), values[:, row, column], **style, label=plain(entry))
         panel.set_ylabel(what)
     angle_axis(panels[-1], "position of the drive [°]", at)
     return drawn.finish(title, 3)
@@ -143,7 +146,7 @@ def orbits(
         path = np.asarray(given, dtype=float)
         if path.ndim != 2 or path.shape[1] != 2 or not len(path):
             raise ArgumentError(f"path {name!r} has shape {path.shape}, expected (N, 2)")
-        axes.plot(path[:, 0], path[:, 1], **line_style(index), label=name)
+        axes.plot(path[:, 0], path[:, 1], **line_style(index), label=plain(name))
         axes.plot(*path[:1].T, **{**point_style(index), "marker": "o"})
     axes.set_aspect("equal", adjustable="datalim")
     axes.locator_params(nbins=5)

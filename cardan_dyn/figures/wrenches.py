@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError, choices
 from .peaks import label_peaks
-from .style import SIGN, Abscissa, Figure, Into, Size, Swept, curve_style, settle, sheet
+from .style import SIGN, Abscissa, Figure, Into, Size, Swept, curve_style, plain, settle, sheet
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` that are drawn as lines, and their units."""
@@ -79,7 +79,7 @@ def wrench_panels(
     for row, (quantity, panel) in enumerate(zip(shown, drawn.panels, strict=True)):
         first, curves = drawn.drawn(row), []
         for index, wrench in enumerate(wrenches):
-            style = {**curve_style(first + index, len(at.values)), "label": wrench.joint}
+            style = {**curve_style(first + index, len(at.values)), "label": plain(wrench.joint)}
             style |= line or {}
             # A joint has one name in all axes: its star and that of the quantity belong together.
             if any(joint == wrench.joint for joint, _ in opened):

@@ -193,10 +193,16 @@ class Assembly:
         is_closed = _is_closed(state, guess)
         if np.count_nonzero(is_closed) < len(is_closed):
             bad = int(np.argmin(is_closed))
+            rods = [] if state.correction[bad] > SAFE_CORRECTION else self._idle_rods()
+            stuck = "".join(
+                f"; {', '.join(rod)} hold a rod that may spin, and that cannot turn about its line "
+                "to where it settles: describe three hinges that meet as one ball"
+                for rod in rods[:1]
+            )
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
                 f"{as_text(positions[bad])} (closure error {state.residual[bad]:.1e}, "
-                f"{state.correction[bad]:.1e} away from where the branch leads)",
+                f"{state.correction[bad]:.1e} away from where the branch leads){stuck}",
                 position=as_position(positions[bad]),
                 nearest=None,
                 residual=float(state.residual[bad]),
@@ -308,8 +314,12 @@ class Assembly:
 
     def _joints_of_idle_rods(self) -> set[str]:
         """Return the joints whose positions depend on spins that nothing decides."""
+        return {name for rod in self._idle_rods() for name in rod}
+
+    def _idle_rods(self) -> list[tuple[str, ...]]:
+        """Return the joints at the ends of every rod that may spin."""
         free = set(self._problem.passive_columns.tolist())
-        return {name for rod in rods_by_name(self._problem.mechanism, free) for name in rod}
+        return rods_by_name(self._problem.mechanism, free)
 
     @property
     def _drive_slides(self) -> bool:

@@ -39,7 +39,6 @@ from ..description.description import (
     shown_ratio,
 )
 from ..errors import ArgumentError, choices
-from .welds import LEAST_LENGTH
 
 _CLOSED = 1e-6
 """Greatest gap of a loop, in radians and in lengths relative to the mechanism's size, of a
@@ -48,7 +47,9 @@ _UNIT_TOLERANCE = 1e-6
 """Greatest deviation of a quaternion's length from 1, likewise."""
 
 
-def rezeroed(description: Description, positions: Mapping[str, object]) -> Description:
+def rezeroed(
+    description: Description, positions: Mapping[str, object], length: float
+) -> Description:
     """Return a description whose zero is another closed configuration.
 
     Args:
@@ -57,6 +58,7 @@ def rezeroed(description: Description, positions: Mapping[str, object]) -> Descr
             of its elementary parts: an angle [rad] or slide [m] each, a ball's unit quaternion
             x y z w or its three Cardan angles. A number does for a single one; angles may count
             whole turns.
+        length: the mechanism's characteristic one [m].
 
     Raises:
         ArgumentError: a position is missing, unknown or malformed, a loop is open there, or a
@@ -73,7 +75,7 @@ def rezeroed(description: Description, positions: Mapping[str, object]) -> Descr
         couplings=tuple(replace(coupling, offset=0.0) for coupling in description.couplings),
         source=None,
     )
-    _check_closed(result)
+    _check_closed(result, length)
     return result
 
 
@@ -237,25 +239,26 @@ def link_placements(description: Description) -> dict[str, Array]:
     return placements
 
 
-def is_closed(description: Description) -> bool:
-    """Return whether all loops of a description are closed, and all couplings hold, at zero."""
-    return not any(coupling.offset for coupling in description.couplings) and all(
-        distance <= _CLOSED * size and angle <= _CLOSED
-        for _, distance, angle, size in _gaps(description)
+def is_closed(description: Description, length: float) -> bool:
+    """Return whether all loops of a description are closed, and all couplings hold, at zero.
+
+    With the mechanism's characteristic length [m].
+    """
+    return not any(coupling.offset for coupling in description.couplings) and not any(
+        _open_loops(description, length)
     )
 
 
-def _check_closed(description: Description) -> None:
-    for loop, distance, angle, size in _gaps(description):
-        if distance > _CLOSED * size or angle > _CLOSED:
-            raise ArgumentError(
-                f"at: the loop {loop!r} is open by {distance:g} m, {angle:g} rad; give the "
-                "positions of a closed configuration, such as `Mechanism.assembled` finds"
-            )
+def _check_closed(description: Description, length: float) -> None:
+    for loop, distance, angle in _open_loops(description, length):
+        raise ArgumentError(
+            f"at: the loop {loop!r} is open by {distance:g} m, {angle:g} rad; give the positions "
+            "of a closed configuration, such as `assemble` or `Scene.configuration` returns"
+        )
 
 
-def _gaps(description: Description) -> Iterator[tuple[str, float, float, float]]:
-    """Yield each loop, how far it is open at zero [m], [rad], and the mechanism's size [m]."""
+def _open_loops(description: Description, length: float) -> Iterator[tuple[str, float, float]]:
+    """Yield each loop that is open at zero, and how far [m], [rad]."""
     placements = link_placements(description)
     ends = [
         (
@@ -267,11 +270,14 @@ def _gaps(description: Description) -> Iterator[tuple[str, float, float, float]]
     joints = [placements[joint.parent] @ joint.origin for joint in description.joints]
     frames = [*placements.values(), *joints, *(frame for pair in ends for frame in pair)]
     points = np.array([frame[:3, 3] for frame in frames])
-    size = float(np.max(np.linalg.norm(points - np.mean(points, axis=0), axis=1)))
-    size = size if size >= LEAST_LENGTH else 1.0
+    # All joints may lie in one point but for rounding, as in a spherical linkage: then the length
+    # is that of its masses. Far from the origin, distances themselves are rounded.
+    spread = float(np.max(np.linalg.norm(points - np.mean(points, axis=0), axis=1)))
+    allowed = _CLOSED * max(spread, length)
     for loop, (start, end) in zip(description.loops, ends, strict=True):
         gap = inverse(start) @ end
         distance = float(np.linalg.norm(gap[:3, 3]))
         # As much as the sine for small angles, and never small for large ones.
         angle = float(np.max(np.abs(gap[:3, :3] - np.eye(3))))
-        yield loop.name, distance, angle, size
+        if distance > allowed or angle > _CLOSED:
+            yield loop.name, distance, angle

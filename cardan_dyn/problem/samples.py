@@ -22,6 +22,10 @@ from .arguments import check_distance, split_loads
 from .coordinate_names import check_single
 from .problem import Problem
 
+_COARSE = 2.0**46
+"""Positions [rad, or lengths of the mechanism] from which on numbers are 1/64 apart: farther than
+guesses may be off that are taken to end in the same assembly mode."""
+
 
 class Targets(NamedTuple):
     """Positions at which the loops are closed, N in all.
@@ -141,6 +145,7 @@ def targets_of(
         ModelError: no such joint.
     """
     driven = drive_values("position", position, problem)
+    _check_fine(problem, driven)
     if held is None:
         return Targets(driven.shape[:-1] or (1,), driven)
     every = _held(problem, held)
@@ -248,6 +253,24 @@ def drive_values(name: str, value: object, problem: Problem) -> Array:
             "each drive"
         )
     return array
+
+
+def _check_fine(problem: Problem, positions: Array) -> None:
+    """Refuse positions `(..., d)` so great that they do not say where a drive is."""
+    mechanism = problem.mechanism
+    if float(np.abs(positions).max()) < _COARSE * min(1.0, mechanism.characteristic_length):
+        return
+    for name, values in zip(problem.independent, np.moveaxis(positions, -1, 0), strict=True):
+        greatest, slides = (
+            float(values.flat[np.abs(values).argmax()]),
+            mechanism.drivable[name].slides,
+        )
+        if abs(greatest) >= _COARSE * (mechanism.characteristic_length if slides else 1.0):
+            unit, advice = ("m", "") if slides else ("rad", "; take whole turns off")
+            raise ArgumentError(
+                f"position: {greatest:g} {unit} of {name!r} does not say where it is, since "
+                f"numbers of that size are {np.spacing(abs(greatest)):.2g} apart{advice}"
+            )
 
 
 def _held(problem: Problem, held: object) -> dict[str, Array]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..drive_lines import Analysis
 from ..drive_lines.wording import Wording
-from ..figures.style import Axes, Figure, angle_axis, curve_style, in_look, line_style, sheet
+from ..figures.style import Axes, Figure, angle_axis, curve_style, in_look, line_style, plain, sheet
 
 _WIDTH = 6.8
 """Of a figure on paper [inch]."""
@@ -102,7 +102,7 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
         for index, name in enumerate(names):
             places = np.arange(1, ORDERS + 1) + (index - (len(names) - 1) / 2.0) * width
             color = line_style(index)["color"]
-            panel.bar(places, values[:, index], width, color=color, label=_wrapped(name))
+            panel.bar(places, values[:, index], width, color=color, label=_wrapped(plain(name)))
         _finish(panel, label, values, wording)
     drawn.panels[-1].set_xticks(range(1, ORDERS + 1))
     drawn.panels[-1].set_xlabel(wording("order of the input shaft's rotation"))
@@ -118,7 +118,10 @@ def _over_turn(
     for panel, (label, names, values) in zip(drawn.panels, panels, strict=True):
         for index, name in enumerate(names):
             panel.plot(
-                angle, values[:, index], **curve_style(index, len(angle)), label=_wrapped(name)
+                angle,
+                values[:, index],
+                **curve_style(index, len(angle)),
+                label=_wrapped(plain(name)),
             )
         _finish(panel, label, values, wording)
     label = wording("rotation of the input shaft") + " [°]"

@@ -29,16 +29,13 @@ class Motion(Frozen):
         mechanism: the mechanism that moves.
         drives: names of the drives.
         shape: of the samples.
-        x: coordinates `(N, size)` with closed loops, of all samples in one dimension; passive
-            angles within one period. See `Coordinates`.
-        turns: whole turns `(N, size)` that the angles in `x` lack.
     """
 
     mechanism: Mechanism
     drives: tuple[str, ...]
     shape: tuple[int, ...]
-    x: Array
-    turns: Array
+    _x: Array
+    _turns: Array
     _coordinates: Coordinates
     _given: Rates | Callable[[], Rates]
 
@@ -56,7 +53,7 @@ class Motion(Frozen):
         Args:
             mechanism: the mechanism that moves.
             drives: names of the drives.
-            x: `(N, size)` coordinates with closed loops; passive angles within one period.
+            x: `(N, size)` coordinates with closed loops.
             turns: `(N, size)` whole turns to be added to the angles in `x`.
             rates: of all samples; or what returns them, called once they are asked for.
             shape: of the samples, N in all; `(N,)` if None.
@@ -69,18 +66,44 @@ class Motion(Frozen):
             _given=rates,
             shape=shape,
             # Views, since the arrays themselves may still be written to where they were computed.
-            x=read_only(x.view()),
-            turns=read_only(turns.view()),
+            _x=read_only(x.view()),
+            _turns=read_only(turns.view()),
         )
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
-        arrays = self.x, self.turns, self._rates
+        arrays = self._x, self._turns, self._rates
         return Motion, (self.mechanism, self.drives, *arrays, self.shape)
 
     def __len__(self) -> int:
         """Return the number of samples, along the first of several dimensions."""
         return self.shape[0]
+
+    @property
+    def x(self) -> Array:
+        """Coordinates `(N, size)` with closed loops, of all samples in one dimension.
+
+        Angles that are not driven lie between -π and π, see `turns`. Columns as in `Coordinates`.
+        """
+        return self._without_turns[0]
+
+    @property
+    def turns(self) -> Array:
+        """Whole turns `(N, size)` that the angles in `x` lack."""
+        return self._without_turns[1]
+
+    @cached_property
+    def _without_turns(self) -> tuple[Array, Array]:
+        # Over how many turns a motion was followed before it repeated, nobody asked.
+        angles, named = self._coordinates.angle_columns, self._coordinates.named
+        own = np.setdiff1d(angles, [named[name].column for name in self.drives])
+        taken = np.rint(self._x[:, own] / (2.0 * np.pi))
+        if not np.count_nonzero(taken):
+            return self._x, self._turns
+        x, turns = self._x.copy(), self._turns.copy()
+        x[:, own] -= 2.0 * np.pi * taken
+        turns[:, own] += taken
+        return read_only(x), read_only(turns)
 
     @cached_property
     def _rates(self) -> Rates:
@@ -115,7 +138,7 @@ class Motion(Frozen):
         """
         name = self.mechanism.joint(joint).name
         frames = self.mechanism.frames
-        rotation, origin = frames.joint(self.x, frames.joints.index(name))
+        rotation, origin = frames.joint(self._x, frames.joints.index(name))
         return self._shaped(rotation), self._shaped(origin)
 
     def joint_turn(self, joint: str) -> Array:
@@ -128,17 +151,17 @@ class Motion(Frozen):
         """
         name = self.mechanism.joint(joint).name
         frames = self.mechanism.frames
-        return self._shaped(frames.turned(self.x, frames.joints.index(name)))
+        return self._shaped(frames.turned(self._x, frames.joints.index(name)))
 
     @property
     def rows(self) -> Array:
         """Coordinates of all samples `(N, size)`, whole turns counted; see `Coordinates`."""
-        return np.asarray(self.x + 2.0 * np.pi * self.turns)
+        return np.asarray(self._x + 2.0 * np.pi * self._turns)
 
     @property
     def q(self) -> Array:
         """Configurations `(N, nq)` of `Mechanism.model`, as Pinocchio's functions take them."""
-        return self._shaped(self._coordinates.configuration(self.x))
+        return self._shaped(self._coordinates.configuration(self._x))
 
     def position(self, joint: str) -> Array:
         """Return a joint's coordinate `(N,)` [rad or m], continuous over any number of turns.
@@ -156,7 +179,7 @@ class Motion(Frozen):
                 was solved without such angles.
         """
         columns, _ = self._spans(joint)
-        values = self.x[:, columns] + 2.0 * np.pi * self.turns[:, columns]
+        values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
         return self._shaped(squeezed(values))
 
     def velocity(self, joint: str) -> Array:

@@ -467,8 +467,10 @@ class MotionPlot(Plot):
             and len(turn.coordinates) == 1
         ):
             # The position of the only drive is told by the name of the drive.
+            from ..figures.style import plain
+
             label = label or super()._abscissa(x, "", table, known).label.replace(
-                "position", turn.coordinates[0], 1
+                "position", plain(turn.coordinates[0]), 1
             )
         return super()._abscissa(x, label, table, known)
 

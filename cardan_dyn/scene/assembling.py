@@ -112,12 +112,12 @@ def write(
     """
     if not isinstance(mechanism, Mechanism):
         raise ArgumentError(f"write needs a mechanism from load(), not {type(mechanism).__name__}")
-    if at is None and not is_closed(mechanism.description):
+    description, length = mechanism.description, mechanism.characteristic_length
+    if at is None and not is_closed(description, length):
         at = assemble(mechanism)
     if isinstance(at, Configuration):
         at = at.positions
-    description = mechanism.description
-    return write_description(description if at is None else rezeroed(description, at), path)
+    return write_description(description if at is None else rezeroed(description, at, length), path)
 
 
 def configuration_of(solver: ProblemSolver) -> Configuration:

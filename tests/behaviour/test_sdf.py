@@ -43,7 +43,7 @@ def test_bundled_mechanisms(name: str, seed: int) -> None:
     mechanism, preset = cd.load(name), PRESETS[name]
     motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
-    description = rezeroed(mechanism.description, at)
+    description = rezeroed(mechanism.description, at, mechanism.characteristic_length)
     sweeps = []
     for item in (
         cd.Mechanism(description),

@@ -15,6 +15,7 @@ from ...figures.style import (
     angle_axis,
     in_look,
     line_style,
+    plain,
     point_style,
     sheet,
 )
@@ -74,7 +75,7 @@ def contact_course(
         of = bearings[joint] if joint in bearings else scanned[joint]
         _beside(axes, of, scanned.speed, position)
     angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
-    axes.set_ylabel(f"force in {joint} [N]")
+    axes.set_ylabel(f"force in {plain(joint)} [N]")
     axes.set_ylim(bottom=0.0)
     return drawn.finish(title, 3)
 

@@ -19,6 +19,7 @@ from ...figures.style import (
     in_look,
     line_style,
     names,
+    plain,
     sheet,
     wrapped,
 )
@@ -81,7 +82,7 @@ def force_reversals(
     width = drawn.figure.get_figwidth() / columns - 0.4
     for panel, joint, drawn_in in zip(drawn.panels, shown, planes, strict=True):
         _draw(panel, joint, columns_of(drawn_in), half)
-        panel.set_title(wrapped(f"{joint.name}\nworld axes", width))
+        panel.set_title(wrapped(f"{plain(joint.name)}\nworld axes", width))
         panel.set_xlabel(f"$F_{drawn_in[0]}$ [N]")
         panel.set_ylabel(f"$F_{drawn_in[1]}$ [N]")
     return drawn.finish(title, note=f"{SIGN}, without clearance")

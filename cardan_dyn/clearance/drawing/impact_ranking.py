@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ArgumentError
-from ...figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
+from ...figures.style import Figure, Into, Size, in_look, line_style, plain, point_style, sheet
 from ..scan_results import Scan
 
 _BAR = 0.26
@@ -68,7 +68,7 @@ def impact_ranking(
         label="without clearance: greatest force",
     )
     forces.set_xlabel("force [N]")
-    forces.set_yticks(places, ranking)
+    forces.set_yticks(places, [plain(name) for name in ranking])
     bought = [None if joint.worst is None else joint.worst.effects(_LESS) for joint in joints]
     parameters = next((list(found) for found in bought if found is not None), [])
     for index, name in enumerate(parameters):

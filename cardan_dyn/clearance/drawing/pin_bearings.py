@@ -13,6 +13,7 @@ from ...figures.style import (
     curve_style,
     in_look,
     line_style,
+    plain,
     sheet,
 )
 from ..scan_maps import ScanMap
@@ -39,7 +40,7 @@ def pin_forces(
     angle = np.rad2deg(scanned.position)
     for index, (name, bearing) in enumerate(scanned.by_bearing().items()):
         sizes = np.linalg.norm(bearing.force, axis=1)
-        axes.plot(angle, sizes, label=name, **curve_style(index, len(angle)))
+        axes.plot(angle, sizes, label=plain(name), **curve_style(index, len(angle)))
     color = line_style(len(scanned.bearings))["color"]
     for struck, label in ((True, "peak with clearance, by theory"), (False, "no impact")):
         some = [item for item in scanned.reversals if item.strikes is struck]
@@ -88,7 +89,8 @@ def pin_peaks(
     for index, value in enumerate(mapped.held[first]):
         style = curve_style(index, len(speed))
         is_angle = mapped.units[first] == "rad"
-        label = f"{first} {np.rad2deg(value):.3g}°" if is_angle else f"{first} {value:.4g} m"
+        size = f"{np.rad2deg(value):.3g}°" if is_angle else f"{value:.4g} m"
+        label = f"{plain(first)} {size}"
         axes.plot(speed, struck[index, order], label=f"{label}, by theory", **style)
         thin = {**style, "linewidth": 0.8, "marker": ""}
         axes.plot(speed, mapped.rigid_peak[index, order], label=f"{label}, no clearance", **thin)

@@ -69,8 +69,10 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
     matrices, error, residual = solver.linearised(x)
     squares = np.sum(error**2, axis=1)
     normal = matrices @ transposed(matrices)
-    damping = _FIRST_DAMPING * np.max(np.diagonal(normal, axis1=1, axis2=2), axis=1, initial=1e-300)
-    growth = np.full(len(x), 2.0)
+    greatest = np.max(np.diagonal(normal, axis1=1, axis2=2), axis=1, initial=1e-300)
+    damping, growth = _FIRST_DAMPING * greatest, np.full(len(x), 2.0)
+    # Less would be lost in the rounding of the normal equations, which may be singular without.
+    rounding = matrices.shape[1] * np.finfo(float).eps * greatest
     identity = np.eye(matrices.shape[1])
     for _ in range(_MOST_STEPS if matrices.shape[1] else 0):
         (active,) = np.nonzero((residual > _CLOSED) & (damping < _GREATEST_DAMPING))
@@ -100,6 +102,7 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
         # Nielsen's rule: damping falls smoothly where the linear model holds, else grows faster
         # and faster.
         damping[better] *= np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain[taken] - 1.0) ** 3)
+        np.maximum(damping, rounding, out=damping)
         growth[better] = 2.0
         worse = active[~taken]
         damping[worse] *= growth[worse]

@@ -408,7 +408,8 @@ class GroupSolver:
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
         if leaves is not None and state.is_square:
             return self._near(state, error, x, turns, most, leaves)
-        state = self._from(state, error, x, rounding, turns, most, settles, stays=stays)
+        settling = np.zeros(len(x), dtype=bool) if settles else None
+        state = self._from(state, error, x, rounding, turns, most, settling, stays=stays)
         if settles:
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
@@ -423,27 +424,33 @@ class GroupSolver:
         rounding: Array,
         turns: Array | None,
         most: int,
-        settles: bool = False,
+        settling: Array | None = None,
         may_stay: bool = True,
         stays: Array | None = None,
     ) -> GroupState:
         """Take Newton steps from a state with its error `(N, R)`; see `newton`.
 
         A guess may be exact but for rounding; what a step was taken for may not stay in it, unless
-        what that left is less: such samples stay as they are, `(N,)`.
+        what that left is less: such samples stay as they are, `(N,)`. Idle rods begin to turn where
+        their loops are nearly closed, and are `settling (N,)` from then on: how far that opens the
+        loops again says nothing about the guess. None leaves rods as they are.
         """
         reduction, correction = state.reduction, state.correction
         # By which idle rods are to be turned, if they are.
         angles, spins, spin = None, np.zeros(1), 0.0
         is_done = np.zeros(len(x), dtype=bool)
-        for count in range(most + _MOST_SETTLING if settles else most):
+        for count in range(most if settling is None else most + _MOST_SETTLING):
             steps = self._steps(state, error, LONGEST_STEP, rounding if may_stay else None)
             step, sizes, left, level = steps
-            if settles:
+            counted = sizes
+            if settling is not None:
                 angles = self.equations.rod_spins.turned(state.actions)
                 angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
                 spins = np.maximum.reduce(np.abs(angles), axis=1)
                 spin = _greatest(spins)
+                counted = np.where(settling, 0.0, sizes)
+                settling = settling | (sizes <= _NEARBY)
+                angles[~settling] = 0.0
             if may_stay:
                 if _greatest(level) <= 1.0 and spin <= _EXACT:
                     break
@@ -457,7 +464,8 @@ class GroupSolver:
                 if few.size <= _FEW * len(x):
                     # Of guesses that are exact but for rounding, that of some is too much.
                     own, own_turns = x[few], None if turns is None else turns[few]
-                    rest = rounding, own_turns, most - count, settles, may_stay
+                    begun = None if settling is None else settling[few]
+                    rest = rounding, own_turns, most - count, begun, may_stay
                     later = self._from(state.of(few), error[few], own, *rest)
                     x[few] = own
                     return state.with_samples(few, later)
@@ -467,7 +475,7 @@ class GroupSolver:
                     left[is_done] = 0.0
                 if angles is not None:
                     angles[is_done] = 0.0
-            correction = correction + sizes
+            correction = correction + counted
             worst = _greatest(sizes)
             if not math.isfinite(worst):
                 # Samples that are not finite leave the others alone.
@@ -476,11 +484,12 @@ class GroupSolver:
                 if not few.size:
                     return state
                 own, own_turns = x[few], None if turns is None else turns[few]
-                rest = rounding, own_turns, most - count, settles, may_stay
+                begun = None if settling is None else settling[few]
+                rest = rounding, own_turns, most - count, begun, may_stay
                 later = self._from(before.of(few), error[few], own, *rest)
                 x[few] = own
                 return state.with_samples(few, later)
-            if count >= most and worst > _STRAIGHT:
+            if count >= most and _greatest(counted) > _STRAIGHT:
                 break
             left = self._bend(state, steps)
             if angles is not None:
@@ -489,7 +498,7 @@ class GroupSolver:
             nearby = state.inverse if worst < _NEARBY and spin < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
             may_stay = False
-            if settles:
+            if settling is not None:
                 # Steps that are mere rounding are as large as the condition makes them.
                 unmoved = np.maximum(_UNMOVED, _EXACT * state.condition)
                 is_done = (sizes < unmoved) & (spins < _SETTLED)

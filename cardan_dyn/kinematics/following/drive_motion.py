@@ -111,7 +111,8 @@ class DriveMotion:
         self._drive = drive = problem.independent[self._index]
         self.groups = groups
         self._kinematics = kinematics.part(drives, groups)
-        self.branch = Branch(self._kinematics, start, problem.mechanism.kept)
+        self._begun_at, self._kept = start, problem.mechanism.kept
+        self.branch = self._begun()
         coordinates = problem.mechanism.coordinates
         self._moved = coordinates.columns_moved_by(self._kinematics.moved)
         self._columns = consecutive(self._moved)
@@ -123,6 +124,10 @@ class DriveMotion:
         self._far = TURN if self._turns_freely else np.inf
         self._samples_served = 0
         self._is_studied = False
+
+    def _begun(self) -> Branch:
+        """Return the branch as it is where it begins."""
+        return Branch(self._kinematics, self._begun_at, self._kept)
 
     @property
     def states(self) -> Array:
@@ -250,8 +255,26 @@ class DriveMotion:
 
         Returns:
             `(N,)` whole periods to subtract from the positions, so that they lie on the branch.
+
+        Raises:
+            AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        branch = self.branch
+        try:
+            return self._covered(self.branch, targets)
+        except (AssemblyError, SingularConfigurationError):
+            pass
+        # What stops a branch, and where, depends on the steps that it took: on those of earlier
+        # calls as well. What is told is what the way from the start to these positions meets.
+        branch = self._begun()
+        try:
+            periods = self._covered(branch, targets)
+        except (AssemblyError, SingularConfigurationError) as error:
+            raise self._beyond(targets, error) from error
+        self.branch = branch
+        return periods
+
+    def _covered(self, branch: Branch, targets: Array) -> Array:
+        """See `_cover`; errors are those of the branch."""
         low, high = float(targets.min()), float(targets.max())
         # Sweeps over more than a turn look for a period.
         leaves_turn = high - low >= TURN or max(high, -low) > TURN
@@ -274,10 +297,7 @@ class DriveMotion:
                 residual=0.0,
                 sample=int(np.argmax(targets)),
             )
-        try:
-            branch.cover(low, high)
-        except (AssemblyError, SingularConfigurationError) as error:
-            raise self._beyond(targets, error) from error
+        branch.cover(low, high)
         return np.zeros(len(targets))
 
     def _within_reach(self, targets: Array) -> Array:
@@ -304,7 +324,9 @@ class DriveMotion:
         """Return the error for the first of some drive positions `(N,)` that is out of reach."""
         from .reach import Aim, nearest_of, out_of_reach, reach_of  # Only errors need it.
 
-        low, high = reach_of(self.branch, self._start, self._slides, self._length)
+        if error.sample is not None:
+            return error
+        low, high = reach_of(self._begun(), self._start, self._slides, self._length)
         # Samples may lie beyond both ends; the error is that of one of them.
         sign = -1.0 if float(nearest_of(error)) < self._start else 1.0  # type: ignore[arg-type]
         beyond = sign * targets > sign * (low if sign < 0.0 else high)

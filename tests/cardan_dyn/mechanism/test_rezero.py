@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -53,7 +54,9 @@ def test_links_stay_where_they_are(kinds: tuple[str, ...]) -> None:
     )
     mechanism = cd.load(CHAIN.format("".join(parts)))
     (x,) = rows(mechanism, 1)
-    again = cd.Mechanism(rezeroed(mechanism.description, of_row(mechanism, x)))
+    again = cd.Mechanism(
+        rezeroed(mechanism.description, of_row(mechanism, x), mechanism.characteristic_length)
+    )
     neutral = again.coordinates.neutral()
     expected, found = placed(mechanism, x), placed(again, neutral)
     for link, placement in expected.items():
@@ -82,7 +85,9 @@ def test_angles_behind_the_new_zero() -> None:
     )
     mechanism = cd.load(CHAIN.format("".join(parts)))
     x, beyond = rows(mechanism, 2)
-    again = cd.Mechanism(rezeroed(mechanism.description, of_row(mechanism, x)))
+    again = cd.Mechanism(
+        rezeroed(mechanism.description, of_row(mechanism, x), mechanism.characteristic_length)
+    )
     expected, found = placed(mechanism, beyond), placed(again, beyond - x)
     for link, placement in expected.items():
         np.testing.assert_allclose(found[link], placement, atol=1e-14)
@@ -93,7 +98,7 @@ def test_bundled_mechanisms_have_the_same_wrenches(name: str) -> None:
     mechanism, preset = cd.load(name), PRESETS[name]
     motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
-    again = cd.Mechanism(rezeroed(mechanism.description, at))
+    again = cd.Mechanism(rezeroed(mechanism.description, at, mechanism.characteristic_length))
     held = {joint: float(at[joint]) for joint in preset.held_deg}
     origin = np.array([[float(at[joint]) for joint in preset.drive]])
     steps = np.linspace(0.0, 0.05, 3)[:, None] * np.ones(len(preset.drive))
@@ -129,7 +134,7 @@ def test_random_chains_have_the_same_wrenches(seed: int) -> None:
     mechanism = reference.mechanism
     names = [name for name in mechanism if mechanism[name].parts]
     at = {name: np.atleast_1d(reference.motion.position(name)[0]) for name in names}
-    again = cd.Mechanism(rezeroed(mechanism.description, at))
+    again = cd.Mechanism(rezeroed(mechanism.description, at, mechanism.characteristic_length))
     zero = np.zeros((1, len(drawn.drives)))
     found = sweep_of(
         replace(
@@ -163,7 +168,7 @@ def test_limits_are_counted_from_the_new_zero() -> None:
     mechanism = cd.load(text)
     motion = cd.Scene(mechanism, drive="a").sweep([0.25]).motion
     at = {name: motion.position(name)[0] for name in "abcd"}
-    again = rezeroed(mechanism.description, at)
+    again = rezeroed(mechanism.description, at, mechanism.characteristic_length)
     assert again.joints[0].limits == Limits(-1.25, 1.75, 3.0, 4.0)
     assert again.source is None
 
@@ -171,11 +176,11 @@ def test_limits_are_counted_from_the_new_zero() -> None:
 def test_couplings_keep_holding() -> None:
     text = linkages.gears(linkages.coupling("g", "a", "b", -2.5))
     mechanism = cd.load(text)
-    again = rezeroed(mechanism.description, {"a": 0.4, "b": -1.0})
+    again = rezeroed(mechanism.description, {"a": 0.4, "b": -1.0}, mechanism.characteristic_length)
     turn = cd.Scene(cd.Mechanism(again), drive="a").sweep([0.1])
     np.testing.assert_allclose(turn.motion.position("b"), [-0.25], rtol=1e-13)
     with pytest.raises(cd.ArgumentError, match="'g' does not hold: its successor is at 1, its"):
-        rezeroed(mechanism.description, {"a": 0.4, "b": 1.0})
+        rezeroed(mechanism.description, {"a": 0.4, "b": 1.0}, mechanism.characteristic_length)
 
 
 FOUR = {"a": 0.0, "b": 0.0, "c": 0.0, "d": 0.0}
@@ -194,13 +199,53 @@ BAD = {
 @pytest.mark.parametrize(("at", "message"), BAD.values(), ids=BAD.keys())
 def test_positions_that_are_refused(at: dict, message: str) -> None:
     description = read(linkages.four_bar(linkages.loop("continuous")))
-    assert rezeroed(description, FOUR).agrees(description, 1e-15)
+    assert rezeroed(description, FOUR, 1.0).agrees(description, 1e-15)
     with pytest.raises(cd.ArgumentError, match=message):
-        rezeroed(description, at)
+        rezeroed(description, at, 1.0)
 
 
 def test_a_quaternion_has_length_1() -> None:
     description = read(CHAIN.format(JOINT.format(kind="spherical", this=0, next=1)))
-    rezeroed(description, {"spherical": [0.6, 0.0, 0.0, -0.8]})
+    rezeroed(description, {"spherical": [0.6, 0.0, 0.0, -0.8]}, 1.0)
     with pytest.raises(cd.ArgumentError, match="the quaternion has length 2, expected 1"):
-        rezeroed(description, {"spherical": [0.0, 0.0, 0.0, 2.0]})
+        rezeroed(description, {"spherical": [0.0, 0.0, 0.0, 2.0]}, 1.0)
+
+
+def spherical(noise: float) -> cd.Mechanism:
+    """A spherical four-bar with its masses beside a point that the frames of its joints miss."""
+    rng = np.random.default_rng(0)
+
+    def origin() -> str:
+        return f'<origin xyz="{" ".join(map(repr, (noise * rng.uniform(-1, 1, 3)).tolist()))}"/>'
+
+    def joint(name: str, parent: str, child: str, axis: str) -> str:
+        ends = f'<parent link="{parent}"/><child link="{child}"/>'
+        return (
+            f'<joint name="{name}" type="continuous">{ends}{origin()}<axis xyz="{axis}"/></joint>'
+        )
+
+    body = (
+        '<inertial><origin xyz="0.1 0.02 0.03"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" '
+        'izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    return cd.load(
+        '<robot name="spherical"><link name="base"/>'
+        + "".join(f'<link name="{name}">{body}</link>' for name in "abc")
+        + joint("in", "base", "a", "0 0 1")
+        + joint("mid", "a", "b", "0.6 0 0.8")
+        + joint("out", "base", "c", "0 0.6 0.8")
+        + f'<loop name="end" type="continuous"><predecessor link="b">{origin()}</predecessor>'
+        f'<successor link="c">{origin()}</successor><axis xyz="0.4 0.5 0.77"/></loop></robot>'
+    )
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-14, 1e-13])
+def test_joints_meet_in_a_point_but_for_rounding(noise: float, tmp_path: Path) -> None:
+    """How far a loop may be open is told by the masses, where joints are no distance apart."""
+    mechanism = spherical(noise)
+    turn = cd.Scene(mechanism, drive="in").sweep([0.3])
+    at = {name: turn.motion.position(name) for name in mechanism}
+    again = cd.load(cd.write(mechanism, tmp_path / "spherical.urdf", at=at))
+    assert cd.Scene(again, drive="in").sweep([0.0]).loop_residual < 1e-11
+    with pytest.raises(cd.ArgumentError, match=r"`assemble` or `Scene\.configuration` returns"):
+        cd.write(mechanism, tmp_path / "open.urdf", at={**at, "in": 0.31})

@@ -526,3 +526,19 @@ def test_shapes_that_do_not_broadcast_are_all_named() -> None:
     shapes = {"position": (7,), "speed": (), "loads['x']": (5,), "held['y']": (2, 1)}
     with pytest.raises(cd.ArgumentError, match=message):
         samples.common_shape(shapes)
+
+
+@pytest.mark.parametrize("angle", [8e13, -1e15, 1e300])
+def test_angles_whose_neighbours_are_far_apart_are_refused(one: Problem, angle: float) -> None:
+    with pytest.raises(cd.ArgumentError, match="does not say where it is, since numbers of that"):
+        targets_of(one, [1.0, angle])
+
+
+@pytest.mark.parametrize("angle", [1e12, -7e13])
+def test_angles_of_any_number_of_turns_are_what_they_are(angle: float) -> None:
+    """Whole turns are taken off as by the library's cosine, which reduces exactly."""
+    turn = cd.Scene(cd.load("slider_crank"), drive="crank_bearing").sweep([0.0, angle])
+    rotation = turn.rotation("crank_bearing")
+    turned = rotation[0].T @ rotation[1]
+    np.testing.assert_allclose(turned[0, 0], np.cos(angle), rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(abs(turned[1, 0]), abs(np.sin(angle)), rtol=0.0, atol=1e-15)

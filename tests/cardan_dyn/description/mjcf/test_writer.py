@@ -42,7 +42,9 @@ def test_bundled_mechanisms(name: str, is_closed: bool) -> None:
     motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
     if is_closed:
-        mechanism = cd.Mechanism(rezeroed(mechanism.description, at))
+        mechanism = cd.Mechanism(
+            rezeroed(mechanism.description, at, mechanism.characteristic_length)
+        )
         at = dict.fromkeys(at, 0.0)
     again = cd.load(to_mjcf(mechanism.description))
     expected = ("limits of", "elements=described_elements")

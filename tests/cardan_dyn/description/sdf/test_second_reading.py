@@ -40,7 +40,11 @@ def test_poses_and_axes_in_any_frame(name: str, seed: int) -> None:
     mechanism = cd.load(name)
     motion = usual_motion(mechanism, samples=9).sweep().motion
     at = {joint: motion.position(joint)[3] for joint in mechanism if mechanism[joint].parts}
-    both_agree(sdf.SdfText(rezeroed(mechanism.description, at), seed).text())
+    both_agree(
+        sdf.SdfText(
+            rezeroed(mechanism.description, at, mechanism.characteristic_length), seed
+        ).text()
+    )
 
 
 A = f'<link name="a"><pose degrees="1">1 2 3 10 20 30</pose>{sdf.massive(2.0, "1 2 3")}</link>'
