@@ -94,7 +94,7 @@ class Continuity:
         # Squares and higher powers of times are numbers in their own unit alone; by a power of two
         # no digit changes.
         self._unit = unit = float(np.ldexp(1.0, np.frexp(times[-1])[1]))
-        self._look = lambda inner: look(inner * unit).over(unit)
+        self._look: Callable[[Array], States] = lambda inner: look(inner * unit).over(unit)
         self._is_exact, self.tolerance = is_exact, tolerance
         self._period, self._added, self._least_way = period / unit, 0, least
         states, times = look(times).over(unit), times / unit

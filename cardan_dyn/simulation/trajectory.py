@@ -803,8 +803,8 @@ class Trajectory(MotionResult):
 
         It holds what the table of a sweep does, see `results.sweep`, and `kinetic_energy`,
         `potential_energy` (of the weight and of springs; `elastic_energy` is the part of springs)
-        and `work` [J]. Attributes tell `method`, `effort_residual`, `energy_residual`, `time_residual`,
-        the `reason` for which it ended before its time, and as JSON its `notes` and `events`.
+        and `work` [J]. Attributes tell `method`, the three residuals of a trajectory, the `reason`
+        for which it ended before its time, and as JSON its `notes` and `events`.
 
         Args:
             motion: whether to include the motion of the joints.
