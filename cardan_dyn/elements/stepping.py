@@ -51,7 +51,7 @@ _BESIDE = 1e-6
 """Part of an interval at which it is looked whether a function rises or falls at its end."""
 _HALVINGS = 40
 """Of an interval, at which a function that starts at zero is looked at before it has fallen."""
-_INSTANT = 16.0 * np.finfo(float).eps
+INSTANT = 16.0 * float(np.finfo(float).eps)
 """Duration as a fraction of the time that cannot be divided into places."""
 _MOST_STEPS = 1_000_000
 """Of one passage: some minutes."""
@@ -453,7 +453,7 @@ def advance(
         SimulationError: no step is short enough, or there are too many.
     """
     steps: list[Step] = []
-    if not end - time > _INSTANT * abs(time):
+    if not end - time > INSTANT * abs(time):
         return Passage(end, state, None, steps)
     stepper = Stepper(rate, end, rtol=rtol, atol=atol, longest=longest)
     slope = rate(time, state)

@@ -16,6 +16,7 @@ import pinocchio
 
 from ..arrays import Array
 from ..errors import SingularConfigurationError
+from ..kinematics.tolerances import CLOSURE_TOLERANCE
 
 ZERO = 1e-10
 """Singular value of the closure equations, as a fraction of their greatest, that counts as zero."""
@@ -178,6 +179,7 @@ class ClosedDirections:
             step = np.zeros(self.model.nv)
             step[free] = np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank]))
             x = np.asarray(pinocchio.integrate(self.model, x, step))
+        refuse_open(float(np.max(np.abs(missing), initial=0.0)) / size)
         opening = left[:, :rank].T @ (rows @ v)
         v = v.copy()
         v[free] -= np.linalg.solve(root.T, right[:rank].T @ (opening / values[:rank]))
@@ -299,6 +301,23 @@ def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, 
         placement.actInv(data.v[joint]),
         placement.actInv(data.a[joint]),
     )
+
+
+def refuse_open(error: float) -> None:
+    """Refuse what some steps of Newton's method have not closed.
+
+    Args:
+        error: that is left, of positions [rad, or a fraction of the length] or relative of speeds.
+
+    Raises:
+        SingularConfigurationError: it is more than rounding.
+    """
+    if not error <= CLOSURE_TOLERANCE:
+        raise SingularConfigurationError(
+            f"the loops opened so far within one step that closing them leaves {error:.1e}; the "
+            "mechanism is close to a singular configuration, or the tolerance is too wide: give a "
+            "smaller rtol"
+        )
 
 
 def rank_of(values: Array) -> int:

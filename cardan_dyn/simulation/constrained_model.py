@@ -31,7 +31,7 @@ import pinocchio
 from ..arrays import Array, consecutive
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Loop, constraint_models
-from .closed_directions import ZERO, ClosedDirections, rank_of
+from .closed_directions import ZERO, ClosedDirections, rank_of, refuse_open
 from .free_balls import WithBalls
 from .loop_elimination import LoopElimination
 from .turning_model import in_lengths, turning_model
@@ -561,6 +561,8 @@ class ConstrainedChain:
             # A step leaves as much of the error as its equations are off.
             if error <= _NEAR and error * off <= _CLOSED:
                 break
+        else:
+            refuse_open(_greatest(self._gaps(), self._couplings.gaps(x)))
         jacobian = self._loop_jacobian()
         for _ in range(_MOST_STEPS):
             opening = lacking = jacobian.dot(v)
@@ -572,6 +574,8 @@ class ConstrainedChain:
             v = self._coupled(v, *factors) if is_coupled else v
             if error <= _NEAR and error * off <= _CLOSED:
                 break
+        else:
+            refuse_open(error)
         return x, v
 
     def _place(self, x: Array) -> None:
@@ -583,7 +587,7 @@ class ConstrainedChain:
     def _eliminated(
         self, elimination: LoopElimination, x: Array, v: Array
     ) -> tuple[Array, Array] | None:
-        """Return a closed state near one that drifted; None if a closure is weak."""
+        """Return a closed state near one that drifted; None if a closure is weak, or stays open."""
         for _ in range(_MOST_STEPS):
             found = elimination.displacement(x)
             if found is None:
@@ -594,6 +598,8 @@ class ConstrainedChain:
             x = np.asarray(pinocchio.integrate(self.model, x, step))
             if error <= _NEAR:
                 break
+        else:
+            return None
         change = elimination.slowing(x, v)
         return None if change is None else (x, v + change)
 

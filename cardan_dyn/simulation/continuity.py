@@ -40,6 +40,10 @@ class States(NamedTuple):
     v: Array
     a: Array
 
+    def over(self, unit: float) -> States:
+        """Return the same in another unit of time [s]."""
+        return States(self.x, self.v * unit, self.a * unit * unit)
+
     def at(self, chosen: Array) -> States:
         """Return some of them."""
         return States(*(values[chosen] for values in self))
@@ -87,14 +91,19 @@ class Continuity:
             least: way that errors are relative to where a coordinate moves less.
             period: after which velocities come back [s].
         """
-        self._look, self._is_exact, self.tolerance = look, is_exact, tolerance
-        self._period, self._added, self._least_way = period, 0, least
+        # Squares and higher powers of times are numbers in their own unit alone; by a power of two
+        # no digit changes.
+        self._unit = unit = float(np.ldexp(1.0, np.frexp(times[-1])[1]))
+        self._look: Callable[[Array], States] = lambda inner: look(inner * unit).over(unit)
+        self._is_exact, self.tolerance = is_exact, tolerance
+        self._period, self._added, self._least_way = period / unit, 0, least
+        states, times = look(times).over(unit), times / unit
         self._asked = times
-        states = look(times)
         self._sizes = np.maximum(_sizes(states.x - states.x[0]), least)
         # Slower ones add up to less than that way.
         self._rates = np.maximum(_sizes(states.v), least / times[-1] if times[-1] else 0.0)
-        begun = [(states.x[0] - start[0]) / self._sizes, (states.v[0] - start[1]) / self._rates]
+        asked = start[0], start[1] * unit
+        begun = [(states.x[0] - asked[0]) / self._sizes, (states.v[0] - asked[1]) / self._rates]
         self.worst = Misfit(_greatest(*begun), 0.0)
         self._least = float(np.max(np.diff(times), initial=0.0)) * 2.0**-_MOST_HALVINGS
         if self.worst.size <= tolerance:
@@ -104,7 +113,8 @@ class Continuity:
         """Way of a period."""
         if np.isfinite(period):
             back = (states.v[-1] - states.v[0]) / self._rates
-            self.worst = max(self.worst, Misfit(_greatest(back), period))
+            self.worst = max(self.worst, Misfit(_greatest(back), self._period))
+        self.worst = self.worst._replace(time=self.worst.time * unit)
 
     def _followed(self, times: Array, states: States) -> tuple[Array, States, Misfit]:
         """Return times and states that are close enough to each other, and their worst misfit."""
@@ -148,10 +158,23 @@ class Continuity:
         """Return what rounding of positions and times `(N,)` leaves open of positions `(N, m)`."""
         return 8.0 * _EPS * (np.abs(states.x) + np.abs(states.v) * times[:, None])
 
+    def left_open(self, times: Array, states: States, late: float) -> float:
+        """Return what rounding makes of ways, as `worst`, which misfits leave out.
+
+        Args:
+            times: `(N,)` [s].
+            states: at them.
+            late: time by which they may be early or late beside its own rounding [s].
+        """
+        rounding = self._rounding(times / self._unit, states.over(self._unit)) / self._sizes
+        fastest = float(np.max(self._rates / self._sizes, initial=0.0))
+        return _greatest(rounding) + late / self._unit * fastest
+
     def misfit(self, times: Array, states: States) -> Misfit:
         """Return the worst misfit of states `(N, m)` at times `(N,)`, and of the motion to them."""
         if not self.worst.size <= self.tolerance:
             return self.worst
+        times, states = times / self._unit, states.over(self._unit)
         turns, inside, self._added = np.zeros(len(times)), times, 0
         if np.isfinite(self._period):
             turns, inside = np.divmod(times, self._period)
@@ -164,7 +187,7 @@ class Continuity:
         ]
         misfits = self._from_neighbours(inside, folded, _worst_of_rows(*rounding))
         worst = int(np.argmax(misfits))
-        return max(self.worst, Misfit(float(misfits[worst]), float(times[worst])))
+        return max(self.worst, Misfit(float(misfits[worst]), float(times[worst] * self._unit)))
 
     def _from_neighbours(self, times: Array, states: States, rounding: Array) -> Array:
         """Return `(N,)` how far states are off what the ones before and after them say."""

@@ -75,6 +75,7 @@ class EnergyIntegral:
     Attributes:
         period: time of a turn or swing [s]; inf if the mechanism stays where it is.
         swings: whether it swings between two positions.
+        reach: half the way of a swing [rad]; inf if there is none.
         doubt: time [s] by which rounding of inertia and force may move what follows, anew in each
             period: beside an unstable equilibrium it decides how long the mechanism stays there.
         fastest: greatest speed [rad/s].
@@ -102,6 +103,9 @@ class EnergyIntegral:
         self._force = Fourier(force, functions.force.frequency).shortened(1e-17)
         self._work = self._force.integral()
         self._is_pushed = bool(np.any(self._force.coefficients))
+        info = np.finfo(float)
+        if speed and not (self._is_pushed or info.tiny < info.eps * speed * speed < 1e290):
+            raise NotSuitableError("squares of the speed are no numbers")
         self._turn = 2.0 * np.pi / functions.inertia.frequency
         slope = self._inertia.derivative()
         rows = [self._inertia.coefficients, slope.coefficients]
@@ -109,7 +113,11 @@ class EnergyIntegral:
         self._start, self._speed = position, speed
         self._energy = 0.5 * float(self._inertia.at(position)[0]) * speed * speed
         """Kinetic energy at the start."""
-        self.swings, self.period, self.doubt, self.fastest = False, np.inf, 0.0, 0.0
+        self.swings, self.period, self.reach = False, np.inf, np.inf
+        self.doubt = self.fastest = 0.0
+        self._zeros = np.zeros(0)
+        """Ways at which the force vanishes within a turn."""
+        self._lost = self._stays = np.zeros(0)
         push = float(self._force.at(position)[0])
         if speed == 0.0 and abs(push) <= self._error * self._scale:
             bend = float(self._force.derivative().at(position)[0])
@@ -117,11 +125,7 @@ class EnergyIntegral:
             self.doubt = np.inf if bend > self._error * self._scale else 0.0
             return
         minima = self._minima() if self._is_pushed else []
-        # Beside a minimum its own value has all digits; sums over harmonics lose them.
-        near = min(minima, key=lambda item: abs(item.way), default=None)
-        if near is not None:
-            push = self._force_beside(near, -near.way)
-        self._at_start = _Anchor(0.0, self._energy, push, False)
+        self._at_start = _Anchor(0.0, self._energy, self._force_at(0.0), False)
         ends = self._ends(minima) if self._is_pushed else None
         self.swings = ends is not None
         if ends is None:
@@ -130,12 +134,16 @@ class EnergyIntegral:
         else:
             inner = [item for item in minima if ends[0].way < item.way < ends[1].way]
             anchors = [ends[0], *inner, ends[1]]
-        self._judge(minima, anchors)
+            self.reach = 0.5 * (ends[1].way - ends[0].way)
+        passed = self._judge(minima, anchors)
         harmonics = max(self._inertia.coefficients.shape[1], self._force.coefficients.shape[1])
         width = self._turn * _HARMONICS / harmonics
         self._elapsed = _Elapsed(self._both_beside, anchors, self._error, width)
         self.period = self._elapsed.total * (2.0 if self.swings else 1.0)
         self.fastest = self._elapsed.fastest
+        self._lost, stays = np.array(passed).reshape(-1, 2).T
+        self._stays = np.minimum(stays, self.period)
+        self.doubt = float(self._lost @ self._stays)
 
     def _of_a_turn(self, minima: list[_Anchor]) -> list[_Anchor]:
         """Return the anchors of a turn in which the start is."""
@@ -157,9 +165,21 @@ class EnergyIntegral:
         bent = self._work.bent(starts, ways)[0]
         return np.asarray(anchor.kinetic + anchor.force * ways + bent)
 
-    def _force_beside(self, minimum: _Anchor, way: float) -> float:
-        """Return the force at a way from a minimum of the kinetic energy, where it vanishes."""
-        starts = np.array([self._start + minimum.way])
+    def _force_at(self, way: float) -> float:
+        """Return the force at a way from the start, to all digits beside where it vanishes.
+
+        Sums over harmonics lose them there; so periods of short swings are as exact as others.
+        """
+        if not self._zeros.size:
+            return float(self._force.at(self._start + way)[0])
+        distances = way - self._zeros
+        distances -= self._turn * np.round(distances / self._turn)
+        nearest = int(np.argmin(np.abs(distances)))
+        return self._force_beside(float(self._zeros[nearest]), float(distances[nearest]))
+
+    def _force_beside(self, zero: float, way: float) -> float:
+        """Return the force at a way from where it vanishes."""
+        starts = np.array([self._start + zero])
         return float(self._force.gained(starts, np.array([way]))[0, 0])
 
     def _minima(self) -> list[_Anchor]:
@@ -172,18 +192,19 @@ class EnergyIntegral:
         self._grid = step * indices
         after = np.roll(forces, -1)
         after[-1] = forces[0]
-        rising = np.nonzero((forces < 0.0) & (after >= 0.0))[0]
-        if not rising.size:
-            return []
-        low = self._grid[rising]
-        slope = self._force.derivative()
+        changes = np.nonzero((forces < 0.0) != (after < 0.0))[0]
+        sense = np.where(forces[changes] < 0.0, 1.0, -1.0)
+        low, slope = self._grid[changes], self._force.derivative()
 
         def force(ways: Array, chosen: Array) -> tuple[Array, Array]:
             positions = self._start + ways
-            return self._force(positions)[0], slope(positions)[0]
+            return sense[chosen] * self._force(positions)[0], sense[chosen] * slope(positions)[0]
 
-        found = _roots(force, low, low + step)
-        here = _Anchor(0.0, self._energy, float(self._force.at(self._start)[0]), False)
+        self._zeros = _roots(force, low, low + step)
+        found = self._zeros[sense > 0.0]
+        if not found.size:
+            return []
+        here = _Anchor(0.0, self._energy, self._force_at(0.0), False)
         trend = float(self._work.slope[0]) * self._turn
         return [
             _Anchor(float(way) + turns * self._turn, float(kinetic) + turns * trend, 0.0, False)
@@ -242,18 +263,13 @@ class EnergyIntegral:
 
         low, high = np.array([inside]), np.array([beyond])
         way = sign * float(_roots(beside(self._at_start, sign), low, high)[0])
-        if minimum is None:
-            force = float(self._force.at(self._start + way)[0])
-            return _Anchor(way, 0.0, force, True)
-        distance = abs(minimum.way - way)
-        if distance < abs(way):
+        if minimum is not None and abs(minimum.way - way) < abs(way):
             # Counted from the start, the end of what hardly turns back has no digits.
             low, high = np.zeros(1), np.array([abs(minimum.way) - inside])
             distance = float(_roots(beside(minimum, -sign), low, high)[0])
             way = minimum.way - sign * distance
-        else:
-            distance = abs(minimum.way) - abs(way)
-        return _Anchor(way, 0.0, self._force_beside(minimum, -sign * distance), True)
+            return _Anchor(way, 0.0, self._force_beside(minimum.way, -sign * distance), True)
+        return _Anchor(way, 0.0, self._force_at(way), True)
 
     def _refuse_speeding_up(self) -> None:
         """Refuse a constant torque."""
@@ -261,10 +277,14 @@ class EnergyIntegral:
         if trend > self._error * max(self._scale, self._energy / self._turn):
             raise NotSuitableError("a constant torque speeds the drive up")
 
-    def _judge(self, minima: list[_Anchor], anchors: list[_Anchor]) -> None:
-        """Find the doubt that rounding leaves, see the attribute."""
+    def _judge(self, minima: list[_Anchor], anchors: list[_Anchor]) -> list[tuple[float, float]]:
+        """Return which part of the energy rounding may decide at each place that is passed slowly.
+
+        And how long the motion depends on it there, if it is that slow [s].
+        """
+        passed: list[tuple[float, float]] = []
         if not minima:
-            return
+            return passed
         first, last = anchors[0], anchors[-1]
         # Beyond the ends stand the maxima that it does not pass.
         near = [max((m for m in minima if m.way < first.way), key=lambda m: m.way, default=None)]
@@ -289,7 +309,16 @@ class EnergyIntegral:
             bend = float(slope.at(position)[0])
             if bend > 0.0:
                 rate = np.sqrt(bend / float(self._inertia.at(position)[0]))
-                self.doubt += times * lost / rate
+                passed.append((times * lost, 1.0 / rate))
+        return passed
+
+    def late(self, times: Array) -> Array:
+        """Return by how much what happens at times `(N,)` may be early or late [s].
+
+        Every period is off by the same part of it, so that this grows with their number.
+        """
+        stays = np.minimum(self._stays[:, None], times)
+        return np.asarray(self._error * times + self._lost @ stays * (1.0 + times / self.period))
 
     def at(self, times: Array) -> Law:
         """Return the motion of the drive at times `(N,)` [s].

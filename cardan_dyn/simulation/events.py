@@ -4,33 +4,47 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays import Array
 from ..checks import described, flag, number
-from ..elements.stepping import zero
+from ..elements.stepping import INSTANT
 from ..errors import ArgumentError
 from .forces import Named, StateFunction, state_function
 from .integration import Integration
 
-Reading = Callable[[float], tuple[Named, Named]]
-"""Positions and speeds by name at a time."""
+State = tuple[Named, Named]
+"""Positions and speeds by name."""
+Reading = Callable[[list[float]], list[State]]
+"""States at times."""
 
-_INNER = 4
-"""Places within a step at which events are looked at: two zeros of one between them are missed."""
-_BEGUN = 1e-12
-"""Value of an event at the start, as a fraction of its greatest in the first step, that counts as
-zero: rounding alone decides on which side of zero it begins."""
+_DEGREE = 8
+"""Degree of the polynomials that events are read off, each over a part of a step..."""
+_NODES = np.polynomial.chebyshev.chebpts2(_DEGREE + 1)
+_SERIES = np.linalg.inv(np.polynomial.chebyshev.chebvander(_NODES, _DEGREE)).T
+"""...through the values at Chebyshev's nodes, of whose series these are the coefficients."""
+_TAIL = 4
+"""Last coefficients of these, by whose sum the polynomial may be off..."""
+_FALLEN = 1e-2
+"""...where they have fallen to this part of all of them, which they do not beside a kink."""
+_ORDERS = np.arange(_DEGREE + 1)
+_ROUNDED = 1e-12
+"""Error of an event's values, as a fraction of the greatest in a step: that of closed loops."""
+_MOST_PARTS = 1024
+"""Parts of a step that are looked at before the function is given up as faster than that."""
 
 
 @dataclass(frozen=True, eq=False)
 class Event:
     """A condition that is located where its function passes through zero.
 
-    Zero at the start does not count. Each step of the method is looked at in five places: what
-    passes through zero and back between two of them is missed; `simulate(step=)` narrows them.
+    Zero at the start does not count, nor where the function touches zero and turns back. Parts of
+    each step are halved until a polynomial through nine values of the function tells for certain,
+    by its own error, how often it passes through zero: as finely as the function needs, not the
+    motion. A function that changes still faster is told of in `Trajectory.notes`. What is constant
+    but for a pulse between all these places is not seen; `simulate(step=)` narrows them.
 
     Attributes:
         function: of time, or of time, positions and speeds by joint names.
@@ -66,13 +80,13 @@ class Watched(NamedTuple):
     terminal: bool
     direction: int
 
-    def value(self, time: float, reading: Reading) -> float:
+    def value(self, time: float, state: State) -> float:
         """Return the value of the function at a time.
 
         Raises:
             ArgumentError: it is no finite number.
         """
-        result = self.function(time, *reading(time))
+        result = self.function(time, *state)
         try:
             value = float(result)
         except (TypeError, ValueError):
@@ -120,17 +134,12 @@ def watched(events: Any) -> list[Watched]:
     return result
 
 
-def places(start: float, end: float) -> list[float]:
-    """Return the times of a step at which events are looked at, its ends among them [s]."""
-    times: list[float] = np.linspace(start, end, _INNER + 2).tolist()
-    return times
-
-
 class EventSearch:
     """Locates events, step after step.
 
     Attributes:
         happened: those that were found, in order of time.
+        notes: of events that change faster than they were followed.
     """
 
     def __init__(self, events: list[Watched], reading: Reading) -> None:
@@ -140,10 +149,9 @@ class EventSearch:
             events: to be located.
             reading: of the state at time 0.
         """
-        self._events = events
+        self._tracks = [_Track(event, event.value(0.0, *reading([0.0]))) for event in events]
         self.happened: list[Happened] = []
-        self._values = [event.value(0.0, reading) for event in events]
-        self._is_first = True
+        self.notes: list[str] = []
 
     def step(self, start: float, end: float, reading: Reading) -> float | None:
         """Look for events within a step; return when a terminal one ends it, else None.
@@ -153,23 +161,24 @@ class EventSearch:
             end: of the step [s].
             reading: of the states within it.
         """
-        times = places(start, end)
+        known: dict[float, State] = {}
+
+        def states(times: list[float]) -> list[State]:
+            if new := [time for time in times if time not in known]:
+                known.update(zip(new, reading(new), strict=True))
+            return [known[time] for time in times]
+
         found: list[tuple[float, Watched]] = []
-        for index, event in enumerate(self._events):
-            values = [self._values[index]]
-            values += [event.value(time, reading) for time in times[1:]]
-            self._values[index] = values[-1]
-            if self._is_first and abs(values[0]) <= _BEGUN * max(map(abs, values)):
-                values[0] = 0.0
-            for k, (before, after) in enumerate(pairwise(values)):
-                if _passes(before, after, event.direction):
-                    sign = 1.0 if before > 0.0 else -1.0
-
-                    def falling(time: float, event: Watched = event, sign: float = sign) -> float:
-                        return sign * event.value(time, reading)
-
-                    found.append((zero(falling, times[k], times[k + 1]), event))
-        self._is_first = False
+        for track in self._tracks:
+            was_lost = track.is_lost
+            found += [(time, track.event) for time in track.passes(start, end, states)]
+            if track.is_lost and not was_lost:
+                self.notes.append(
+                    f"event {track.event.name!r} changes so fast from {start:.6g} to {end:.6g} s "
+                    f"that {_MOST_PARTS} parts of that time do not tell how often it passes "
+                    "through zero: from there on some of its times may be missing; give a "
+                    "smoother function"
+                )
         for time, event in sorted(found, key=lambda item: item[0]):
             self.happened.append(Happened(event.name, time))
             if event.terminal:
@@ -183,10 +192,10 @@ class EventSearch:
 
     def follow(self, integration: Integration) -> str:
         """Look at the last step of an integration; cut it at a terminal event, and say which."""
-        step = integration.steps[-1]
+        step, named = integration.steps[-1], integration.equations.named
 
-        def reading(time: float) -> tuple[Named, Named]:
-            return integration.equations.named(*integration.row_on(step, time))
+        def reading(times: list[float]) -> list[State]:
+            return [named(*integration.row_on(step, time)) for time in times]
 
         stopped = self.step(step.start, step.end, reading)
         if stopped is None:
@@ -195,7 +204,168 @@ class EventSearch:
         return self.reason
 
 
-def _passes(before: float, after: float, direction: int) -> bool:
-    """Return whether a function passes zero between two values; one that starts there does not."""
-    rises, falls = before < 0.0 <= after, before > 0.0 >= after
-    return (rises and direction >= 0) or (falls and direction <= 0)
+class _Track:
+    """One event as it is followed from step to step.
+
+    Attributes:
+        event: the event.
+        parts: number of equal parts in which the next step is looked at first.
+        is_lost: whether parts were too many to tell how often it passes through zero.
+    """
+
+    def __init__(self, event: Watched, value: float) -> None:
+        self.event, self.parts, self.is_lost = event, 1, False
+        self._last, self._is_first = value, True
+
+    def passes(self, start: float, end: float, states: Reading) -> list[float]:
+        """Return when the function passes through zero within a step [s]."""
+
+        def look(times: Array) -> Array:
+            pairs = zip(times.tolist(), states(times.tolist()), strict=True)
+            return np.array([self.event.value(*pair) for pair in pairs])
+
+        times, values = self._seen(start, end, look)
+        # Rounding alone decides on which side of zero it begins.
+        if self._is_first and abs(self._last) <= _ROUNDED * float(np.max(np.abs(values))):
+            self._last = 0.0
+        values[0], self._is_first, self._last = self._last, False, float(values[-1])
+        # What touches zero at a place and turns back has not passed.
+        told = values != 0.0
+        told[-1] = True
+        times, values = times[told], values[told]
+        before, after = np.sign(values[:-1]), np.sign(values[1:])
+        passes = (before != 0.0) & (before != after) & (before * self.event.direction <= 0.0)
+        ends = (times[:-1][passes], times[1:][passes]), (values[:-1][passes], values[1:][passes])
+        return _zeros(look, *ends).tolist()
+
+    def _seen(
+        self, start: float, end: float, look: Callable[[Array], Array]
+    ) -> tuple[Array, Array]:
+        """Return times, ascending, and values of the function, which passes zero once between two.
+
+        Or not at all, if they have one sign; but for rounding, and where it is lost.
+        """
+        low, high = _divided(start, end, self.parts)
+        found, looked, is_even, greatest = [], 0, True, 0.0
+        shortest = INSTANT * end
+        while low.size:
+            times = _places(low, high)
+            values = look(times.ravel()).reshape(times.shape)
+            greatest = max(greatest, float(np.max(np.abs(values))))
+            is_known, dips = _settled(times, values, _ROUNDED * greatest, shortest)
+            looked += len(low)
+            self.is_lost |= looked > _MOST_PARTS and not np.all(is_known)
+            if self.is_lost:
+                # As far as nine places tell: what is finer could be noise without end.
+                times = _places(*_divided(start, end, 1)).ravel()
+                self.parts = 1
+                return times, look(times)
+            found += [(times[is_known].ravel(), values[is_known].ravel()), (dips, look(dips))]
+            if is_even:
+                # Another step may need no more than this.
+                self.parts = len(low) if looked > len(low) else max(1, 3 * len(low) // 4)
+                is_even = not np.any(is_known)
+            low, high = low[~is_known], high[~is_known]
+            middle = 0.5 * (low + high)
+            low = np.column_stack([low, middle]).ravel()
+            high = np.column_stack([middle, high]).ravel()
+        times, values = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        order = np.argsort(times, kind="stable")
+        return times[order], values[order]
+
+
+def _divided(start: float, end: float, count: int) -> tuple[Array, Array]:
+    """Return the starts and ends `(count,)` of equal parts of a step."""
+    edges = np.linspace(start, end, count + 1)
+    return edges[:-1], edges[1:]
+
+
+def _places(low: Array, high: Array) -> Array:
+    """Return the times `(P, n)` at which parts of a step are looked at, their ends among them."""
+    times = low[:, None] + 0.5 * (high - low)[:, None] * (1.0 + _NODES)
+    times[:, -1] = high
+    return times
+
+
+def _settled(times: Array, values: Array, rounding: float, shortest: float) -> tuple[Array, Array]:
+    """Return which parts tell how often a function passes through zero, and more times for it.
+
+    The last coefficients of the series tell by how much the polynomial may be off: where it turns
+    back farther from zero than that, its zeros are those of the function. Where it does so between
+    two places, on the other side of zero, it adds a time.
+
+    Args:
+        times: of parts `(P, n)`, see `_places` [s].
+        values: of the function `(P, n)`.
+        rounding: error of the values.
+        shortest: part that is not divided [s].
+    """
+    series = values @ _SERIES
+    sizes, lengths = np.abs(series), times[:, -1] - times[:, 0]
+    slopes = 2.0 * (sizes @ _ORDERS) / lengths
+    off, noise = np.sum(sizes[:, -_TAIL:], axis=1), rounding + shortest * slopes
+    varies = np.sum(sizes[:, 1:], axis=1)
+    is_clear = sizes[:, 0] > varies + off
+    is_known = is_clear | (lengths <= shortest)
+    may_be = ~is_known & (off <= np.maximum(noise, _FALLEN * varies))
+    more: list[float] = []
+    for part in np.nonzero(may_be)[0].tolist():
+        own, error = series[part], float(off[part])
+        slope = np.polynomial.chebyshev.chebder(own)
+        # Those that are complex tell where it almost turns back.
+        turns = np.polynomial.chebyshev.chebroots(slope).real
+        turns = np.sort(turns[np.abs(turns) < 1.0])
+        heights = np.polynomial.chebyshev.chebval(turns, own)
+        farthest = np.abs(np.concatenate([heights, values[part, [0, -1]]]))
+        if error > noise[part] and np.min(farthest) <= 2.0 * error:
+            continue
+        is_known[part] = True
+        after = np.searchsorted(_NODES, turns)
+        beside = values[part, after - 1], values[part, np.minimum(after, _DEGREE)]
+        turned = (heights * beside[0] < 0.0) & (heights * beside[1] < 0.0)
+        more += (times[part, 0] + 0.5 * lengths[part] * (1.0 + turns[turned])).tolist()
+    return is_known, np.array(more)
+
+
+def _zeros(
+    look: Callable[[Array], Array], ends: tuple[Array, Array], values: tuple[Array, Array]
+) -> Array:
+    """Return where a function passes through zero between times, to rounding.
+
+    Args:
+        look: returns values at times `(N,)`.
+        ends: times `(N,)` between which it does.
+        values: at them.
+
+    Source: Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a
+    nonlinear function without using derivatives, Adv. Eng. Software 28 (1997).
+    """
+    found = np.empty(len(ends[0]))
+    (a, b), (at_a, at_b) = ends, values
+    part, active = np.full(len(a), 0.5), np.arange(len(a))
+    while active.size:
+        new = a + part * (b - a)
+        value = look(new)
+        same = np.sign(value) == np.sign(at_a)
+        # The last of them is a, the bracket from a to b, and c was left out of it.
+        c, at_c = np.where(same, a, b), np.where(same, at_a, at_b)
+        b, at_b = np.where(same, b, a), np.where(same, at_b, at_a)
+        a, at_a = new, value
+        best = np.where(np.abs(at_a) <= np.abs(at_b), a, b)
+        least = 2.0 * np.spacing(np.abs(best))
+        width = np.abs(b - a)
+        is_found = (width <= 2.0 * least) | (at_a == 0.0) | (at_b == 0.0)
+        found[active[is_found]] = best[is_found]
+        kept = ~is_found
+        active, least, width = active[kept], least[kept], width[kept]
+        a, b, c, at_a, at_b, at_c = (item[kept] for item in (a, b, c, at_a, at_b, at_c))
+        place, height = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
+        is_smooth = (height**2 < place) & ((1.0 - height) ** 2 < 1.0 - place)
+        part = np.full(len(a), 0.5)
+        one, two, three = (item[is_smooth] for item in (at_a, at_b, at_c))
+        ratio = ((c - a) / (b - a))[is_smooth]
+        part[is_smooth] = one / (two - one) * three / (two - three) + ratio * one / (
+            three - one
+        ) * two / (three - two)
+        part = np.clip(part, least / width, 1.0 - least / width)
+    return found

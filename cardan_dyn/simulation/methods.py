@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,20 +14,19 @@ from .contact_following import ContactFollowing
 from .crossings import Crossings
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
-from .events import EventSearch, Happened, places
-from .forces import Named
+from .events import EventSearch, Happened, State
 from .free_balls import WithBalls, with_free_balls
 from .integration import Equations, Integration, Judge
 from .progress import INTERRUPTED
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
-from .setup import Setup
+from .setup import Setup, refuse_distances
 from .stiffness import judged, limited, modes, settled
 from .system import System
 from .trajectory import Course, Trajectory
 
-_DOUBTFUL = 1e-10
-"""Doubt of positions after a period that is told [rad]."""
+_DOUBTFUL = 1e-9
+"""Doubt of positions of a quadrature that is told [rad]."""
 _GROWS = 100.0
 """Growth of errors from which on a motion lingers: any that swings has a few times as much."""
 _LINGERS = 1e-5
@@ -40,27 +38,23 @@ _SAMPLES_PER_PERIOD = 64
 """Times per turn or swing that a quadrature returns."""
 _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
-_SEARCHED_PER_PERIOD = 16
-"""Steps per turn or swing that are searched for events, each in several places."""
 _HARDLY_APART = 1e-4
 """Sine of the angle between outer axes of a ball up to which they explain why steps failed."""
-_STEPS_AT_ONCE = 256
-"""Steps of a quadrature that are searched for events together, which bounds the memory."""
 
 
 def by_quadrature(setup: Setup) -> Trajectory:
     """Simulate one conservative free coordinate by its energy integral."""
     functions = energy_functions(setup.solver, setup.forces)
     integral = EnergyIntegral(functions, *setup.drive_start)
+    refuse_distances(integral.fastest / min(integral.reach, 1.0), setup.duration)
     count = 1 + _SAMPLES_PER_PERIOD
     if np.isfinite(integral.period):
         count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
     times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
-    run = OneCoordinateRun(setup.solver, times, integral.at, integral.period, is_exact=True)
-    happened: list[Happened] = []
-    ended, reason = setup.duration, ""
+    run = OneCoordinateRun(setup.solver, times, integral.at, integral)
+    ended, found = setup.duration, _End("", failed=False)
     if setup.events:
-        ended, reason, happened = _searched(setup, run)
+        ended, found = _searched(setup, run)
     if ended < setup.duration:
         run.times = np.append(times[times < ended], ended)
     try:
@@ -69,8 +63,9 @@ def by_quadrature(setup: Setup) -> Trajectory:
         pass  # All was computed.
     finally:
         setup.progress.close()
-    notes = *setup.notes, *_doubt(integral, ended)
-    course = Course(setup, run, setup.start, "quadrature", reason, tuple(happened), notes)
+    notes = *setup.notes, *_doubt(integral, ended), *found.notes
+    happened = tuple(found.events)
+    course = Course(setup, run, setup.start, "quadrature", found.reason, happened, notes)
     return Trajectory(course, run.times)
 
 
@@ -78,12 +73,17 @@ def _doubt(integral: EnergyIntegral, duration: float) -> list[str]:
     """Return what rounding leaves open of a quadrature, in words."""
     if np.isinf(integral.doubt):
         return ["rests in an unstable equilibrium, which it would leave at any push"]
-    if integral.doubt * integral.fastest < _DOUBTFUL:
+    late = float(integral.late(np.array([duration]))[0])
+    if late * integral.fastest < _DOUBTFUL:
         return []
-    late = integral.doubt * (1.0 + duration / integral.period)
+    what = f"of {duration / integral.period:.2g} periods, what rounding leaves open adds up"
+    if integral.doubt * integral.fastest >= _DOUBTFUL:
+        what = (
+            "close to an unstable equilibrium, where rounding of inertia and forces decides how "
+            "long it stays"
+        )
     return [
-        "close to an unstable equilibrium, where rounding of inertia and forces decides how long "
-        f"it stays: what follows may be early or late by {late:.1e} s, or off by "
+        f"{what}: what follows may be early or late by {late:.1e} s, or off by "
         f"{late * integral.fastest:.1e} rad"
     ]
 
@@ -128,39 +128,28 @@ def _lingering(setup: Setup, run: Run) -> list[str]:
     ]
 
 
-def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
-    """Return when events or an interruption ended a run, the reason, and the events before."""
-    count = _SAMPLES_PER_PERIOD
-    if np.isfinite(run.period):
-        count = max(count, int(_SEARCHED_PER_PERIOD * setup.duration / run.period))
-    known: dict[float, tuple[Named, Named]] = {}
+def _searched(setup: Setup, run: Run) -> tuple[float, _End]:
+    """Return when events or an interruption ended a run, and how."""
+    names, count = setup.forces.names, 4 * int(np.ceil(setup.duration / run.period)) or 4
 
-    def read(times: Array) -> None:
-        rows, names = run.rows(times), setup.forces.names
-        states = zip(times.tolist(), rows.x + 2.0 * np.pi * rows.turns, rows.v, strict=True)
-        known.update((time, (names.positions(x), names.speeds(v))) for time, x, v in states)
+    def reading(times: list[float]) -> list[State]:
+        rows = run.rows(np.array(times))
+        states = zip(rows.x + 2.0 * np.pi * rows.turns, rows.v, strict=True)
+        return [(names.positions(x), names.speeds(v)) for x, v in states]
 
-    def reading(time: float) -> tuple[Named, Named]:
-        if time not in known:
-            read(np.array([time]))
-        return known[time]
-
-    search, reached = EventSearch(setup.events, reading), 0.0
+    search, reached, reason = EventSearch(setup.events, reading), 0.0, ""
     try:
-        for first in range(0, count, _STEPS_AT_ONCE):
-            indices = np.arange(first, min(first + _STEPS_AT_ONCE, count) + 1)
-            grid = (setup.duration * (indices / count)).tolist()
-            known.clear()
-            read(np.unique([time for pair in pairwise(grid) for time in places(*pair)]))
-            for start, end in pairwise(grid):
-                stopped = search.step(start, end, reading)
-                if stopped is not None:
-                    return stopped, search.reason, search.happened
-                reached = end
+        for index in range(1, count + 1):
+            end = setup.duration * (index / count)
+            stopped = search.step(reached, end, reading)
+            reached = end if stopped is None else stopped
+            if stopped is not None:
+                reason = search.reason
+                break
             setup.progress.show(reached)
     except KeyboardInterrupt:
-        return reached, INTERRUPTED, search.happened
-    return setup.duration, "", search.happened
+        reason = INTERRUPTED
+    return reached, _End(reason, False, search.happened, search.notes)
 
 
 def by_response(setup: Setup) -> Trajectory:
@@ -168,7 +157,7 @@ def by_response(setup: Setup) -> Trajectory:
     solver = setup.solver
     equation = ScalarEquation(solver, energy_functions(solver), setup.forces)
     y = np.array(setup.drive_start)
-    atol = setup.atol * np.array([1.0, abs(y[1]) or 1.0])
+    atol = setup.atol * np.array([1.0, _speed(equation.derivative(0.0, y))])
     integration = Integration(
         equation,
         y,
@@ -195,7 +184,9 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         following = ContactFollowing(system, setup.contacts, setup.max_touches)
         following.begin(y)
     coordinates = system.model.mechanism.coordinates
-    speed = _speed(system, y)
+    x, v = y[: system.size], y[system.size :]
+    rates = np.concatenate([v, system.accelerations(0.0, x, v)])
+    speed = _speed(rates / np.tile(system.model.mechanism.coordinates.rate_scale, 2))
     unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
     crossings = Crossings(system.model, system.size)
     crossings.check_start(y)
@@ -209,7 +200,10 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         if setup.settle:
             y = settled(rates, lambda row: system.restored(0.0, row), y, unit, tolerance, speed)
         begins = judged(modes(rates, y, unit, tolerance), setup.duration, speed)
-        method, notes = method or ("Radau" if begins.is_stiff else None), begins.notes
+        method, notes = (
+            method or ("Radau" if begins.is_stiff else None),
+            begins.notes(settle=setup.settle),
+        )
     # Before the integration takes whole turns off the row.
     state = system.state(y, system.turns, np.zeros_like(y))
     begun = state.x + 2.0 * np.pi * state.turns, state.v
@@ -232,7 +226,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         integration.strictness = following.strictness
     name = integration.method
     ended = _followed(setup, integration, following)
-    run = ConstrainedRun(setup.solver, integration, system)
+    run = ConstrainedRun(integration, system)
     return _trajectory(setup, integration, ended, run, name, notes, following, begun)
 
 
@@ -252,15 +246,14 @@ def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
     return is_stiff
 
 
-def _speed(system: System, y: Array) -> float:
-    """Return how fast joints move [rad/s]: at the start, or soon after it, 1 at most then."""
-    scale = system.model.mechanism.coordinates.rate_scale
-    x, v = y[: system.size], y[system.size :]
-    speed = float(np.max(np.abs(v) / scale, initial=0.0))
-    if speed < 1.0:
-        a = system.accelerations(0.0, x, v) / scale
-        speed = max(speed, min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0))
-    return speed or 1.0
+def _speed(rates: Array) -> float:
+    """Return how fast joints move [rad/s]: at the start, or soon after it, 1 at most then.
+
+    Args:
+        rates: speeds and accelerations at the start `(2 n,)`.
+    """
+    v, a = (float(np.max(np.abs(part), initial=0.0)) for part in np.split(rates, 2))
+    return max(v, min(np.sqrt(a), 1.0)) or 1.0
 
 
 def _model(setup: Setup) -> ConstrainedModel:
@@ -272,11 +265,12 @@ def _model(setup: Setup) -> ConstrainedModel:
 
 
 class _End(NamedTuple):
-    """How an integration ended: at its end, for a reason, or because it failed."""
+    """How a simulation ended: at its end, for a reason, or because it failed."""
 
     reason: str
     failed: bool
-    events: list[Happened]
+    events: Sequence[Happened] = ()
+    notes: Sequence[str] = ()
 
 
 def _followed(
@@ -284,7 +278,7 @@ def _followed(
 ) -> _End:
     """Step to the end, to an event, to the last touch, or to where it fails."""
     equations, start = integration.equations, integration.points[0]
-    search = EventSearch(setup.events, lambda _: equations.named(start.y, start.turns))
+    search = EventSearch(setup.events, lambda _: [equations.named(start.y, start.turns)])
     reason, failure = "", None
     # A step that was too long leads beyond all numbers, and is taken anew.
     heed = np.seterr(over="ignore", invalid="ignore")
@@ -307,7 +301,7 @@ def _followed(
     finally:
         np.seterr(**heed)
         setup.progress.close()
-    return _End(failure or reason, failure is not None, search.happened)
+    return _End(failure or reason, failure is not None, search.happened, search.notes)
 
 
 def _trajectory(
@@ -321,7 +315,7 @@ def _trajectory(
     start: tuple[Array, Array] | None = None,
 ) -> Trajectory:
     """Return what was integrated."""
-    notes = [*setup.notes, *notes, *setup.progress.notes]
+    notes = [*setup.notes, *notes, *setup.progress.notes, *ended.notes]
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"

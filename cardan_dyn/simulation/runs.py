@@ -8,11 +8,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import Array
-from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..dynamics.problem_solver import ProblemSolver
 from ..problem.samples import Targets
 from ..results.collect import motion_at
 from .continuity import States
-from .energy_integral import Law
+from .energy_integral import EnergyIntegral, Law
 from .free_balls import WithBalls
 from .integration import Integration, Point
 from .system import System
@@ -86,6 +86,10 @@ class Run(Protocol):
         """Velocity coordinates whose values have no bound: angles that are read off rotations."""
         ...
 
+    def late(self, times: Array) -> Array:
+        """Return by how much rounding of time may move what happens at times `(N,)` [s]."""
+        ...
+
     def drives_alone(self, times: Array) -> States | None:
         """Return the drives at times, turns counted; None if all coordinates are needed for it."""
         ...
@@ -94,16 +98,12 @@ class Run(Protocol):
         """Return the states at times within the run; `drives` is what `drives_alone` returned."""
         ...
 
-    def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
-        """Return closed positions for drive positions `(N, d)` at states."""
-        ...
-
 
 class ConstrainedRun:
     """States that were integrated in all coordinates; see `Run`."""
 
-    def __init__(self, solver: ProblemSolver, integration: Integration, system: System) -> None:
-        self._solver, self._integration, self._system = solver, integration, system
+    def __init__(self, integration: Integration, system: System) -> None:
+        self._integration, self._system = integration, system
         self.times = integration.times
         self.period, self.is_exact = np.inf, False
 
@@ -113,6 +113,10 @@ class ConstrainedRun:
         mechanism = self._system.model.mechanism
         balls = mechanism.balls if isinstance(mechanism, WithBalls) else ()
         return frozenset(ball.rate + k for ball in balls for k in range(3))
+
+    def late(self, times: Array) -> Array:
+        """See `Run.late`; steps are as long as their ends are apart."""
+        return np.zeros_like(times)
 
     def drives_alone(self, times: Array) -> None:
         """See `Run.drives_alone`."""
@@ -132,10 +136,6 @@ class ConstrainedRun:
         x, whole, v, a, exist = map(np.array, zip(*states, strict=True))
         return Rows(x, whole, v, a, exist, bodies)
 
-    def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
-        """See `Run.assembled`."""
-        return _assembled(self._solver, positions, rows)
-
 
 class OneCoordinateRun:
     """States that follow from the motion of the only drive; see `Run`."""
@@ -145,9 +145,7 @@ class OneCoordinateRun:
         solver: ProblemSolver,
         times: Array,
         law: Callable[[Array], Law],
-        period: float = np.inf,
-        *,
-        is_exact: bool = False,
+        integral: EnergyIntegral | None = None,
     ) -> None:
         """Make the run.
 
@@ -155,12 +153,16 @@ class OneCoordinateRun:
             solver: of the scene.
             times: see `Run.times`.
             law: the drive's motion at times `(N,)`.
-            period: see `Run.period`.
-            is_exact: see `Run.is_exact`.
+            integral: whose law it is; None if it was integrated.
         """
-        self._solver, self.times, self._law = solver, times, law
-        self.period, self.is_exact = period, is_exact
+        self._solver, self.times, self._law, self._integral = solver, times, law, integral
+        self.period = integral.period if integral else np.inf
+        self.is_exact = integral is not None
         self.boundless: frozenset[int] = frozenset()
+
+    def late(self, times: Array) -> Array:
+        """See `Run.late`."""
+        return self._integral.late(times) if self._integral else np.zeros_like(times)
 
     def drives_alone(self, times: Array) -> States:
         """See `Run.drives_alone`; no loop has to be closed for it."""
@@ -171,10 +173,6 @@ class OneCoordinateRun:
         drives = drives or self.drives_alone(times)
         motion = motion_at(self._solver, Targets.of_positions(drives.x), drives.v, drives.a)
         return Rows(motion.x, motion.turns, motion.v, motion.a)
-
-    def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
-        """See `Run.assembled`."""
-        return _assembled(self._solver, positions, rows)
 
 
 class IntegratedLaw:
@@ -190,15 +188,6 @@ class IntegratedLaw:
             points = self._integration.points_at(times)
         y, turns, rates = _columns(points)
         return Law(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])
-
-
-def _assembled(solver: ProblemSolver, positions: Array, rows: Rows) -> AssembledPositions:
-    """Return closed positions for drive positions `(N, d)` at states."""
-    x, turns = rows.x.copy(), rows.turns.copy()
-    problem = solver.problem
-    columns = problem.mechanism.coordinates.columns_of(problem.independent)
-    x[:, columns], turns[:, columns] = positions, 0.0
-    return solver.assembled_near(Targets.of_positions(positions), x, turns)
 
 
 def _columns(points: list[Point]) -> tuple[Array, Array, Array]:

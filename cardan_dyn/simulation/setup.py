@@ -26,6 +26,8 @@ from .system import Motion
 _FINEST = 2.5e-14
 """Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
 
+_BRIEFEST = float(np.finfo(float).tiny / np.finfo(float).eps)
+"""Least duration [s] whose smallest parts are numbers, and speed [rad/s or m/s] other than none."""
 _FARTHEST = 1e12
 """Angle [rad], or slide in lengths of the mechanism, up to which a motion keeps four digits."""
 _FEWEST_STEPS = 200
@@ -152,6 +154,11 @@ def setup_of(
     solver = _with_recorded_contacts(_with_all_loops(scene_solver))
     problem = solver.problem
     duration = positive("duration", duration)
+    if duration < _BRIEFEST:
+        raise ArgumentError(
+            f"duration is {duration:g} s, which numbers cannot divide into steps; the least is "
+            f"{_BRIEFEST:.2g} s"
+        )
     rtol = positive("rtol", rtol)
     if rtol < _FINEST:
         raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {_FINEST:g}")
@@ -160,19 +167,27 @@ def setup_of(
     motions, starts = prescribed_motions(problem.drives, problem.free, motion, duration)
     positions = drive_positions(solver, position, starts)
     motions = begun_at(motions, dict(zip(problem.independent, positions.tolist(), strict=True)))
+    farthest = float(np.max(np.abs(positions), initial=0.0))
+    if not farthest <= _FARTHEST:
+        raise ArgumentError(
+            f"position is {farthest:.3g}, beyond {_FARTHEST:g}, of which numbers keep no place "
+            "within a turn: leave whole turns out"
+        )
     speeds = {name: item(0.0)[1] for name, item in motions.items()}
     with np.errstate(over="ignore", invalid="ignore"):  # Such speeds are refused right here.
         begun = closed_start(solver, positions, speed, speeds)
+    v = np.where(np.abs(begun.v[0]) < _BRIEFEST, 0.0, begun.v[0])
     rounding = rounding_of_speeds(solver, begun)
     refuse_rounding(rounding)
-    _refuse_distances(problem.mechanism.coordinates.rate_scale, begun.v[0], duration)
+    scale = problem.mechanism.coordinates.rate_scale
+    refuse_distances(float(np.max(np.abs(begun.v[0]) / scale, initial=0.0)), duration)
     return Setup(
         solver=solver,
         duration=duration,
         motions=motions,
         x=begun.x[0].copy(),
         turns=begun.turns[0].copy(),
-        v=begun.v[0].copy(),
+        v=v,
         forces=forces_of(solver, loads),
         rtol=rtol,
         atol=rtol if atol is None else positive("atol", atol),
@@ -186,14 +201,22 @@ def setup_of(
     )
 
 
-def _refuse_distances(scale: Array, speeds: Array, duration: float) -> None:
-    """Refuse speeds at which coordinates would lose their digits within a duration."""
-    fastest = float(np.max(np.abs(speeds) / scale, initial=0.0))
+def refuse_distances(fastest: float, duration: float) -> None:
+    """Refuse speeds at which coordinates would lose their digits within a duration.
+
+    Args:
+        fastest: speed [rad/s, or lengths of the mechanism per second]; of a swing of less than a
+            radian to either side, as a fraction of that [1/s].
+        duration: of the simulation [s].
+
+    Raises:
+        ArgumentError: the way is too long.
+    """
     if not fastest <= _FARTHEST / duration:
         raise ArgumentError(
-            f"at the start, a joint moves at {fastest:.3g} rad/s (or lengths of the mechanism per "
-            f"second); within {duration:g} s that is more than {_FARTHEST:g}, of which numbers "
-            "keep no angle within a turn: simulate a shorter time or a lower speed"
+            f"a joint moves at up to {fastest:.3g} rad/s (lengths of the mechanism, or of a swing, "
+            f"per second); within {duration:g} s that is more than {_FARTHEST:g}, of which numbers "
+            "keep no place within a turn or swing: simulate a shorter time or a lower speed"
         )
 
 

@@ -93,16 +93,22 @@ class Judgement(NamedTuple):
     is_stiff: bool
     frequency: float
 
-    @property
-    def notes(self) -> list[str]:
-        """What a user should know of it."""
+    def notes(self, *, settle: bool) -> list[str]:
+        """Return what a user should know of it.
+
+        Args:
+            settle: whether fast modes were to rest.
+        """
         notes = []
         if self.is_stiff:
             notes.append("stiff: fast modes rest, which an implicit method need not follow")
         if self.frequency:
+            advice = "settle=True starts where fast modes rest"
+            if settle:
+                advice = f"settle=True did not bring it to rest in {_SETTLING_STEPS} steps"
             notes.append(
                 f"oscillatory: the start rings at {self.frequency:.6g} Hz, which steps have to "
-                "follow; settle=True starts where fast modes rest"
+                f"follow; {advice}"
             )
         return notes
 

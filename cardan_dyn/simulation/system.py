@@ -247,7 +247,10 @@ class System:
         if self._resting.size:
             # However great the inertia that holds it, what rests drifts in a thousand turns.
             x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
-        closed, rates = self.model.closed(x, v, crosses=crosses)
+        try:
+            closed, rates = self.model.closed(x, v, crosses=crosses)
+        except SingularConfigurationError as error:
+            raise SingularConfigurationError(f"at time {time:.6g} s {error}") from error
         moved = ((closed - x) * self._scale).tolist()
         for part in moved:
             if -_FARTHEST <= part <= _FARTHEST:

@@ -24,7 +24,7 @@ from ..errors import (
 from ..frozen import frozen, made, read_only
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..problem.acting import Acting
-from ..problem.samples import acting_on
+from ..problem.samples import Targets, acting_on
 from ..results.collect import Scattered, sweep_of
 from ..results.element_results import ElementResults
 from ..results.motion import Motion
@@ -320,6 +320,8 @@ class Trajectory(MotionResult):
 
     def __repr__(self) -> str:
         ended = f", ended by: {self.reason}" if self.reason else ""
+        if count := len(self._course.notes):
+            ended += f"; {count} note{'s' * (count > 1)}"
         return (
             f"<Trajectory of {self.mechanism.name!r}: {len(self)} times from {self.time[0]:g} to "
             f"{self.time[-1]:g} s by {self.method}{ended}>"
@@ -384,12 +386,16 @@ class Trajectory(MotionResult):
     def time_residual(self) -> float:
         """Greatest difference of positions from the integrals of speeds over time, from the start.
 
-        As a fraction of the way of a coordinate. Where steps have a tolerance, what rules over the
-        times between them cannot tell is not counted. It is nan for steps of a given length and for
-        pins with clearance, which are not held to it.
+        As a fraction of the way of a coordinate. What rounding of positions and times makes of it
+        counts as well, in a quadrature also that of the time of each period. Where steps have a
+        tolerance, what rules over the times between them cannot tell is not counted. It is nan for
+        steps of a given length and for pins with clearance, which are not held to it.
         """
-        _ = self._rows
-        return float(self.__dict__.get("_misfit", np.nan))
+        states, course = self._course.states(self._rows), self._course
+        if not course.is_proven:
+            return np.nan
+        late = float(np.max(self._run.late(self.time)))
+        return float(self.__dict__["_misfit"]) + course.of_all.left_open(self.time, states, late)
 
     @cached_property
     def _of_drives(self) -> States:
@@ -524,8 +530,11 @@ class Trajectory(MotionResult):
     @cached_property
     def _unproven(self) -> Sweep:
         """The motion as a sweep at all times, whatever its residuals are."""
-        positions = self._of_drives.x
-        assembled = self._run.assembled(positions, self._rows)
+        positions, problem = self._of_drives.x, self._problem
+        x, turns = self._rows.x.copy(), self._rows.turns.copy()
+        columns = problem.mechanism.coordinates.columns_of(problem.independent)
+        x[:, columns], turns[:, columns] = positions, 0.0
+        assembled = self._solver.assembled_near(Targets.of_positions(positions), x, turns)
         acting = self._acting()
         with np.errstate(over="ignore", invalid="ignore"):
             solution = self._solver.solve(assembled, acting)
@@ -605,6 +614,8 @@ class Trajectory(MotionResult):
     def effort_residual(self) -> float:
         """Greatest effort of a free coordinate, as part of the greatest of inertia and loads.
 
+        Of loads and weight, what they do within a radian, or over the characteristic length.
+
         The equations of motion ask for none: it is what is wrong with the accelerations. Forces
         count as moments by the characteristic length.
         """
@@ -622,7 +633,8 @@ class Trajectory(MotionResult):
     def _effort_scale(self) -> float:
         """Greatest effort of all joints if no loop were closed, in which no singularity is felt.
 
-        A moment that takes all kinetic energy within a radian counts as well.
+        A moment that takes all kinetic energy within a radian counts as well, and what weight,
+        springs and loads could do within one: at rest nothing else is left.
         """
         mechanism = self.mechanism
         # Rates of angles that are near gimbal lock are great, whatever the body does.
@@ -633,7 +645,8 @@ class Trajectory(MotionResult):
         open_tree = open_efforts(of, self._problem.gravity, *states, moved)
         loads = self._forces.all_efforts(mechanism, self.time, *self.states)
         efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
-        return float(max(np.max(efforts, initial=0.0), np.max(self.kinetic_energy)))
+        greatest = max(float(np.max(efforts, initial=0.0)), float(np.max(self.kinetic_energy)))
+        return max(greatest, self._greatest_reach)
 
     @cached_property
     def kinetic_energy(self) -> Array:
@@ -724,7 +737,7 @@ class Trajectory(MotionResult):
 
     @property
     def _greatest_reach(self) -> float:
-        """What weight, springs and loads would do [J], see `energy_residual`.
+        """What weight, springs and loads would do within a radian [J], see `energy_scale`.
 
         Walls of contacts are left out, whose forces act over a small part of a radian.
         """
@@ -790,7 +803,7 @@ class Trajectory(MotionResult):
 
         It holds what the table of a sweep does, see `results.sweep`, and `kinetic_energy`,
         `potential_energy` (of the weight and of springs; `elastic_energy` is the part of springs)
-        and `work` [J]. Attributes tell `method`, `effort_residual`, `energy_residual`, the `reason`
+        and `work` [J]. Attributes tell `method`, the three residuals of a trajectory, the `reason`
         for which it ended before its time, and as JSON its `notes` and `events`.
 
         Args:
@@ -814,6 +827,7 @@ class Trajectory(MotionResult):
             "events": json.dumps([[name, float(time)] for name, time in self.events]),
             "effort_residual": self.effort_residual,
             "energy_residual": self.energy_residual,
+            "time_residual": self.time_residual,
         }
         table = replace(
             swept,

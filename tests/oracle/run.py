@@ -22,6 +22,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 import compare  # noqa: E402
 import contacts  # noqa: E402
 import free_rotations  # noqa: E402
+import long_swings  # noqa: E402
 import loose_linkages  # noqa: E402
 import near_singular  # noqa: E402
 import resonant_rigs  # noqa: E402
@@ -77,6 +78,7 @@ CAMPAIGNS = {
     "near_singular": Campaign("starts near singular configurations", near_singular.ask),
     "verdicts": Campaign("verdicts on random drive lines", verdicts.ask),
     "separatrices": Campaign("motions beside unstable positions", separatrices.ask),
+    "long_swings": Campaign("long motions, and events of many zeros", long_swings.ask),
     "free_rotations": Campaign("bodies that turn freely, by quaternions", free_rotations.ask),
     "contacts": Campaign("energy of pins that strike and slide", contacts.ask),
 }

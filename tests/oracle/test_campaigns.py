@@ -8,6 +8,7 @@ from types import ModuleType
 
 import contacts
 import free_rotations
+import long_swings
 import pytest
 import separatrices
 
@@ -25,6 +26,12 @@ def runner() -> ModuleType:
 @pytest.mark.parametrize("seed", range(20))
 def test_motions_close_to_separatrices(seed: int) -> None:
     assert separatrices.ask(seed)[0] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_long_swings_and_events_of_many_zeros(seed: int) -> None:
+    assert long_swings.ask(seed)[0] == []
 
 
 @pytest.mark.slow

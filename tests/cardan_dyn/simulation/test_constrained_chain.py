@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterator
 
 import eigenpy
 import numpy as np
@@ -59,6 +60,42 @@ def test_it_closes_and_moves_as_it_is_told(second: ConstrainedChain) -> None:
     after, speeds = second.closed(closed + step * rates + 0.5 * step**2 * a, rates + step * a)
     assert second.closure_error(after) < 2e-15
     assert np.max(np.abs(speeds - rates - step * a)) < 10.0 * step**2
+
+
+@pytest.mark.parametrize("way", ["rows", "rank", "elimination"])
+def test_what_does_not_converge_is_not_returned(
+    second: ConstrainedChain, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    """A single step of Newton's method leaves the square of what loops are open by."""
+    module = "closed_directions" if way == "rank" else "constrained_model"
+    x, v = np.array([1e-3, -2e-3, 3e-3, 1e-3]), np.array([1.0, 0.2, 0.3, -0.4])
+    closed, _ = second.closed(x, v)
+    assert second.closure_error(closed) < 1e-14
+    monkeypatch.setattr(f"cardan_dyn.simulation.{module}._MOST_STEPS", 1)
+    if way == "elimination":
+        chain = in_one(four_bar(loop("continuous")), 1)
+        row = ConstrainedChain(
+            cd.load(chain), chains_of(cd.load(chain))[0], [0], GRAVITY, np.zeros(4)
+        )
+        steps = iter([(np.zeros(4), 1e-3)])
+        assert row._eliminated(Steps(steps), x, v) is None
+        return
+    close = second._by_rank.closed if way == "rank" else second.closed
+    with pytest.raises(cd.SingularConfigurationError, match=r"closing them leaves \d"):
+        close(x, v)
+
+
+class Steps:
+    """An elimination whose displacements are told, whatever it is asked for."""
+
+    def __init__(self, told: Iterator[tuple[np.ndarray, float]]) -> None:
+        self._told = told
+
+    def displacement(self, x: np.ndarray) -> tuple[np.ndarray, float]:
+        return next(self._told)
+
+    def slowing(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return 0.0 * v
 
 
 def test_copies_answer_alike(second: ConstrainedChain) -> None:

@@ -76,6 +76,35 @@ def test_swings_that_begin_close_to_their_end(speed: float) -> None:
     assert law.at(np.zeros(1)).speed[0] == pytest.approx(speed, rel=1e-13, abs=1e-14)
 
 
+@pytest.mark.parametrize("reach", [1e-8, 1e-5, 1e-2])
+def test_short_swings_have_the_period_of_any(reach: float) -> None:
+    """Sums of harmonics leave the force there few digits; those of the period do not need them."""
+    modulus = np.sin(0.5 * reach) ** 2
+    for law in (integral(reach, 0.0), integral(0.0, 2.0 * RATE * np.sqrt(modulus))):
+        assert law.period == pytest.approx(4.0 * ellipk(modulus) / RATE, rel=4e-15)
+        assert law.reach == pytest.approx(reach, rel=1e-12)
+
+
+@pytest.mark.parametrize(("position", "speed"), [(1.0, 0.0), (0.2, 1.0), (-3.0, 5.0), (0.0, 9.0)])
+def test_how_late_a_motion_may_be_grows_with_its_periods(position: float, speed: float) -> None:
+    law = integral(position, speed)
+    times = np.array([0.0, 1.0, 1e3, 1e6, 1e9]) * law.period
+    late = law.late(times)
+    expected = pendulum_at(position, speed, times + 0.3 * law.period)
+    off = np.abs(law.at(times + 0.3 * law.period).position - expected[0])
+    assert np.all(off <= 1e-13 * (1.0 + np.abs(expected[0])) + law.fastest * late)
+    # A part of rounding of every period, and none of what has not begun.
+    assert late[0] == 0.0
+    np.testing.assert_allclose(late[2:] / times[2:], late[2] / times[2], rtol=2e-3)
+    assert 1e-15 < late[-1] / times[-1] < 1e-12
+
+
+def test_how_long_it_stays_counts_for_no_more_than_a_period() -> None:
+    """However fast a pendulum turns, its upright position is an unstable one."""
+    law = integral(0.0, 1e9)
+    assert law.doubt < 1e-13 * law.period
+
+
 def test_it_stays_in_equilibrium() -> None:
     law = integral(0.0, 0.0)
     assert law.period == np.inf

@@ -14,9 +14,10 @@ from cardan_dyn.simulation.events import EventSearch, Happened, watched
 from cardan_dyn.simulation.forces import Named
 
 
-def reading(time: float) -> tuple[Named, Named]:
-    """A joint `a` that swings as sin t."""
-    return Named({"a": 0}, np.array([math.sin(time)])), Named({"a": 0}, np.array([math.cos(time)]))
+def reading(times: list[float]) -> list[tuple[Named, Named]]:
+    """A joint `a` that swings as sin t, at times."""
+    both = ((math.sin(time), math.cos(time)) for time in times)
+    return [(Named({"a": 0}, np.array([x])), Named({"a": 0}, np.array([v]))) for x, v in both]
 
 
 def found(events: object, end: float = 10.0, steps: int = 20) -> tuple[list[Happened], float]:
@@ -58,6 +59,75 @@ def test_several_in_one_step_come_in_order_of_time() -> None:
     # One function that passes through zero more than once in a step.
     happened, _ = found(half, 3.0, 1)
     assert len(happened) == 2
+
+
+@pytest.mark.parametrize("often", [7.0, 40.0, 333.0])
+def test_many_zeros_within_one_step_are_all_found(often: float) -> None:
+    """sin(k x) along x = sin t: an event of 240 zeros in steps of which one alone is looked at."""
+    found_ones, _ = found(lambda t, x, v: math.sin(often * x["a"] + 0.1), 4.0, 1)
+    levels = (np.arange(-110, 111) * math.pi - 0.1) / often
+    places = np.arcsin(levels[np.abs(levels) < 1.0])
+    every = np.concatenate([places, math.pi - places])
+    expected = np.sort(every[(every > 0.0) & (every < 4.0)])
+    assert len(expected) > 0.8 * often
+    np.testing.assert_allclose([item.time for item in found_ones], expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("apart", [1e-1, 1e-3, 1e-5])
+def test_two_zeros_close_together_are_both_found(apart: float) -> None:
+    """Beside a smooth minimum, beside a kink, and at two jumps."""
+    for event in (
+        lambda t: (t - 1.234) ** 2 - 0.25 * apart**2,
+        lambda t: abs(t - 1.234) - 0.5 * apart,
+        # Of two jumps one is seen at least.
+        lambda t: (t > 1.234) - 0.5 - 2.0 * (t > 1.234 + apart) * (t < 3.0),
+    ):
+        times = [item.time for item in found(event, 4.0, 1)[0]][:2]
+        np.testing.assert_allclose(np.diff(times), [apart], rtol=1e-9)
+
+
+def test_what_touches_zero_has_not_passed_it() -> None:
+    for event in (lambda t: (t - 1.234) ** 2, lambda t: -abs(t - 1.234), lambda t: max(0.0, t - 1)):
+        search = EventSearch(watched(event), reading)
+        assert search.step(0.0, 4.0, reading) is None
+        assert (search.happened, search.notes) == ([], [])
+
+
+def test_the_finer_parts_of_one_step_begin_the_next() -> None:
+    calls: list[float] = []
+
+    def fast(time: float) -> float:
+        calls.append(time)
+        return math.sin(200.0 * time + 0.5)
+
+    search = EventSearch(watched(fast), reading)
+    counts = []
+    for start in range(4):
+        calls.clear()
+        search.step(float(start), start + 1.0, reading)
+        counts.append(len(calls))
+    assert len(search.happened) == math.floor((800.0 + 0.5) / math.pi)
+    assert counts[-1] < 0.9 * counts[0]
+
+
+def test_what_changes_too_fast_is_told_once_and_costs_little_from_there_on() -> None:
+    random = np.random.default_rng(0)
+    calls: list[float] = []
+
+    def noise(time: float) -> float:
+        calls.append(time)
+        return float(random.normal())
+
+    search = EventSearch(watched([noise, half]), reading)
+    for start in range(8):
+        search.step(float(start), start + 1.0, reading)
+        if start:
+            assert len(calls) < 400
+        calls.clear()
+    (note,) = search.notes
+    assert "'noise' changes so fast from 0 to 1 s" in note and "may be missing" in note
+    # The others are found as ever.
+    assert sum(item.name == "half" for item in search.happened) == 3
 
 
 def test_what_begins_at_zero_has_not_happened() -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
+from scipy.special import ellipk, ellipkinc
 from testkit.scenes import universal
-from testkit.simulated import ABOUT_PIN, GRAVITY, pendulum
+from testkit.simulated import ABOUT_PIN, GRAVITY, INERTIA, LENGTH, MASS, WEIGHT, pendulum
 
 import cardan_dyn as cd
 from cardan_dyn.simulation.forces import Named
@@ -126,6 +128,105 @@ def test_a_swing_from_rest_turns_back_after_the_start() -> None:
     turns = [event.time for event in scene.simulate(2.0, position=1.0, events=of_speed).events]
     swing = scene.simulate(2.0, position=1.0, rtol=1e-13, method="DOP853", events=of_speed)
     np.testing.assert_allclose(turns, [event.time for event in swing.events], atol=1e-11)
+
+
+@pytest.mark.parametrize("method", [*METHODS, "Radau"])
+def test_events_of_many_zeros_are_all_found_by_each_method(method: str) -> None:
+    """A pendulum of whose angle sin 90 φ is watched: its zeros are elliptic integrals."""
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
+    reach, rate = 1.1, np.sqrt(WEIGHT / ABOUT_PIN)
+    modulus = np.sin(0.5 * reach) ** 2
+    found = scene.simulate(
+        1.8,
+        position=reach,
+        method=method,
+        rtol=1e-9 if method == "Radau" else 1e-11,
+        events=lambda time, x, v: math.sin(90.0 * x["pin"] + 1.0),
+    )
+    levels = (np.arange(-40, 41) * math.pi - 1.0) / 90.0
+    levels = levels[np.abs(levels) < reach]
+    phases = ellipkinc(np.arcsin(np.sin(0.5 * levels) / np.sqrt(modulus)), modulus)
+    whole = ellipk(modulus)
+    down, up = whole - phases, 3.0 * whole + phases
+    times = np.concatenate([down, up, down + 4.0 * whole]) / rate
+    expected = np.sort(times[times < 1.8])
+    assert len(expected) == len(found.events) > 60
+    np.testing.assert_allclose([item.time for item in found.events], expected, atol=1e-6)
+    assert found.notes == ()
+
+
+def test_an_event_that_is_too_fast_is_told_of() -> None:
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
+    found = scene.simulate(0.1, position=1.0, events=lambda t: math.sin(1e9 * t * t + 1.0))
+    assert sum("changes so fast" in note for note in found.notes) == 1
+
+
+def test_what_rounding_makes_of_late_times_is_in_the_residual() -> None:
+    """Errors are those of the phase of an elliptic function; beyond a limit there is none left."""
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
+    rate, reach = math.sqrt(WEIGHT / ABOUT_PIN), 1.2
+    before = 0.0
+    for duration in (1e2, 1e5, 1e8, 1e11):
+        swing = scene.simulate(duration, position=reach)
+        times = duration * np.array([0.3, 0.7, 1.0])
+        with mpmath.workdps(40):
+            squared = mpmath.mpf(9.81) * mpmath.mpf(MASS) * mpmath.mpf(LENGTH)
+            squared /= mpmath.mpf(INERTIA) + mpmath.mpf(MASS) * mpmath.mpf(LENGTH) ** 2
+            m = mpmath.sin(mpmath.mpf(reach) / 2) ** 2
+            phases = [mpmath.ellipk(m) + mpmath.sqrt(squared) * mpmath.mpf(t) for t in times]
+            sines = [mpmath.ellipfun("sn", u % (4 * mpmath.ellipk(m)), m=m) for u in phases]
+            expected = [float(2 * mpmath.asin(mpmath.sqrt(m) * sn)) for sn in sines]
+        found = swing.at(times)
+        off = float(np.max(np.abs(found.position - expected)))
+        assert off <= found.time_residual * 2.0 * reach
+        # Of so many periods, what is told is not far above what rounding is seen to do.
+        assert found.time_residual < 1e-7 + 300.0 * np.finfo(float).eps * duration * rate
+        assert found.time_residual >= before
+        assert bool(swing.notes) == (duration > 1e4)
+        before = found.time_residual
+    for late in (1e12, 1e15, 1e300):
+        with pytest.raises(cd.ArgumentError, match="keep no place within a turn or swing"):
+            scene.simulate(late, position=reach)
+    # However short the way of a swing is, and for as long as anyone likes at rest.
+    with pytest.raises(cd.ArgumentError, match="keep no place within a turn or swing"):
+        scene.simulate(1e14, position=1e-9)
+    rest = scene.simulate(1e300)
+    assert rest.position[-1] == rest.effort_residual == 0.0
+
+
+def test_a_turn_that_is_fast_or_short_is_late_by_no_more_than_it_lasts() -> None:
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
+    for duration, speed in ((1e-18, 1e3), (1e-12, 1e20), (1e-280, 5.0), (1e-3, 1e6)):
+        moved = scene.simulate(duration, position=0.3, speed=speed)
+        assert moved.method == "quadrature"
+        assert moved.time_residual < 1e-6
+        assert moved.position[-1] == pytest.approx(0.3 + speed * duration, rel=1e-10)
+
+
+@pytest.mark.parametrize("method", [None, "response", "DOP853", "Radau"])
+@pytest.mark.filterwarnings("error")
+def test_numbers_near_their_end_warn_of_nothing(method: str | None) -> None:
+    """Each of these gives the right motion, or an error in words."""
+    heavy, free = (cd.Scene(pendulum(), free="pin", gravity=g) for g in (GRAVITY, (0, 0, 0)))
+    for duration in (5e-324, 1e-300):
+        with pytest.raises(cd.ArgumentError, match="cannot divide into steps"):
+            heavy.simulate(duration, speed=5.0, method=method)
+    for scene, duration, speed in ((heavy, 1e-290, 5.0), (free, 1e-160, 5.0), (free, 1.0, 5e-324)):
+        moved = scene.simulate(duration, position=0.3, speed=speed, method=method)
+        assert moved.position[-1] == pytest.approx(0.3, abs=1e-15)
+        assert moved.time_residual < 1e-9
+        assert moved.notes == ()
+    for speed in (1e-300, 1e-160):
+        moved = heavy.simulate(0.3, position=0.3, speed=speed, method=method)
+        alike = heavy.simulate(0.3, position=0.3, method=method)
+        assert moved.position[-1] == pytest.approx(alike.position[-1], abs=1e-9)
+        moved = free.simulate(1.0, position=0.3, speed=speed, method=method)
+        assert moved.speed[-1] == pytest.approx(speed, rel=1e-9, abs=1e-290)
+        assert moved.notes == ()
+    with pytest.raises(cd.CardanError):
+        heavy.simulate(1e-9, speed=1e150, method=method)
+    with pytest.raises(cd.ArgumentError, match="leave whole turns out"):
+        heavy.simulate(1.0, position=1e15, method=method)
 
 
 def of_speed(time: float, position: Named, speed: Named) -> float:

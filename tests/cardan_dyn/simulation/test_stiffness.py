@@ -101,3 +101,15 @@ def test_a_start_that_rings_is_told_with_its_frequency() -> None:
     column = begun.at(np.linspace(0.0, 5e-3, 2001)).position[:, 0]
     crossings = np.count_nonzero(np.diff(np.sign(column - np.mean(column))))
     assert crossings / 1e-2 == pytest.approx(told, rel=0.05)
+
+
+def test_a_start_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, start = pendulum_on_rubber(), {"hinge": 0.3, "slide": 1e-2}
+    settled_one = scene.simulate(5e-3, position=start, rtol=1e-8, settle=True)
+    assert not any("oscillatory" in note for note in settled_one.notes)
+    assert "note" not in repr(settled_one)
+    monkeypatch.setattr("cardan_dyn.simulation.stiffness._SETTLING_STEPS", 0)
+    left = scene.simulate(5e-3, position=start, rtol=1e-8, settle=True)
+    (note,) = left.notes
+    assert repr(left).endswith("; 1 note>")
+    assert note.endswith("settle=True did not bring it to rest in 0 steps")

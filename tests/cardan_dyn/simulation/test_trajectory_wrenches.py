@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.simulated import GRAVITY, MASS, pendulum
 
 import cardan_dyn as cd
 
@@ -41,6 +42,22 @@ def test_its_wrenches_are_those_of_a_sweep(turn: cd.Trajectory, joint: cd.Mechan
         atol=1e-12,
     )
     np.testing.assert_allclose(turn.loads["bearing_out"], -2.0)
+
+
+@pytest.mark.parametrize("method", ["quadrature", "response", "DOP853"])
+@pytest.mark.parametrize("off", [0.0, 1e-15, 1e-12, 1e-9])
+def test_wrenches_of_what_all_but_rests_are_known(method: str, off: float) -> None:
+    """Its weight is all that there is; accelerations are rounding, and no sign of singularity."""
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
+    resting = scene.simulate(1.0, position=np.pi + np.pi + off, method=method)
+    np.testing.assert_allclose(resting["pin"].force[:, 1], 9.81 * MASS, rtol=1e-12)
+    assert resting.effort_residual < 1e-12
+    # Accelerations that do not belong to the motion are seen by what they lack of the weight.
+    wrong = resting._rows._replace(a=resting._rows.a + 1e-4)
+    moved = cd.Trajectory(resting._course, resting.time)
+    moved.__dict__.update(_rows=wrong, _drives_alone=None, _misfit=0.0)
+    with pytest.raises(cd.AccuracyError, match="accelerations and wrenches are wrong by"):
+        _ = moved.effort_residual
 
 
 def test_it_is_like_a_sweep(turn: cd.Trajectory) -> None:
