@@ -23,6 +23,8 @@ from ..errors import ArgumentError, choices
 from ..frozen import Frozen, FrozenDict, frozen, read_only
 
 METHODS = ("sobol", "halton", "latin", "random")
+_RESERVED = ("failure", "state", "zarr.json")
+"""What a store has besides: arrays of every study, and a file."""
 _LONGEST_NAME = 200
 """Bytes of the longest name: file systems take 255, and an array adds to its own."""
 _LARGEST_WHOLE = 2**53
@@ -394,6 +396,11 @@ def checked_parameters(given: object) -> Parameters:
         repeated = {name for name in every if every.count(name) > 1}
         if repeated:
             raise ArgumentError(f"{kind} {choices(repeated)} occurs twice; name each one once")
+    columns = {"type", "message", *(f"{dim}_index" for dim in dims)}
+    if clash := columns & set(names):
+        raise ArgumentError(
+            f"{choices(clash)} is a parameter, and a column of what failed: give it another name"
+        )
     if clash := {block.dim for block in blocks if block.dim not in block.units} & set(names):
         raise ArgumentError(
             f"{choices(clash)} is a parameter and a dimension; name the dimension: dim=…"
@@ -434,13 +441,13 @@ def name_of_array(what: str, name: object) -> str:
     if (
         not isinstance(name, str)
         or not is_word
-        or "/" in name
-        or name in (".", "..", "zarr.json")
+        or set(name) & {"/", "\\"}
+        or name in (".", "..", *_RESERVED)
         or len(name.encode()) > _LONGEST_NAME
     ):
         raise ArgumentError(
             f"{what} is called {described(name)}: names are words of at most {_LONGEST_NAME} "
-            "letters, without a slash, and not zarr.json"
+            f"letters, without a slash, and none of {choices(_RESERVED)}, which every study has"
         )
     return name
 
