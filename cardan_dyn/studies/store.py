@@ -170,19 +170,6 @@ class Store:
             self.place, mode=mode, storage_options=self.options, use_consolidated=False, **more
         )
 
-    def _say(self, told: Mapping[str, Any]) -> None:
-        """Write what is said of the study, as attributes that any file can hold."""
-        said = {
-            name: item if name in _WORDS else json.dumps(item, ensure_ascii=False)
-            for name, item in told.items()
-        }
-        said["digest"] = _digest(said)
-        attributes = {f"{_MARK}{name}": item for name, item in said.items()}
-        coordinates = [*_units(told), *told["schema"]["coordinates"]]
-        # What xarray takes as coordinates besides those named like their dimensions.
-        more = {"coordinates": " ".join(coordinates), **told["schema"]["attributes"]}
-        self._group("r+").attrs.update({**more, **attributes})
-
     def make(
         self,
         name: str,
@@ -213,14 +200,8 @@ class Store:
         }
         with _advice(self, "written"):
             # What it is stands there from the first object on, so that it is known for a remnant.
-            self._group("w", attributes={f"{_MARK}format": str(_FORMAT)})
-            self._say(told)
-            self.open(told, writable=True)
-            for array in self._arrays.values():
-                _describe(array)
-            self._write_coordinates(told)
-            self._write_parameters(parameters, [0] * len(parameters.blocks))
-            self._say({**told, "made": True})
+            self._group("w", attributes=_said(told))
+            self._write({**told, "made": True}, parameters, [0] * len(parameters.shape))
 
     def open(self, told: Mapping[str, Any], *, writable: bool) -> None:
         """Open a study that is there."""
@@ -230,48 +211,24 @@ class Store:
 
     def extend(self, told: Mapping[str, Any], parameters: Parameters) -> None:
         """Make room for what parameters have in addition; what is there is kept."""
-        now = {**told, "parameters": _told(parameters)}
         with _advice(self, "written"):
-            self.open(now, writable=True)
-            self._write_parameters(parameters, [item["count"] for item in told["parameters"]])
-            # All follows from what is said: where it ends here, the arrays are mended.
-            self._say(now)
-            for array in self._arrays.values():
-                _describe(array)
+            self._write({**told, "parameters": _told(parameters)}, parameters, of_cases(told))
 
-    def refuse_other_values(self, told: Mapping[str, Any], parameters: Parameters) -> None:
-        """Refuse parameters that were said alike and are others: SciPy has changed its samples.
-
-        Raises:
-            CardanError: the first or the last value that is there is another one, or one would be
-                written as another number.
-        """
-        for item, block in zip(told["parameters"], parameters.blocks, strict=True):
-            for name, (*there, here) in _ends(block, item["count"]).items():
-                if item["ends"][name] != [*there, here]:
-                    raise CardanError(
-                        f"{self}: {name} goes from {item['ends'][name][0]} to "
-                        f"{item['ends'][name][1]} there, and from {there[0]} to {here} here; it "
-                        f"was begun with SciPy {told['versions'].get('scipy')}: use that, or name "
-                        "another store"
-                    )
-            self._refuse_cut(item["count"], block)
-
-    def _refuse_cut(self, start: int, block: Block) -> None:
-        """Refuse new values that the type of those which are there cannot say."""
-        for first, last in pairwise([*range(start, block.count, _AT_ONCE), block.count]):
-            for name, values in block.values(first, last).items():
-                dtype = self._arrays[name].dtype
-                if values.dtype.kind == "U" or np.can_cast(values.dtype, dtype, "safe"):
-                    continue
-                with np.errstate(all="ignore"):
-                    cut = values.astype(dtype) != values
-                if np.any(cut):
-                    raise CardanError(
-                        f"{self}: {name} is of type {dtype} there, which is not that of "
-                        f"{values[int(np.argmax(cut))]}: name another store, and give all values "
-                        "as they are meant, floats as in [1.0, 2.0, 2.5]"
-                    )
+    def _write(
+        self, told: Mapping[str, Any], parameters: Parameters, starts: Sequence[int]
+    ) -> None:
+        """Write what follows from the study, values of parameters from some indices on."""
+        self.open(told, writable=True)
+        for name, (_, values, _) in told["schema"]["coordinates"].items():
+            self._arrays[name][...] = _plain(np.asarray(values))
+        for block, start, stop in zip(parameters.blocks, starts, of_cases(told), strict=True):
+            for first, last in pairwise([*range(start, stop, _AT_ONCE), stop]):
+                for name, values in block.values(first, last).items():
+                    self._arrays[name][first:last] = _plain(values)
+        # Chunks are left alone. Until all is said, it is as it was before, once it is mended.
+        for array in self._arrays.values():
+            array.update_attributes(array.attrs.asdict())
+        self._group("r+").attrs.update(_said(told))
 
     def damage(self, told: Mapping[str, Any]) -> list[Damage]:
         """Return what was written and is not there as it was: everything is read.
@@ -340,16 +297,11 @@ class Store:
         self, told: Mapping[str, Any], parameters: Parameters, damaged: Sequence[Damage]
     ) -> None:
         """Write anew what follows from the study, and count the other cases as not computed."""
-        self.open(told, writable=True)
         with _advice(self, "written"):
+            self._write(told, parameters, [0] * len(parameters.shape))
             for item in damaged:
-                if item.box is None:
-                    _describe(self._arrays[item.array])
-                else:
+                if item.box is not None:
                     self._arrays["state"][item.box] = 0
-            if any(item.box is None for item in damaged):
-                self._write_coordinates(told)
-                self._write_parameters(parameters, [0] * len(parameters.blocks), of_cases(told))
 
     def states(self, slab: Box, damaged: Sequence[Damage] = ()) -> Array:
         """Return the states of a box of cases; what is damaged is as good as missing."""
@@ -418,21 +370,6 @@ class Store:
         ordered = data[[*schema["variables"], "state"]].assign_attrs(schema["attributes"])
         return ordered.assign_coords({name: data[name] for name in coordinates})
 
-    def _write_coordinates(self, told: Mapping[str, Any]) -> None:
-        """Write the coordinates of the results of a case."""
-        for name, (_, values, _) in told["schema"]["coordinates"].items():
-            self._arrays[name][...] = _plain(np.asarray(values))
-
-    def _write_parameters(
-        self, parameters: Parameters, starts: Sequence[int], stops: Sequence[int] | None = None
-    ) -> None:
-        """Write the values of parameters between indices, in parts that fit into memory."""
-        spans = zip(parameters.blocks, starts, stops or parameters.shape, strict=True)
-        for block, start, stop in spans:
-            for first, last in pairwise([*range(start, stop, _AT_ONCE), stop]):
-                for name, values in block.values(first, last).items():
-                    self._arrays[name][first:last] = _plain(values)
-
 
 def refuse_different(
     told: Mapping[str, Any],
@@ -456,6 +393,9 @@ def refuse_different(
     else:
         for item, block in zip(before, parameters.blocks, strict=True):
             found += _difference(item, block)
+        if not found:
+            for item, block in zip(before, parameters.blocks, strict=True):
+                found += _other_values(told, item, block)
     if told["versions"]["cardan_dyn"] != __version__:
         found.append(f"it was computed by cardan_dyn {told['versions']['cardan_dyn']}")
     if found:
@@ -474,6 +414,28 @@ def _difference(item: Mapping[str, Any], block: Block) -> list[str]:
     keys = [key for key in {**told, **now} if told.get(key) != now.get(key)]
     more = "; new ones come after those that are there" if "values" in keys else ""
     return [f"{key} of {name} differ{more}" for key in keys]
+
+
+def _other_values(told: Mapping[str, Any], item: Mapping[str, Any], block: Block) -> Iterator[str]:
+    """Iterate over parameters that were said alike, and are or would be others there."""
+    scipy = told["versions"].get("scipy")
+    for name, ends in _ends(block, item["count"]).items():
+        if ends != item["ends"][name]:  # SciPy has changed its samples.
+            there = " to ".join(map(str, item["ends"][name]))
+            yield f"{name} goes from {there}, and it was begun with SciPy {scipy}: use that"
+    for first, last in pairwise([*range(item["count"], block.count, _AT_ONCE), block.count]):
+        for name, values in block.values(first, last).items():
+            dtype = told["axes"][name][1]
+            if dtype == "str" or np.can_cast(values.dtype, dtype, "safe"):
+                continue
+            with np.errstate(all="ignore"):
+                cut = values.astype(dtype) != values
+            if np.any(cut):
+                yield (
+                    f"{name} is of type {dtype}, which is not that of "
+                    f"{values[int(np.argmax(cut))]}: give all values as they are meant, floats as "
+                    "in [1.0, 2.0, 2.5]"
+                )
 
 
 def of_cases(told: Mapping[str, Any]) -> list[int]:
@@ -499,6 +461,19 @@ def _units(told: Mapping[str, Any]) -> dict[str, str]:
 def _digest(said: Mapping[str, str]) -> str:
     """Return the checksum of what is said of a study."""
     return hashlib.sha256(json.dumps(sorted(said.items())).encode()).hexdigest()
+
+
+def _said(told: Mapping[str, Any]) -> dict[str, str]:
+    """Return what is said of a study as attributes that any file can hold."""
+    said = {
+        name: item if name in _WORDS else json.dumps(item, ensure_ascii=False)
+        for name, item in told.items()
+    }
+    said["digest"] = _digest(said)
+    # What xarray takes as coordinates besides those named like their dimensions.
+    coordinates = " ".join([*_units(told), *told["schema"]["coordinates"]])
+    more = {"coordinates": coordinates, **told["schema"]["attributes"]}
+    return more | {f"{_MARK}{name}": item for name, item in said.items()}
 
 
 _WORDS = ("function",)
@@ -547,11 +522,6 @@ def _arrays(told: Mapping[str, Any], place: Any) -> dict[str, Any]:
             about = {"units": unit} if unit else {}
             add(label, (item["count"],), (size,), kind, (item["block"]["dim"],), about)
     return found
-
-
-def _describe(array: Any) -> None:
-    """Write the description of an array, and leave its chunks alone."""
-    array.update_attributes(array.attrs.asdict())
 
 
 def _kind(values: Array) -> str:

@@ -364,7 +364,6 @@ class Study:
             told = self.store.found()
             if told is not None:
                 refuse_different(told, self._name, self._prints, self.parameters, self.store)
-                self.store.refuse_other_values(told, self.parameters)
                 self._damaged = self.store.damage(told)
             self._told = told
         return self._told

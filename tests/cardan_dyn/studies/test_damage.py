@@ -337,3 +337,40 @@ def test_no_file_is_left_that_nobody_reads(kept: Path) -> None:
         *("a", "at", "b", "curve", "failure", "nothing", "state", "zarr.json")
     }
     assert [path.name for path in (kept / "failure/c").iterdir()] == ["2"]
+
+
+def test_a_study_that_was_killed_before_it_had_arrays_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = tmp_path / "killed.zarr"
+
+    def ending(*arguments: Any, **options: Any) -> None:
+        raise SystemExit("killed")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(cd.studies.study.Store, "open", ending)
+        with pytest.raises(SystemExit):
+            study_of(place).run()
+    assert [path.name for path in place.iterdir()] == ["zarr.json"]
+    assert study_of(place).run().plan().done == 16
+
+
+def test_samples_that_scipy_has_changed_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from scipy.stats import norm
+
+    def run() -> cd.studies.Study:
+        given = cd.studies.samples({"a": norm(0.0, 1.0), "b": norm(0.0, 1.0)}, 4, seed=1)
+        return cd.study(computed, given, store=tmp_path / "samples.zarr", workers=1).run()
+
+    first = run().dataset.a.values
+    original = cd.studies.parameters.Samples.values
+
+    def other(self: Any, start: int, stop: int) -> Any:
+        found = original(self, start, stop)
+        return found | {"a": np.nextafter(found["a"], 9.0)}
+
+    monkeypatch.setattr(cd.studies.parameters.Samples, "values", other)
+    with pytest.raises(cd.CardanError, match=rf"a goes from {first[0]} to {first[-1]}.*SciPy"):
+        run()
