@@ -54,17 +54,8 @@ def plot_map(
         MissingExtraError: matplotlib is not installed.
         ArgumentError: there is no such result or dimension, or another one is not given.
     """
-    across, up, values, labels, where = _over_two(data, name, x, y, at)
-    return designs.value_map(
-        across,
-        up,
-        values,
-        labels=labels,
-        limit=limit,
-        title=_joined(title, where),
-        ax=ax,
-        figsize=figsize,
-    )
+    drawn = _over_two(data, name, x, y, at, title)
+    return designs.value_map(limit=limit, ax=ax, figsize=figsize, **drawn)
 
 
 def plot_contours(
@@ -96,17 +87,8 @@ def plot_contours(
     Raises:
         ArgumentError: as `plot_map`, or too few values.
     """
-    across, up, values, labels, where = _over_two(data, name, x, y, at)
-    return designs.contour_map(
-        across,
-        up,
-        values,
-        labels=labels,
-        limit=limit,
-        title=_joined(title, where),
-        ax=ax,
-        figsize=figsize,
-    )
+    drawn = _over_two(data, name, x, y, at, title)
+    return designs.contour_map(limit=limit, ax=ax, figsize=figsize, **drawn)
 
 
 def plot_tornado(
@@ -433,9 +415,9 @@ def _result(data: xarray.Dataset, name: str) -> Any:
 
 
 def _over_two(
-    data: xarray.Dataset, name: str, x: str, y: str, at: Mapping[str, Any]
-) -> tuple[Array, Array, Array, tuple[str, str, str], str]:
-    """Return a result over two dimensions, with labels."""
+    data: xarray.Dataset, name: str, x: str, y: str, at: Mapping[str, Any], title: str
+) -> dict[str, Any]:
+    """Return a result over two dimensions, with labels, and where the others are in the title."""
     values = _result(data, name)
     dims = [str(dim) for dim in values.dims]
     others = (dim for dim in dims if dim not in (x, y, *at))
@@ -458,8 +440,13 @@ def _over_two(
     values = values.transpose(x, y)
     across, labels_x = _axis(data, x)
     up, labels_y = _axis(data, y)
-    title = ", ".join(f"{dim} = {_valued(values[dim])}" for dim in at)
-    return across, up, np.asarray(values), (labels_x, labels_y, _label(data[name])), title
+    return {
+        "x": across,
+        "y": up,
+        "values": values,
+        "labels": (labels_x, labels_y, _label(data[name])),
+        "title": _joined(title, *(f"{dim} = {_valued(values[dim])}" for dim in at)),
+    }
 
 
 def _joined(*parts: str) -> str:

@@ -11,10 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described
 from ..errors import ArgumentError, choices
-from .parameters import name_of_array
-
-_LARGEST_WHOLE = 2**53
-"""Whole numbers up to this one are doubles."""
+from .parameters import LARGEST_WHOLE, name_of_array
 
 
 class Outcome(NamedTuple):
@@ -304,7 +301,7 @@ def _stored(name: object, value: object) -> Array:
             f"the function returned {described(value)} for {name}; a study keeps numbers, arrays "
             "of them, mappings of names to these, and xarray's Datasets"
         )
-    if array.dtype.kind != "b" and array.size and np.abs(array).max() > _LARGEST_WHOLE:
+    if array.dtype.kind != "b" and array.size and np.abs(array).max() > LARGEST_WHOLE:
         raise ArgumentError(f"{name} holds a whole number beyond 2**53, which no double is")
     return array.astype(float)
 

@@ -21,7 +21,6 @@ import sys
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cache
 from importlib import metadata
 from itertools import pairwise
 from pathlib import Path
@@ -32,7 +31,7 @@ import numpy as np
 from .._version import __version__
 from ..arrays import Array
 from ..errors import ArgumentError, CardanError, MissingExtraError
-from .chunk import FAILED, Box, Computed, missing
+from .chunk import FAILED, Box, Computed
 from .chunking import MOST_BYTES, boxes, slabs
 from .fingerprint import differences
 from .outcomes import Schema
@@ -78,7 +77,8 @@ class Store:
     """
 
     def __init__(self, place: Any, options: Mapping[str, Any] | None = None) -> None:
-        zarr = _zarr()
+        import zarr
+
         self.is_memory = place is None
         self.place = zarr.storage.MemoryStore() if place is None else place
         if isinstance(self.place, os.PathLike):
@@ -166,7 +166,9 @@ class Store:
         return told
 
     def _group(self, mode: str, **more: Any) -> Any:
-        return _zarr().open_group(
+        import zarr
+
+        return zarr.open_group(
             self.place, mode=mode, storage_options=self.options, use_consolidated=False, **more
         )
 
@@ -482,7 +484,9 @@ _WORDS = ("function",)
 
 def _arrays(told: Mapping[str, Any], place: Any) -> dict[str, Any]:
     """Return all arrays of a study as they were made, whatever is said of them where they are."""
-    zarr, schema = _zarr(), Schema.from_json(told["schema"])
+    import zarr
+
+    schema = Schema.from_json(told["schema"])
     shape, chunk = tuple(of_cases(told)), tuple(told["chunk"])
     dims = tuple(item["block"]["dim"] for item in told["parameters"])
     model = zarr.open_group(zarr.storage.MemoryStore(), mode="w")
@@ -533,22 +537,18 @@ def _plain(values: Array) -> Array:
     return values.astype(object) if values.dtype.kind == "U" else values
 
 
-@cache
-def _whole_store() -> Any:
-    """Return the class of stores in which a chunk that is not there is an error, and no blank."""
+def _whole(store: Any) -> Any:
+    """Return a store in which a chunk that is not there is an error, and no blank."""
+    from zarr.storage import WrapperStore
 
-    class Whole(_zarr().storage.WrapperStore):  # type: ignore[misc]
+    class Whole(WrapperStore[Any]):
         async def get(self, key: str, prototype: Any, byte_range: Any = None) -> Any:
             found = await super().get(key, prototype, byte_range)
             if found is None:
                 raise FileNotFoundError(key)
             return found
 
-    return Whole
-
-
-def _whole(store: Any) -> Any:
-    return _whole_store()(store)
+    return Whole(store)
 
 
 def _tried(array: Any, box: Box) -> tuple[Array, str]:
@@ -601,14 +601,6 @@ def machine() -> dict[str, str]:
         "system": platform.platform(),
         "executable": sys.executable,
     }
-
-
-def _zarr() -> Any:
-    try:
-        import zarr
-    except ImportError as error:
-        raise missing("zarr") from error
-    return zarr
 
 
 @contextmanager

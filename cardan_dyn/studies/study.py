@@ -17,7 +17,7 @@ from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
 from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, unpacked
-from .chunking import boxes, chunk_shape, count, filled, slabs
+from .chunking import MOST_BYTES, boxes, chunk_shape, count, filled, slabs
 from .engines import Engine, Here, OfDask, OfExecutor, Task, threads_of, workers_of
 from .fingerprint import descriptions, fingerprint
 from .measuring import first_schema, refuse_not_vectorized, seconds_per_case
@@ -38,8 +38,6 @@ _MOST_CASES = 100_000_000
 """Cases from which on a study is taken for a mistake, unless it says that it is not."""
 _STARTED = 6.0
 """Time of all cases above which processes are started for them [s]: two or three seconds each."""
-_LOOKED_AT = 1_000_000
-"""States that are read together."""
 
 
 class Study:
@@ -299,27 +297,20 @@ class Study:
 
     # What there is, and what is left.
 
-    def _slabs(self) -> Iterator[tuple[Box, Array]]:
-        """Iterate over boxes of whole chunks, and the states of their cases."""
-        told = self._read()
-        if told is not None:
-            for slab in slabs(of_cases(told), told["chunk"], _LOOKED_AT):
-                yield slab, self.store.states(slab, self._damaged)
-
     def _states(self) -> Iterator[tuple[Box, Array]]:
         """Iterate over chunks and the states of their cases."""
-        told = self._read() or {}
-        for slab, states in self._slabs():
-            for box in boxes(of_cases(told), told["chunk"], slab):
-                yield box, states[within(box, slab)]
+        told = self._read()
+        if told is not None:
+            for slab in slabs(of_cases(told), told["chunk"], MOST_BYTES):  # A state is a byte.
+                states = self.store.states(slab, self._damaged)
+                for box in boxes(of_cases(told), told["chunk"], slab):
+                    yield box, states[within(box, slab)]
 
     def _count(self) -> tuple[int, int]:
         """Return the number of cases that were computed, and of those that failed."""
-        done = failed = 0
-        for _, states in self._slabs():
-            done += int(np.count_nonzero(states))
-            failed += int(np.count_nonzero(states == FAILED))
-        return done, failed
+        every = [np.bincount(states.ravel(), minlength=3) for _, states in self._states()]
+        _, done, failed = np.sum(every, axis=0, dtype=int) if every else (0, 0, 0)
+        return int(done + failed), int(failed)
 
     def _tasks(self, retry: bool) -> Iterator[Task]:
         """Iterate over what is to be computed."""

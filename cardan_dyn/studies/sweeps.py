@@ -116,10 +116,6 @@ class Sweeps(Frozen):
     acceleration: float
     response: bool
 
-    def __reduce__(self) -> tuple[object, ...]:
-        options = (self.position, self.speed, self.acceleration, self.response)
-        return _made, (self.scene, dict(self.wanted), *options)
-
     def __repr__(self) -> str:
         return f"<Sweeps: {choices(self.wanted)}>"
 
@@ -294,19 +290,6 @@ class Sweeps(Frozen):
         unit = scene.mechanism.drivable[scene.drives[0]].unit
         attributes = {"units": unit, "long_name": f"position of the drive {scene.drives[0]}"}
         return Schema({}, {"position": (("position",), self.position.tolist(), attributes)}, {})
-
-
-def _made(
-    scene: Any, wanted: Any, position: Any, speed: float, acceleration: float, response: bool
-) -> Sweeps:
-    return Sweeps(
-        scene,
-        wanted,
-        position=position,
-        speed=speed,
-        acceleration=acceleration,
-        response=response,
-    )
 
 
 def _wanted(given: object, has_positions: bool) -> dict[str, tuple[str, str]]:
