@@ -77,10 +77,8 @@ class Store:
     """
 
     def __init__(self, place: Any, options: Mapping[str, Any] | None = None) -> None:
-        import zarr
-
         self.is_memory = place is None
-        self.place = zarr.storage.MemoryStore() if place is None else place
+        self.place = _zarr().storage.MemoryStore() if place is None else place
         if isinstance(self.place, os.PathLike):
             self.place = os.fspath(self.place)
         self.options = dict(options or {}) or None
@@ -166,9 +164,7 @@ class Store:
         return told
 
     def _group(self, mode: str, **more: Any) -> Any:
-        import zarr
-
-        return zarr.open_group(
+        return _zarr().open_group(
             self.place, mode=mode, storage_options=self.options, use_consolidated=False, **more
         )
 
@@ -484,9 +480,7 @@ _WORDS = ("function",)
 
 def _arrays(told: Mapping[str, Any], place: Any) -> dict[str, Any]:
     """Return all arrays of a study as they were made, whatever is said of them where they are."""
-    import zarr
-
-    schema = Schema.from_json(told["schema"])
+    zarr, schema = _zarr(), Schema.from_json(told["schema"])
     shape, chunk = tuple(of_cases(told)), tuple(told["chunk"])
     dims = tuple(item["block"]["dim"] for item in told["parameters"])
     model = zarr.open_group(zarr.storage.MemoryStore(), mode="w")
@@ -601,6 +595,13 @@ def machine() -> dict[str, str]:
         "system": platform.platform(),
         "executable": sys.executable,
     }
+
+
+def _zarr() -> Any:
+    """Return the package, whose types are narrower than what it takes."""
+    import zarr
+
+    return zarr
 
 
 @contextmanager
