@@ -250,9 +250,9 @@ class Store:
             if said:
                 yield Damage(name, None, 0, said)
         for slab in slabs(shape, chunk, MOST_BYTES // schema.bytes_per_case):
-            begun, every = [], list(boxes(shape, chunk, slab))
+            begun = []
             together, is_torn = _tried(self._arrays["state"], slab)
-            for box in every:
+            for box in boxes(shape, chunk, slab):
                 states, said = together[within(box, slab)], ""
                 if is_torn:
                     states, said = _tried(self._arrays["state"], box)
@@ -265,7 +265,7 @@ class Store:
                 if name == "failure":
                     wanted = [(box, states) for box, states in begun if FAILED in states]
                 # Many objects together are fetched at the same time.
-                if len(wanted) == len(every) and not _tried(whole[name], slab)[1]:
+                if not wanted or not _tried(whole[name], slab)[1]:
                     continue
                 for box, states in wanted:
                     if said := _tried(whole[name], box)[1]:

@@ -369,8 +369,33 @@ def test_samples_that_scipy_has_changed_are_refused(
 
     def other(self: Any, start: int, stop: int) -> Any:
         found = original(self, start, stop)
-        return found | {"a": np.nextafter(found["a"], 9.0)}
+        last = np.where(np.arange(start, stop) == 3, np.nextafter(found["a"], 9.0), found["a"])
+        return found | {"a": last}
 
     monkeypatch.setattr(cd.studies.parameters.Samples, "values", other)
     with pytest.raises(cd.CardanError, match=rf"a goes from {first[0]} to {first[-1]}.*SciPy"):
         run()
+
+
+def test_chunks_of_which_a_part_is_computed_are_read_too(
+    store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After an extension, a chunk holds cases that are done beside others that are not."""
+
+    def ending(*arguments: Any) -> None:
+        raise SystemExit("killed")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(cd.studies.study.Study, "_engine", ending)
+        with pytest.raises(SystemExit):
+            study_of(store, 10).run()
+    assert study_of(store, 10).damage.empty
+    flipped(store / "curve/c/2/0/0")
+    study = study_of(store, 10)
+    assert study.damage.values.tolist()[0][:3] == ["curve", 4, "a 6 to 8, b 0 to 1"]
+    assert (study.plan().done, study.plan().damaged) == (12, 4)
+    assert "12 of them done (1 failed)" not in str(study.plan())
+    assert ", 12 of them done, 4 damaged:" in str(study.plan())
+    with pytest.warns(UserWarning, match="damaged in 4 cases"):
+        study.run()
+    assert study_of(store, 10).plan().done == 20

@@ -283,3 +283,17 @@ def test_cases_without_a_result_are_counted_in_every_figure(grid: studies.Study)
     for limit, words in ((0.5, "exceeded everywhere"), (100.0, "nowhere exceeded")):
         figure = studies.plot_map(data, "force", x="angle", y="length", count=2.0, limit=limit)
         assert f"limit {limit:g} {words} where there is a result" in figure.axes[0].get_title()
+
+
+def test_sobol_indices_are_refused_where_a_case_is_missing() -> None:
+    def number(x: float) -> float:
+        if x > 1.5:
+            raise ValueError("too great")
+        return x
+
+    given = studies.sobol_samples({"x": norm(0.0, 1.0)}, 16, seed=1)
+    study = cd.study(number, given, workers=1).run()
+    count = len(study.failures)
+    assert count > 0
+    with pytest.raises(cd.ArgumentError, match=f"value is missing in {count} cases"):
+        studies.sobol_indices(study.dataset, "value")
