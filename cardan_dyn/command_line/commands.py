@@ -384,6 +384,7 @@ def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
 @click.option("--store", metavar="PATH_OR_URL", help="Where results are kept, as the file says.")
 @click.option("--resume", is_flag=True, help="Go on with what is there.")
 @click.option("--retry", is_flag=True, help="Compute what failed once more.")
+@click.option("--verify", is_flag=True, help="Read all that is there, and say what is damaged.")
 def study(file: Path, **given: Any) -> None:
     """Compute results over parameters, into a Zarr store.
 

@@ -28,6 +28,7 @@ parameters = { "loads.bearing_out" = { normal = ["-100 N·m", "10 N·m"] } }
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,13 +40,14 @@ from tomlkit.exceptions import TOMLKitError
 
 from ..checks import described, mapping, whole
 from ..errors import ArgumentError, choices
+from ..figures.wrenches import MARK
 from ..mechanism.mechanism import load
 from ..scene.scene import Scene
 from ..studies.parameters import Line, Parameters, checked_parameters, samples, sobol_samples
 from ..studies.study import Study, study
-from ..studies.sweeps import Sweeps
+from ..studies.sweeps import OPEN, Sweeps
 from ..units import read_any
-from .group import Failure, Interrupted
+from .group import MISSED, Failure, Interrupted
 from .tables import say, show
 
 if TYPE_CHECKING:
@@ -76,8 +78,9 @@ def run(
     store: str | None,
     resume: bool,
     retry: bool,
+    verify: bool,
 ) -> None:
-    """Plan a study, run it, and say what came out.
+    """Plan a study, run it, and say what came out; or read all that is there, and say what is not.
 
     Args:
         file: TOML file.
@@ -87,6 +90,7 @@ def run(
         store: where results are kept, instead of what the file says.
         resume: go on with what is there.
         retry: compute what failed, once more.
+        verify: only read what is there, and end with `MISSED` where some of it is damaged.
 
     Raises:
         CardanError: as `study`, its plan and its run do, or the file says something else.
@@ -99,16 +103,28 @@ def run(
         client = None if scheduler is None else _connected(scheduler, stack)
         made = read(file, store=store, client=client, workers=workers)
         is_begun = made.store.found() is not None
-        if is_begun and not (resume or retry or dry_run):
+        if verify and not is_begun:
+            raise Failure(f"{made.store} holds no results that could be read")
+        if is_begun and not (resume or retry or dry_run or verify):
             raise Failure(
                 f"{made.store} holds results: --resume goes on with it, --store names another one"
             )
         plan = made.plan()
         click.echo(str(plan))
-        if dry_run:
+        is_whole = made.damage.empty
+        if not is_whole:
+            show(tuple(made.damage), made.damage.astype(str).values.tolist(), texts=(0, 2, 3))
+            say(f"{plan.damaged:,} cases are damaged; --resume computes them again")
+        elif verify:
+            say(f"all that is there can be read: {plan.done:,} of {plan.cases:,} cases")
+        if verify and not is_whole:
+            raise SystemExit(MISSED)
+        if dry_run or verify:
             return
         try:
-            made.run(retry=retry)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", message=".*makes it again")  # See above.
+                made.run(retry=retry)
         except KeyboardInterrupt:
             raise Interrupted(
                 f"stopped; what is finished is in {made.store}: --resume goes on"
@@ -133,7 +149,7 @@ def read(
         CardanError: as `load`, `Scene` and `study` do.
     """
     try:
-        told = tomlkit.parse(file.read_text(encoding="utf-8")).unwrap()
+        told = tomlkit.parse(file.read_text(encoding="utf-8-sig")).unwrap()
     except (OSError, UnicodeDecodeError, TOMLKitError) as error:
         raise Failure(f"{file}: cannot be read ({error})") from error
     _refuse_unknown("the file", told, _TABLES)
@@ -290,15 +306,19 @@ def _connected(address: str, stack: ExitStack) -> Any:
 
 
 def _tell(made: Study) -> None:
-    """Print how results are spread, and what failed."""
-    data, rows = made.dataset, []
+    """Print how results are spread, over how many of them, and what failed."""
+    data, rows, caption = made.dataset, [], ""
     for name, item in data.data_vars.items():
         if name != "state":
             numbers = (float(item.min()), float(item.mean()), float(item.max()))
             unit = item.attrs.get("units", "")
             label = f"{name} [{unit}]" if unit else str(name)
-            rows.append((label, *(f"{number:.6g}" for number in numbers)))
-    show(("result", "least", "mean", "greatest"), rows)
+            if OPEN in item.attrs:
+                label += MARK
+                caption = f"{MARK.strip()} not determined by statics, {item.attrs[OPEN]}"
+            known = f"{int(item.count()):,} of {item.size:,}"
+            rows.append((label, *(f"{number:.6g}" for number in numbers), known))
+    show(("result", "least", "mean", "greatest", "known"), rows, caption=caption)
     failures = made.failures
     if len(failures):
         say(f"{len(failures)} cases failed; --retry computes them once more")

@@ -155,7 +155,8 @@ def _limit_in_words(cells: Array, limit: float | None) -> str:
         return ""
     beyond = finite > limit
     where = " exceeded everywhere" if beyond.all() else "" if beyond.any() else " nowhere exceeded"
-    return f"limit {limit:.6g}{where}"
+    known = " where there is a result" if where and finite.size < cells.size else ""
+    return f"limit {limit:.6g}{where}{known}"
 
 
 def _draw_limit(
@@ -186,7 +187,7 @@ def _over_two(x: ArrayLike, y: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
 
 @in_look
 def tornado(
-    ranges: Mapping[str, tuple[float, float]],
+    ranges: Mapping[str, ArrayLike],
     *,
     middle: float,
     label: str,
@@ -194,10 +195,11 @@ def tornado(
     ax: Into = None,
     figsize: Size | None = None,
 ) -> Figure:
-    """Draw what a result is at the ends of each parameter, the widest range on top.
+    """Draw what a result is at the ends of each parameter, and between them, the widest on top.
 
     Args:
-        ranges: names of parameters to the result at their lower and upper end.
+        ranges: names of parameters to the result from their lower to their upper end `(N,)`; nan
+            where there is none.
         middle: the result between them.
         label: of the result, with its unit.
         title: of the figure.
@@ -209,16 +211,18 @@ def tornado(
     """
     if not ranges:
         raise ArgumentError("a tornado diagram needs a parameter at least")
-    order = sorted(ranges, key=lambda name: abs(np.subtract(*ranges[name])))
+    along = {name: np.asarray(values, dtype=float) for name, values in ranges.items()}
+    spans = {name: (np.nanmin(values), np.nanmax(values)) for name, values in along.items()}
+    order = sorted(ranges, key=lambda name: np.ptp(spans[name]))
     drawn = sheet(size=(7.2, 1.6 + 0.42 * len(order)), ax=ax, figsize=figsize)
     (axes,) = drawn.panels
+    names = [*map(plain, order)]
     for end, (name, hatch) in enumerate((("lower end", ""), ("upper end", "///"))):
-        widths = [ranges[parameter][end] - middle for parameter in order]
+        widths = [along[parameter][-end] - middle for parameter in order]
         color = line_style(end)["color"]
         style = {"facecolor": color if not hatch else "white", "edgecolor": color}
-        axes.barh(
-            [*map(plain, order)], widths, left=middle, height=0.6, hatch=hatch, label=name, **style
-        )
+        axes.barh(names, widths, left=middle, height=0.6, hatch=hatch, label=name, **style)
+    axes.hlines(names, *np.transpose([spans[name] for name in order]), color="black", linewidth=1.6)
     axes.axvline(middle, color="black", linewidth=0.9)
     axes.grid(visible=False, axis="y")
     axes.set(xlabel=label)

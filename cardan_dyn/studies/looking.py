@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,14 +11,16 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError, choices
 from ..figures import designs
+from ..figures.wrenches import MARK
+from .sweeps import OPEN
 
 if TYPE_CHECKING:
     import xarray
 
     from ..figures.style import Figure
 
-_END = 0.1
-"""Part of all samples, at each end of a parameter, over which a tornado diagram takes the mean."""
+_PARTS = 10
+"""Parts of all samples, along each parameter, over which a tornado diagram takes means."""
 _RESAMPLES = 400
 """Resamples from which intervals of Sobol indices are taken: their ends hold to a tenth or so."""
 
@@ -51,17 +54,8 @@ def plot_map(
         MissingExtraError: matplotlib is not installed.
         ArgumentError: there is no such result or dimension, or another one is not given.
     """
-    across, up, values, labels, where = _over_two(data, name, x, y, at)
-    return designs.value_map(
-        across,
-        up,
-        values,
-        labels=labels,
-        limit=limit,
-        title=_joined(title, where),
-        ax=ax,
-        figsize=figsize,
-    )
+    drawn = _over_two(data, name, x, y, at, title)
+    return designs.value_map(limit=limit, ax=ax, figsize=figsize, **drawn)
 
 
 def plot_contours(
@@ -93,17 +87,8 @@ def plot_contours(
     Raises:
         ArgumentError: as `plot_map`, or too few values.
     """
-    across, up, values, labels, where = _over_two(data, name, x, y, at)
-    return designs.contour_map(
-        across,
-        up,
-        values,
-        labels=labels,
-        limit=limit,
-        title=_joined(title, where),
-        ax=ax,
-        figsize=figsize,
-    )
+    drawn = _over_two(data, name, x, y, at, title)
+    return designs.contour_map(limit=limit, ax=ax, figsize=figsize, **drawn)
 
 
 def plot_tornado(
@@ -116,9 +101,10 @@ def plot_tornado(
 ) -> Figure:
     """Draw between which values each parameter moves a result.
 
-    Of a grid, the others then are in the middle of their values. Of samples, the ends are means
-    over the tenth of all samples with the lowest and the highest values of the parameter. The
-    parameter's values there stand below its name.
+    Of a grid, the others then are in the middle of their values. Of samples, values are means over
+    each tenth of all samples, from the lowest to the highest values of the parameter. Bars go to
+    the result at both ends of the parameter, whose values stand below its name; a line spans all
+    results between them, by whose length parameters are ranked.
 
     Args:
         data: of a study.
@@ -128,30 +114,32 @@ def plot_tornado(
         figsize: width and height of a new figure [inch].
 
     Raises:
-        ArgumentError: there is no such result, or a case has several.
+        ArgumentError: there is no such result, a case has several, or that in the middle has none.
     """
     values = _numbers(data, name)
-    ranges, middle = {}, float(values.mean())
+    ranges: dict[str, Array] = {}
     parameters = _parameters(data)
     if all(column.dims == (label,) for label, column in parameters.items()):
         centre = {dim: size // 2 for dim, size in values.sizes.items()}
         middle = float(values.isel(centre))
+        if not np.isfinite(middle):
+            raise ArgumentError(f"{name}: the case in the middle of all has no result")
         for label in parameters:
             along = values.isel({dim: at for dim, at in centre.items() if dim != label})
-            ends = data[label][[0, -1]]
-            ranges[_between(label, ends)] = float(along[0]), float(along[-1])
+            ranges[_between(label, data[label][[0, -1]])] = np.asarray(along, dtype=float)
     else:
         plain = independent(data)
         found = _numbers(plain, name)
         for column in _parameters(plain).values():
-            parts = []
-            for low, high in ((0.0, _END), (1.0 - _END, 1.0)):
-                least, most = np.quantile(column, [low, high])
-                parts.append((column >= least) & (column <= most))
-            ends = column.copy()[:2].copy(data=[float(column.where(part).mean()) for part in parts])
-            means = [float(found.where(part).mean()) for part in parts]
-            ranges[_between(str(column.name), ends)] = means[0], means[1]
+            edges = np.quantile(column, np.linspace(0.0, 1.0, _PARTS + 1))
+            parts = [(column >= low) & (column <= high) for low, high in pairwise(edges)]
+            at = [float(column.where(part).mean()) for part in (parts[0], parts[-1])]
+            ends = column.copy()[:2].copy(data=at)
+            ranges[_between(str(column.name), ends)] = np.array(
+                [float(found.where(part).mean()) for part in parts]
+            )
         middle = float(found.mean())
+    title = _joined(title, _missing(values))
     label = _label(data[name])
     return designs.tornado(ranges, middle=middle, label=label, title=title, ax=ax, figsize=figsize)
 
@@ -178,11 +166,16 @@ def plot_scatter(
     Raises:
         ArgumentError: there is no such result, or a case has several.
     """
-    columns, values = _flat(data, [name])
-    last = values.pop(_label(data[name]))
+    columns, values, missing = _flat(data, [name])
     label = _label(data[name])
     return designs.scatter(
-        columns, last, label=label, limit=limit, title=title, ax=ax, figsize=figsize
+        columns,
+        values[label],
+        label=label,
+        limit=limit,
+        title=_joined(title, missing),
+        ax=ax,
+        figsize=figsize,
     )
 
 
@@ -209,9 +202,13 @@ def plot_parallel(
     """
     if not names:
         raise ArgumentError(f"name results: {choices(map(str, data.data_vars))}")
-    columns, values = _flat(data, list(names))
+    columns, values, missing = _flat(data, list(names))
     return designs.parallel_coordinates(
-        {**columns, **values}, limit=limit, title=title, ax=ax, figsize=figsize
+        {**columns, **values},
+        limit=limit,
+        title=_joined(title, missing),
+        ax=ax,
+        figsize=figsize,
     )
 
 
@@ -254,6 +251,7 @@ class StudyPlot:
         column = next(iter(parameters.values()))
         at = over(str(column.name), np.asarray(column), column.attrs.get("units", ""))
         drawn = {name: (np.asarray(values, dtype=float), values.attrs.get("units", "") or "1")}
+        options["title"] = _joined(options.get("title", ""), _missing(values))
         return in_look(over_column)(at, drawn, **options)
 
     def map(self, name: str, **options: Any) -> Figure:
@@ -417,9 +415,9 @@ def _result(data: xarray.Dataset, name: str) -> Any:
 
 
 def _over_two(
-    data: xarray.Dataset, name: str, x: str, y: str, at: Mapping[str, Any]
-) -> tuple[Array, Array, Array, tuple[str, str, str], str]:
-    """Return a result over two dimensions, with labels."""
+    data: xarray.Dataset, name: str, x: str, y: str, at: Mapping[str, Any], title: str
+) -> dict[str, Any]:
+    """Return a result over two dimensions, with labels, and where the others are in the title."""
     values = _result(data, name)
     dims = [str(dim) for dim in values.dims]
     others = (dim for dim in dims if dim not in (x, y, *at))
@@ -442,8 +440,13 @@ def _over_two(
     values = values.transpose(x, y)
     across, labels_x = _axis(data, x)
     up, labels_y = _axis(data, y)
-    title = ", ".join(f"{dim} = {_valued(values[dim])}" for dim in at)
-    return across, up, np.asarray(values), (labels_x, labels_y, _label(data[name])), title
+    return {
+        "x": across,
+        "y": up,
+        "values": values,
+        "labels": (labels_x, labels_y, _label(data[name])),
+        "title": _joined(title, *(f"{dim} = {_valued(values[dim])}" for dim in at)),
+    }
 
 
 def _joined(*parts: str) -> str:
@@ -473,8 +476,17 @@ def _valued(parameter: Any, digits: int = 4) -> str:
     return numbers + {"": "", "1": "", "°": "°"}.get(unit, f" {unit}")
 
 
-def _flat(data: xarray.Dataset, names: list[str]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return parameters and results of all cases that have all of the results, `(N,)` each."""
+def _missing(values: Any) -> str:
+    """Return how many of some results are none, in words; empty if all are there."""
+    count = int(np.count_nonzero(~np.isfinite(values)))
+    return f"no result: {count} of {values.size}" if count else ""
+
+
+def _flat(data: xarray.Dataset, names: list[str]) -> tuple[dict[str, Array], dict[str, Array], str]:
+    """Return parameters and results `(N,)` of the cases with all of the results, and of the others.
+
+    The latter are counted, in words.
+    """
     import xarray
 
     plain = independent(data)
@@ -484,12 +496,14 @@ def _flat(data: xarray.Dataset, names: list[str]) -> tuple[dict[str, Array], dic
     every = xarray.broadcast(*shown, *results)
     columns = [np.asarray(item, dtype=float).ravel() for item in every]
     there = np.all(np.isfinite(np.stack(columns)), axis=0)
+    missing = _missing(np.where(there, 0.0, np.nan))
     labels = [_label(item) for item in (*shown, *results)]
     found = [column[there] for column in columns]
     count = len(parameters)
     return (
         dict(zip(labels[:count], found[:count], strict=True)),
         dict(zip(labels[count:], found[count:], strict=True)),
+        missing,
     )
 
 
@@ -499,6 +513,7 @@ def _between(name: str, ends: Any) -> str:
 
 
 def _label(item: Any) -> str:
-    """Return name and unit of a variable."""
+    """Return name and unit of a variable, with a star where statics leaves it open."""
     unit = item.attrs.get("units", "")
-    return f"{item.name} [{unit}]" if unit and unit != "1" else str(item.name)
+    name = f"{item.name} [{unit}]" if unit and unit != "1" else str(item.name)
+    return name + MARK if OPEN in item.attrs else name

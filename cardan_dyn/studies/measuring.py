@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import ArgumentError, CardanError, choices
 from .chunk import FAILED, Box, Computed, Job, called, compute, failure, packed
 from .chunking import filled
-from .outcomes import RESERVED, Outcomes, Schema, schema_of
+from .outcomes import Outcomes, Schema, schema_of
 
 _TRIED = 8
 """Cases that are tried for a first one that does not fail."""
@@ -62,7 +62,7 @@ def _refuse_clashes(schema: Schema, job: Job) -> None:
     own = {dim for item in schema.variables.values() for dim in item.dims}
     if clash := own & set(schema.variables):
         raise ArgumentError(f"{choices(clash)} is a result and a dimension of one: rename it")
-    if clash := (taken & results) | (taken & set(RESERVED)):
+    if clash := taken & results:
         raise ArgumentError(
             f"{choices(clash)} is a parameter, or its dimension, and a result besides: "
             "give it another name"

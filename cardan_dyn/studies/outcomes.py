@@ -11,10 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described
 from ..errors import ArgumentError, choices
-from .parameters import name_of_array
-
-_LARGEST_WHOLE = 2**53
-"""Whole numbers up to this one are doubles."""
+from .parameters import LARGEST_WHOLE, name_of_array
 
 
 class Outcome(NamedTuple):
@@ -231,7 +228,7 @@ def _plain(returned: dict[Any, Any]) -> dict[str, Array] | None:
     for name, value in returned.items():
         if not isinstance(value, (int, float, complex, np.ndarray, np.generic, list, tuple)):
             return None
-        found[_name(name)] = _stored(name, value)
+        found[name_of_array("a result", name)] = _stored(name, value)
     return found
 
 
@@ -248,11 +245,11 @@ def _as_dataset(returned: object) -> Any:
     if isinstance(returned, Mapping):
         parts = {}
         for name, value in returned.items():
-            if isinstance(value, xarray.DataArray):
-                parts[_name(name)] = value
-            else:
-                array = _stored(name, value)
-                parts[_name(name)] = xarray.DataArray(array, dims=_dims_of(name, array))
+            label, is_named = name_of_array("a result", name), isinstance(value, xarray.DataArray)
+            array = value if is_named else _stored(label, value)
+            parts[label] = (
+                array if is_named else xarray.DataArray(array, dims=_dims_of(label, array))
+            )
         return xarray.Dataset(parts)
     array = _stored("value", returned)
     return xarray.Dataset({"value": (_dims_of("value", array), array)})
@@ -262,35 +259,25 @@ def _from_xarray(data: Any, units: Mapping[str, str]) -> Outcomes:
     """Return the variables and coordinates of a Dataset."""
     found = {}
     for name, item in data.data_vars.items():
+        label = name_of_array("a result", name)
         attributes = _attributes(item.attrs)
         if name in units or "units" not in attributes:
-            attributes["units"] = units.get(str(name), "")
-        found[str(name)] = Outcome(
-            tuple(map(str, item.dims)), _stored(str(name), item.values), attributes
-        )
+            attributes["units"] = units.get(label, "")
+        dims = tuple(name_of_array("a dimension of results", dim) for dim in item.dims)
+        found[label] = Outcome(dims, _stored(label, item.values), attributes)
     if not found:
         raise ArgumentError("the function returned nothing: a study needs a number at least")
     coordinates = {
-        str(name): (tuple(map(str, item.dims)), item.values.tolist(), _attributes(item.attrs))
+        name_of_array("a coordinate", name): (
+            tuple(map(str, item.dims)),
+            item.values.tolist(),
+            _attributes(item.attrs),
+        )
         for name, item in data.coords.items()
         # What has no dimension is of one case, and no longer a coordinate of all.
         if item.dims and item.dtype.kind in "biufU"
     }
     return Outcomes(found, Schema({}, coordinates, _attributes(data.attrs)))
-
-
-def _name(name: object) -> str:
-    found = name_of_array("a result", name)
-    if found in RESERVED:
-        raise ArgumentError(
-            f"a result is called {found!r}; its name is none of: {choices(RESERVED)}, which every "
-            "study has besides"
-        )
-    return found
-
-
-RESERVED = ("failure", "state")
-"""Variables that every study has besides."""
 
 
 def _dims_of(name: object, array: Array) -> tuple[str, ...]:
@@ -314,15 +301,21 @@ def _stored(name: object, value: object) -> Array:
             f"the function returned {described(value)} for {name}; a study keeps numbers, arrays "
             "of them, mappings of names to these, and xarray's Datasets"
         )
-    if array.dtype.kind != "b" and array.size and np.abs(array).max() > _LARGEST_WHOLE:
+    if array.dtype.kind != "b" and array.size and np.abs(array).max() > LARGEST_WHOLE:
         raise ArgumentError(f"{name} holds a whole number beyond 2**53, which no double is")
     return array.astype(float)
 
 
+_OF_FILES = ("_FillValue", "add_offset", "missing_value", "scale_factor")
+"""Attributes by which whoever reads a file makes other numbers of those that are there."""
+
+
 def _attributes(given: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return those attributes that any file can hold."""
+    """Return those attributes that any file can hold, and that make no other numbers of these."""
     kept = {}
     for name, value in given.items():
+        if name in _OF_FILES:
+            continue
         plain = value.item() if isinstance(value, np.generic) else value
         if isinstance(plain, (str, bool, int)) or (isinstance(plain, float) and np.isfinite(plain)):
             kept[str(name)] = plain

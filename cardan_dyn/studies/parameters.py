@@ -23,9 +23,11 @@ from ..errors import ArgumentError, choices
 from ..frozen import Frozen, FrozenDict, frozen, read_only
 
 METHODS = ("sobol", "halton", "latin", "random")
+_RESERVED = ("failure", "state", "zarr.json")
+"""What a store has besides: arrays of every study, and a file."""
 _LONGEST_NAME = 200
 """Bytes of the longest name: file systems take 255, and an array adds to its own."""
-_LARGEST_WHOLE = 2**53
+LARGEST_WHOLE = 2**53
 """From this whole number on, doubles are not all of them."""
 _QUANTILES = np.linspace(0.0, 1.0, 67)[1:-1]
 """Probabilities at which a distribution is looked at that nothing else describes."""
@@ -81,54 +83,38 @@ class Line(Frozen):
     count: int
     step: float
 
+    def __len__(self) -> int:
+        return self.count
+
     def values(self, start: int, stop: int) -> Array:
         """Return the values `(stop - start,)` of some indices."""
         return self.start + self.step * np.arange(start, stop, dtype=float)
 
 
-class Axis(Block):
-    """One parameter with a dimension of its own."""
-
-    def __init__(self, name: str, values: object) -> None:
-        given, unit = _with_unit(values)
-        if not isinstance(given, Line):
-            given = read_only(_column(name, given))
-        count = given.count if isinstance(given, Line) else len(given)
-        self._freeze(dim=name, count=count, units=frozen({name: unit}), _given=given)
-
-    _given: Line | Array
-
-    def values(self, start: int, stop: int) -> dict[str, Array]:
-        """Return the values of the parameter; see `Block`."""
-        given = self._given
-        return {
-            self.dim: given.values(start, stop) if isinstance(given, Line) else given[start:stop]
-        }
-
-    def described(self, count: int) -> dict[str, Any]:
-        """Return name, unit and values, the latter by their hash; see `Block`."""
-        told: dict[str, Any] = {"kind": "axis", "dim": self.dim, "units": dict(self.units)}
-        if isinstance(self._given, Line):
-            return told | {"start": self._given.start, "step": self._given.step}
-        return told | {"values": _hash(self._given[:count])}
-
-
 class Points(Block):
-    """Parameters that vary together; `points` makes it."""
+    """Parameters that vary together, or one by itself: an axis; `points` makes it."""
 
-    def __init__(self, columns: Mapping[str, Array], units: Mapping[str, str], dim: str) -> None:
+    def __init__(
+        self, columns: Mapping[str, Line | Array], units: Mapping[str, str], dim: str
+    ) -> None:
         count = len(next(iter(columns.values())))
         self._freeze(dim=dim, count=count, units=frozen(units), _columns=frozen(columns))
 
-    _columns: FrozenDict[str, Array]
+    _columns: FrozenDict[str, Line | Array]
 
     def values(self, start: int, stop: int) -> dict[str, Array]:
         """Return the values of the parameters; see `Block`."""
-        return {name: column[start:stop] for name, column in self._columns.items()}
+        return {
+            name: column.values(start, stop) if isinstance(column, Line) else column[start:stop]
+            for name, column in self._columns.items()
+        }
 
     def described(self, count: int) -> dict[str, Any]:
         """Return names, units and values, the latter by their hash; see `Block`."""
-        values = {name: _hash(column[:count]) for name, column in self._columns.items()}
+        values = {
+            name: [column.start, column.step] if isinstance(column, Line) else _hash(column[:count])
+            for name, column in self._columns.items()
+        }
         return {"kind": "points", "dim": self.dim, "units": dict(self.units), "values": values}
 
 
@@ -250,7 +236,7 @@ def points(parameters: Mapping[str, Any], *, dim: str = "point") -> Points:
     columns, units = {}, {}
     for name, value in given.items():
         values, units[name] = _with_unit(value)
-        columns[name] = read_only(_column(name, values))
+        columns[name] = values if isinstance(values, Line) else read_only(_column(name, values))
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
         raise ArgumentError(f"points need values of one length, not {lengths}")
@@ -387,13 +373,18 @@ def checked_parameters(given: object) -> Parameters:
         if isinstance(item, Block):
             blocks.append(item)
         else:
-            blocks += [Axis(name, values) for name, values in _named(item).items()]
+            blocks += [points({name: values}, dim=name) for name, values in _named(item).items()]
     names = [name for block in blocks for name in block.units]
     dims = [block.dim for block in blocks]
     for kind, every in (("parameter", names), ("dimension", dims)):
         repeated = {name for name in every if every.count(name) > 1}
         if repeated:
             raise ArgumentError(f"{kind} {choices(repeated)} occurs twice; name each one once")
+    columns = {"type", "message", *(f"{dim}_index" for dim in dims)}
+    if clash := columns & set(names):
+        raise ArgumentError(
+            f"{choices(clash)} is a parameter, and a column of what failed: give it another name"
+        )
     if clash := {block.dim for block in blocks if block.dim not in block.units} & set(names):
         raise ArgumentError(
             f"{choices(clash)} is a parameter and a dimension; name the dimension: dim=…"
@@ -434,13 +425,13 @@ def name_of_array(what: str, name: object) -> str:
     if (
         not isinstance(name, str)
         or not is_word
-        or "/" in name
-        or name in (".", "..", "zarr.json")
+        or set(name) & {"/", "\\"}
+        or name in (".", "..", *_RESERVED)
         or len(name.encode()) > _LONGEST_NAME
     ):
         raise ArgumentError(
             f"{what} is called {described(name)}: names are words of at most {_LONGEST_NAME} "
-            "letters, without a slash, and not zarr.json"
+            f"letters, without a slash, and none of {choices(_RESERVED)}, which every study has"
         )
     return name
 
@@ -544,6 +535,6 @@ def _hash(values: Array) -> str:
     if values.dtype.kind == "U":
         return hashlib.sha256(json.dumps(values.tolist()).encode()).hexdigest()
     plain = np.ascontiguousarray(values, dtype="<f8")
-    if values.dtype.kind in "iu" and np.any(np.abs(plain) >= _LARGEST_WHOLE):  # Such as seeds.
+    if values.dtype.kind in "iu" and np.any(np.abs(plain) >= LARGEST_WHOLE):  # Such as seeds.
         return hashlib.sha256(json.dumps(values.tolist()).encode()).hexdigest()
     return hashlib.sha256(plain.tobytes()).hexdigest()

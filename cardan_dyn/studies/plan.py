@@ -17,6 +17,8 @@ class StudyPlan:
         cases: number of them.
         done: number of those that are in the store.
         failed: number of those among them that failed, which are not computed again by themselves.
+        damaged: number of those that were in the store and are computed again, since they cannot
+            be read as they were written.
         shape: of the cases, by dimension.
         chunk: of a chunk, likewise.
         chunks: number of them.
@@ -34,6 +36,7 @@ class StudyPlan:
     cases: int
     done: int
     failed: int
+    damaged: int
     shape: Mapping[str, int]
     chunk: Mapping[str, int]
     chunks: int
@@ -51,6 +54,7 @@ class StudyPlan:
         """Return what is said, as pairs of words."""
         done = f", {self.done:,} of them done" if self.done else ""
         done += f" ({self.failed:,} failed)" if self.failed else ""
+        done += f", {self.damaged:,} damaged" if self.damaged else ""
         is_timed = math.isfinite(self.seconds_per_case)
         return [
             ("cases", f"{self.cases:,}{done}: {_sizes(self.shape)}"),

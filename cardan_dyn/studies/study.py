@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures as futures
 import math
 import os
+import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from multiprocessing import current_process
@@ -16,7 +17,7 @@ from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
 from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, unpacked
-from .chunking import boxes, chunk_shape, count, filled, slabs
+from .chunking import MOST_BYTES, boxes, chunk_shape, count, filled, slabs
 from .engines import Engine, Here, OfDask, OfExecutor, Task, threads_of, workers_of
 from .fingerprint import descriptions, fingerprint
 from .measuring import first_schema, refuse_not_vectorized, seconds_per_case
@@ -24,7 +25,7 @@ from .outcomes import Schema
 from .parameters import Parameters, checked_parameters
 from .plan import StudyPlan, in_bytes, in_words
 from .progress import Told, shown
-from .store import Store, refuse_different
+from .store import Damage, Store, of_cases, refuse_different, within
 from .sweeps import Sweeps
 
 if TYPE_CHECKING:
@@ -37,8 +38,6 @@ _MOST_CASES = 100_000_000
 """Cases from which on a study is taken for a mistake, unless it says that it is not."""
 _STARTED = 6.0
 """Time of all cases above which processes are started for them [s]: two or three seconds each."""
-_LOOKED_AT = 1_000_000
-"""States that are read together."""
 
 
 class Study:
@@ -66,6 +65,7 @@ class Study:
         self._client, self._executor, self._workers = client, executor, workers
         self._seconds = math.nan
         self._told: dict[str, Any] | None = None
+        self._damaged: list[Damage] = []
         self._chunk: tuple[int, ...] | None = None
 
     def __repr__(self) -> str:
@@ -92,6 +92,7 @@ class Study:
             cases=self.parameters.count,
             done=done,
             failed=failed,
+            damaged=self._damaged_cases,
             shape=dict(zip(dims, self.parameters.shape, strict=True)),
             chunk=dict(zip(dims, chunk, strict=True)),
             chunks=count(self.parameters.shape, chunk),
@@ -109,6 +110,9 @@ class Study:
     def run(self, *, retry: bool = False, progress: bool | Told | None = None) -> Study:
         """Compute what is missing, and return the study.
 
+        All that is there is read first. What is damaged, or was lost after it was written, is
+        computed again, and a warning says what it was.
+
         Args:
             retry: compute the cases that failed, and these alone.
             progress: show a bar; in terminals and notebooks if None. Or a function that takes the
@@ -122,18 +126,23 @@ class Study:
         retry = flag("retry", retry)
         self._prepare()
         self._told = None  # Others may have gone on with it.
-        self.store.forget()
         there = self._read()
         if retry and there is None:
             raise CardanError("nothing was computed, so that nothing failed: run() without retry")
+        if there is not None and self._damaged:
+            self.store.mend(there, self.parameters, self._damaged)
+            again = "run() makes" if retry else "this run makes"
+            warnings.warn(f"{self._damage_in_words()}; {again} it again", stacklevel=2)
+            self._damaged = []
         done, failed = self._count()
         left = failed if retry else self.parameters.count - done
         if there is None:
             self._make()
-        elif left or not self.store.fits(there, self.parameters):
-            self.store.open(writable=True)
+        elif tuple(of_cases(there)) != self.parameters.shape:
             self.store.extend(there, self.parameters)
             self._told = self.store.found()
+        if left:
+            self.store.open(self._told or {}, writable=True)
         if not left:
             return self
         total, done = self.parameters.count, done - (failed if retry else 0)
@@ -185,12 +194,13 @@ class Study:
         Cases that failed or are missing are NaN; `state` says which: 1 is done, 2 failed.
 
         Raises:
-            CardanError: nothing was computed, or the store cannot be read.
+            CardanError: nothing was computed, or the store cannot be read or is damaged.
         """
         told = self._read()
         if told is None:
             raise CardanError("nothing was computed yet: run() the study")
-        return self.store.dataset([*self.parameters.units, *told["schema"]["coordinates"]])
+        self._refuse_damage()
+        return self.store.dataset(told)
 
     @property
     def plot(self) -> StudyPlot:
@@ -204,10 +214,12 @@ class Study:
         """The cases that failed: a row each, with index, parameters, type and message.
 
         Raises:
-            CardanError: the store cannot be read.
+            CardanError: the store cannot be read, or is damaged.
         """
         import pandas
 
+        self._read()
+        self._refuse_damage()
         rows = []
         for box, states in self._states():
             found = self.store.failures(box, states)
@@ -220,6 +232,46 @@ class Study:
                 rows.append(row | {"type": kind, "message": message})
         names = [f"{dim}_index" for dim in self.parameters.dims]
         return pandas.DataFrame(rows, columns=[*names, *self.parameters.units, "type", "message"])
+
+    @property
+    def damage(self) -> pandas.DataFrame:
+        """What was written and is not there as it was: a row for each array and chunk.
+
+        Everything is read for it, once: by the first of `plan`, `dataset`, `failures` and this,
+        and by every `run`, which computes it again. `cases` is 0 where nothing has to be computed.
+
+        Raises:
+            CardanError: the store cannot be read.
+        """
+        import pandas
+
+        self._read()
+        rows = [(item.array, item.cases, self._place(item), item.message) for item in self._damaged]
+        return pandas.DataFrame(rows, columns=["array", "cases", "place", "message"])
+
+    def _place(self, item: Damage) -> str:
+        """Return which cases are lost, in words."""
+        spans = zip(self.parameters.dims, item.box or (), strict=False)
+        return ", ".join(f"{dim} {span.start} to {span.stop - 1}" for dim, span in spans)
+
+    @property
+    def _damaged_cases(self) -> int:
+        """Number of cases that have to be computed again, since they are damaged."""
+        return sum({str(item.box): item.cases for item in self._damaged}.values())
+
+    def _damage_in_words(self) -> str:
+        first = self._damaged[0]
+        more = f" and {len(self._damaged) - 1} more" if len(self._damaged) > 1 else ""
+        where = " ".join(filter(None, (first.array, self._place(first))))
+        count = self._damaged_cases
+        return f"{self.store} is damaged in {count} cases ({where}: {first.message}{more})"
+
+    def _refuse_damage(self) -> None:
+        """Refuse to show what is not what was computed."""
+        if self._damaged:
+            raise CardanError(
+                f"{self._damage_in_words()}; study.damage lists all of it, run() computes it again"
+            )
 
     def _kept(self, task: Task, found: Computed | Exception) -> Computed:
         """Write a chunk, and return it; where workers were lost again and again, that failed."""
@@ -245,31 +297,20 @@ class Study:
 
     # What there is, and what is left.
 
-    def _slabs(self) -> Iterator[tuple[Box, Array]]:
-        """Iterate over boxes of whole chunks, and the states of their cases."""
-        told = self._read()
-        if told is not None:
-            for slab in slabs(_shape(told), told["chunk"], _LOOKED_AT):
-                yield slab, self.store.states(slab)
-
     def _states(self) -> Iterator[tuple[Box, Array]]:
         """Iterate over chunks and the states of their cases."""
-        told = self._read() or {}
-        for slab, states in self._slabs():
-            for box in boxes(_shape(told), told["chunk"], slab):
-                place = tuple(
-                    slice(span.start - of.start, span.stop - of.start)
-                    for span, of in zip(box, slab, strict=True)
-                )
-                yield box, states[place]
+        told = self._read()
+        if told is not None:
+            for slab in slabs(of_cases(told), told["chunk"], MOST_BYTES):  # A state is a byte.
+                states = self.store.states(slab, self._damaged)
+                for box in boxes(of_cases(told), told["chunk"], slab):
+                    yield box, states[within(box, slab)]
 
     def _count(self) -> tuple[int, int]:
         """Return the number of cases that were computed, and of those that failed."""
-        done = failed = 0
-        for _, states in self._slabs():
-            done += int(np.count_nonzero(states))
-            failed += int(np.count_nonzero(states == FAILED))
-        return done, failed
+        every = [np.bincount(states.ravel(), minlength=3) for _, states in self._states()]
+        _, done, failed = np.sum(every, axis=0, dtype=int) if every else (0, 0, 0)
+        return int(done + failed), int(failed)
 
     def _tasks(self, retry: bool) -> Iterator[Task]:
         """Iterate over what is to be computed."""
@@ -314,7 +355,7 @@ class Study:
             told = self.store.found()
             if told is not None:
                 refuse_different(told, self._name, self._prints, self.parameters, self.store)
-                self.store.refuse_other_values(told, self.parameters)
+                self._damaged = self.store.damage(told)
             self._told = told
         return self._told
 
@@ -427,11 +468,6 @@ class Study:
 def _is_lost(found: object) -> bool:
     """Return whether Dask gave a chunk up, since its workers were lost again and again."""
     return type(found).__name__ == "KilledWorker"
-
-
-def _shape(told: Mapping[str, Any]) -> list[int]:
-    """Return the number of points along each dimension of a store: fewer, before it is extended."""
-    return [item["count"] for item in told["parameters"]]
 
 
 def study(

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..checks import described, flag, numbers, text
 from ..errors import ArgumentError, choices
+from ..figures.wrenches import QUANTITIES, determined
 from ..frozen import Frozen, FrozenDict, frozen, read_only
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
@@ -114,10 +115,6 @@ class Sweeps(Frozen):
     speed: float
     acceleration: float
     response: bool
-
-    def __reduce__(self) -> tuple[object, ...]:
-        options = (self.position, self.speed, self.acceleration, self.response)
-        return _made, (self.scene, dict(self.wanted), *options)
 
     def __repr__(self) -> str:
         return f"<Sweeps: {choices(self.wanted)}>"
@@ -259,7 +256,8 @@ class Sweeps(Frozen):
         axes = (1,) * (len(shape) + trailing)
         variables = {}
         # What they are is asked of the first case alone.
-        units = _columns(sweep) if math.prod(shape) == 1 else {}
+        is_first = math.prod(shape) == 1
+        units = _columns(sweep) if is_first else {}
         for name, (column, way) in self.wanted.items():
             values = np.asarray(_values(sweep, column))
             # Axes along which nothing varies.
@@ -270,6 +268,8 @@ class Sweeps(Frozen):
             cases = (*shape, *values.shape[len(shape) :])
             label = f"{column}, {way} over positions" if way else column
             attributes = {"units": units.get(column, ""), "long_name": label}
+            if is_first and not _is_determined(sweep, column):
+                attributes[OPEN] = f"chosen by {sweep.rule}"
             variables[name] = Outcome(dims, np.broadcast_to(values, cases), attributes)
         return Outcomes(variables, self._coordinates(scene))
 
@@ -290,19 +290,6 @@ class Sweeps(Frozen):
         unit = scene.mechanism.drivable[scene.drives[0]].unit
         attributes = {"units": unit, "long_name": f"position of the drive {scene.drives[0]}"}
         return Schema({}, {"position": (("position",), self.position.tolist(), attributes)}, {})
-
-
-def _made(
-    scene: Any, wanted: Any, position: Any, speed: float, acceleration: float, response: bool
-) -> Sweeps:
-    return Sweeps(
-        scene,
-        wanted,
-        position=position,
-        speed=speed,
-        acceleration=acceleration,
-        response=response,
-    )
 
 
 def _wanted(given: object, has_positions: bool) -> dict[str, tuple[str, str]]:
@@ -409,6 +396,19 @@ def _values(sweep: Sweep, column: str) -> Array:
         return np.asarray(getattr(force, quantity.removeprefix("element_")))
     listed = _columns(sweep)
     raise ArgumentError(f"no column {column!r}; columns: {choices(listed, column)}")
+
+
+OPEN = "not_determined"
+"""Attribute of what statics leaves open, which says by what rule its values are chosen."""
+
+
+def _is_determined(sweep: Sweep, column: str) -> bool:
+    """Return whether a column follows from the equations of motion alone."""
+    owner, _, quantity = column.rpartition(".")
+    vector, _, axis = quantity.partition("_")
+    if owner in sweep and vector in QUANTITIES:
+        return determined(sweep[owner], vector, [_AXES.index(axis)] if axis else (0, 1, 2))
+    return quantity != "coupling_moment" or sweep.coupling_unique.get(owner, True)
 
 
 def _columns(sweep: Sweep) -> dict[str, str]:

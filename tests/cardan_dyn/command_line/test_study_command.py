@@ -174,3 +174,56 @@ def test_gravity_has_units(file: Path) -> None:
     force = scene.sweep(np.linspace(0.0, 2.0 * np.pi, 37))["bearing_out"].force
     assert float(found) > 1.0
     assert float(found) == pytest.approx(np.linalg.norm(force, axis=-1).max(), rel=1e-12)
+
+
+def test_a_store_is_verified(file: Path) -> None:
+    nothing = invoke(file, "--verify", "--workers", "1")
+    assert nothing.exit_code == 2
+    assert "holds no results" in nothing.output
+    assert invoke(file, "--workers", "1").exit_code == 0
+    store = file.parent / "study.zarr"
+    whole = invoke(file, "--verify", "--workers", "1")
+    assert whole.exit_code == 0, whole.output
+    assert "all that is there can be read: 6 of 6 cases" in whole.output
+    before = {path: path.read_bytes() for path in store.rglob("*") if path.is_file()}
+    chunk = next(path for path in before if path.parts[-4:-2] == ("peak", "c"))
+    chunk.write_bytes(b"")
+    damaged = invoke(file, "--verify", "--workers", "1")
+    said = " ".join(damaged.output.split())
+    assert damaged.exit_code == 1, damaged.output
+    assert "6 cases are damaged; --resume computes them again" in said
+    assert "peak" in said and "held.joint_angle 0 to 2, speed 0 to 1" in said
+    assert chunk.read_bytes() == b""
+    # A dry run and a run that goes on say so as well.
+    assert "6 damaged" in invoke(file, "--dry-run", "--workers", "1").output
+    again = invoke(file, "--resume", "--workers", "1")
+    assert again.exit_code == 0
+    assert "6 cases are damaged" in again.output
+    assert {path: path.read_bytes() for path in before} == before
+
+
+def test_the_table_of_results_counts_what_is_known(file: Path) -> None:
+    """A shaft at 90° cannot turn: its cases fail, and are in no mean and no maximum."""
+    text = file.read_text(encoding="utf-8").replace('"30 deg"', '"90 deg"')
+    # As editors of Windows write it.
+    file.write_text(text, encoding="utf-8-sig")
+    result = invoke(file, "--workers", "1")
+    assert result.exit_code == 0, result.output
+    row = next(line for line in result.output.splitlines() if line.startswith("peak"))
+    assert row.split()[-3:] == ["4", "of", "6"]
+    assert "2 cases failed" in result.output
+
+
+def test_the_table_of_results_marks_what_statics_leaves_open(tmp_path: Path) -> None:
+    file = tmp_path / "study.toml"
+    file.write_text(
+        f'mechanism = "four_bar"\nstore = "{tmp_path / "study.zarr"}"\n'
+        '[scene]\ndrive = "crank_bearing"\ngravity = ["0 m/s²", "-9.81 m/s²", "0 m/s²"]\n'
+        '[wanted]\nopen = "rocker_pin.axial"\nknown = "rocker_pin.shear"\n'
+        '[parameters]\nposition = { values = ["10 deg", "20 deg"] }\n',
+        encoding="utf-8",
+    )
+    result = invoke(file, "--workers", "1")
+    assert result.exit_code == 0, result.output
+    assert "open [N] *" in result.output and "known [N] *" not in result.output
+    assert "* not determined by statics, chosen by least norm" in result.output

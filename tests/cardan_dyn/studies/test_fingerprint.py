@@ -56,6 +56,36 @@ def test_what_makes_no_difference_is_none(tmp_path: Path) -> None:
 
 
 USED = {
+    "a default": "def outer(x, k=NUMBER):\n    return k * x\n",
+    "the first of two defaults": "def outer(x, k=NUMBER, m=7):\n    return k * x + m\n",
+    "a default that is a list": "def outer(x, k=[NUMBER]):\n    return k[0] * x\n",
+    "a default of a name alone": "def outer(x, *, k=NUMBER):\n    return k * x\n",
+    "a default of an inner function": (
+        "def inner(x, k=NUMBER):\n    return k * x\ndef outer(x):\n    return inner(x)\n"
+    ),
+    "a default of a method": (
+        "class C:\n    def k(self, x, k=NUMBER):\n        return k * x\n"
+        "def outer(x):\n    return C().k(x)\n"
+    ),
+    "what is enclosed": (
+        "def made(k):\n    def outer(x):\n        return k * x\n    return outer\n"
+        "outer = made(NUMBER)\n"
+    ),
+    "a global": "k = NUMBER\ndef outer(x):\n    return k * x\n",
+    "an argument of a partial": (
+        "import functools\ndef f(k, x):\n    return k * x\nouter = functools.partial(f, NUMBER)\n"
+    ),
+    "a named argument of a partial": (
+        "import functools\ndef f(x, k):\n    return k * x\nouter = functools.partial(f, k=NUMBER)\n"
+    ),
+    "the object of a method": (
+        "class C:\n    def __init__(self, k):\n        self.k = k\n"
+        "    def times(self, x):\n        return self.k * x\nouter = C(NUMBER).times\n"
+    ),
+    "an object that is called": (
+        "class C:\n    def __init__(self, k):\n        self.k = k\n"
+        "    def __call__(self, x):\n        return self.k * x\nouter = C(NUMBER)\n"
+    ),
     "an attribute of a class": "class C:\n    k = NUMBER\ndef outer(x):\n    return C.k * x\n",
     "a property": (
         "class C:\n    @property\n    def k(self):\n        return NUMBER\n"

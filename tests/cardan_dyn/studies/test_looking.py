@@ -233,3 +233,67 @@ def test_one_parameter_is_a_line() -> None:
     np.testing.assert_allclose(axes.lines[0].get_xdata(), np.rad2deg(values))
     np.testing.assert_allclose(axes.lines[0].get_ydata(), values**2)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("angle [°]", "[N]")
+
+
+def humped(x: float, y: float) -> float:
+    """Greatest in the middle of x, as great at one end as at the other; y matters little."""
+    if x == 2.0 and y == 3.0:
+        raise ValueError("out of reach")
+    return 10.0 - (x - 3.0) ** 2 + 0.1 * y
+
+
+def test_tornado_lines_span_all_that_is_known_and_rank_parameters() -> None:
+    """A result that is the same at both ends of a parameter has a bar of no width."""
+    axes = {"y": np.arange(5.0), "x": np.arange(7.0)}
+    data = cd.study(humped, axes, workers=1).run().dataset
+    drawn = studies.plot_tornado(data, "value", title="hump").axes[0]
+    assert drawn.get_title() == "hump, no result: 1 of 35"
+    (lines,) = drawn.collections
+    spans = [segment[:, 0].tolist() for segment in lines.get_segments()]
+    # The widest last, on top: x from 1.2 to 10.2, though all bars of y are wider than its own.
+    np.testing.assert_allclose(spans, [[10.0, 10.4], [1.2, 10.2]])
+    assert [text.get_text().split("\n")[0] for text in drawn.get_yticklabels()] == ["y", "x"]
+    gone = data.assign(value=data["value"].where((data.x != 3.0) | (data.y != 2.0)))
+    with pytest.raises(cd.ArgumentError, match="the case in the middle of all has no result"):
+        studies.plot_tornado(gone, "value")
+
+
+def test_tornado_lines_of_samples_span_the_means_of_all_tenths() -> None:
+    given = studies.samples({"x": uniform(0.0, 6.0), "y": uniform(0.0, 1.0)}, 400, seed=1)
+    data = cd.study(humped, given, vectorized=False, workers=1).run().dataset
+    (lines,) = studies.plot_tornado(data, "value").axes[0].collections
+    values, order = data["value"].values, np.argsort(data.x.values)
+    means = [values[part].mean() for part in np.array_split(order, 10)]
+    widest = lines.get_segments()[-1][:, 0]
+    np.testing.assert_allclose(widest, [min(means), max(means)], rtol=0.02)
+    assert widest[1] > 9.9 and abs(means[0] - means[-1]) < 1.0
+
+
+def test_cases_without_a_result_are_counted_in_every_figure(grid: studies.Study) -> None:
+    data = grid.dataset
+    missing = int(data.force.isnull().sum())
+    assert missing == 3
+    said = f"no result: {missing} of {data.force.size}"
+    assert studies.plot_scatter(data, "force", title="bowl").get_suptitle() == f"bowl, {said}"
+    assert studies.plot_parallel(data, "force").axes[0].get_title() == said
+    assert said in studies.plot_tornado(data, "force").axes[0].get_title()
+    line = cd.study(lambda x: 1.0 / x if x else np.nan, {"x": [0.0, 1.0, 2.0]}, workers=1).run()
+    assert line.plot(title="1/x").axes[0].get_title() == "1/x, no result: 1 of 3"
+    # Some cells have none: nobody knows whether these exceed a limit.
+    for limit, words in ((0.5, "exceeded everywhere"), (100.0, "nowhere exceeded")):
+        figure = studies.plot_map(data, "force", x="angle", y="length", count=2.0, limit=limit)
+        assert f"limit {limit:g} {words} where there is a result" in figure.axes[0].get_title()
+
+
+def test_sobol_indices_are_refused_where_a_case_is_missing() -> None:
+    def number(x: float) -> float:
+        if x > 1.5:
+            raise ValueError("too great")
+        return x
+
+    given = studies.sobol_samples({"x": norm(0.0, 1.0)}, 16, seed=1)
+    study = cd.study(number, given, workers=1).run()
+    count = len(study.failures)
+    assert count > 0
+    with pytest.raises(cd.ArgumentError, match=f"value is missing in {count} cases"):
+        studies.sobol_indices(study.dataset, "value")

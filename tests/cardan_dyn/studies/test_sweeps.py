@@ -186,3 +186,18 @@ def test_units_are_those_of_either_kind_of_joint_where_scenes_are_made() -> None
     cd.study(function, {"loads.bearing_out": ([0.1], "Nm"), "gravity.z": ([0.1], "m/s^2")})
     with pytest.raises(cd.ArgumentError, match="rad or m"):
         cd.study(function, {"held.joint_angle": ([0.1], "°")})
+
+
+def test_what_statics_leaves_open_is_marked() -> None:
+    """In a plane loop, statics knows forces in the plane alone: three of each pin's components."""
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    known = {"rocker_pin.force_x", "rocker_pin.shear", "rocker_pin.torsion", "drive_effort"}
+    opened = {"rocker_pin.force", "rocker_pin.force_z", "rocker_pin.axial", "rocker_pin.bending"}
+    wanted = studies.Sweeps(scene, sorted(known | opened))
+    data = cd.study(wanted, {"position": [0.1, 0.2]}, workers=1).run().dataset
+    marked = {name for name, item in data.data_vars.items() if "not_determined" in item.attrs}
+    assert marked == opened
+    assert data["rocker_pin.force"].attrs["not_determined"] == "chosen by least norm"
+    label = "rocker_pin.force [N] *"
+    assert studies.plot_scatter(data, "rocker_pin.force").axes[0].get_ylabel() == label
+    assert studies.plot_scatter(data, "rocker_pin.shear").axes[0].get_ylabel()[-3:] == "[N]"
