@@ -9,6 +9,10 @@ from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
 from cardan_dyn import vibration
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.regions import StabilityOverSpeed, regions
+from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.vibration.motions.stability import NONE, stability
 
 
 def test_first_region_of_a_spring_in_front() -> None:
@@ -84,3 +88,20 @@ def test_a_simulation_grows_inside_and_stays_bounded_outside() -> None:
         sizes[name] = np.max(np.abs(gap[3600:]))
     assert sizes["outside"] < 5e-6
     assert sizes["inside"] > 10.0 * sizes["outside"]
+
+
+def test_what_lies_beyond_a_speed_without_a_motion_is_not_known() -> None:
+    """The first region of 30°, from 0.966 to 1.033, of whose middle nothing is told."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(30.0))
+    search = MotionSearch(rotating_scene(scene))
+    speeds = np.array([0.9, 0.98, 1.0, 1.02, 1.1])
+    known = stability(search, speeds)
+    known.kind[2] = NONE
+    known.multipliers[2] = np.nan
+    below, above = regions(StabilityOverSpeed(search, speeds, known), speeds, known)
+    assert (below.upper, above.lower) == (0.98, 1.02)
+    (whole,) = vibration.floquet(scene, speeds, edges=True).regions
+    assert (below.lower, above.upper) == pytest.approx((whole.lower, whole.upper), rel=1e-7)
+    assert whole.is_closed and not below.is_closed and not above.is_closed
+    known.kind[:] = NONE
+    assert regions(StabilityOverSpeed(search, speeds, known), speeds, known) == []

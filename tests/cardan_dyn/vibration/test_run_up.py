@@ -47,15 +47,6 @@ def test_a_fast_run_up_stays_below_the_steady_resonance() -> None:
     assert late > found.predicted_speed[np.nanargmax(found.predicted[:, 0])]
 
 
-@pytest.mark.parametrize(
-    ("start", "end", "duration"), [(0.0, 1.0, 9.0), (1.0, -1.0, 9.0), (1.0, 1.0, 9.0), (1, 2, 0)]
-)
-def test_what_is_asked_for_wrongly(start: float, end: float, duration: float) -> None:
-    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
-    with pytest.raises(ArgumentError):
-        vibration.run_up(scene, start, end, duration)
-
-
 @pytest.fixture(scope="module")
 def scene() -> cd.Scene:
     return elastic_rigs.scene(elastic_rigs.elastic_rig(), BETA)
