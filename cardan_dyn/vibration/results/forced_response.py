@@ -135,16 +135,19 @@ class ForcedResponse(VibrationResult):
         Raises:
             ArgumentError: no such name, or no such order.
         """
-        wave = self._wave(number("order", order))
-        if wave is None:
-            raise ArgumentError(f"order {order:g} is none of those up to {self.order[-1]:g}")
         if name in self.free:
-            return self.amplitude[:, wave, self.free.index(name)]
+            return self.amplitude[:, self._known_wave(order), self.free.index(name)]
         if name in self.joints:
-            return self.wrench[:, wave, self.joints.index(name)]
+            return self.wrench_of(name, order)
         raise ArgumentError(
             f"{name!r} has no amplitudes; {choices((*self.free, *self.joints), name)}"
         )
+
+    def _known_wave(self, order: float) -> int:
+        wave = self._wave(number("order", order))
+        if wave is None:
+            raise ArgumentError(f"order {order:g} is none of those up to {self.order[-1]:g}")
+        return wave
 
     def _wave(self, order: float) -> int | None:
         """Return where an order is among those of the amplitudes, None if it is none of them."""
@@ -179,10 +182,7 @@ class ForcedResponse(VibrationResult):
         """
         if joint not in self.joints:
             raise ArgumentError(f"{joint!r} has no wrench; joints: {choices(self.joints, joint)}")
-        wave = np.nonzero(np.abs(self.order - numbers("order", order)) < 1e-9)[0]
-        if not wave.size:
-            raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
-        return self.wrench[:, wave[0], self.joints.index(joint)]
+        return self.wrench[:, self._known_wave(order), self.joints.index(joint)]
 
     def table(self) -> Table:
         """Return a row for each speed, order, and coordinate or wrench component."""

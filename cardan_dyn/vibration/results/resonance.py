@@ -47,8 +47,6 @@ _ASIDE = 1e-3
 """Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
 _LEAST_DAMPING = 1e-7
 """Damping ratio below which a mode counts as undamped."""
-_HALF_POWER = 1e-6
-"""Error of an amplitude, as a fraction of it, that counts as half power."""
 _LEADS = 0.99
 """Share of a mode, as a fraction of the greatest of all modes at its order, from which on a peak is
 that mode's own."""
@@ -328,7 +326,7 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
         return _plain(rest, np.inf, UNBOUNDED)
     lower, upper, notes = np.nan, np.nan, found.notes(found.peak)
     if is_whole:
-        lower, upper, more = found.half_power(search, found.peak)
+        lower, upper, more = found.half_power(found.peak)
         notes += more
     else:
         reasons = "; ".join(dict.fromkeys(item.reason for item in branches if item.reason))
@@ -505,51 +503,43 @@ class _Stretch:
             notes.append(f"its branch turns back at {', '.join(others)} as well")
         return notes
 
-    def half_power(self, search: MotionSearch, peak: Point) -> tuple[float, float, list[str]]:
+    def half_power(self, peak: Point) -> tuple[float, float, list[str]]:
         """Return least and greatest speed of the stretch about the peak above half power.
 
         With what is to be known of them: NaN is an end that the branch does not reach.
 
         Args:
-            search: of the scene, to follow the branch beyond its ends.
             peak: the greatest motion.
         """
         folds = {fold.place: fold.point for fold in self._branch.folds}
         points = [folds.get(at, point) for at, point in enumerate(self._points)]
-        inside, lost, notes = [peak], {}, []
-        if self._top in folds:
-            inside.append(folds[self._top])
+        inside, notes = [peak, folds.get(self._top, peak)], []
+        ends = {"lower": np.inf, "upper": -np.inf}
         for way in (points[: self._top][::-1], points[self._top + 1 :]):
-            found, is_met = self._descent(self._branch, [peak, *way])
-            end = way[-1]
-            side = float(np.sign(end.speed - peak.speed))
-            last = self._crossing.speed + side * WIDEST * abs(self._crossing.speed)
-            if not is_met and side * (last - end.speed) > 0.0:
-                further = Branch(search.models, end, last)
-                more, is_met = self._descent(further, further.points)
-                found, end = found + more, further.points[-1]
+            found, is_met = self._above_half_power([peak, *way])
             inside += found
             if not is_met:
-                lost["lower" if side < 0.0 else "upper"] = end.speed
-        speeds = [point.speed for point in inside]
-        ends = {"lower": min(speeds), "upper": max(speeds)}
-        for name, at in ends.items():
-            if name in lost:
+                name = "lower" if way[-1].speed < peak.speed else "upper"
                 ends[name] = np.nan
                 notes.append(
-                    f"{name} is not known: its branch was followed to {lost[name]:.6g} rad/s, and "
-                    "not to half power"
+                    f"{name} is not known: its branch was followed to {way[-1].speed:.6g} rad/s, "
+                    "and not to half power"
                 )
-            notes += [
-                f"{name} is where its branch turns back, at {self.share(point):.3g}: the motion "
-                "jumps there before it falls to half power"
-                for point in folds.values()
-                if point.speed == at
-            ]
-        return ends["lower"], ends["upper"], notes
+        for point in inside:
+            # What is not known stays so.
+            ends["lower"] = np.minimum(ends["lower"], point.speed)
+            ends["upper"] = np.maximum(ends["upper"], point.speed)
+        notes += [
+            f"{name} is where its branch turns back, at {self.share(point):.3g}: the motion jumps "
+            "there before it falls to half power"
+            for name, end in ends.items()
+            for point in folds.values()
+            if point.speed == end
+        ]
+        return float(ends["lower"]), float(ends["upper"]), notes
 
-    def _descent(self, branch: Branch, points: Sequence[Point]) -> tuple[list[Point], bool]:
-        """Return the points above half power, the last one at it; and whether that was met."""
+    def _above_half_power(self, points: Sequence[Point]) -> tuple[list[Point], bool]:
+        """Return points above half power, the last one at it; and whether that was met."""
         from scipy.optimize import brentq
 
         level, inside = self.severity / np.sqrt(2.0), []
@@ -559,12 +549,16 @@ class _Stretch:
                 continue
 
             def at(part: float, before: Point = before, after: Point = after) -> Point:
-                return branch.between(before, after, part) or (before if part < 0.5 else after)
+                found = self._branch.between(before, after, part)
+                if found is None:
+                    raise VibrationError("no motion was found between two of a branch")
+                return found
 
-            part = brentq(lambda part, at=at: self.share(at(part)) - level, 0.0, 1.0, xtol=1e-8)
-            last = at(part)
-            # Where no motion was found between the two, that is not half power.
-            return [*inside, last], abs(self.share(last) - level) <= _HALF_POWER * level
+            try:
+                part = brentq(lambda part, at=at: self.share(at(part)) - level, 0.0, 1.0, xtol=1e-8)
+                return [*inside, at(part)], True
+            except VibrationError:
+                break
         return inside, False
 
 

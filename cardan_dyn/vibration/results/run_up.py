@@ -316,8 +316,6 @@ class RunUp(VibrationResult):
             absorbs at most.
         settled_speed: mean speed at which the drive stays in the end, driven by a torque, NaN if
             it does not [rad/s].
-        is_captured: whether it stays there for a resonance that absorbs all its torque.
-        captured_speed: where, NaN if it does not [rad/s].
     """
 
     scene: Scene
@@ -334,13 +332,18 @@ class RunUp(VibrationResult):
     predicted_lack: Array
     barriers: tuple[TorqueBarrier, ...]
     settled_speed: float
-    is_captured: bool
-    captured_speed: float
 
     @property
     def captured_by(self) -> TorqueBarrier | None:
         """The resonance that holds the drive: the first above its speed that it cannot pass."""
-        return _barrier_above(self.barriers, self.captured_speed) if self.is_captured else None
+        speed = abs(self.settled_speed) * (1.0 - _BESIDE)
+        above = (item for item in self.barriers if abs(item.speed) > speed and not item.is_passed)
+        return next(above, None)
+
+    @property
+    def captured_speed(self) -> float:
+        """Where the drive stays since a resonance absorbs all its torque, NaN if none [rad/s]."""
+        return np.nan if self.captured_by is None else self.settled_speed
 
     @property
     def mean_speed(self) -> Array:
@@ -458,8 +461,6 @@ def run_up(
 def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:
     """Return a run beside what constant speeds predict."""
     found = curve.predicted()
-    barriers = curve.barriers(found)
-    captured = bool(np.isfinite(run.settled) and _barrier_above(barriers, run.settled))
     return RunUp(
         scene=scene,
         time=run.time,
@@ -473,16 +474,6 @@ def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:
         linear=found.linear,
         predicted_torque=found.torque,
         predicted_lack=found.lack,
-        barriers=barriers,
+        barriers=curve.barriers(found),
         settled_speed=run.settled,
-        is_captured=captured,
-        captured_speed=run.settled if captured else np.nan,
     )
-
-
-def _barrier_above(barriers: tuple[TorqueBarrier, ...], speed: float) -> TorqueBarrier | None:
-    """Return the first barrier that holds a drive at a speed, None if there is none."""
-    for item in barriers:
-        if abs(item.speed) > abs(speed) * (1.0 - _BESIDE) and not item.is_passed:
-            return item
-    return None
