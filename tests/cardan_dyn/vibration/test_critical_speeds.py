@@ -91,6 +91,9 @@ def test_peak_of_a_strongly_damped_mode() -> None:
     square = np.roots([half - 1.0, -half * (2.0 - 4.0 * ratio**2), half])
     ends = 0.5 * natural * np.sqrt(np.sort(square))
     assert (row.lower, row.upper) == pytest.approx(tuple(ends), rel=1e-5)
+    # Neither the crossing nor the peak lies above 10.6 rad/s, but half of the resonance does.
+    (twin,) = vibration.critical_speeds(found.scene, [10.6, 14.0], orders=2, instabilities=False)
+    assert twin.speed == pytest.approx(row.speed) and twin.upper == pytest.approx(row.upper)
 
 
 @pytest.mark.slow

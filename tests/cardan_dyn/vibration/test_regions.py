@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from shooting import edge, periodic
@@ -12,7 +14,7 @@ from cardan_dyn import vibration
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.regions import StabilityOverSpeed, regions
 from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.motions.stability import NONE, stability
+from cardan_dyn.vibration.motions.stability import FOLD, NONE, STABLE, stability
 
 
 def test_first_region_of_a_spring_in_front() -> None:
@@ -105,3 +107,28 @@ def test_what_lies_beyond_a_speed_without_a_motion_is_not_known() -> None:
     assert whole.is_closed and not below.is_closed and not above.is_closed
     known.kind[:] = NONE
     assert regions(StabilityOverSpeed(search, speeds, known), speeds, known) == []
+
+
+def test_the_greatest_growth_of_several_is_found() -> None:
+    """Growth has two tops in a region; the lower one lies next to a speed that was looked at."""
+
+    def judged(speeds: np.ndarray) -> SimpleNamespace:
+        first, second = (
+            size * np.exp(-(((speeds - at) / 0.02) ** 2)) for size, at in ((0.9, 1.0), (1.0, 1.12))
+        )
+        excess = first + second - 0.1
+        grows = excess > 0.0
+        size, kind = len(speeds), np.where(grows, FOLD, STABLE)
+        values = np.column_stack([1.0 + excess, np.zeros(size)]).astype(complex)
+        return SimpleNamespace(
+            excess=excess, kind=kind, grows=grows, multipliers=values, decays=np.zeros(size, bool)
+        )
+
+    speeds = np.array([0.9, 0.98, 1.0, 1.02, 1.05, 1.08, 1.1, 1.14, 1.2])
+    known = judged(speeds)
+    known.kind[3:6], known.excess[3:6] = FOLD, 1e-6  # One region.
+    assert known.excess[2] > max(known.excess[6:])
+    over = SimpleNamespace(at=judged, period=np.pi)
+    (found,) = regions(over, speeds, known)
+    assert found.speed == pytest.approx(1.12, abs=1e-3)
+    assert found.growth == pytest.approx(np.log1p(0.9) * 1.12 / np.pi, rel=1e-3)

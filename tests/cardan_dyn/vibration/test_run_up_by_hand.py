@@ -13,6 +13,7 @@ from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront, joint
 
+import cardan_dyn as cd
 from cardan_dyn import ArgumentError, vibration
 
 BETA, RATIO = np.radians(20.0), 0.05
@@ -137,39 +138,62 @@ def test_a_torque_moves_the_drive_as_the_equations_have_it() -> None:
     assert np.ptp(found.speed) > 5.0 * np.ptp(found.window)
 
 
-def test_a_barrier_is_what_dampers_absorb_at_most() -> None:
-    """A spring behind the joint, forced by φ₂ = φ + Σ κⁿ sin(2 n φ)/n, and a heavy drive.
+def absorbed(speed: float, beta: float, ratio: float) -> float:
+    """Return the mean torque that the damper of a spring behind the joint takes, of ω_n = 1.
 
-    An order 2 n has the amplitude κⁿ/n r²/|1 - r² + 2 i ζ r|, r = 2 n Ω/ω_n, and takes
-    c (2 n Ω)² A²/2 of the power; where the torque is half of the most, the drive is held.
+    It is forced by φ₂ = φ + Σ κⁿ sin(2 n φ)/n. An order 2 n has the amplitude
+    κⁿ/n r²/|1 - r² + 2 i ζ r|, r = 2 n Ω, and takes c (2 n Ω)² A²/2 of the power.
     """
-    beta, ratio = np.radians(10.0), 0.05
-    kappa, damping = np.tan(beta / 2.0) ** 2, 2.0 * ratio
+    order = 2.0 * np.arange(1, 6)
+    r = order * speed
+    size = 2.0 / order * np.tan(beta / 2.0) ** order * r**2
+    size /= np.abs(1.0 - r**2 + 2j * ratio * r)
+    return float(np.sum(ratio * r**2 * size**2) / speed)
 
-    def absorbed(speed: float) -> float:
-        order = 2.0 * np.arange(1, 6)
-        r = order * speed
-        size = 2.0 / order * kappa ** (order / 2.0) * r**2 / np.abs(1.0 - r**2 + 2j * ratio * r)
-        return float(np.sum(0.5 * damping * r**2 * size**2) / speed)
 
-    top = minimize_scalar(
-        lambda speed: -absorbed(speed), bounds=(0.4, 0.6), method="bounded", options={"xatol": 1e-9}
+def most_absorbed(low: float, high: float, *line: float) -> tuple[float, float]:
+    found = minimize_scalar(
+        lambda speed: -absorbed(speed, *line),
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-10},
     )
-    torque = -0.5 * top.fun
-    line = elastic_rigs.torsional_line(1e5, 1.0, None, 1.0, damping_out=damping)
-    found = vibration.run_up(elastic_rigs.scene(line, beta), 0.42, 0.56, 18.0, torque=torque)
+    return float(found.x), -float(found.fun)
+
+
+def behind(inertia: float, beta: float, ratio: float) -> cd.Scene:
+    line = elastic_rigs.torsional_line(inertia, 1.0, None, 1.0, damping_out=2.0 * ratio)
+    return elastic_rigs.scene(line, beta)
+
+
+def test_a_barrier_is_what_dampers_absorb_at_most() -> None:
+    """A heavy drive, which is held where its torque is half of that."""
+    line = np.radians(10.0), 0.05
+    speed, most = most_absorbed(0.45, 0.55, *line)
+    torque = 0.5 * most
+    found = vibration.run_up(behind(1e5, *line), 0.42, 0.56, 18.0, torque=torque)
     (barrier,) = found.barriers
     assert (barrier.order, barrier.mode, barrier.whirl) == (2.0, 1, "planar")
-    assert barrier.speed == pytest.approx(top.x, rel=5e-5)
-    assert barrier.torque == pytest.approx(-top.fun, rel=2e-5)
+    assert barrier.speed == pytest.approx(speed, rel=5e-5)
+    assert barrier.torque == pytest.approx(most, rel=2e-5)
     assert barrier.available == pytest.approx(torque)
     assert not barrier.is_passed
-    assert barrier.holds == pytest.approx(
-        brentq(lambda speed: absorbed(speed) - torque, 0.42, top.x), rel=1e-4
-    )
-    expected = [absorbed(speed) for speed in found.predicted_speed.tolist()]
+    held = brentq(lambda at: absorbed(at, *line) - torque, 0.42, speed)
+    assert barrier.holds == pytest.approx(held, rel=1e-4)
+    expected = [absorbed(at, *line) for at in found.predicted_speed.tolist()]
     np.testing.assert_allclose(found.predicted_torque, expected, rtol=2e-4)
     np.testing.assert_allclose(found.predicted_torque - found.predicted_lack, torque, rtol=1e-7)
+
+
+def test_a_low_barrier_before_a_high_one_counts() -> None:
+    """Order 4 absorbs some ten thousand times less than order 2, and holds a weak drive."""
+    line = np.radians(10.0), 5e-3
+    low, high = (most_absorbed(*ends, *line) for ends in ((0.245, 0.255), (0.49, 0.51)))
+    assert high[1] > 5e3 * low[1]
+    found = vibration.run_up(behind(0.4, *line), 0.23, 0.53, 10.0)
+    assert [item.order for item in found.barriers] == [4.0, 2.0]
+    for barrier, (speed, most) in zip(found.barriers, (low, high), strict=True):
+        assert (barrier.speed, barrier.torque) == pytest.approx((speed, most), rel=1e-3)
 
 
 @pytest.mark.parametrize(
