@@ -190,7 +190,7 @@ def test_an_undamped_resonance_that_is_bent_is_followed_as_far_as_is_asked(most:
     assert "not followed to its peak: its motions are larger than `max_amplitude`" in remark
 
 
-@pytest.mark.parametrize("seed", [0, 3])
+@pytest.mark.parametrize("seed", [0, pytest.param(3, marks=pytest.mark.slow)])
 def test_half_power_of_motions_by_shooting(seed: int) -> None:
     """At 0.40 rad, where the joint bends the resonance, and at 0.12 rad."""
     rig = half_power.draw(seed)

@@ -76,6 +76,27 @@ def test_a_rising_speed_as_the_equation_has_it(rising: vibration.RunUp) -> None:
     assert np.isnan(rising.settled_speed) and np.isnan(rising.captured_speed)
 
 
+@pytest.mark.slow
+def test_a_twist_that_swings_faster_than_the_drive_turns_is_seen() -> None:
+    """The run begins with a jerk, which a stiff shaft answers with some 15 swings a turn."""
+    stiffness, damping, gain, duration = 100.0, 0.04, 0.08, 9.0
+    line = elastic_rigs.torsional_line(FRONT, BEHIND, stiffness, damping_in=damping)
+    found = vibration.run_up(elastic_rigs.scene(line, BETA), 0.5, 0.5 + gain * duration, duration)
+
+    def rate(time: float, state: np.ndarray) -> list[float]:
+        phi, pace = 0.5 * time + 0.5 * gain * time**2, 0.5 + gain * time
+        acts = stiffness - STIFFNESS, damping - DAMPING
+        at = joint(BETA, np.asarray(phi + state[0]))
+        more = float(np.dot(acts, state)) / float(FRONT + BEHIND * at.first**2)
+        return [state[1], twist(phi, pace, gain, *state) - more]
+
+    system = SpringInFront(BETA, 0.05, BEHIND, 0.5 * damping / 10.0)
+    own = own_run(rate, periodic(system, np.zeros(2)).start * [1.0, 0.5], duration)
+    first = (np.sqrt(0.25 + 4.0 * np.pi * gain) - 0.5) / gain
+    swing = 0.5 * np.ptp(own(np.linspace(0.0, first, 4001))[0])
+    assert found.envelope[0, 0] == pytest.approx(swing, rel=5e-4)
+
+
 def test_what_constant_speeds_predict_is_the_motion_by_shooting(rising: vibration.RunUp) -> None:
     for row in (0, len(rising.predicted_speed) // 2):
         speed = float(rising.predicted_speed[row])
@@ -185,6 +206,7 @@ def test_a_barrier_is_what_dampers_absorb_at_most() -> None:
     np.testing.assert_allclose(found.predicted_torque - found.predicted_lack, torque, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_low_barrier_before_a_high_one_counts() -> None:
     """Order 4 absorbs some ten thousand times less than order 2, and holds a weak drive."""
     line = np.radians(10.0), 5e-3
