@@ -443,9 +443,11 @@ class _Stretch:
         is_inside = np.abs(speeds - crossing.speed) <= _width(crossing)
         chosen = leads if np.any(leads & is_peak) else leads | is_inside
         # Of two peaks, the one with the higher point beside it need not be the higher one.
-        tops = [(branch.greatest(at, self.share), at) for at in np.nonzero(is_peak & chosen)[0]]
+        (places,) = np.nonzero(is_peak & chosen)
+        tops = [(branch.greatest(at, self.share), at) for at in places.tolist()]
         if not branch.is_whole:
-            tops += [(branch.points[at], at) for at in np.nonzero(chosen)[0]]
+            (places,) = np.nonzero(chosen)
+            tops += [(branch.points[at], at) for at in places.tolist()]
             tops += [(fold.point, fold.place) for fold in branch.folds if chosen[fold.place]]
         self.severity, self._top = -np.inf, 0
         self.peak: Point | None = None
@@ -453,7 +455,7 @@ class _Stretch:
         for point, at in tops:
             size = self.share(point)
             if size > self.severity:
-                self.severity, self.peak, self._top = size, point, int(at)
+                self.severity, self.peak, self._top = size, point, at
 
     def share(self, point: Point) -> float:
         """Return what the mode has in a motion."""
