@@ -295,13 +295,13 @@ def _name(row: CriticalSpeed) -> str:
 def _cells(row: CriticalSpeed) -> tuple[str, ...]:
     """Return a row of the table."""
     speed, lower, upper = (
-        f"{value / _RAD_PER_S:.5g}" for value in (row.speed, row.lower, row.upper)
+        "" if np.isnan(value) else f"{value / _RAD_PER_S:.5g}"
+        for value in (row.speed, row.lower, row.upper)
     )
     if row.kind != "resonance":
-        return speed, row.kind, "", "", f"{row.severity:.3g} 1/s", lower, upper
+        return speed, row.kind, "", "", f"{row.size} 1/s", lower, upper
     whirl = "" if row.whirl == "planar" else f" {row.whirl}"
     what = f"{_name(row)}{whirl}"
     quality = f"{row.amplification:.3g}"
     hertz = f"{row.frequency / (2.0 * np.pi):.4g}"
-    severity = "not found" if np.isnan(row.severity) else f"{row.severity:.3g}"
-    return speed, what, hertz, quality, severity, lower, upper
+    return speed, what, hertz, quality, row.size, lower, upper

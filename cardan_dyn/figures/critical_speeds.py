@@ -6,13 +6,14 @@ All take plain arrays in SI units and draw speeds of rotation in 1/min and frequ
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..checks import numbers
-from ..errors import ArgumentError
+from ..errors import ArgumentError, choices
 from .style import (
     PER_MINUTE,
     SMALL,
@@ -24,7 +25,6 @@ from .style import (
     abscissa,
     curve_style,
     in_look,
-    line_style,
     ordinate,
     ordinates,
     plain,
@@ -40,17 +40,14 @@ _LETTER, _FILLED = 0.6, 0.75
 """Mean width of a letter in font sizes, and part of a figure's width that its axes fill."""
 _ROW = 11
 """Distance of rows of names [pt]."""
-KINDS = ("stable", "instability", "fold", "combination", "flutter", "no motion")
-"""What a number in a chart of stability means, from 0."""
-_FILLS = (
-    ("#ffffff", ""),
-    ("#e8b08f", "///"),
-    ("#9db9dc", "..."),
-    ("#a9cfae", "xxx"),
-    ("#cdb4d6", "\\\\\\"),
-    ("#d9d9d9", ""),
-)
-"""Colour and hatch of each kind: hatches tell them apart in a black-and-white print."""
+_FILLS = {
+    "instability": ("#e8b08f", "///"),
+    "fold": ("#9db9dc", "..."),
+    "combination": ("#a9cfae", "xxx"),
+    "flutter": ("#cdb4d6", "\\\\\\"),
+    "no motion": ("#d9d9d9", ""),
+}
+"""Colour and hatch of each kind of interval: hatches tell them apart in a black-and-white print."""
 
 
 @in_look
@@ -224,63 +221,73 @@ def orders_over_speed(
 
 @in_look
 def stability_chart(
-    speed: ArrayLike,
     angle: ArrayLike,
-    kind: ArrayLike,
+    intervals: Sequence[Sequence[tuple[float, float, str]]],
     *,
+    ends: tuple[float, float],
     joint: str = "joint angle",
     slides: bool = False,
-    edges: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     title: str = "",
     ax: Into = None,
     figsize: Size | None = None,
 ) -> Figure:
     """Draw where a mechanism is unstable over its speed and joint angle.
 
+    Each interval is drawn half way to the angles beside its own, with its edges as lines, so that
+    the narrowest is seen.
+
     Args:
-        speed: of rotation `(S,)`, rising [rad/s].
         angle: joint angles `(B,)`, rising [rad], or positions of a slide [m].
-        kind: `(S, B)` of `KINDS` by its number.
+        intervals: of each angle: least and greatest speed [rad/s], and its kind: `instability`,
+            `fold`, `combination`, `flutter` or `no motion`.
+        ends: of the speeds that were looked at [rad/s].
         joint: what the ordinate is called.
         slides: whether it is that of a slide.
-        edges: curves by their names, as speeds [rad/s] and angles [rad]: edges of regions.
         title: of the figure.
         ax: axes to be drawn into instead of a new figure.
         figsize: width and height of a new figure [inch].
 
     Raises:
-        ArgumentError: shapes that do not match, or a number that is no kind.
+        ArgumentError: numbers of angles that do not match, or another kind.
     """
-    at, angles = abscissa("speed", speed), abscissa("angle", angle)
-    kinds = np.asarray(kind)
-    if kinds.shape != (len(at), len(angles)):
+    angles = abscissa("angle", angle)
+    if len(angles) < 2 or len(intervals) != len(angles):
         raise ArgumentError(
-            f"kind has shape {kinds.shape}, expected (S, B) = {(len(at), len(angles))}"
+            f"a chart needs two angles, and intervals of each: {len(angles)} angles, "
+            f"{len(intervals)} lists of intervals"
         )
-    if min(kinds.shape) < 2:
-        raise ArgumentError(f"a chart needs two speeds and two angles, not {kinds.shape}")
-    if np.any((kinds != np.rint(kinds)) | (kinds < 0) | (kinds >= len(KINDS))):
-        raise ArgumentError(f"kind holds numbers from 0 to {len(KINDS) - 1}: {', '.join(KINDS)}")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    across, up = at * PER_MINUTE, angles if slides else np.rad2deg(angles)
-    for number in range(1, len(KINDS)):
-        if np.any(kinds == number):
-            _fill(axes, across, up, kinds == number, number)
-    if not np.any(kinds):
+    up = angles if slides else np.rad2deg(angles)
+    between = np.concatenate([up[:1], 0.5 * (up[1:] + up[:-1]), up[-1:]])
+    for low, high, row in zip(between[:-1], between[1:], intervals, strict=True):
+        for lower, upper, kind in row:
+            across = np.array([lower, upper]) * PER_MINUTE
+            axes.fill_between(across, low, high, **interval_style(axes, kind))
+            axes.vlines(across, low, high, color="0.25", linewidth=0.7)
+    if not any(intervals):
         axes.text(
             0.5, 0.5, "stable everywhere", transform=axes.transAxes, ha="center", color="0.35"
         )
-    for index, (name, (places, of)) in enumerate((edges or {}).items()):
-        height = np.asarray(of, float) if slides else np.rad2deg(np.asarray(of, float))
-        axes.plot(
-            np.asarray(places, float) * PER_MINUTE, height, **line_style(index), label=plain(name)
-        )
-    axes.set_xlim(across[0], across[-1])
+    axes.set_xlim(*(end * PER_MINUTE for end in ends))
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
     axes.set(xlabel=SPEED, ylabel=f"{plain(joint)} [{'m' if slides else '°'}]")
     return drawn.finish(title, 4)
+
+
+def interval_style(axes: Axes, kind: str) -> dict[str, Any]:
+    """Return how an interval of a kind is filled, with its name if it is the first in the axes.
+
+    Raises:
+        ArgumentError: no such kind.
+    """
+    if kind not in _FILLS:
+        raise ArgumentError(f"{kind!r} is no kind of interval; kinds: {choices(_FILLS, kind)}")
+    color, hatch = _FILLS[kind]
+    named = axes.get_legend_handles_labels()[1]
+    look = {"facecolor": color, "edgecolor": "0.35", "hatch": hatch, "linewidth": 0.0}
+    return {**look, "label": None if kind in named else kind}
 
 
 def _direction(sides: Array) -> str:
@@ -336,11 +343,3 @@ def _over(axes: Axes, place: float, name: str, row: int) -> None:
         color="0.35",
         fontsize=SMALL,
     )
-
-
-def _fill(axes: Axes, across: Array, up: Array, inside: Array, number: int) -> None:
-    """Fill the region of a kind, and name it."""
-    color, hatch = _FILLS[number]
-    mask = inside.T.astype(float)
-    axes.contourf(across, up, mask, levels=[0.5, 1.5], colors=[color], hatches=[hatch])
-    axes.fill([], [], facecolor=color, hatch=hatch, label=KINDS[number])

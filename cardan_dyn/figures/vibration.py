@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError
+from .critical_speeds import interval_style
 from .style import (
     PER_MINUTE,
     SPEED,
@@ -243,6 +244,7 @@ def multipliers(
     speed: ArrayLike,
     sizes: ArrayLike,
     *,
+    intervals: Sequence[tuple[float, float, str]] = (),
     title: str = "",
     ax: Into = None,
     figsize: Size | None = None,
@@ -252,6 +254,8 @@ def multipliers(
     Args:
         speed: of rotation `(S,)` [rad/s].
         sizes: `(S, m)`.
+        intervals: least and greatest speed of instabilities [rad/s], and their kinds, as
+            `stability_chart` has them: narrow ones lie between two of the speeds.
         title: of the figure.
         ax: axes to be drawn into instead of a new figure.
         figsize: width and height of a new figure [inch].
@@ -266,6 +270,11 @@ def multipliers(
     for index in range(every.shape[1]):
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, every[:, index], **style, label=f"multiplier {index + 1}")
+    for lower, upper, kind in intervals:
+        across = np.array([lower, upper]) * PER_MINUTE
+        axes.axvspan(*across, zorder=0, **interval_style(axes, kind))
+        for edge in across.tolist():
+            axes.axvline(edge, color="0.25", linewidth=0.7)
     axes.axhline(1.0, color="0.55", linewidth=0.9, linestyle=":")
     axes.set(xlabel=SPEED, ylabel="size of multipliers")
     return drawn.finish(title, 4)

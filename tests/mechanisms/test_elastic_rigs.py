@@ -237,4 +237,4 @@ def test_speeds_at_which_motions_are_too_large_are_marked() -> None:
     (row,) = vibration.critical_speeds(rig, speeds, orders=(2,), instabilities=False)
     (natural,) = frequencies(scene("elastic_double_shaft", 0.0))
     assert row.speed == pytest.approx(natural / 2.0, rel=0.05)
-    assert np.isnan(row.severity)
+    assert row.outcome == "open" and row.severity > 0.9

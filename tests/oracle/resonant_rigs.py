@@ -196,10 +196,15 @@ def _uneven(random: np.random.Generator) -> Rig:
 
 
 def _unbalance(offset: float, natural: float, ratio: float) -> dict[str, float]:
-    """Greatest e r²/|1 - r² + 2 i ζ r|, at r = 1/√(1 - 2 ζ²)."""
+    """Greatest e r²/|1 - r² + 2 i ζ r|, at r = 1/√(1 - 2 ζ²), and half of its square h e²."""
+    half = 0.5 / (2.0 * ratio * np.sqrt(1.0 - ratio**2)) ** 2
+    square = np.sort(np.roots([half - 1.0, -half * (2.0 - 4.0 * ratio**2), half]))
+    lower, upper = natural * np.sqrt(square)
     return {
         "speed": natural / np.sqrt(1.0 - 2.0 * ratio**2),
         "severity": offset / (2.0 * ratio * np.sqrt(1.0 - ratio**2)),
+        "lower": lower,
+        "upper": upper,
     }
 
 
@@ -212,11 +217,9 @@ def _balanced(random: np.random.Generator) -> Rig:
     text = elastic_rigs.rotor(mass, 0.0, (mass * natural**2, mass * other**2), drag)
     rows = []
     for at in (natural, other):
-        own = drag / (2.0 * mass * at)
-        damped = at * np.sqrt(1.0 - own**2)
-        half = own * at
+        damped = at * np.sqrt(1.0 - (drag / (2.0 * mass * at)) ** 2)
         values = {"speed": damped, "severity": 0.0, "frequency": damped}
-        rows.append(Row({**values, "lower": damped - half, "upper": damped + half}, 1.0))
+        rows.append(Row({**values, "lower": np.nan, "upper": np.nan}, 1.0))
     return Rig("balanced", elastic_rigs.scene(text, 0.0), 0.6 * natural, 1.5 * other, (1.0,), rows)
 
 

@@ -22,6 +22,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 import compare  # noqa: E402
 import contacts  # noqa: E402
 import free_rotations  # noqa: E402
+import half_power  # noqa: E402
 import long_swings  # noqa: E402
 import loose_linkages  # noqa: E402
 import near_singular  # noqa: E402
@@ -75,6 +76,7 @@ CAMPAIGNS = {
     "wound": Campaign("bushings wound over many turns", _wound),
     "loose": Campaign("simulations of linkages with play in a pin", loose_linkages.ask),
     "rotors": Campaign("critical speeds, also of wider ranges", resonant_rigs.ask),
+    "half_power": Campaign("half power of resonances, by shooting", half_power.ask),
     "near_singular": Campaign("starts near singular configurations", near_singular.ask),
     "verdicts": Campaign("verdicts on random drive lines", verdicts.ask),
     "separatrices": Campaign("motions beside unstable positions", separatrices.ask),

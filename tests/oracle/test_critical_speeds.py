@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import half_power
 import numpy as np
 import pytest
 from continuation import Branch
@@ -19,6 +20,12 @@ WIDTHS = {0: (30.0,), 2: (100.0,), 4: (10.0,), 6: (), 40: (10.0,), 41: ()}
 @pytest.mark.parametrize("seed", WIDTHS)
 def test_table_of_a_random_rig(seed: int) -> None:
     assert differences(draw(seed), WIDTHS[seed]) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [5, 8, 9, 12])
+def test_half_power_along_a_branch_by_shooting(seed: int) -> None:
+    assert half_power.ask(seed)[0] == []
 
 
 def test_continuation_of_duffings_backbone() -> None:

@@ -84,3 +84,23 @@ def interpolation(points: Array, count: int, period: float) -> Array:
     kernel = np.sin(count * half) / np.where(near, 1.0, below)
     # At a node half is a multiple of π, where an odd kernel is +1.
     return np.where(near, 1.0, kernel)
+
+
+def turning_values(at: Array, values: Array, rates: Array) -> Array:
+    """Return values `(N - 1, …)` where functions turn between samples, or at the first of two.
+
+    By cubics through values and rates, where the rates' chord is zero: since functions are flat
+    there, their error is of fourth order in the distance of the samples.
+
+    Args:
+        at: places `(N,)` of the samples.
+        values: `(N, …)`.
+        rates: derivatives by the place, `(N, …)`.
+    """
+    step = np.diff(at).reshape(-1, *[1] * (values.ndim - 1))
+    before, after = rates[:-1], rates[1:]
+    turns = before * after < 0.0
+    part = np.where(turns, before / np.where(turns, before - after, 1.0), 0.0)
+    left = 1.0 - part
+    first = left**2 * ((1.0 + 2.0 * part) * values[:-1] + step * part * before)
+    return np.asarray(first + part**2 * ((1.0 + 2.0 * left) * values[1:] - step * left * after))

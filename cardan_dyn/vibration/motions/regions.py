@@ -204,11 +204,13 @@ class Region(NamedTuple):
     """An interval of speed in which the smallest periodic motion is unstable.
 
     Attributes:
-        lower, upper: its edges [rad/s]; those of the search where it goes on beyond.
+        lower, upper: its edges [rad/s]; the last speed that was looked at where it goes on beyond,
+            or where there is no motion beyond.
         kind: see `Floquet.kind`, where it grows fastest.
         growth: greatest growth rate found inside [1/s].
         speed: where that is [rad/s].
-        is_closed: whether both edges lie inside the speeds that were searched.
+        is_closed: whether motions are stable beyond both edges; if not, it may go on, and the
+            growth may be greater there.
     """
 
     lower: float
@@ -236,24 +238,35 @@ def regions(over: StabilityOverSpeed, speeds: Array, known: Judged | Stability) 
         known: what was found there.
     """
     speeds, excess, kind = _refined(over, speeds, known)
-    unstable = (kind != STABLE) & (kind != NONE)
+    is_there = kind != NONE
+    unstable = (kind != STABLE) & is_there
     growth = np.log1p(np.where(unstable, excess, 0.0)) * np.abs(speeds) / over.period
     changes = np.nonzero(unstable[1:] != unstable[:-1])[0]
-    edges = _edges(over, speeds, unstable, changes)
+    edges = _edges(over, speeds, unstable, changes[is_there[changes] & is_there[changes + 1]])
     found = []
     bounds = [0, *(changes + 1).tolist(), len(speeds)]
     for first, last in pairwise(bounds):
-        if not unstable[first]:
+        if not np.any(unstable[first:last]):
             continue
-        lower = edges[first - 1] if first else float(speeds[0])
-        upper = edges[last - 1] if last < len(speeds) else float(speeds[-1])
-        best = first + int(np.argmax(growth[first:last]))
+        # What lies beyond an end, or beyond a speed without a motion, is not known.
+        lower = edges.get(first - 1, float(speeds[first]))
+        upper = edges.get(last - 1, float(speeds[last - 1]))
         # Beside the first and the last speed inside is an edge.
-        before = lower if best == first else float(speeds[best - 1])
-        after = upper if best == last - 1 else float(speeds[best + 1])
-        known_best = float(growth[best]), float(speeds[best]), str(kind[best])
-        peak, speed, of = _fastest(over, before, after, known_best)
-        found.append(Region(lower, upper, of, peak, speed, bool(first and last < len(speeds))))
+        places = np.concatenate([[lower], speeds[first:last], [upper]])
+        beside = np.concatenate([[0.0], growth[first:last], [0.0]])
+        # Of two speeds that grow faster than those beside them, either may be next to the fastest.
+        tops = np.nonzero((beside[1:-1] >= beside[:-2]) & (beside[1:-1] >= beside[2:]))[0]
+        peak, speed, of = max(
+            _fastest(
+                over,
+                float(places[top]),
+                float(places[top + 2]),
+                (float(beside[top + 1]), float(places[top + 1]), str(kind[first + top])),
+            )
+            for top in tops.tolist()
+        )
+        is_closed = first - 1 in edges and last - 1 in edges
+        found.append(Region(lower, upper, of, peak, speed, is_closed))
     return found
 
 
@@ -308,8 +321,7 @@ def _refined(
     joined = [np.concatenate(items) for items in zip(*every, strict=True)]
     order = np.unique(joined[0], return_index=True)[1]
     speeds, excess, kind = (item[order] for item in joined)
-    is_there = kind != NONE
-    return speeds[is_there], excess[is_there], kind[is_there]
+    return speeds, excess, kind
 
 
 def _edges(

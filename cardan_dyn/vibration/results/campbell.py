@@ -130,7 +130,8 @@ class Campbell(VibrationResult):
         return CampbellPlot(self)
 
     def __repr__(self) -> str:
-        return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
+        missed = self._without(int(np.sum(~np.all(np.isfinite(self.frequency), axis=1))))
+        return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds{missed}>"
 
 
 def campbell(scene: Scene, speed: Any, *, max_amplitude: float = 1.0) -> Campbell:

@@ -24,7 +24,16 @@ from ..motions.search import MotionSearch
 from ..motions.stability import NONE, stability
 from .campbell import Campbell
 from .periodic_motion import search_of
-from .resonance import Resonance, crossings, lattice, numbered_campbell, resonance
+from .resonance import (
+    KNOWN,
+    OPEN,
+    UNBOUNDED,
+    Resonance,
+    crossings,
+    lattice,
+    numbered_campbell,
+    resonance,
+)
 from .result import VibrationResult
 
 if TYPE_CHECKING:
@@ -57,22 +66,27 @@ class CriticalSpeed(NamedTuple):
 
     Attributes:
         speed: of the drive [rad/s]: of the greatest amplitude of the order along the branch of
-            motions through the crossing, whatever the range; of the crossing itself where the mode
-            has no damping or no peak of its own, as where the order does not move it; of the
-            fastest growth of an instability.
+            motions through the crossing, whatever the range; of the crossing itself where there is
+            no peak, as where the order does not move the mode; of the fastest growth of an
+            instability.
         kind: `resonance`, or that of an instability, see `Floquet`.
         order: cycles per revolution of the drive; NaN for an instability.
         mode: number of the mode, from 1, by ascending frequency at next to no speed, backward
             before forward whirl, 0 for an instability; its column in `campbell` is one less.
-        frequency: of the mode there [rad/s]; NaN for an instability.
+        frequency: order times size of the speed [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
-            m], infinite without damping, 0 where
-            the order does not move the mode, NaN where the branch of motions through it was
-            not found whole, as a remark says; growth rate of an instability [1/s].
+            m], 0 where the order does not move the mode, NaN where no motion was found; growth
+            rate of an instability [1/s].
+        outcome: `known`; `unbounded`: the equation is linear and has no damping, so that the
+            severity is infinite; `open`: the branch of motions was not followed to its peak, as a
+            remark says why, or an instability goes on beyond the range, so that the severity is the
+            greatest that was found and greater ones may exist.
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
-        lower, upper: edges of an instability; speeds of half power of a resonance, to first order
-            in its damping ratio, along its branch where it leans over [rad/s].
+        lower, upper: edges of an instability; of a resonance, least and greatest speed about the
+            peak at which the amplitude along the branch is above half power, 1/√2 of the peak
+            [rad/s]. A branch that turns back before has its fold there, as a remark says; NaN where
+            there is no peak, or half power was not met.
         rising, falling: where a resonance leans over, speeds at which a motion jumps to another
             one while the speed rises or falls slowly [rad/s]; NaN elsewhere.
         rising_severity, falling_severity: severity right before these jumps.
@@ -85,6 +99,7 @@ class CriticalSpeed(NamedTuple):
     frequency: float
     whirl: str
     severity: float
+    outcome: str
     amplification: float
     lower: float
     upper: float
@@ -92,6 +107,15 @@ class CriticalSpeed(NamedTuple):
     rising_severity: float = np.nan
     falling: float = np.nan
     falling_severity: float = np.nan
+
+    @property
+    def size(self) -> str:
+        """The severity as a text, with what is known of it."""
+        if self.outcome == UNBOUNDED:
+            return "without bound"
+        if np.isnan(self.severity):
+            return "not found"
+        return f"{'at least ' if self.outcome == OPEN else ''}{self.severity:.3g}"
 
     def jumps(self, unit: str, scale: float = 1.0) -> str:
         """Return a text of the jumps, empty if there are none.
@@ -174,10 +198,12 @@ class CriticalSpeeds(VibrationResult):
         ]
         jumps = [(row.rising, row.rising_severity) for row in rows]
         jumps += [(row.falling, row.falling_severity) for row in rows]
+        names = {KNOWN: "peak along its branch", OPEN: "not the peak, but open"}
         found = {
-            "peak along its branch": np.array([(row.speed, row.severity) for row in rows]),
-            "jump": np.array(jumps),
+            name: np.array([(row.speed, row.severity) for row in rows if row.outcome == outcome])
+            for outcome, name in names.items()
         }
+        found["jump"] = np.array(jumps)
         named = {name: points.reshape(-1, 2) for name, points in found.items()}
         return {
             name: points[np.all(np.isfinite(points), axis=1) & (points[:, 1] > 0.0)]
@@ -196,7 +222,7 @@ class CriticalSpeeds(VibrationResult):
     def table(self) -> Table:
         """Return a row for each critical speed."""
         units = (
-            *("rad/s", "", "1/rev", "", "rad/s", "", "rad, m, or 1/s", "1", "rad/s", "rad/s"),
+            *("rad/s", "", "1/rev", "", "rad/s", "", "rad, m, or 1/s", "", "1", "rad/s", "rad/s"),
             *("rad/s", "rad or m", "rad/s", "rad or m"),
         )
         rows = [row._asdict() for row in self.rows]
@@ -211,18 +237,16 @@ class CriticalSpeeds(VibrationResult):
         lines = [f"critical speeds from {self.low:g} to {self.high:g} rad/s"]
         for row in self.rows:
             if row.kind == "resonance":
-                size = "not found" if np.isnan(row.severity) else f"{row.severity:.3g}"
                 lines.append(
                     f"- {row.speed:.6g} rad/s: order {row.order:g} meets mode {row.mode} "
-                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {size}, "
+                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {row.size}, "
                     f"Q {row.amplification:.3g}"
                 )
                 if jumps := row.jumps("rad/s"):
                     lines[-1] += f"; {jumps}"
             else:
                 lines.append(
-                    f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, growth "
-                    f"{row.severity:.3g}/s"
+                    f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, growth {row.size}/s"
                 )
         if not self.rows:
             lines.append("none")
@@ -244,6 +268,8 @@ def critical_speeds(
     Args:
         scene: see `periodic_motion`.
         speed: the two ends of the range, or speeds at which modes are found `(S,)` [rad/s].
+            Resonances that reach into it are listed, if order and mode meet no farther beyond an
+            end than a tenth of it.
         orders: cycles per revolution of the drive that are looked at, one or several; all up to 8
             that force the free coordinates if None. Orders that the motion does not have, such as
             2.5, have no severity.
@@ -334,8 +360,8 @@ def _resonances(
                 if not (low - _ASIDE * abs(low) <= crossing.speed <= high + _ASIDE * abs(high)):
                     continue
                 item = resonance(search, order, crossing)
-                places = item.crossing.speed, item.speed, item.jumps.rising, item.jumps.falling
-                if any(low <= place <= high for place in places):
+                places = np.array([item.crossing.speed, item.speed, item.lower, item.upper])
+                if np.nanmin(places) <= high and np.nanmax(places) >= low:
                     found.append((_row(item, order, mode), item))
     return found
 
@@ -347,9 +373,10 @@ def _row(item: Resonance, order: float, mode: int) -> CriticalSpeed:
         kind="resonance",
         order=order,
         mode=mode + 1,
-        frequency=item.crossing.frequency,
+        frequency=order * abs(item.speed),
         whirl=sense_name(item.crossing.whirl),
         severity=item.severity,
+        outcome=item.outcome,
         amplification=0.5 / ratio if ratio else np.inf,
         lower=item.lower,
         upper=item.upper,
@@ -409,29 +436,15 @@ def _remarks(
         name = f"order {row.order:g} at mode {row.mode}"
         if item.peak is not None:
             remarks += [f"{name}: {text}" for text in _beyond(scene, item.peak)]
-        if not item.is_lasting:
-            stays = np.nanmax([0.0, row.rising_severity, row.falling_severity])
-            least = f"; those that a rig stays at reach {stays:.3g}" if stays else ""
-            remarks.append(f"{name}: its greatest amplitude is that of an unstable motion{least}")
-        if item.error:
-            remarks.append(
-                f"{name}: found in a model alone that is off by {item.error:.1e} of the efforts, "
-                "as finer ones do not reach so far: speeds and amplitudes are less exact than usual"
-            )
-        if np.isnan(row.severity):
-            remarks.append(f"{name}: the branch of its motions was not found: {item.reason}")
+        remarks += [f"{name}: {note}" for note in item.notes]
     for region in regions_found:
-        sides = [
-            side
-            for side, edge, end in zip(
-                ("below", "above"), (region.lower, region.upper), ends, strict=True
-            )
-            if edge == end
-        ]
-        if sides:
+        if not region.is_closed:
+            beside = zip(("below", "above"), (region.lower, region.upper), ends, strict=True)
+            sides = [side for side, edge, end in beside if edge == end]
+            where = f"{' and '.join(sides)}, beyond the range" if sides else "to where no motion is"
             remarks.append(
                 f"the {region.kind} from {region.lower:.6g} to {region.upper:.6g} rad/s goes on "
-                f"{' and '.join(sides)}, beyond the range"
+                f"{where}"
             )
     slowest = min(abs(end) for end in ends)
     if slowest < unseen * (1.0 - 1e-9):
@@ -491,6 +504,7 @@ def _unstable(region: Region) -> CriticalSpeed:
         frequency=np.nan,
         whirl="",
         severity=region.growth,
+        outcome=KNOWN if region.is_closed else OPEN,
         amplification=np.nan,
         lower=region.lower,
         upper=region.upper,

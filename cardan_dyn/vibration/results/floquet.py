@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..model.rotating_scene import rotating_scene, speeds_of
 from ..motions.correction import refuse_unheld
 from ..motions.regions import Region, StabilityOverSpeed, regions
 from ..motions.search import MotionSearch
-from ..motions.stability import Stability, stability
+from ..motions.stability import NONE, STABLE, Stability, stability
 from .result import VibrationResult
 
 if TYPE_CHECKING:
@@ -35,8 +36,10 @@ class FloquetPlot(Plot):
     """Draws stability over speed."""
 
     def __call__(self, *columns: Any, **options: Any) -> Figure:
-        """Draw multipliers over speed, or a chart of their kinds over speed and design.
+        """Draw multipliers over speed, or a chart of what is unstable over speed and design.
 
+        Unstable intervals are those of `region` if these are known, which may lie between two
+        speeds; if not, speeds that are unstable stand for what is half way to their neighbours.
         The ordinate of a chart is the first joint whose positions all differ.
 
         Args:
@@ -53,8 +56,10 @@ class FloquetPlot(Plot):
             from ...figures.vibration import multipliers
 
             sizes = np.abs(found.multipliers).reshape(len(found.speed), -1)
-            return multipliers(found.speed, sizes, **told)
-        from ...figures.critical_speeds import KINDS, stability_chart
+            known = [row for of in found.region for row in of]
+            spans = [(row.lower, row.upper, row.kind) for row in known]
+            return multipliers(found.speed, sizes, intervals=spans, **told)
+        from ...figures.critical_speeds import stability_chart
 
         name = next((key for key, of in found.held.items() if len(set(of.tolist())) == len(of)), "")
         if not name:
@@ -62,14 +67,12 @@ class FloquetPlot(Plot):
                 f"a chart needs a joint whose positions all differ, not {', '.join(found.held)}; "
                 "draw `kind` yourself"
             )
-        numbers_of = {kind: number for number, kind in enumerate(KINDS)}
-        kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(found.kind)
-        rows, order = np.argsort(found.held[name]), np.argsort(found.speed)
+        rows = np.argsort(found.held[name])
         others = [key for key in found.held if key != name]
         return stability_chart(
-            found.speed[order],
             found.held[name][rows],
-            kinds[rows][:, order].T,
+            [found._intervals(row) for row in rows.tolist()],
+            ends=(float(np.min(found.speed)), float(np.max(found.speed))),
             joint=f"{name} with {', '.join(others)}" if others else name,
             slides=found.scene.mechanism.coordinates.named[name].slides,
             **told,
@@ -141,6 +144,19 @@ class Floquet(VibrationResult):
             )
         return self.region[0]
 
+    def _intervals(self, design: int) -> list[tuple[float, float, str]]:
+        """Return intervals of speed of a design that are not stable, and their kinds."""
+        order = np.argsort(self.speed)
+        speed, kind = self.speed[order], self.kind[design][order]
+        between = np.concatenate([speed[:1], 0.5 * (speed[1:] + speed[:-1]), speed[-1:]])
+        found = []
+        for of, run in groupby(range(len(kind)), key=lambda at: str(kind[at])):
+            places = list(run)
+            if of == NONE or (of != STABLE and not self.region):
+                found.append((float(between[places[0]]), float(between[places[-1] + 1]), of))
+        known = self.region[design] if self.region else ()
+        return found + [(row.lower, row.upper, row.kind) for row in known]
+
     def stored(self) -> dict[str, Any]:
         """Return what `save` writes: of `region` a column for each field, and the design."""
         every = [(design, *row) for design, found in enumerate(self.region) for row in found]
@@ -177,11 +193,13 @@ class Floquet(VibrationResult):
         return FloquetPlot(self)
 
     def __repr__(self) -> str:
-        count = int(np.sum(~self.is_stable))
-        return (
-            f"<Floquet of {', '.join(self.scene.free)}: {self.kind.size} points, {count} of "
-            "them not stable>"
-        )
+        missed = int(np.sum(self.kind == NONE))
+        unstable = int(np.sum(~self.is_stable)) - missed
+        count = sum(map(len, self.region))
+        parts = [f"{self.kind.size} points, {unstable} of them unstable"]
+        parts += [f"{missed} without a motion"] if missed else []
+        parts += [f"{count} unstable intervals"] if self.region else []
+        return f"<Floquet of {', '.join(self.scene.free)}: {', '.join(parts)}>"
 
 
 def floquet(

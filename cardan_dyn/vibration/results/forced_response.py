@@ -14,7 +14,7 @@ from ...errors import ArgumentError, choices
 from ...results.plot import Plot, own_options
 from ...results.sweep import FRAMES
 from ...results.table import Table
-from ..model.periodic_grid import amplitudes, nodes, orders_of
+from ..model.periodic_grid import MOST_NODES, amplitudes, nodes, orders_of, resampled
 from ..model.rotating_scene import speeds_of
 from ..motions.correction import corrected
 from ..motions.linear import averaged_motions, linear_motions
@@ -135,16 +135,19 @@ class ForcedResponse(VibrationResult):
         Raises:
             ArgumentError: no such name, or no such order.
         """
-        wave = self._wave(number("order", order))
-        if wave is None:
-            raise ArgumentError(f"order {order:g} is none of those up to {self.order[-1]:g}")
         if name in self.free:
-            return self.amplitude[:, wave, self.free.index(name)]
+            return self.amplitude[:, self._known_wave(order), self.free.index(name)]
         if name in self.joints:
-            return self.wrench[:, wave, self.joints.index(name)]
+            return self.wrench_of(name, order)
         raise ArgumentError(
             f"{name!r} has no amplitudes; {choices((*self.free, *self.joints), name)}"
         )
+
+    def _known_wave(self, order: float) -> int:
+        wave = self._wave(number("order", order))
+        if wave is None:
+            raise ArgumentError(f"order {order:g} is none of those up to {self.order[-1]:g}")
+        return wave
 
     def _wave(self, order: float) -> int | None:
         """Return where an order is among those of the amplitudes, None if it is none of them."""
@@ -179,10 +182,7 @@ class ForcedResponse(VibrationResult):
         """
         if joint not in self.joints:
             raise ArgumentError(f"{joint!r} has no wrench; joints: {choices(self.joints, joint)}")
-        wave = np.nonzero(np.abs(self.order - numbers("order", order)) < 1e-9)[0]
-        if not wave.size:
-            raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
-        return self.wrench[:, wave[0], self.joints.index(joint)]
+        return self.wrench[:, self._known_wave(order), self.joints.index(joint)]
 
     def table(self) -> Table:
         """Return a row for each speed, order, and coordinate or wrench component."""
@@ -218,8 +218,8 @@ class ForcedResponse(VibrationResult):
 
     def __repr__(self) -> str:
         return (
-            f"<ForcedResponse of {', '.join(self.free)} at {len(self.speed)} speeds, orders up to "
-            f"{self.order[-1]:g}>"
+            f"<ForcedResponse of {', '.join(self.free)} at {len(self.speed)} speeds"
+            f"{self._without(len(self.missed))}, orders up to {self.order[-1]:g}>"
         )
 
 
@@ -282,13 +282,10 @@ def response_of(
             kinds[name][index] = 0.0
             spectrum = amplitudes(values, 1)
             kinds[name][index, : divisor * spectrum.shape[1] : divisor] = spectrum
-        scale = np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)), axis=(1, 2))
+        sizes = (q - np.mean(q, axis=1, keepdims=True), linear - q, averaged - q)
+        scale, *gaps = (_greatest(item) for item in sizes)
         scale = np.where(scale > 0.0, scale, 1.0)
-        errors[:, index] = (
-            residual,
-            np.max(np.abs(linear - q), axis=(1, 2)) / scale,
-            np.max(np.abs(averaged - q), axis=(1, 2)) / scale,
-        )
+        errors[:, index] = (residual, *(gap / scale for gap in gaps))
         if joints:
             wrench[index] = _wrenches(search, mended, joints, frame, count)[:, :waves]
     return ForcedResponse(
@@ -304,6 +301,11 @@ def response_of(
         frame=frame,
         missed=missed_of(search, speeds),
     )
+
+
+def _greatest(values: Array) -> Array:
+    """Return the greatest size `(S,)` of functions `(S, N, n)`, between their nodes as well."""
+    return np.asarray(np.max(np.abs(resampled(values, MOST_NODES, 1)), axis=(1, 2)))
 
 
 def _wrenches(

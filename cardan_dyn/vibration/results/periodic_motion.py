@@ -268,9 +268,10 @@ class PeriodicMotion(VibrationResult):
     def __repr__(self) -> str:
         more = self.incomplete
         missing = f"; others exist at {len(more)} of them that were not found" if more.size else ""
+        count = len(set(self.speed.tolist())) + len(self.missed)
         return (
             f"<PeriodicMotion of {', '.join(self.free)}: {len(self)} motions at "
-            f"{len(set(self.speed.tolist()))} speeds{missing}, residual "
+            f"{count} speeds{self._without(len(self.missed))}{missing}, residual "
             f"{np.max(self.residual):.1e}>"
         )
 

@@ -7,7 +7,9 @@ which changes modes a little, a crossing is then found close to that one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +17,8 @@ import numpy as np
 from ...arrays import Array
 from ...errors import VibrationError
 from ..model.periodic_grid import amplitudes
-from ..motions.continuation import Branch, Fold, Point
+from ..motions.continuation import Branch, Point
+from ..motions.linear import at_mean
 from ..motions.search import WIDEST, MotionSearch
 from ..motions.stability import stays
 from .campbell import Campbell, campbell_of, followed, resting_campbell
@@ -43,11 +46,12 @@ _HALF_WIDTHS = 3.0
 _ASIDE = 1e-3
 """Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
 _LEAST_DAMPING = 1e-7
-"""Damping ratio below which a resonance counts as undamped: its amplitude has no bound."""
+"""Damping ratio below which a mode counts as undamped."""
 _LEADS = 0.99
 """Share of a mode, as a fraction of the greatest of all modes at its order, from which on a peak is
 that mode's own."""
-_NONE_BESIDE = "no small motion was found on one of its sides, from which to follow it"
+KNOWN, UNBOUNDED, OPEN = "known", "unbounded", "open"
+"""What is known of a greatest value: itself, that there is none, or that it is no less."""
 
 
 class Crossing(NamedTuple):
@@ -263,31 +267,29 @@ class Resonance(NamedTuple):
 
     Attributes:
         crossing: of both.
-        speed: of the greatest amplitude along the branch; of the crossing where the order does not
-            move the mode, where it has no peak of its own, or none that was found [rad/s].
+        speed: of the severity [rad/s]; of the crossing where there is none, or no bound of it.
         severity: greatest amplitude of a free coordinate in the mode at the order [rad or m];
-            0 where the order does not move it, infinite without damping, NaN if not found.
+            0 where the order does not move it, NaN if no motion was found.
+        outcome: `KNOWN`; `UNBOUNDED`, of a linear equation without damping; `OPEN`, where greater
+            ones may exist.
         damping_ratio: of the mode.
-        lower, upper: speeds of half power [rad/s].
+        lower, upper: least and greatest speed about the peak at which the amplitude along the
+            branch is above half power [rad/s]; NaN where that is not known.
         jumps: of a resonance that leans over.
-        peak: the motion of the greatest amplitude; None if there is none.
-        is_lasting: whether a rig stays at that motion.
-        error: of the rough model that was not held against sweeps, as a fraction of the efforts; 0
-            where peak and jumps are those of the scene itself.
-        reason: why the severity was not found, if it was not.
+        peak: the motion of the severity; None if there is none.
+        notes: what is to be known besides.
     """
 
     crossing: Crossing
     speed: float
     severity: float
+    outcome: str
     damping_ratio: float
-    lower: float
-    upper: float
-    jumps: Jumps
-    peak: Point | None
-    is_lasting: bool
-    error: float = 0.0
-    reason: str = ""
+    lower: float = np.nan
+    upper: float = np.nan
+    jumps: Jumps = Jumps()
+    peak: Point | None = None
+    notes: tuple[str, ...] = ()
 
 
 def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
@@ -298,74 +300,80 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
         order: cycles per revolution of the drive.
         rest: the crossing about coordinates at rest.
     """
-    ratio = _damping_ratio(rest)
-    if ratio <= _LEAST_DAMPING:
-        crossing = crossing_about_motion(search, order, rest)
-        severity = np.inf if _is_moved(search, order, rest, _ASIDE) else 0.0
-        return _plain(crossing, severity)
-    if not _is_moved(search, order, rest, 0.0):
-        return _plain(crossing_about_motion(search, order, rest), 0.0)
-    branch = _branch(search, rest)
-    if branch is None or not branch.is_whole:
-        return _plain(rest, np.nan, branch.reason if branch is not None else _NONE_BESIDE)
-    points, found = branch.points, branch.folds
-    crossing = rest if found else crossing_about_motion(search, order, rest)
-    if _damping_ratio(crossing) <= _LEAST_DAMPING:
-        crossing = rest
-    shares = np.array([shares_of(point, order, crossing.shapes) for point in points])
-    own = shares[:, crossing.mode]
-
-    def share(point: Point) -> float:
-        return float(shares_of(point, order, crossing.shapes)[crossing.mode])
-
-    half, width = _widths(crossing)
-    is_inside = np.array([abs(point.speed - crossing.speed) <= width for point in points])
-    leads = own >= _LEADS * np.max(shares, axis=1)
-    top = _top(own, leads | (is_inside & ~np.any(leads & _peaks(own))))
-    if top is None:
+    is_damped = _damping_ratio(rest) > 0.0
+    if not _is_moved(search, order, rest, 0.0 if is_damped else _ASIDE):
+        return _plain(crossing_about_motion(search, order, rest), 0.0, KNOWN)
+    branches = _branches(search, rest)
+    if not branches:
+        return _plain(rest, np.nan, OPEN, "no small motion was found beside it, to be followed")
+    is_whole = branches[0].is_whole
+    crossing = rest
+    if is_whole and not branches[0].folds:
+        about = crossing_about_motion(search, order, rest)
+        crossing = about if _damping_ratio(about) > 0.0 else rest
+    found = max(
+        (_Stretch(branch, order, crossing) for branch in branches), key=lambda item: item.severity
+    )
+    if found.peak is None:
         there, _ = search.smallest(np.array([crossing.speed]))
-        if there:
-            return _plain(crossing, share(Point.of(there[0])))
-        return _plain(crossing, np.nan, f"it has no peak of its own, and {search.missed[0]}")
-    peak = branch.greatest(top, share)
-    jumps = _jumps(found, top, share)
-    speed, severity = peak.speed, share(peak)
-    lower, upper = speed - half, speed + half
-    if not np.isnan(jumps.rising):
-        lower, upper = _half_power(branch, found, own, top, share, severity / np.sqrt(2.0))
+        if not there:
+            return _plain(
+                crossing, np.nan, OPEN, f"it has no peak of its own, and {search.missed[0]}"
+            )
+        note = "it has no peak of its own: its amplitude is that of the motion at the crossing"
+        return _plain(crossing, found.share(Point.of(there[0])), OPEN, note)
+    if not is_whole and not is_damped and _is_linear(found.peak):
+        return _plain(rest, np.inf, UNBOUNDED)
+    lower, upper, notes = np.nan, np.nan, found.notes(found.peak)
+    if is_whole:
+        lower, upper, more = found.half_power(found.peak)
+        notes += more
+    else:
+        reasons = "; ".join(dict.fromkeys(item.reason for item in branches if item.reason))
+        notes += [f"the branch of its motions was not followed to its peak: {reasons}"]
     return Resonance(
         crossing=crossing,
-        speed=speed,
-        severity=severity,
+        speed=found.peak.speed,
+        severity=found.severity,
+        outcome=KNOWN if is_whole else OPEN,
         damping_ratio=_damping_ratio(crossing),
         lower=lower,
         upper=upper,
-        jumps=jumps,
-        peak=peak,
-        is_lasting=bool(stays(peak.motions)[0]),
-        error=max(item.error for item in (peak, *(fold.point for fold in found))),
+        jumps=found.jumps,
+        peak=found.peak,
+        notes=tuple(notes),
     )
 
 
-def _plain(crossing: Crossing, severity: float, reason: str = "") -> Resonance:
-    """Return a resonance without a peak of its own: the critical speed is the crossing itself."""
-    ratio, (half, _) = _damping_ratio(crossing), _widths(crossing)
-    if ratio <= _LEAST_DAMPING:
-        ratio = half = 0.0
-    at = crossing.speed
-    ends = at - half, at + half
-    return Resonance(crossing, at, severity, ratio, *ends, Jumps(), None, True, reason=reason)
+def _plain(crossing: Crossing, severity: float, outcome: str, *notes: str) -> Resonance:
+    """Return a resonance without a peak: the critical speed is the crossing itself."""
+    ratio = _damping_ratio(crossing)
+    return Resonance(crossing, crossing.speed, severity, outcome, ratio, notes=notes)
 
 
 def _damping_ratio(crossing: Crossing) -> float:
-    return float(-crossing.decay / np.hypot(crossing.frequency, crossing.decay))
+    """Return that of a crossing's mode, 0 where it is rounding."""
+    ratio = float(-crossing.decay / np.hypot(crossing.frequency, crossing.decay))
+    return ratio if ratio > _LEAST_DAMPING else 0.0
 
 
-def _widths(crossing: Crossing) -> tuple[float, float]:
-    """Return half-power width of a crossing, and the width in which its peak is [rad/s]."""
+def _width(crossing: Crossing) -> float:
+    """Return how far from a crossing the peaks of small motions are at most [rad/s]."""
     # At half power, order and natural frequency are as far apart as the mode decays.
     half = abs(crossing.decay / crossing.slope) if crossing.slope else np.inf
-    return half, min(_HALF_WIDTHS * half, WIDEST * abs(crossing.speed))
+    return min(_HALF_WIDTHS * half, WIDEST * abs(crossing.speed))
+
+
+def _is_linear(point: Point) -> bool:
+    """Return whether the equation of small changes about a motion is that about rest."""
+    motions = point.motions
+    powers = abs(point.speed) ** np.array([2.0, 1.0, 0.0])
+    here, rest = (
+        np.stack([item.mass, item.damping, item.stiffness]) * powers[:, None, None, None, None]
+        for item in (motions.equation, motions.model.equation(at_mean(motions.course)))
+    )
+    # Errors of a model are those of efforts; of their derivatives somewhat more.
+    return bool(np.max(np.abs(here - rest)) <= np.sqrt(motions.model.error) * np.max(np.abs(rest)))
 
 
 def shares_of(point: Point, order: float, shapes: Array) -> Array:
@@ -402,14 +410,158 @@ def _is_moved(search: MotionSearch, order: float, crossing: Crossing, aside: flo
     return not found or bool(np.any(own > every))
 
 
-def _branch(search: MotionSearch, crossing: Crossing) -> Branch | None:
-    """Return the branch through a crossing; None if no motion was found to begin with."""
-    _, width = _widths(crossing)
-    sides = np.sign(crossing.speed) * np.array([-1.0, 1.0])
-    start, last = (search.end(crossing.speed, side * width) for side in sides.tolist())
-    if start is None or last is None:
-        return None
-    return Branch(search.models, Point.of(start), float(last.course.speed[0]))
+def _branches(search: MotionSearch, crossing: Crossing) -> list[Branch]:
+    """Return the branch through a crossing; where it is not whole, those from either side."""
+    width = max(_width(crossing), _ASIDE * abs(crossing.speed))
+    sides = (np.sign(crossing.speed) * width * np.array([-1.0, 1.0])).tolist()
+    ends = [search.end(crossing.speed, side) for side in sides]
+    speeds = [
+        crossing.speed + side if end is None else float(end.course.speed[0])
+        for end, side in zip(ends, sides, strict=True)
+    ]
+    found: list[Branch] = []
+    for start, last in zip(ends, speeds[::-1], strict=True):
+        if start is not None and not (found and found[0].is_whole):
+            found.append(Branch(search.models, Point.of(start), last))
+    return found
+
+
+class _Stretch:
+    """A branch about a crossing, with the share that the crossing's mode has in an order.
+
+    Attributes:
+        severity: greatest share; -inf where the mode has no peak of its own.
+        peak: the motion there, if there is one.
+    """
+
+    def __init__(self, branch: Branch, order: float, crossing: Crossing) -> None:
+        self._branch, self._order, self._crossing = branch, order, crossing
+        shares = np.array([shares_of(point, order, crossing.shapes) for point in branch.points])
+        own = shares[:, crossing.mode]
+        speeds = np.array([point.speed for point in branch.points])
+        is_peak, leads = _peaks(own), own >= _LEADS * np.max(shares, axis=1)
+        is_inside = np.abs(speeds - crossing.speed) <= _width(crossing)
+        chosen = leads if np.any(leads & is_peak) else leads | is_inside
+        # Of two peaks, the one with the higher point beside it need not be the higher one.
+        (places,) = np.nonzero(is_peak & chosen)
+        tops = [(branch.greatest(at, self.share), at) for at in places.tolist()]
+        if not branch.is_whole:
+            (places,) = np.nonzero(chosen)
+            tops += [(branch.points[at], at) for at in places.tolist()]
+            tops += [(fold.point, fold.place) for fold in branch.folds if chosen[fold.place]]
+        self.severity, self._top = -np.inf, 0
+        self.peak: Point | None = None
+        self._points, self._own = branch.points, own
+        for point, at in tops:
+            size = self.share(point)
+            if size > self.severity:
+                self.severity, self.peak, self._top = size, point, at
+
+    def share(self, point: Point) -> float:
+        """Return what the mode has in a motion."""
+        return float(shares_of(point, self._order, self._crossing.shapes)[self._crossing.mode])
+
+    @cached_property
+    def jumps(self) -> Jumps:
+        """The pair of folds that is nearest to the peak."""
+        folds = self._branch.folds
+        pairs = list(zip(folds[::2], folds[1::2], strict=False))
+        if not pairs:
+            return Jumps()
+        found: dict[str, float] = {}
+        for fold in min(pairs, key=lambda pair: min(abs(item.place - self._top) for item in pair)):
+            speed = fold.point.speed
+            name = "rising" if fold.sense * speed > 0.0 else "falling"
+            found |= {name: speed, f"{name}_severity": self.share(fold.point)}
+        return Jumps(**found)
+
+    def notes(self, peak: Point) -> list[str]:
+        """Return what is to be known of the motions of the branch.
+
+        Args:
+            peak: the greatest of them.
+        """
+        notes = []
+        if not stays(peak.motions)[0]:
+            lasting = (
+                f"; of those that a rig stays at, {self._own[at]:.3g} was found"
+                for at in np.argsort(-self._own).tolist()
+                if stays(self._points[at].motions)[0]
+            )
+            text = "its greatest amplitude is that of an unstable motion"
+            notes.append(text + next(lasting, ""))
+        error = max(item.error for item in (peak, *(fold.point for fold in self._branch.folds)))
+        if error:
+            notes.append(
+                f"found in a model alone that is off by {error:.1e} of the efforts, as finer ones "
+                "do not reach so far: speeds and amplitudes are less exact than usual"
+            )
+        others = [
+            f"{fold.point.speed:.6g} rad/s (from {self.share(fold.point):.3g})"
+            for fold in self._branch.folds
+            if fold.point.speed not in (self.jumps.rising, self.jumps.falling)
+        ]
+        if others:
+            notes.append(f"its branch turns back at {', '.join(others)} as well")
+        return notes
+
+    def half_power(self, peak: Point) -> tuple[float, float, list[str]]:
+        """Return least and greatest speed of the stretch about the peak above half power.
+
+        With what is to be known of them: NaN is an end that the branch does not reach.
+
+        Args:
+            peak: the greatest motion.
+        """
+        folds = {fold.place: fold.point for fold in self._branch.folds}
+        points = [folds.get(at, point) for at, point in enumerate(self._points)]
+        inside, notes = [peak, folds.get(self._top, peak)], []
+        ends = {"lower": np.inf, "upper": -np.inf}
+        for way in (points[: self._top][::-1], points[self._top + 1 :]):
+            found, is_met = self._above_half_power([peak, *way])
+            inside += found
+            if not is_met:
+                name = "lower" if way[-1].speed < peak.speed else "upper"
+                ends[name] = np.nan
+                notes.append(
+                    f"{name} is not known: its branch was followed to {way[-1].speed:.6g} rad/s, "
+                    "and not to half power"
+                )
+        for point in inside:
+            # What is not known stays so.
+            ends["lower"] = np.minimum(ends["lower"], point.speed)
+            ends["upper"] = np.maximum(ends["upper"], point.speed)
+        notes += [
+            f"{name} is where its branch turns back, at {self.share(point):.3g}: the motion jumps "
+            "there before it falls to half power"
+            for name, end in ends.items()
+            for point in folds.values()
+            if point.speed == end
+        ]
+        return float(ends["lower"]), float(ends["upper"]), notes
+
+    def _above_half_power(self, points: Sequence[Point]) -> tuple[list[Point], bool]:
+        """Return points above half power, the last one at it; and whether that was met."""
+        from scipy.optimize import brentq
+
+        level, inside = self.severity / np.sqrt(2.0), []
+        for before, after in pairwise(points):
+            if self.share(after) > level:
+                inside.append(after)
+                continue
+
+            def at(part: float, before: Point = before, after: Point = after) -> Point:
+                found = self._branch.between(before, after, part)
+                if found is None:
+                    raise VibrationError("no motion was found between two of a branch")
+                return found
+
+            try:
+                part = brentq(lambda part, at=at: self.share(at(part)) - level, 0.0, 1.0, xtol=1e-8)
+                return [*inside, at(part)], True
+            except VibrationError:
+                break
+        return inside, False
 
 
 def _peaks(sizes: Array) -> Array:
@@ -417,54 +569,3 @@ def _peaks(sizes: Array) -> Array:
     is_peak = np.zeros(len(sizes), dtype=bool)
     is_peak[1:-1] = (sizes[1:-1] >= sizes[:-2]) & (sizes[1:-1] > sizes[2:])
     return is_peak
-
-
-def _top(sizes: Array, chosen: Array) -> int | None:
-    """Return the greatest of the chosen peaks, None if there is none."""
-    (places,) = np.nonzero(_peaks(sizes) & chosen)
-    return int(places[np.argmax(sizes[places])]) if places.size else None
-
-
-def _jumps(folds: list[Fold], top: int, share: Callable[[Point], float]) -> Jumps:
-    """Return the pair of folds that is nearest to a peak."""
-    pairs = list(zip(folds[::2], folds[1::2], strict=False))
-    if not pairs:
-        return Jumps()
-    found: dict[str, float] = {}
-    for fold in min(pairs, key=lambda pair: min(abs(fold.place - top) for fold in pair)):
-        speed = fold.point.speed
-        name = "rising" if fold.sense * speed > 0.0 else "falling"
-        found |= {name: speed, f"{name}_severity": share(fold.point)}
-    return Jumps(**found)
-
-
-def _half_power(
-    branch: Branch,
-    folds: list[Fold],
-    sizes: Array,
-    top: int,
-    share: Callable[[Point], float],
-    level: float,
-) -> tuple[float, float]:
-    """Return least and greatest speed of the stretch about a peak that is above a level."""
-    from scipy.optimize import brentq
-
-    points = branch.points
-    speeds = [fold.point.speed for fold in folds if share(fold.point) >= level]
-    for sense in (-1, 1):
-        at = top
-        while 0 < at < len(points) - 1 and sizes[at] > level:
-            speeds.append(points[at].speed)
-            at += sense
-        before, after = points[at - sense], points[at]
-        if sizes[at] > level or (at - sense == top and sizes[top] <= level):
-            speeds.append(after.speed)
-            continue
-
-        def excess(part: float, before: Point = before, after: Point = after) -> float:
-            found = branch.between(before, after, part)
-            return share(found or before) - level
-
-        part = float(brentq(excess, 0.0, 1.0, xtol=1e-8))
-        speeds.append((branch.between(before, after, part) or after).speed)
-    return min(speeds), max(speeds)

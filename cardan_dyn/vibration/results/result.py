@@ -36,6 +36,10 @@ class VibrationResult(Record, Result):
         """Name of the coordinate that turns at constant speed."""
         return self.scene.drives[0]
 
+    def _without(self, count: int) -> str:
+        """Return what a headline says of speeds without a motion, of which there may be none."""
+        return f", {count} of them without a motion" if count else ""
+
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the free coordinates."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from ...errors import ArgumentError, VibrationError, choices
 from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ...simulation.events import Event
+from ..model.periodic_grid import turning_values
 from ..model.rotating_scene import rotating_scene
 from ..motions.driven import Characteristic, DrivenMotions
 from ..motions.search import MotionSearch
@@ -122,13 +122,13 @@ class SimulatedRun:
             SimulationError: see `Scene.simulate`.
         """
         run = self._simulated(duration, rtol)
-        time, speed = np.array(run.time), np.array(run.speed)[:, 0]
+        time, speed = np.array(run.time), np.array(run.speed)
         drive, free = np.split(np.array(run.position), [1], axis=1)
-        windows = windows_of(time, drive[:, 0], speed, free)
-        return Run(time, speed, free.copy(), windows, self._settled(time, windows))
+        windows = windows_of(time, drive[:, 0], free, speed[:, 1:])
+        return Run(time, speed[:, 0].copy(), free.copy(), windows, self._settled(time, windows))
 
     def _simulated(self, duration: float, rtol: float) -> Trajectory:
-        """Return the simulation at equidistant times."""
+        """Return the simulation at equidistant times and those of its own steps."""
         begun, names = self._begun, self._search.rotating.free
         position = dict(zip(names, begun.position[0, 0].tolist(), strict=True))
         speed = dict(zip(names, begun.rate[0, 0].tolist(), strict=True))
@@ -149,8 +149,10 @@ class SimulatedRun:
                 speed=self._first,
             )
         fastest = max(abs(self._first), float(np.max(np.abs(np.asarray(run.speed)[:, 0]))))
-        turns = max(1.0, fastest * float(run.time[-1]) / self._search.rotating.period)
-        return run.evenly(int(_PER_PERIOD * turns) + 1)
+        end = float(run.time[-1])
+        turns = max(1.0, fastest * end / self._search.rotating.period)
+        # Steps are as short as the fastest swing asks for, which may be faster than the drive.
+        return run.at(np.union1d(np.linspace(0.0, end, int(_PER_PERIOD * turns) + 1), run.steps))
 
     def _load(self, given: Characteristic) -> Any:
         """Return what acts on the drive, its load in the scene included."""
@@ -193,19 +195,31 @@ class SimulatedRun:
         return float(np.mean(risen[:, 0] - still[:, 0]))
 
 
-def windows_of(time: Array, drive: Array, speed: Array, free: Array) -> Windows:
-    """Return the revolutions of a run, or all of it if it has none."""
+def windows_of(time: Array, drive: Array, free: Array, rate: Array) -> Windows:
+    """Return the revolutions of a run, the last one up to its end; or all of it if it has none.
+
+    Args:
+        time: `(N,)` [s].
+        drive: position `(N,)` [rad].
+        free: coordinates `(N, n)`.
+        rate: theirs `(N, n)`.
+    """
     way = np.abs(drive - drive[0])
-    marks = 2.0 * np.pi * np.arange(int(way[-1] / (2.0 * np.pi)) + 1)
-    if len(marks) < 2:
-        half = 0.5 * np.ptp(free, axis=0)
-        return Windows(np.array([np.mean(time)]), np.array([np.mean(speed)]), half[None])
-    at = np.interp(marks, way, time)
-    places = np.searchsorted(time, at)
+    ends = 2.0 * np.pi * np.arange(1, int(way[-1] / (2.0 * np.pi)) + 1)
+    if not ends.size or ends[-1] < way[-1]:
+        ends = np.append(ends, way[-1])
+    starts = np.maximum(ends - 2.0 * np.pi, 0.0)
+    first, last = (np.interp(at, way, time) for at in (starts, ends))
+    low, high = np.searchsorted(time, first), np.searchsorted(time, last)
+    turns = turning_values(time, free, rate)
+    found = [
+        np.concatenate([free[a : b + 1], turns[a:b]])
+        for a, b in zip(low.tolist(), high.tolist(), strict=True)
+    ]
     return Windows(
-        0.5 * (at[1:] + at[:-1]),
-        np.sign(drive[-1] - drive[0]) * 2.0 * np.pi / np.diff(at),
-        np.array([0.5 * np.ptp(free[low : high + 1], axis=0) for low, high in pairwise(places)]),
+        0.5 * (first + last),
+        np.sign(drive[-1] - drive[0]) * (ends - starts) / (last - first),
+        np.array([0.5 * np.ptp(part, axis=0) for part in found]),
     )
 
 
@@ -286,9 +300,10 @@ class RunUp(VibrationResult):
         time: `(N,)` [s].
         speed: of the drive `(N,)` [rad/s].
         position: of the free coordinates `(N, n)` [rad or m].
-        window: mean speeds of the drive in each revolution `(W,)` [rad/s].
+        window: mean speeds of the drive in each revolution, of which the last ends with the run
+            `(W,)` [rad/s].
         window_time: times in the middle of them `(W,)` [s].
-        envelope: half the way from peak to peak in each of them `(W, n)`.
+        envelope: half the way from peak to peak in each of them, between samples as well `(W, n)`.
         predicted_speed: `(S,)` [rad/s].
         predicted: half the way from peak to peak of the periodic motion there `(S, n)`; NaN where
             there is none.
@@ -301,8 +316,6 @@ class RunUp(VibrationResult):
             absorbs at most.
         settled_speed: mean speed at which the drive stays in the end, driven by a torque, NaN if
             it does not [rad/s].
-        is_captured: whether it stays there for a resonance that absorbs all its torque.
-        captured_speed: where, NaN if it does not [rad/s].
     """
 
     scene: Scene
@@ -319,13 +332,18 @@ class RunUp(VibrationResult):
     predicted_lack: Array
     barriers: tuple[TorqueBarrier, ...]
     settled_speed: float
-    is_captured: bool
-    captured_speed: float
 
     @property
     def captured_by(self) -> TorqueBarrier | None:
         """The resonance that holds the drive: the first above its speed that it cannot pass."""
-        return _barrier_above(self.barriers, self.captured_speed) if self.is_captured else None
+        speed = abs(self.settled_speed) * (1.0 - _BESIDE)
+        above = (item for item in self.barriers if abs(item.speed) > speed and not item.is_passed)
+        return next(above, None)
+
+    @property
+    def captured_speed(self) -> float:
+        """Where the drive stays since a resonance absorbs all its torque, NaN if none [rad/s]."""
+        return np.nan if self.captured_by is None else self.settled_speed
 
     @property
     def mean_speed(self) -> Array:
@@ -443,8 +461,6 @@ def run_up(
 def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:
     """Return a run beside what constant speeds predict."""
     found = curve.predicted()
-    barriers = curve.barriers(found)
-    captured = bool(np.isfinite(run.settled) and _barrier_above(barriers, run.settled))
     return RunUp(
         scene=scene,
         time=run.time,
@@ -458,16 +474,6 @@ def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:
         linear=found.linear,
         predicted_torque=found.torque,
         predicted_lack=found.lack,
-        barriers=barriers,
+        barriers=curve.barriers(found),
         settled_speed=run.settled,
-        is_captured=captured,
-        captured_speed=run.settled if captured else np.nan,
     )
-
-
-def _barrier_above(barriers: tuple[TorqueBarrier, ...], speed: float) -> TorqueBarrier | None:
-    """Return the first barrier that holds a drive at a speed, None if there is none."""
-    for item in barriers:
-        if abs(item.speed) > abs(speed) * (1.0 - _BESIDE) and not item.is_passed:
-            return item
-    return None

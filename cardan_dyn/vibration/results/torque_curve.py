@@ -12,7 +12,13 @@ import numpy as np
 
 from ...arrays import Array
 from ..model.modes import averaged, modes, sense_name
-from ..model.periodic_grid import amplitudes, orders_of, resampled
+from ..model.periodic_grid import (
+    amplitudes,
+    derivatives,
+    orders_of,
+    resampled,
+    turning_values,
+)
 from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
 from ..motions.linear import averaged_motions
@@ -20,8 +26,9 @@ from ..motions.models import Motions
 from ..motions.search import MotionSearch
 from ..motions.steady_path import SteadyPath, together
 
-_PROMINENT = 1e-3
-"""Height of a barrier above its surroundings, as a fraction of the range of torques."""
+_PROMINENT = 1e-6
+"""Height of a barrier above its surroundings, as a fraction of the range of torques: a low one
+before a high one may be what holds a weak drive."""
 _PLACES = 7
 """Speeds between its neighbours on the path at which the top of a barrier is looked for."""
 _EXACT = 1e-10
@@ -218,4 +225,11 @@ class TorqueCurve:
 
 def half_swings(q: Array) -> Array:
     """Return half the way from peak to peak `(S, n)` of motions `(S, N, n)` over their period."""
-    return np.asarray(0.5 * np.ptp(resampled(q, _FINE * q.shape[1] + 1, 1), axis=1))
+    count = _FINE * q.shape[1] + 1
+    rate = derivatives(q.shape[1], 1.0)[0] @ q
+    values, rates = (
+        np.concatenate([fine, fine[:1]])
+        for fine in (np.moveaxis(resampled(item, count, 1), 1, 0) for item in (q, rate))
+    )
+    between = turning_values(np.arange(count + 1) / count, values, rates)
+    return np.asarray(0.5 * np.ptp(np.concatenate([values, between]), axis=0))

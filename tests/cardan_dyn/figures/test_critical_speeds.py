@@ -109,31 +109,39 @@ def test_rounding_has_no_name_in_a_legend() -> None:
     assert len(axes.lines) == 3
 
 
+def chart(*intervals: list[tuple[float, float, str]], **options: object) -> object:
+    (axes,) = stability_chart(ANGLE, intervals, ends=(SPEED[0], SPEED[-1]), **options).axes
+    return axes
+
+
 def test_a_chart_without_instability_says_so() -> None:
-    kind = np.zeros((31, 3), dtype=int)
-    (axes,) = stability_chart(SPEED, ANGLE, kind, joint="offset", slides=True).axes
+    axes = chart([], [], [], joint="offset", slides=True)
     assert [text.get_text() for text in axes.texts] == ["stable everywhere"]
     assert axes.get_ylabel() == "offset [m]"
     assert axes.get_ylim() == pytest.approx((0.0, ANGLE[-1]))
-    kind[3, 1] = 1
-    assert not stability_chart(SPEED, ANGLE, kind).axes[0].texts
+    assert not chart([], [(20.0, 20.0, "fold")], []).texts
 
 
-def test_stability_chart_names_the_kinds_that_occur() -> None:
-    kind = np.zeros((31, 3), dtype=int)
-    kind[10:15, 1:], kind[20:25, 2], kind[0, 0] = 1, 3, 5
-    edges = {"first order": (SPEED[:3], ANGLE)}
-    (axes,) = stability_chart(SPEED, ANGLE, kind, edges=edges).axes
-    labels = axes.get_legend_handles_labels()[1]
-    assert sorted(labels) == ["combination", "first order", "instability", "no motion"]
+def test_stability_chart_draws_every_interval() -> None:
+    """Half way to the angles beside it; the narrowest by its edges."""
+    narrow = 50.0 + 1e-9
+    axes = chart(
+        [(20.0, 30.0, "instability")],
+        [(18.0, 32.0, "instability"), (50.0, narrow, "combination")],
+        [(10.0, 12.0, "no motion")],
+    )
+    assert axes.get_legend_handles_labels()[1] == ["instability", "combination", "no motion"]
     assert axes.get_ylim() == pytest.approx((0.0, 20.0))
+    assert axes.get_xlim() == pytest.approx((SPEED[0] * PER_MINUTE, SPEED[-1] * PER_MINUTE))
     assert axes.get_ylabel() == "joint angle [°]"
-    region = axes.collections[0].get_paths()[0].get_extents()
-    # Between the samples inside and those next to them.
-    inside = SPEED[[10, 14]] * PER_MINUTE
-    assert region.x0 < inside[0] and region.x1 > inside[1]
-    step = (SPEED[1] - SPEED[0]) * PER_MINUTE
-    assert region.width == pytest.approx(np.ptp(inside) + step)
+    boxes = [item.get_paths()[0].get_extents() for item in axes.collections[::2]]
+    expected = [(20.0, 30.0, 0.0, 5.0), (18.0, 32.0, 5.0, 15.0), (50.0, narrow, 5.0, 15.0)]
+    for box, (lower, upper, low, high) in zip(boxes, expected, strict=False):
+        assert (box.x0, box.x1) == pytest.approx((lower * PER_MINUTE, upper * PER_MINUTE))
+        assert (box.y0, box.y1) == pytest.approx((low, high))
+    edges = axes.collections[5].get_segments()
+    assert [line[0][0] for line in edges] == pytest.approx([50.0 * PER_MINUTE] * 2)
+    assert axes.collections[5].get_linewidth()[0] > 0.5
 
 
 @pytest.mark.parametrize(
@@ -154,14 +162,11 @@ def test_stability_chart_names_the_kinds_that_occur() -> None:
             lambda: orders_over_speed(SPEED, {"a": [1.0]}, unit="m"),
             "'a' has shape",
         ),
-        (lambda: stability_chart(SPEED, ANGLE, [[1]]), "kind has shape"),
+        (lambda: chart([], []), "3 angles, 2 lists of intervals"),
+        (lambda: chart([], [(1.0, 2.0, "stable")], []), "'stable' is no kind of interval"),
         (
-            lambda: stability_chart(SPEED, ANGLE, np.full((31, 3), 6)),
-            "from 0 to 5",
-        ),
-        (
-            lambda: stability_chart([1.0], ANGLE, np.zeros((1, 3))),
-            "two speeds and two",
+            lambda: stability_chart(ANGLE[:1], [[]], ends=(1.0, 2.0)),
+            "needs two angles",
         ),
     ],
 )

@@ -79,6 +79,15 @@ def test_multipliers_over_speed() -> None:
     assert set(axes.lines[2].get_ydata()) == {1.0}
 
 
+def test_multipliers_stand_before_the_intervals_between_their_speeds() -> None:
+    sizes = np.ones((len(SPEED), 1))
+    spans = [(20.0, 20.0 + 1e-9, "fold"), (30.0, 31.0, "fold")]
+    (axes,) = vibration.multipliers(SPEED, sizes, intervals=spans).axes
+    assert axes.get_legend_handles_labels()[1] == ["multiplier 1", "fold"]
+    edges = [line.get_xdata()[0] for line in axes.lines[1:5]]
+    assert edges == pytest.approx([at * 30.0 / np.pi for span in spans for at in span[:2]])
+
+
 @pytest.mark.parametrize(
     ("draw", "message"),
     [

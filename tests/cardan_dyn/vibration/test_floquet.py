@@ -180,6 +180,47 @@ def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
         vibration.floquet(chart.scene, 1.0, held={"joint_angle": 0.3})
 
 
+def boxes(axes: object) -> list[tuple[float, float, float]]:
+    """Lower and upper speed [rad/s] and lower ordinate of what a chart fills."""
+    found = [item.get_paths()[0].get_extents() for item in axes.collections[::2]]
+    return [(box.x0 * np.pi / 30.0, box.x1 * np.pi / 30.0, box.y0) for box in found]
+
+
+def test_a_chart_draws_the_regions_that_its_object_holds() -> None:
+    """Two of the three lie between its speeds, where no sample is unstable."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
+    angles, speeds = np.radians([30.0, 5.0, 12.0]), [0.9, 0.97, 1.03, 1.1]
+    found = vibration.floquet(scene, speeds, held={"joint_angle": angles}, edges=True)
+    assert np.sum(found.kind != "stable", axis=1).tolist() == [2, 0, 0]
+    assert "12 points, 2 of them unstable, 3 unstable intervals" in repr(found)
+    (axes,) = found.plot().axes
+    regions = [found.region[design][0] for design in (1, 2, 0)]
+    lows = [5.0, 8.5, 21.0]
+    expected = [(row.lower, row.upper, low) for row, low in zip(regions, lows, strict=True)]
+    np.testing.assert_allclose(boxes(axes), expected)
+    # Without edges, unstable speeds stand for what is half way to their neighbours.
+    (axes,) = vibration.floquet(scene, speeds, held={"joint_angle": angles}).plot().axes
+    np.testing.assert_allclose(boxes(axes), [(0.935, 1.065, 21.0)])
+    # Those of a single design lie beside the lines of its multipliers.
+    one = vibration.floquet(scene, speeds, held={"joint_angle": angles[1:2]}, edges=True)
+    (axes,) = one.plot().axes
+    (row,) = one.region[0]
+    edges = {line.get_xdata()[0] * np.pi / 30.0 for line in axes.lines[2:4]}
+    assert sorted(edges) == pytest.approx([row.lower, row.upper])
+
+
+def test_speeds_without_a_motion_are_drawn_and_counted() -> None:
+    line = elastic_rigs.torsional_line(damping_in=0.01)
+    scene = elastic_rigs.scene(line, 0.1)
+    held = {"joint_angle": np.radians([10.0, 12.0])}
+    found = vibration.floquet(scene, [0.4, 0.5, 0.6], held=held, edges=True, max_amplitude=0.05)
+    assert found.kind[:, 1].tolist() == ["no motion"] * 2
+    assert "0 of them unstable, 2 without a motion, 0 unstable intervals" in repr(found)
+    (axes,) = found.plot().axes
+    np.testing.assert_allclose([box[:2] for box in boxes(axes)], [(0.45, 0.55)] * 2)
+    assert axes.get_legend_handles_labels()[1] == ["no motion"]
+
+
 @pytest.mark.slow
 def test_charts_of_several_joints_slides_and_single_designs() -> None:
     scene = elastic_rigs.scene(elastic_rigs.double_joint(), 0.1)

@@ -101,6 +101,18 @@ def test_linear_and_averaged_beside_the_motion() -> None:
     np.testing.assert_allclose(found.linear, found.amplitude, atol=1e-7)
 
 
+def test_errors_are_the_greatest_at_any_position() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.05), np.radians(20.0))
+    found = vibration.forced_response(scene, [0.4, 0.46], joints=[])
+    waves = np.exp(1j * np.outer(np.linspace(0.0, np.pi, 20001), found.order))
+    motion, linear, averaged = (
+        (waves @ of[:, :, 0].T).real for of in (found.amplitude, found.linear, found.averaged)
+    )
+    size = np.max(np.abs(motion - found.amplitude[:, 0, 0].real), axis=0)
+    for error, of in ((found.linear_error, linear), (found.averaged_error, averaged)):
+        np.testing.assert_allclose(error, np.max(np.abs(of - motion), axis=0) / size, rtol=2e-4)
+
+
 def test_wrenches_of_a_stiff_rig_are_those_of_a_rigid_one() -> None:
     speeds = [2.0, 1.3]
     stiff = elastic_rigs.elastic_rig(0.1, 1.0, 1e9, 0.0)

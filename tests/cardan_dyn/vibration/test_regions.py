@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from shooting import edge, periodic
@@ -9,6 +11,10 @@ from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
 from cardan_dyn import vibration
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.regions import StabilityOverSpeed, regions
+from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.vibration.motions.stability import FOLD, NONE, STABLE, stability
 
 
 def test_first_region_of_a_spring_in_front() -> None:
@@ -84,3 +90,45 @@ def test_a_simulation_grows_inside_and_stays_bounded_outside() -> None:
         sizes[name] = np.max(np.abs(gap[3600:]))
     assert sizes["outside"] < 5e-6
     assert sizes["inside"] > 10.0 * sizes["outside"]
+
+
+def test_what_lies_beyond_a_speed_without_a_motion_is_not_known() -> None:
+    """The first region of 30°, from 0.966 to 1.033, of whose middle nothing is told."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(30.0))
+    search = MotionSearch(rotating_scene(scene))
+    speeds = np.array([0.9, 0.98, 1.0, 1.02, 1.1])
+    known = stability(search, speeds)
+    known.kind[2] = NONE
+    known.multipliers[2] = np.nan
+    below, above = regions(StabilityOverSpeed(search, speeds, known), speeds, known)
+    assert (below.upper, above.lower) == (0.98, 1.02)
+    (whole,) = vibration.floquet(scene, speeds, edges=True).regions
+    assert (below.lower, above.upper) == pytest.approx((whole.lower, whole.upper), rel=1e-7)
+    assert whole.is_closed and not below.is_closed and not above.is_closed
+    known.kind[:] = NONE
+    assert regions(StabilityOverSpeed(search, speeds, known), speeds, known) == []
+
+
+def test_the_greatest_growth_of_several_is_found() -> None:
+    """Growth has two tops in a region; the lower one lies next to a speed that was looked at."""
+
+    def judged(speeds: np.ndarray) -> SimpleNamespace:
+        first, second = (
+            size * np.exp(-(((speeds - at) / 0.02) ** 2)) for size, at in ((0.9, 1.0), (1.0, 1.12))
+        )
+        excess = first + second - 0.1
+        grows = excess > 0.0
+        size, kind = len(speeds), np.where(grows, FOLD, STABLE)
+        values = np.column_stack([1.0 + excess, np.zeros(size)]).astype(complex)
+        return SimpleNamespace(
+            excess=excess, kind=kind, grows=grows, multipliers=values, decays=np.zeros(size, bool)
+        )
+
+    speeds = np.array([0.9, 0.98, 1.0, 1.02, 1.05, 1.08, 1.1, 1.14, 1.2])
+    known = judged(speeds)
+    known.kind[3:6], known.excess[3:6] = FOLD, 1e-6  # One region.
+    assert known.excess[2] > max(known.excess[6:])
+    over = SimpleNamespace(at=judged, period=np.pi)
+    (found,) = regions(over, speeds, known)
+    assert found.speed == pytest.approx(1.12, abs=1e-3)
+    assert found.growth == pytest.approx(np.log1p(0.9) * 1.12 / np.pi, rel=1e-3)

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from testkit import elastic_rigs
 
-from cardan_dyn import ArgumentError, CardanError
+from cardan_dyn import ArgumentError, CardanError, vibration
 from cardan_dyn.results.table import Table
 from cardan_dyn.vibration.results.result import VibrationResult
 
@@ -29,6 +30,14 @@ class Some(VibrationResult):
 @pytest.fixture
 def some() -> Some:
     return Some(np.arange(3.0), 2.5, 7, ("a", "b"), {"angle": np.ones(2)}, object)
+
+
+def test_headlines_count_speeds_without_a_motion() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.01), np.radians(10.0))
+    for find in (vibration.campbell, vibration.forced_response, vibration.periodic_motion):
+        some, every = (find(scene, [0.5, 0.8], max_amplitude=most) for most in (0.02, 1.0))
+        assert "2 speeds, 1 of them without a motion" in repr(some)
+        assert "2 speeds" in repr(every) and "without" not in repr(every)
 
 
 def test_nothing_can_be_changed(some: Some) -> None:

@@ -25,7 +25,7 @@ def test_a_slow_run_up_follows_the_prediction() -> None:
     found = vibration.run_up(elastic_rigs.scene(line, np.radians(10.0)), 0.35, 0.65, 2400.0)
     expected = np.interp(found.window, found.predicted_speed, found.predicted[:, 0])
     np.testing.assert_allclose(found.envelope[2:, 0], expected[2:], rtol=0.03)
-    assert not found.is_captured
+    assert found.captured_by is None
     assert found.speed[-1] == pytest.approx(0.65)
     # Of the greatest swing, in a wide resonance, the averaged equation misses little.
     np.testing.assert_allclose(found.linear, found.predicted, rtol=0.05)
@@ -45,15 +45,6 @@ def test_a_fast_run_up_stays_below_the_steady_resonance() -> None:
     assert np.max(found.envelope) < 0.8 * np.nanmax(found.predicted)
     late = found.window[np.argmax(found.envelope[:, 0])]
     assert late > found.predicted_speed[np.nanargmax(found.predicted[:, 0])]
-
-
-@pytest.mark.parametrize(
-    ("start", "end", "duration"), [(0.0, 1.0, 9.0), (1.0, -1.0, 9.0), (1.0, 1.0, 9.0), (1, 2, 0)]
-)
-def test_what_is_asked_for_wrongly(start: float, end: float, duration: float) -> None:
-    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
-    with pytest.raises(ArgumentError):
-        vibration.run_up(scene, start, end, duration)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +79,6 @@ def test_a_weak_torque_is_captured_where_equations_by_hand_are(
     captured: vibration.RunUp, by_hand: OptimizeResult
 ) -> None:
     expected = late_speed(by_hand)
-    assert captured.is_captured
     assert captured.captured_speed == captured.settled_speed == pytest.approx(expected, rel=2e-5)
     by = captured.captured_by
     assert by is not None and by in captured.barriers
@@ -121,7 +111,7 @@ def test_a_torque_beyond_the_barrier_ends_at_the_last_speed(scene: cd.Scene) -> 
     found = vibration.run_up(scene, 0.5, 0.53, 9000.0, torque=4e-5)
     assert found.time[-1] < 9000.0
     assert found.window[-1] == pytest.approx(0.53, rel=5e-3)
-    assert not found.is_captured and found.captured_by is None
+    assert found.captured_by is None
     assert np.isnan(found.captured_speed) and np.isnan(found.settled_speed)
     (barrier,) = found.barriers
     assert barrier.is_passed and np.isnan(barrier.holds)
@@ -182,7 +172,7 @@ def test_a_motor_that_reaches_its_own_speed_is_not_captured() -> None:
         elastic_rigs.scene(line, np.radians(10.0)), 1.6, 2.5, 800.0, torque=lambda w: 0.1 * (2 - w)
     )
     assert found.settled_speed == pytest.approx(2.0, rel=1e-3)
-    assert not found.is_captured
+    assert found.captured_by is None
 
 
 def test_barriers_of_a_prescribed_run_say_what_torque_it_takes(captured: vibration.RunUp) -> None:
@@ -192,7 +182,7 @@ def test_barriers_of_a_prescribed_run_say_what_torque_it_takes(captured: vibrati
         (2.0, "forward"),
     ]
     assert all(item.is_passed and np.isnan(item.available) for item in found.barriers)
-    assert np.isnan(found.settled_speed) and not found.is_captured
+    assert np.isnan(found.settled_speed) and found.captured_by is None
     # At constant speed the drive cannot give way, so that the joint shakes more.
     assert found.barriers[1].torque > 1.15 * captured.barriers[0].torque
 
@@ -211,9 +201,8 @@ def test_results_of_a_captured_run(captured: vibration.RunUp, tmp_path: Path) ->
     assert np.ptp(captured.mean_speed[late]) < 1e-5
     captured.save(tmp_path / "run.npz")
     stored = np.load(tmp_path / "run.npz")
-    assert stored["is_captured"] and stored["barriers.speed"] == pytest.approx(
-        [item.speed for item in captured.barriers]
-    )
+    assert stored["settled_speed"] == captured.captured_speed
+    assert stored["barriers.speed"] == pytest.approx([item.speed for item in captured.barriers])
     assert pickle.loads(pickle.dumps(captured)).captured_by == captured.captured_by
 
 

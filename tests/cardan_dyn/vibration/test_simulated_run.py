@@ -27,17 +27,22 @@ def test_revolutions_have_their_mean_speeds(sense: float) -> None:
     time = np.linspace(0.0, 20.2, 6061)
     even = 2.0 * np.pi * np.where(time < 10.0, time, 2.0 * time - 10.0)
     drive = sense * (even + 0.05 * np.sin(2.0 * even)) + 0.7
-    free = np.column_stack([np.sin(even), 0.0 * time])
-    found = windows_of(time, drive, np.gradient(drive, time), free)
-    assert len(found.speed) == 30
+    turning = 2.0 * np.pi * np.where(time < 10.0, 1.0, 2.0)
+    free, rate = np.sin(3.0 * even), 3.0 * turning * np.cos(3.0 * even)
+    still = 0.0 * time
+    found = windows_of(time, drive, np.column_stack([free, still]), np.column_stack([rate, still]))
+    # The last one ends with the run, after 30.4 revolutions.
+    assert len(found.speed) == 31
+    assert found.time[-1] == pytest.approx(20.2 - 0.25)
     expected = np.where(found.time < 10.0, 2.0 * np.pi, 4.0 * np.pi)
     assert found.speed == pytest.approx(sense * expected, rel=1e-4)
-    assert found.envelope == pytest.approx(np.tile([1.0, 0.0], (30, 1)), abs=1e-2)
+    # The greatest of samples alone is less by up to 1e-3.
+    assert found.envelope == pytest.approx(np.tile([1.0, 0.0], (31, 1)), abs=2e-6)
 
 
 def test_less_than_a_revolution_is_one_window() -> None:
-    time = np.linspace(0.0, 1.0, 11)
-    found = windows_of(time, 3.0 * time, 3.0 + 0.0 * time, np.column_stack([time]))
+    time = np.array([0.0, 0.1, 0.2, 1.0])
+    found = windows_of(time, 3.0 * time, time[:, None], 1.0 + 0.0 * time[:, None])
     assert (found.speed.tolist(), found.envelope.tolist()) == ([3.0], [[0.5]])
 
 

@@ -100,5 +100,5 @@ def test_without_dampers_nothing_is_absorbed() -> None:
 def test_half_swings_are_read_between_the_nodes() -> None:
     turn = 2.0 * np.pi * np.arange(9) / 9 + 0.2
     q = np.stack([3.0 + np.cos(turn), np.sin(2.0 * turn)], axis=1)[None]
-    assert half_swings(q) == pytest.approx(np.ones((1, 2)), rel=2e-2)
+    assert half_swings(q) == pytest.approx(np.ones((1, 2)), rel=2e-5)
     assert np.all(half_swings(q) > 0.5 * np.ptp(q, axis=1) + 1e-3)
