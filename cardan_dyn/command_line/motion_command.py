@@ -310,19 +310,23 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     unit = over.partition("[")[2].rstrip("]")
     rows, missing = [], np.zeros(len(places), dtype=bool)
     opened: dict[str, list[str]] = {}
+    length, whole = swept.mechanism.characteristic_length, np.zeros(len(places))
     for name in swept.outputs:
         wrench = swept[name]
+        whole = np.fmax(whole, np.fmax(wrench.magnitude.force * length, wrench.magnitude.moment))
         cells = [name]
         if not wrench.unique.all():
             opened.setdefault(named_components(~wrench.unique), []).append(name)
         for quantity in ("force", "moment"):
-            sizes = values_of(wrench, quantity)
+            told = _known_part(wrench, quantity)
+            sizes = np.abs(values_of(wrench, told))
             worst = _greatest(sizes)
-            missing |= np.isnan(sizes)
+            missing |= np.isnan(values_of(wrench, quantity))
             greatest = _number(sizes[worst])
             # What is but rounding has no place.
             place = "–" if greatest == "0" else _number(places[worst])
-            cells += [greatest + _star(wrench, quantity), place]
+            part = "" if told == quantity or greatest == "0" else f" {told}"
+            cells += [f"{greatest}{part}{_star(wrench, told)}", place]
         for quantity in ("torsion", "bending"):
             if wrench.has_axis:
                 values = values_of(wrench, quantity)
@@ -332,13 +336,20 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
         rows.append(cells)
     at = f"at\n{unit}"
     headings = "joint", "force\nN", at, "moment\nN·m", at, "torsion\nN·m", "bending\nN·m"
-    caption = f"Greatest values that the parent exerts on the child, and where: {over}."
+    caption = (
+        f"Greatest of {len(places)} values that the parent exerts on the child, and where: {over}."
+    )
+    if any(" " in row[index].removesuffix(MARK) for row in rows for index in (1, 3)):
+        caption += " Where statics leaves one open, its greatest part that is determined, by name."
     if opened:
         parts = "; ".join(f"{what} of {', '.join(joints)}" for what, joints in opened.items())
         caption += f" * Not determined by statics, chosen by {swept.rule}: {parts}."
     if missing.any():
         caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
     show(headings, rows, caption=caption)
+    singular = swept.near_singular(whole)
+    if singular:
+        say(f"{singular[0].upper()}{singular[1:]}.", "yellow")
     efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
     for column, name in enumerate(swept.drives):
         values = efforts[:, column]
@@ -351,13 +362,23 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
         "power": swept.power_residual,
     }
     # A dash where there is nothing to compare, as where nothing acts.
-    told = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
-    say(f"residuals: {', '.join(told)}")
+    shown = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
+    say(f"residuals: {', '.join(shown)}")
 
 
 def _star(wrench: JointWrench, quantity: str) -> str:
     """Return the mark of a quantity of which statics leaves a part open."""
     return "" if determined(wrench, quantity) else MARK
+
+
+def _known_part(wrench: JointWrench, quantity: str) -> str:
+    """Return the force or moment itself, or its greatest part of those that statics determines."""
+    if determined(wrench, quantity) or not wrench.has_axis:
+        return quantity
+    parts = ("axial", "shear") if quantity == "force" else ("torsion", "bending")
+    known = [name for name in parts if determined(wrench, name)]
+    sizes = {name: float(np.nanmax(np.abs(values_of(wrench, name)), initial=0.0)) for name in known}
+    return max(sizes, key=lambda name: sizes[name], default=quantity)
 
 
 def _greatest(sizes: Array) -> int:

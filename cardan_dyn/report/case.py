@@ -40,10 +40,12 @@ class Case(NamedTuple):
     Attributes:
         sweep: the sweep; None if the mechanism cannot be moved or held.
         said: how it is driven and why, and what was done otherwise than asked.
+        box: `(d, 2)` ranges of several drives [rad or m] that are looked through besides.
     """
 
     sweep: Sweep | None
     said: tuple[str, ...]
+    box: Array | None = None
 
 
 def case_of(
@@ -113,7 +115,7 @@ def case_of(
         positions, rate = np.linspace(low, high, samples), motion.speed if speed is None else speed
         remarks = [f"As asked: {scene.drives[0]} from {place(low, where)} to {place(high, where)}."]
     if len(scene.drives) > 1:
-        return Case(scene.sweep(positions), tuple(remarks))
+        return Case(scene.sweep(positions), tuple(remarks), motion.box)
     try:
         return Case(scene.sweep(positions, speed=rate), tuple(remarks))
     except (AssemblyError, SingularConfigurationError, AccuracyError) as error:

@@ -96,6 +96,9 @@ _SIGN = (
 """What a wrench is, in one sentence, wherever wrenches are written down."""
 _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
+WELL = 1e6
+"""Condition number of the greatest wrenches up to which nothing has to be said: ten digits are
+right."""
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
 are read, and a grid of millions would take seconds for a cell that only names it."""
@@ -347,8 +350,36 @@ class Sweep(MotionResult):
             checks.append(f"power {self.power_residual:.1e}")
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
-            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}>"
+            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}"
+            f"{self._singular()}>"
         )
+
+    def _singular(self) -> str:
+        """Return that wrenches come from close to a singular configuration, for `repr`."""
+        if not float(np.nanmax(self.condition)) > WELL or math.prod(self.shape) > _MOST_EVALUATED:
+            return ""
+        length, sizes = self.mechanism.characteristic_length, np.zeros(self.shape)
+        for wrench in self.values():
+            force, moment = wrench.magnitude
+            sizes = np.fmax(sizes, np.fmax(force, moment / length))
+        told = self.near_singular(sizes)
+        return f"; {told}, where forces reach {np.nanmax(sizes):.3g} N" if told else ""
+
+    def near_singular(self, sizes: Array) -> str:
+        """Return in words that what is great comes from close to a singular configuration.
+
+        Nothing where it does not: where wrenches vanish their condition is great as well.
+
+        Args:
+            sizes: `(N,)` of wrenches, of any unit.
+        """
+        most = float(np.nanmax(sizes, initial=0.0))
+        condition = np.where(np.isnan(self.condition), np.inf, self.condition)
+        lost = float(np.max(np.where(sizes > 0.0, condition * sizes, 0.0), initial=0.0))
+        if not lost > WELL * most:
+            return ""
+        digits = max(0, int(-np.log10(np.finfo(float).eps * lost / most)))
+        return f"close to a singular configuration, some {digits} digits are right"
 
     def _driven(self) -> str:
         """Return over which range a single drive moves, for `repr`: it shows degrees as turns."""

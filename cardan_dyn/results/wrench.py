@@ -17,6 +17,8 @@ from ..frozen import Hinting, Record, read_only
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..mechanism.mechanism import Mechanism
+
 WITHOUT_AXIS = frozenset({"spherical", "floating", "fixed"})
 """Types of joints that have no axis: what a description says of one means nothing."""
 _Direction = tuple[tuple[int, float], ...]
@@ -86,6 +88,15 @@ class Surroundings(Protocol):
     @property
     def rule(self) -> str:
         """By which rule is chosen what is not unique."""
+        ...
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Whose joint it is."""
+        ...
+
+    def near_singular(self, sizes: Array) -> str:
+        """Return in words that what is great comes from close to a singular configuration."""
         ...
 
     def rotation_from_joint(self, joint: str, frame: str) -> Array:
@@ -255,19 +266,43 @@ class JointWrench(Hinting):
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])
         # Near singular configurations of a trajectory, wrenches are not known.
-        known = (size[np.isfinite(size)] for size in self.magnitude)
+        known = [size[np.isfinite(size)] for size in self.magnitude]
         force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in known)
-        acts = f"force up to {force} N, moment up to {moment} N·m"
+        acts = f"force up to {force} N{self._part('force')}"
+        acts += f", moment up to {moment} N·m{self._part('moment')}"
+        lost = self.magnitude.force.size - known[0].size
+        acts += f", not known at {lost} of them" * bool(lost)
         if force == moment == "0" and self.moment.size:
             acts = "nothing acts"
         about = "" if self.point is None else " about another point"
         chosen = "" if np.all(self.unique) else f", not unique: {named_components(~self.unique)}"
         if chosen and self._sweep is not None:
             chosen += f", chosen by {self._sweep.rule}"
+        if self._sweep is not None and self.moment.size:
+            length = self._sweep.mechanism.characteristic_length
+            told = self._sweep.near_singular(
+                np.maximum(self.magnitude.force * length, self.magnitude.moment)
+            )
+            chosen += f", {told}" if told else ""
         return (
             f"<JointWrench of {self.joint!r} in {self.frame} axes{about}, of the parent on the "
             f"child: {shape} samples, {acts}{chosen}>"
         )
+
+    def _part(self, what: str) -> str:
+        """Return how great the part of a force or moment is that is unique though it is not."""
+        from ..figures.wrenches import determined, together  # Imported here: few are shown.
+
+        if determined(self, what) or not self.has_axis or self._sweep is None:
+            return ""
+        force, moment = (float(np.nanmax(size, initial=0.0)) for size in self.magnitude)
+        whole = together(force, moment, self._sweep.mechanism.characteristic_length)
+        rounding, found = 1e-9 * whole["N" if what == "force" else "N·m"], []
+        for name in ("axial", "shear") if what == "force" else ("torsion", "bending"):
+            values = np.abs(getattr(self, name))
+            if determined(self, name) and np.any(values > rounding):
+                found.append(f"{name} up to {np.nanmax(values):.4g}")
+        return f" ({', '.join(found)} unique)" if found else ""
 
     @property
     def magnitude(self) -> Magnitude:

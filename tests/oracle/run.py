@@ -24,6 +24,7 @@ import contacts  # noqa: E402
 import free_rotations  # noqa: E402
 import loose_linkages  # noqa: E402
 import near_singular  # noqa: E402
+import random_reports  # noqa: E402
 import resonant_rigs  # noqa: E402
 import separatrices  # noqa: E402
 import verdicts  # noqa: E402
@@ -76,6 +77,7 @@ CAMPAIGNS = {
     "rotors": Campaign("critical speeds, also of wider ranges", resonant_rigs.ask),
     "near_singular": Campaign("starts near singular configurations", near_singular.ask),
     "verdicts": Campaign("verdicts on random drive lines", verdicts.ask),
+    "reports": Campaign("extremes of few samples by closed forms", random_reports.ask),
     "separatrices": Campaign("motions beside unstable positions", separatrices.ask),
     "free_rotations": Campaign("bodies that turn freely, by quaternions", free_rotations.ask),
     "contacts": Campaign("energy of pins that strike and slide", contacts.ask),
