@@ -14,12 +14,10 @@ from ..errors import CardanError, ModelError
 from ..figures.wrenches import QUANTITIES, determined, values_of
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
-from .panels import DEGREE, Known, Tolerance, greatest
+from .panels import DEGREE, MOST, Known, Tolerance, greatest
 
 RIGHT = 1e-6
 """Error of an extreme, as a part of the size of its quantity, above which it is in doubt."""
-_ENOUGH = 1e-3 * RIGHT
-"""Error to which it is sought."""
 _SAME = 1e-9
 """Part of the greatest value by which extremes at several positions may differ: shafts with two
 planes of symmetry have each twice in a turn."""
@@ -34,13 +32,9 @@ _ROUNDING = 1e-12
 the condition number; that of the sweep counts where it is greater."""
 _PANELS = 16
 """Panels of a turn, or of the range of a slide, to begin with."""
-_MOST_TURNS = 400
-"""Turns that are looked through, of motions that do not come back before."""
 _MOST_GRID = 1024
 """Positions of a grid over the ranges of several drives, at most: three for each of six drives, two
 for each of ten."""
-_MOST_UPHILL = 4 * _MOST_GRID
-"""Positions that are asked for on the way uphill from there: a few seconds of a hexapod."""
 _LAST_STEP = 1e-4
 """Part of the ranges below which steps uphill end: at a peak the value then misses its square."""
 _MOST_PLACES = 8
@@ -264,10 +258,10 @@ def _range(sweep: Sweep) -> tuple[tuple[float, float], int, bool]:
         is_turn = period is not None and high - low > period * (1.0 - _SAME)
     else:
         is_turn = False
-    turns = (high - low) / turn
-    if turns > _MOST_TURNS:
-        raise ModelError(f"there are {turns:.4g} turns without a return to where it was")
-    return (low, high), int(np.ceil(turns * _PANELS)), is_turn
+    count = int(np.ceil((high - low) / turn * _PANELS))
+    if count * DEGREE > MOST:
+        raise ModelError(f"{(high - low) / turn:.4g} turns do not bring it back to where it was")
+    return (low, high), count, is_turn
 
 
 def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
@@ -364,7 +358,7 @@ class _Search:
         rounding = _Rounding.of(first, self._quantities, values)
         size = np.abs(values).max(axis=0)
         # The least size that is not zero is found as well as the greatest one by its square.
-        enough = np.where(self._is_size, (0.3 * RIGHT * size) ** 2, _ENOUGH * size)
+        enough = np.where(self._is_size, (0.3 * RIGHT * size) ** 2, 1e-3 * RIGHT * size)
         tolerance = Tolerance(
             np.tile(np.maximum(enough, np.where(self._is_size, 0.0, rounding.floor)), 2),
             np.tile(rounding.each, 2),
@@ -433,7 +427,7 @@ def _uphill(
         moves = np.concatenate([np.eye(count), -np.eye(count)]) * np.ptp(box, axis=1)
         asked = len(at)
         climbing = np.flatnonzero(np.ptp(both, axis=0) > _SAME * np.abs(both).max(axis=0))
-        while len(climbing) and len(at) - asked < _MOST_UPHILL:
+        while len(climbing) and len(at) - asked < 4 * _MOST_GRID:
             around = place[climbing, None] + step[climbing, None, None] * moves
             around = np.clip(around, box[:, 0], box[:, 1])
             distinct, back = np.unique(around.reshape(-1, count), axis=0, return_inverse=True)

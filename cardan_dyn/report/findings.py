@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..figures.orders import order_amplitudes
 from ..frozen import Frozen
 from ..mechanism.mechanism import Mechanism
 from ..results.axes import in_fixed_axes
@@ -27,8 +26,8 @@ _HIGHEST = 8
 """Greatest order that is listed."""
 _LEAST_ORDER = 1e-9
 """Amplitudes up to this part of the greatest of a quantity are what rounding leaves of none."""
-_FIRST_COUNT, _MOST_COUNT = 64, 2**13
-"""Positions of a turn to begin with, and in all, at which orders are told."""
+_DOUBLINGS = 7
+"""How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
 _WIDTH = 10
 """Width of a column of numbers in a text."""
 _MOST_DIGITS = 15
@@ -116,41 +115,43 @@ class Findings(Result, Frozen):
 
     @cached_property
     def _orders(self) -> tuple[dict[tuple[str, str, str], np.ndarray], float]:
-        count, error = _FIRST_COUNT * round(self._turns), np.inf
-        found = self._orders_at(count)
+        found = self._orders_at(8 * _HIGHEST)
         # Orders that positions are too few for appear as lower ones, until they are enough.
-        while error > _LEAST_ORDER and count < _MOST_COUNT:
-            count *= 2
-            coarse, found = found, self._orders_at(count)
-            error = max(
-                (
-                    np.abs(found[key] - coarse[key]).max() / size.max()
-                    for key, size in found.items()
-                    if size.any()
-                ),
-                default=0.0,
-            )
+        for doubled in range(1, _DOUBLINGS + 1):
+            coarse, found = found, self._orders_at(8 * _HIGHEST * 2**doubled)
+            changes = [
+                np.abs(value - coarse.get(key, 0.0)).max() / value.max()
+                for key, value in found.items()
+            ]
+            error = max(changes, default=0.0)
+            if error <= _LEAST_ORDER:
+                break
         for amplitudes in found.values():
             amplitudes[amplitudes <= _LEAST_ORDER * amplitudes.max(initial=0.0)] = 0.0
-        return {key: value for key, value in found.items() if value.any()}, float(error)
+        return found, float(error)
 
     def _orders_at(self, count: int) -> dict[tuple[str, str, str], np.ndarray]:
-        """Return orders by a number of positions."""
+        """Return orders by a number of positions in each turn."""
         if self.sweep is None:
             return {}
-        turn, found = evenly(self.sweep, count), {}
-        acting = {(item.owner, item.quantity) for item in self.extremes if item.acts}
+        turns = round(self._turns)
+        turn, found = evenly(self.sweep, count * turns), {}
+        size = {(item.owner, item.quantity): item.size for item in self.extremes if item.acts}
         for item in quantities_of(turn):
-            if (item.owner, item.name) not in acting:
+            if (item.owner, item.name) not in size:
                 continue
             if item.name not in SIZES:
                 found[item.owner, item.name, item.unit] = item.values(turn)
             elif item.name != "force" or not turn[item.owner].has_axis:
                 vector = "force" if item.unit == "N" else "moment"
                 for name, (values, _) in in_fixed_axes(turn, item.owner, vector).items():
-                    found[item.owner, name, item.unit] = values
-        angle = np.ravel(turn.position)
-        return {key: _whole_orders(angle, values)[1] for key, values in found.items()}
+                    if np.abs(values).max() > _LEAST_ORDER * size[item.owner, item.name]:
+                        found[item.owner, name, item.unit] = values
+        twice = np.where(np.arange(_HIGHEST + 1), 2.0, 1.0)  # As orders ±k, but for the mean.
+        return {
+            key: twice * np.abs(np.fft.rfft(values, norm="forward"))[::turns][: _HIGHEST + 1]
+            for key, values in found.items()
+        }
 
     @property
     def _turns(self) -> float:
@@ -339,18 +340,6 @@ class Findings(Result, Frozen):
             low, high = place(float(way.min()), slides), place(float(way.max()), slides)
             lines.append(f"{name} at {low}" if low == high else f"{name} {low} … {high}")
         return lines or ["at rest"]
-
-
-def _whole_orders(angle: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return orders and amplitudes `(9,)` of whole orders up to the highest one."""
-    orders, amplitudes = order_amplitudes(angle, values)
-    whole = np.arange(_HIGHEST + 1)
-    found = np.zeros(len(whole))
-    for order, amplitude in zip(orders, amplitudes, strict=True):
-        nearest = round(float(order))
-        if nearest <= _HIGHEST and abs(float(order) - nearest) < 1e-9:
-            found[nearest] = amplitude
-    return whole, found
 
 
 _PROVES = {

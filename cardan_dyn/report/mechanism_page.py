@@ -19,7 +19,7 @@ from ..results.sweep import Sweep
 from ..viewer.viewing import view
 from . import page
 from .described import described, mobility_grids, remarks_of
-from .extremes import Extreme
+from .extremes import RIGHT, Extreme
 from .findings import Findings
 from .grids import Grid, number, place, stem_of
 
@@ -433,7 +433,12 @@ def _order_parts(report: Findings) -> dict[str, Any]:
     axes.set_xlabel("order: swings per revolution of the drive [–]")
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.set_xticks(range(1, 9))
+    error = report.orders_error
     return {
+        "orders_doubt": f"Known to {error:.0e} of the greatest: something jumps, or the motion "
+        "does not come back."
+        if error > RIGHT
+        else "",
         "orders": Grid("orders", "Amplitudes by order", header, rows),
         "order_figure": (
             page.image(figure),

@@ -26,7 +26,7 @@ _NEWTON = 8
 _LEAST_WIDTH = 1e-9
 """Part of the range at which a panel is not halved any more: functions that jump there have come
 as close to the jump on both sides as they change within it."""
-_MOST = 60_000
+MOST = 60_000
 """Positions that are asked for at most."""
 _TOGETHER = 128
 """Panels that are fitted together, so that what they need fits into memory."""
@@ -147,14 +147,14 @@ def greatest(
             split = np.any(exceeds & (panels.error > panels.small), axis=1) & wide
             varies = np.ptp(known.values, axis=0) > tolerance.of(np.abs(best))
             peaks = (reach > best - panels.small) & ~panels.asked & wide[:, None] & varies
-            if split.any() or not peaks.any() or len(known.at) - given > _MOST:
+            if split.any() or not peaks.any() or len(known.at) - given > MOST:
                 break
             rows, columns = np.nonzero(peaks)
             known, there = _asked(ask, known, panels.at[peaks])
             missed = np.abs(there[np.arange(len(rows)), columns] - panels.top[peaks])
             panels.error[peaks] = np.maximum(panels.error[peaks], missed)
             panels.asked[peaks] = True
-        if not split.any() or len(known.at) - given > _MOST:
+        if not split.any() or len(known.at) - given > MOST:
             return known, np.maximum(np.max(reach, axis=0) - best, 0.0)
         halved, settled = panels.only(split), [panels.only(~split)]
         low, high, middle = *halved.ends.T, halved.ends.mean(axis=1)
@@ -180,11 +180,11 @@ def _fitted(ends: Array, values: Array, known: Known, tolerance: Tolerance) -> _
         missed = np.abs(powers @ coefficients[:, row] - known.values[inside])
         error[row] = np.maximum(error[row], missed.max(axis=0, initial=0.0))
     fine = np.einsum("gj,pjf->gpf", _TO_GRID, values)
-    # How high parabolas through three points are that have their peak beside the middle one.
+    # How high parabolas through three points are that have their peak closest to the middle one.
     slope, bend = fine[2:] - fine[:-2], 2.0 * fine[1:-1] - fine[2:] - fine[:-2]
     above = np.divide(slope**2, 8.0 * bend, out=np.zeros_like(bend), where=bend > 0.0)
     peak = fine.copy()
-    peak[1:-1] += np.where(np.abs(slope) <= 2.0 * bend, above, 0.0)
+    peak[1:-1] += np.where(np.abs(slope) <= 1.5 * bend, above, 0.0)
     place = peak.argmax(axis=0)
     low, high = _GRID[np.maximum(place - 1, 0)], _GRID[np.minimum(place + 1, _FINE)]
     first = chebyshev.chebder(coefficients)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from ..proof.self_stress import SelfStressProof
 from ..proof.twists import Twists
 from .motion import Motion
 from .wrench import Components, StoredComponents
-
-if TYPE_CHECKING:
-    from .sweep import Sweep
 
 _TURNING_AXIS = ("spherical", "universal", "floating")
 """Joints whose axis, as the child carries it, turns relative to the parent."""
@@ -99,7 +96,7 @@ def rotation_to(
     return rotation
 
 
-def in_fixed_axes(turn: Sweep, joint: str, of: str) -> dict[str, tuple[Array, bool]]:
+def in_fixed_axes(turn: Any, joint: str, of: str) -> dict[str, tuple[Array, bool]]:
     """Return components of a joint's force or moment in axes that stand still.
 
     These are the parent's where the parent does not turn, or else the world's. What is along the

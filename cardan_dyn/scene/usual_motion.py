@@ -24,7 +24,7 @@ mechanisms allow."""
 _CLEAR = 0.05
 """Part of its range by which a drive stays away from the dead points at its ends, where the scene
 would be refused."""
-_WAY = 200
+_WAY = 100
 """Steps of a way at which it is asked whether loops still close."""
 _ROUNDING = 1e-12
 

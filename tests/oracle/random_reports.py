@@ -18,8 +18,9 @@ import cardan_dyn as cd
 Array = np.ndarray
 RIGHT = 1e-6
 """Part of the size of a quantity that a report may be off without a word."""
-COARSE, FINE = 20_001, 2_001
-"""Positions of a range, and of two steps on both sides of the best one, three times."""
+COARSE, PEAKS, FINE = 20_001, 8, 501
+"""Positions of a range, how many peaks among them are looked at more closely, and positions of two
+steps on both sides of each, three times."""
 
 
 class Case(NamedTuple):
@@ -49,13 +50,19 @@ def greatest(formula: Callable[[Array], Array], low: float, high: float) -> floa
     close = np.add.outer(ends, np.concatenate([-beside, beside])).ravel()
     positions = np.sort(np.concatenate([np.linspace(low, high, COARSE), close]))
     positions = positions[(positions >= low) & (positions <= high)]
+    values = formula(positions)
+    beside = np.concatenate([[-np.inf], values, [-np.inf]])
+    peaks = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
     best = -np.inf
-    for _ in range(4):
-        values = formula(positions)
-        index = int(values.argmax())
-        best = max(best, float(values[index]))
-        first, last = max(index - 2, 0), min(index + 2, len(positions) - 1)
-        positions = np.linspace(positions[first], positions[last], FINE)
+    # What is a peak between positions may be less than another one at them.
+    for index in peaks[np.argsort(-values[peaks])][:PEAKS]:
+        at, of = positions, values
+        for _ in range(3):
+            first, last = max(index - 2, 0), min(index + 2, len(at) - 1)
+            at = np.linspace(at[first], at[last], FINE)
+            of = formula(at)
+            index = int(of.argmax())
+        best = max(best, float(of[index]))
     return best
 
 

@@ -120,6 +120,22 @@ def test_orders_of_a_universal_joint() -> None:
     assert not orders[1::2].any()
 
 
+@pytest.mark.parametrize("samples", [3, 20])
+def test_orders_of_few_samples_are_those_of_the_turn(samples: int) -> None:
+    """At 80° each even order still has 70 % of the one before: what is left out folds down."""
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": np.radians(80.0)},
+        loads={"bearing_out": -100.0},
+    )
+    report = Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, samples)))
+    orders = report.orders["bearing_in", "torsion", "N·m"]
+    step = np.tan(np.radians(40.0)) ** 2
+    assert orders[2:9:2] == pytest.approx([200.0 * step**k for k in (1, 2, 3, 4)], rel=1e-8)
+    assert report.orders_error < 1e-8
+
+
 def test_table_and_text(tmp_path: Path) -> None:
     report = Report(cd.load("four_bar"))
     frame = report.to_dataframe()
@@ -282,6 +298,10 @@ def test_what_comes_close_to_a_dead_point_is_said() -> None:
         assert ("close to a singular" in repr(sweep)) == is_near
         assert ("close to a singular" in repr(sweep["crank_pin"])) == is_near
         assert bool(Report(sweep).doubts) == is_near
+        # What is along the pin is open, what is across it is told.
+        assert f"shear up to {sweep['crank_pin'].shear.max():.4g} unique" in repr(
+            sweep["crank_pin"]
+        )
         if is_near:
             reached = np.linalg.norm(sweep["crank_pin"].force, axis=-1).max()
             assert f"forces reach {reached:.3g} N" in repr(sweep)
