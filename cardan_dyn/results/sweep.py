@@ -99,6 +99,7 @@ _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
 WELL = 1e6
 """Condition number of the greatest wrenches up to which nothing has to be said: ten digits are
 right."""
+_OF_MOMENTS = ("moment", "torsion", "bending")
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
 are read, and a grid of millions would take seconds for a cell that only names it."""
@@ -570,10 +571,12 @@ class Sweep(MotionResult):
         if math.prod(self.shape) > _MOST_EVALUATED:
             wrenches = element("p", "Wrenches are not evaluated for a table of so many samples.")
         else:
-            header = ("joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique")
+            quantities = ("force [N]", *(f"{name} [N·m]" for name in _OF_MOMENTS))
+            header = ("joint", *quantities, "unique")
             told = f"Greatest values; wrenches are {_SIGN}."
             if chosen := _not_unique(self):
                 told += f" Not determined by statics, {chosen}."
+            told += self._singular().replace(";", " Beware:", 1)
             wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
             wrenches += element("p", told)
         # That of the power is left out as well where the outputs leave out part of its flow.
@@ -590,14 +593,15 @@ class Sweep(MotionResult):
 
 
 def _greatest(wrench: JointWrench) -> tuple[str, ...]:
-    """Return the greatest force, torsion and bending of a joint, and whether they are unique."""
-    shown = [np.linalg.norm(wrench.force, axis=-1)]
-    if wrench.has_axis:
-        shown += [wrench.torsion, wrench.bending]
-    greatest = [f"{float(np.max(np.abs(values), initial=0.0)):.4g}" for values in shown]
-    parts = greatest if wrench.has_axis else [*greatest, "no axis", "no axis"]
+    """Return the greatest force, moment and shares of it in a joint, and what of them is unique."""
+    parts: list[Array] = [wrench.torsion, wrench.bending] if wrench.has_axis else []
+    force, moment, *shares = (
+        f"{float(np.nanmax(np.abs(values), initial=0.0)):.4g}"
+        for values in (*wrench.magnitude, *parts)
+    )
     unique = "yes" if np.all(wrench.unique) else f"not {named_components(~wrench.unique)}"
-    return (wrench.joint, *parts, unique)
+    force += wrench.unique_parts("force")
+    return (wrench.joint, force, moment, *(shares or ["no axis"] * 2), unique)
 
 
 def _table_of(sweep: Sweep, motion: bool) -> Table:

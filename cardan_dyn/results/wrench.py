@@ -268,8 +268,8 @@ class JointWrench(Hinting):
         # Near singular configurations of a trajectory, wrenches are not known.
         known = [size[np.isfinite(size)] for size in self.magnitude]
         force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in known)
-        acts = f"force up to {force} N{self._part('force')}"
-        acts += f", moment up to {moment} N·m{self._part('moment')}"
+        acts = f"force up to {force} N{self.unique_parts('force')}"
+        acts += f", moment up to {moment} N·m{self.unique_parts('moment')}"
         lost = self.magnitude.force.size - known[0].size
         acts += f", not known at {lost} of them" * bool(lost)
         if force == moment == "0" and self.moment.size:
@@ -289,8 +289,8 @@ class JointWrench(Hinting):
             f"child: {shape} samples, {acts}{chosen}>"
         )
 
-    def _part(self, what: str) -> str:
-        """Return how great the part of a force or moment is that is unique though it is not."""
+    def unique_parts(self, what: str) -> str:
+        """Return in brackets which parts of a `force` or `moment` are unique though it is not."""
         from ..figures.wrenches import determined, together  # Imported here: few are shown.
 
         if determined(self, what) or not self.has_axis or self._sweep is None:
