@@ -447,6 +447,8 @@ def _uphill(
         return at, samples, covered, f"positions between them cannot be solved: {failure}"
     covered += ", from the best of which the way was followed uphill"
     unknown = "other positions of the drives may exceed them"
+    if not within.all():
+        unknown += ", and at the edge of what loops allow wrenches grow without limit"
     if len(climbing):
         unknown += ", as the way uphill was too long to be followed to its end"
     return at, samples, covered, unknown

@@ -304,7 +304,8 @@ class Findings(Result, Frozen):
             return "\n".join(lines)
         if not self.acts:
             return "\n".join([*lines, "Nothing acts: no load, weight, inertia or element."])
-        lines += [f"Extremes of {self.covered}."] if self.drives else []
+        if self.drives and not self._found.unknown:
+            lines.append(f"Extremes of {self.covered}.")
         lines += [f"! {doubt}" for doubt in self.doubts]
         acting = [item for item in self.extremes if item.acts]
         width = max(len(item.quantity) for item in acting)

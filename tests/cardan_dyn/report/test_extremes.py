@@ -160,7 +160,6 @@ def test_friction_that_changes_its_sign_is_followed_to_both_sides() -> None:
     sweep = scene.sweep(np.linspace(0.1, 6.0, 5), speed=2.0)
     rub = by_name(sweep)["piston_guide", "axial"]
     assert rub.settled
-    assert (rub.greatest, rub.least) == pytest.approx((0.0, 0.0), abs=100.0)
     element = by_name(sweep)["elements[0]", "effort"]
     assert (element.greatest, element.least) == pytest.approx((100.0, -100.0), rel=1e-6)
     assert element.settled

@@ -90,8 +90,23 @@ def test_what_was_asked_is_computed() -> None:
         case_of(cd.load("four_bar"), interval=(0.4, 0.1))
     with pytest.raises(cd.ArgumentError, match="single drive"):
         case_of(cd.load("stewart_platform"), interval=(0.0, 0.1))
+    with pytest.raises(cd.ArgumentError, match="a speed is that of a single drive"):
+        case_of(cd.load("stewart_platform"), speed=1.0)
     with pytest.raises(cd.ModelError, match="crank"):
         case_of(cd.load("four_bar"), drive=("crank",))
+
+
+def test_few_samples_reach_both_ends_of_a_swing() -> None:
+    """Six samples of a sine miss its ends by a twentieth."""
+    ends = [
+        np.ravel(sweep.position)[[0, -1]]
+        for sweep in (
+            case_of(cd.load("four_bar"), drive=("rocker_bearing",), samples=count).sweep
+            for count in (6, 721)
+        )
+        if sweep is not None
+    ]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-12)
 
 
 def test_limits_of_trees_and_elements() -> None:
@@ -411,6 +426,7 @@ def test_several_drives_go_over_their_common_stroke() -> None:
             assert item.greatest >= values.max() * (1.0 - 1e-3)
             assert item.least <= values.min() + 1e-3 * values.max()
     assert "?" in str(report) and "in doubt" in repr(report)
+    assert "at the edge of what loops allow" in report.doubts[0]
 
 
 def test_drives_are_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:
