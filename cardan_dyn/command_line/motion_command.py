@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..checks import writing
 from ..elements.described import described_elements
 from ..errors import ArgumentError, MissingExtraError, SimulationError
-from ..figures.wrenches import MARK, determined, values_of
+from ..figures.wrenches import MARK, determined, known_part, values_of
 from ..mechanism.mechanism import Mechanism, load
 from ..results.wrench import JointWrench, named_components
 from ..scene.scene import Scene
@@ -318,7 +318,7 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
         if not wrench.unique.all():
             opened.setdefault(named_components(~wrench.unique), []).append(name)
         for quantity in ("force", "moment"):
-            told = _known_part(wrench, quantity)
+            told = known_part(wrench, quantity)
             sizes = np.abs(values_of(wrench, told))
             worst = _greatest(sizes)
             missing |= np.isnan(values_of(wrench, quantity))
@@ -369,16 +369,6 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
 def _star(wrench: JointWrench, quantity: str) -> str:
     """Return the mark of a quantity of which statics leaves a part open."""
     return "" if determined(wrench, quantity) else MARK
-
-
-def _known_part(wrench: JointWrench, quantity: str) -> str:
-    """Return the force or moment itself, or its greatest part of those that statics determines."""
-    if determined(wrench, quantity) or not wrench.has_axis:
-        return quantity
-    parts = ("axial", "shear") if quantity == "force" else ("torsion", "bending")
-    known = [name for name in parts if determined(wrench, name)]
-    sizes = {name: float(np.nanmax(np.abs(values_of(wrench, name)), initial=0.0)) for name in known}
-    return max(sizes, key=lambda name: sizes[name], default=quantity)
 
 
 def _greatest(sizes: Array) -> int:

@@ -290,19 +290,17 @@ class JointWrench(Hinting):
         )
 
     def unique_parts(self, what: str) -> str:
-        """Return in brackets which parts of a `force` or `moment` are unique though it is not."""
-        from ..figures.wrenches import determined, together  # Imported here: few are shown.
+        """Return in brackets which part of a `force` or `moment` is unique though it is not."""
+        from ..figures.wrenches import known_part, together  # Imported here: few are shown.
 
-        if determined(self, what) or not self.has_axis or self._sweep is None:
+        part = known_part(self, what)
+        if part == what or self._sweep is None:
             return ""
-        force, moment = (float(np.nanmax(size, initial=0.0)) for size in self.magnitude)
-        whole = together(force, moment, self._sweep.mechanism.characteristic_length)
-        rounding, found = 1e-9 * whole["N" if what == "force" else "N·m"], []
-        for name in ("axial", "shear") if what == "force" else ("torsion", "bending"):
-            values = np.abs(getattr(self, name))
-            if determined(self, name) and np.any(values > rounding):
-                found.append(f"{name} up to {np.nanmax(values):.4g}")
-        return f" ({', '.join(found)} unique)" if found else ""
+        sizes = (float(np.nanmax(size, initial=0.0)) for size in self.magnitude)
+        whole = together(*sizes, self._sweep.mechanism.characteristic_length)
+        greatest = float(np.nanmax(np.abs(getattr(self, part)), initial=0.0))
+        acts = greatest > 1e-9 * whole["N" if what == "force" else "N·m"]
+        return f" ({part} up to {greatest:.4g} unique)" if acts else ""
 
     @property
     def magnitude(self) -> Magnitude:

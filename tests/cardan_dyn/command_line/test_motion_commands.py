@@ -130,7 +130,7 @@ def test_the_greatest_wrenches_are_those_that_are_known(
             vectors.setflags(write=True)
             vectors[1] = np.nan
     motion_command._print_extremes(turn, np.array([10.0, 20.0, 30.0]), "crank [°]")
-    printed = capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
     assert "nan" not in printed
     assert "Not known at 1 of 3 places" in printed
 
