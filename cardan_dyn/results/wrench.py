@@ -296,8 +296,8 @@ class JointWrench(Hinting):
         part = known_part(self, what)
         if part == what or self._sweep is None:
             return ""
-        sizes = (float(np.nanmax(size, initial=0.0)) for size in self.magnitude)
-        whole = together(*sizes, self._sweep.mechanism.characteristic_length)
+        force, moment = (float(np.nanmax(size, initial=0.0)) for size in self.magnitude)
+        whole = together(force, moment, self._sweep.mechanism.characteristic_length)
         greatest = float(np.nanmax(np.abs(getattr(self, part)), initial=0.0))
         acts = greatest > 1e-9 * whole["N" if what == "force" else "N·m"]
         return f" ({part} up to {greatest:.4g} unique)" if acts else ""
