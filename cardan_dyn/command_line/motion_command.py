@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..checks import writing
 from ..elements.described import described_elements
 from ..errors import ArgumentError, MissingExtraError, SimulationError
-from ..figures.wrenches import MARK, determined, values_of
+from ..figures.wrenches import MARK, determined, known_part, values_of
 from ..mechanism.mechanism import Mechanism, load
 from ..results.wrench import JointWrench
 from ..scene.scene import Scene
@@ -309,17 +309,21 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
     unit = over.partition("[")[2].rstrip("]")
     rows, missing = [], np.zeros(len(places), dtype=bool)
+    length, whole = swept.mechanism.characteristic_length, np.zeros(len(places))
     for name in swept.outputs:
         wrench = swept[name]
+        whole = np.fmax(whole, np.fmax(wrench.magnitude.force * length, wrench.magnitude.moment))
         cells = [name]
         for quantity in ("force", "moment"):
-            sizes = values_of(wrench, quantity)
+            told = known_part(wrench, quantity)
+            sizes = np.abs(values_of(wrench, told))
             worst = _greatest(sizes)
-            missing |= np.isnan(sizes)
+            missing |= np.isnan(values_of(wrench, quantity))
             greatest = _number(sizes[worst])
             # What is but rounding has no place.
             place = "–" if greatest == "0" else _number(places[worst])
-            cells += [greatest + _star(wrench, quantity), place]
+            part = "" if told == quantity or greatest == "0" else f" {told}"
+            cells += [f"{greatest}{part}{_star(wrench, told)}", place]
         for quantity in ("torsion", "bending"):
             if wrench.has_axis:
                 values = values_of(wrench, quantity)
@@ -329,7 +333,11 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
         rows.append(cells)
     at = f"at\n{unit}"
     headings = "joint", "force\nN", at, "moment\nN·m", at, "torsion\nN·m", "bending\nN·m"
-    caption = f"Greatest values that the parent exerts on the child, and where: {over}."
+    caption = (
+        f"Greatest of {len(places)} values that the parent exerts on the child, and where: {over}."
+    )
+    if any(" " in row[index].removesuffix(MARK) for row in rows for index in (1, 3)):
+        caption += " Where statics leaves one open, its greatest part that is determined, by name."
     opened = swept.left_open
     if opened.chosen:
         alike: dict[str, list[str]] = {}
@@ -342,6 +350,9 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     if missing.any():
         caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
     show(headings, rows, caption=caption)
+    singular = swept.near_singular(whole)
+    if singular:
+        say(f"{singular[0].upper()}{singular[1:]}.", "yellow")
     efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
     for column, name in enumerate(swept.drives):
         values = efforts[:, column]
@@ -354,8 +365,8 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
         "power": swept.power_residual,
     }
     # A dash where there is nothing to compare, as where nothing acts.
-    told = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
-    say(f"residuals: {', '.join(told)}")
+    shown = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
+    say(f"residuals: {', '.join(shown)}")
 
 
 def _star(wrench: JointWrench, quantity: str) -> str:

@@ -27,6 +27,9 @@ stretch the scale over ten more decades."""
 def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Array]:
     """Return the Fourier amplitudes of a quantity over the orders of revolution.
 
+    Of a force or moment that is a component in axes that stand still: its size has kinks, and so
+    orders that no component has, and axes that turn shift orders by one.
+
     Args:
         position: `(N,)` angles [rad], evenly spaced over one or more whole turns; the end of the
             last turn may be among them or not.
@@ -83,6 +86,8 @@ def order_spectrum(
     figsize: Size | None = None,
 ) -> Figure:
     """Draw the amplitudes of quantities over the orders of revolution as bars.
+
+    See `order_amplitudes` for what has orders, and `Sweep.plot.orders`, which takes care of that.
 
     Args:
         position: `(N,)` angles [rad], as in `order_amplitudes`.

@@ -122,6 +122,15 @@ def determined(wrench: Any, quantity: str, components: Sequence[int] = (0, 1, 2)
     return bool(np.all(unique[np.any(far, axis=0)]))
 
 
+def known_part(wrench: Any, quantity: str) -> str:
+    """Return `force` or `moment` itself, or its greatest part if statics determines that alone."""
+    if determined(wrench, quantity) or not wrench.has_axis:
+        return quantity
+    parts = ("axial", "shear") if quantity == "force" else ("torsion", "bending")
+    known = [name for name in parts if determined(wrench, name)]
+    return max(known, key=lambda name: _greatest([values_of(wrench, name)]), default=quantity)
+
+
 def together(force: float, moment: float, length: float) -> dict[str, float]:
     """Return units to the sizes beside which forces and moments are rounding.
 
@@ -148,7 +157,7 @@ def _acting(wrenches: Sequence[Any], whole: Mapping[str, float]) -> list[str]:
 
 
 def _greatest(arrays: Any) -> float:
-    return max((float(np.max(np.abs(item), initial=0.0)) for item in arrays), default=0.0)
+    return max((float(np.nanmax(np.abs(item), initial=0.0)) for item in arrays), default=0.0)
 
 
 def along(turn: Swept, drive: str) -> Abscissa:

@@ -40,10 +40,12 @@ class Case(NamedTuple):
     Attributes:
         sweep: the sweep; None if the mechanism cannot be moved or held.
         said: how it is driven and why, and what was done otherwise than asked.
+        box: `(d, 2)` ranges of several drives [rad or m] that are looked through besides.
     """
 
     sweep: Sweep | None
     said: tuple[str, ...]
+    box: Array | None = None
 
 
 def case_of(
@@ -99,7 +101,7 @@ def case_of(
     rate = 0.0 if not motion.turns else motion.speed if speed is None else speed
     if interval is None and not motion.turns and len(scene.drives) == 1:
         # What moves there and back is the same on both ways at rest.
-        positions = np.linspace(float(np.min(positions)), float(np.max(positions)), samples)
+        positions = np.linspace(*motion.box[0], samples)
         rate = speed or 0.0
     if interval is not None:
         low, high = interval
@@ -113,7 +115,9 @@ def case_of(
         positions, rate = np.linspace(low, high, samples), motion.speed if speed is None else speed
         remarks = [f"As asked: {scene.drives[0]} from {place(low, where)} to {place(high, where)}."]
     if len(scene.drives) > 1:
-        return Case(scene.sweep(positions), tuple(remarks))
+        if speed is not None:
+            raise ArgumentError("a speed is that of a single drive; hold all but one of them")
+        return Case(scene.sweep(positions), tuple(remarks), motion.box)
     try:
         return Case(scene.sweep(positions, speed=rate), tuple(remarks))
     except (AssemblyError, SingularConfigurationError, AccuracyError) as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,39 +10,35 @@ import numpy as np
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..elements.link_loads import Wrench
-from ..errors import ModelError
+from ..errors import CardanError, ModelError
 from ..figures.wrenches import QUANTITIES, determined, values_of
-from ..frozen import Frozen
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
+from .panels import DEGREE, MOST, Known, Tolerance, greatest
 
-_ROUNDING = 1e-12
-"""Part of the greatest wrench up to which a value is rounding of none. Rounding is some eps times
-the condition number; that of the sweep counts where it is greater."""
+RIGHT = 1e-6
+"""Error of an extreme, as a part of the size of its quantity, above which it is in doubt."""
 _SAME = 1e-9
 """Part of the greatest value by which extremes at several positions may differ: shafts with two
 planes of symmetry have each twice in a turn."""
+_EPS = float(np.finfo(float).eps)
 _WITH_AXIS = ("force", "axial", "shear", "torsion", "bending")
 _WITHOUT = ("force", "moment")
 """Quantities of joints with an axis, and of others."""
-_TURN = 2.0 * np.pi * (1.0 - _SAME)
-_EQUAL = 1e-14
-"""Part of a value that is its rounding."""
-_STEPS = 34
-"""Steps of the golden section. Each leaves 0.618 of the interval between two samples, together
-1e-7: of an interval of 1°, what the square root of rounding allows to be told at all."""
-_FIRST = 12
-"""Steps after which the rest is a parabola: the third power of 1e-4 rad is rounding."""
-_SMOOTH = 1e-2
-"""Part of its height by which a parabola may miss a value: kinks miss by some tenths of it."""
-_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+SIZES = ("force", "shear", "moment", "bending")
+"""Those that are sizes, whose squares are smooth where they vanish."""
+_ROUNDING = 1e-12
+"""Part of the greatest wrench up to which a value is rounding of none. Rounding is some eps times
+the condition number; that of the sweep counts where it is greater."""
+_PANELS = 16
+"""Panels of a turn, or of the range of a slide, to begin with."""
+_MOST_GRID = 1024
+"""Positions of a grid over the ranges of several drives, at most: three for each of six drives, two
+for each of ten."""
+_LAST_STEP = 1e-4
+"""Part of the ranges below which steps uphill end: at a peak the value then misses its square."""
 _MOST_PLACES = 8
-"""Samples that are extreme within their neighbours, and between which the extreme is sought."""
-_EVEN = 1e-6
-"""By what fraction of a step the steps of a whole turn may differ."""
-_REACH = 0.5
-"""How far beyond the sample an extreme may be, as a part of the differences to its neighbours: a
-parabola through the three is an eighth beyond."""
+"""Positions at which an extreme is said to occur, at most."""
 
 
 class Extreme(NamedTuple):
@@ -58,7 +54,8 @@ class Extreme(NamedTuple):
             is constant.
         determined: whether it follows from the laws of motion alone. If not, it was chosen by the
             `rule` of the sweep.
-        located: whether it was sought between the samples; if not, it is the extreme of them.
+        error: by how much the quantity may exceed them anywhere in the range, measured; NaN if
+            they are those of the samples, and nothing is known of what lies between.
     """
 
     owner: str
@@ -69,7 +66,7 @@ class Extreme(NamedTuple):
     least: float
     least_at: Array
     determined: bool
-    located: bool
+    error: float
 
     @property
     def acts(self) -> bool:
@@ -80,6 +77,11 @@ class Extreme(NamedTuple):
     def size(self) -> float:
         """Greatest absolute value."""
         return max(abs(self.greatest), abs(self.least))
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing in the range exceeds it by more than a millionth of its size."""
+        return self.error <= RIGHT * self.size
 
 
 class Quantity(NamedTuple):
@@ -92,89 +94,174 @@ class Quantity(NamedTuple):
     values: Callable[[Sweep], Array]
 
 
-def extremes(sweep: Sweep) -> list[Extreme]:
+class Extremes(NamedTuple):
+    """What was found, and what could not be known.
+
+    Attributes:
+        rows: an extreme each, joint by joint.
+        ends: between which positions of the only drive they were sought [rad or m], or None.
+        covered: what they are the extremes of, if not of a range.
+        unknown: why they may be exceeded; empty if they are not.
+        rounding: of the greatest wrench, as a part of it, by the condition where it is great.
+    """
+
+    rows: tuple[Extreme, ...]
+    ends: tuple[float, float] | None
+    covered: str
+    unknown: str
+    rounding: float
+
+    @property
+    def doubt(self) -> str:
+        """What there is to doubt, as a sentence; empty if nothing."""
+        if not self.unknown:
+            return ""
+        loose = sum(not item.settled for item in self.rows)
+        of = f"{loose} of {len(self.rows)} extremes may be exceeded"
+        samples = f"extremes are those of {self.covered}" if self.covered else of
+        return f"{samples[0].upper()}{samples[1:]}: {self.unknown}."
+
+
+def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
     """Return the extremes of the wrenches and efforts of a sweep, joint by joint.
 
-    Those of a sweep with one drive at constant rates and loads are sought between its samples, at
-    positions that are solved for it; of others they are the extremes of the samples.
+    Those of a sweep with one drive at constant rates and loads are those of the whole range between
+    its first and last position, however few samples it has: see `panels`. Several drives are
+    looked through on a grid, from the best positions of which the way is followed uphill. What else
+    there is between samples is not known, and said.
 
     Args:
         sweep: over one dimension.
-
-    Raises:
-        CardanError: as `Scene.sweep`, between the samples.
+        box: `(d, 2)` ranges of several drives at rest, if all of them are meant.
     """
     quantities = list(quantities_of(sweep))
-    samples = np.stack([item.values(sweep) for item in quantities])
-    floor = _floors(sweep, quantities, samples)
-    samples[np.abs(samples) <= floor[:, None]] = 0.0
-    between = _Between.of(sweep, quantities, floor)
-    if between is None:
-        at = np.reshape(sweep.position, (len(sweep), -1))
-        ends = (
-            [_of_samples(at, values) for values in samples],
-            [_of_samples(at, -values) for values in samples],
-        )
-    else:
-        order = between.order
-        ends = between.sought(samples[:, order], 1.0), between.sought(samples[:, order], -1.0)
-    found = []
-    for item, up, down in zip(quantities, *ends, strict=True):
-        (greatest, greatest_at), (negative, least_at) = up, down
-        is_constant = greatest + negative <= _SAME * max(abs(greatest), abs(negative))
-        nowhere = np.zeros((0, greatest_at.shape[1]))
-        found.append(
+    at = np.reshape(sweep.position, (len(sweep), -1))
+    samples = _values(quantities, sweep)
+    rounding = _Rounding.of(sweep, quantities, samples)
+    error, ends, is_turn = np.full(len(quantities), np.nan), None, False
+    given, unknown = _fixed_case(sweep)
+    covered = f"the {len(sweep)} samples"
+    if np.isnan(samples).any():
+        unknown = "some samples are not known themselves"
+    elif box is not None and len(box) > 1:
+        at, samples, covered, unknown = _uphill(sweep, quantities, box, at, samples)
+    elif not unknown and len(np.unique(at)) == 1:
+        error[:] = 0.0
+    elif not unknown:
+        try:
+            search = _Search(sweep, given, quantities)
+            at, samples, error, rounding = search.found(samples)
+            ends, is_turn, covered = search.ends, search.is_turn, ""
+        except CardanError as failure:
+            unknown = f"positions between them cannot be solved: {failure}"
+    floor = rounding.floor
+    samples = np.where(np.abs(samples) <= floor, 0.0, samples)
+    rows = []
+    for index, item in enumerate(quantities):
+        up, down = (_places(at, side * samples[:, index], is_turn) for side in (1.0, -1.0))
+        top, bottom = up[0] + 0.0, 0.0 - down[0]  # Without the sign of a negative zero.
+        is_constant = top - bottom <= _SAME * max(abs(top), abs(bottom))
+        nowhere = np.zeros((0, at.shape[1]))
+        rows.append(
             Extreme(
                 item.owner,
                 item.name,
                 item.unit,
-                greatest + 0.0,  # Without the sign of a negative zero.
-                nowhere if is_constant else greatest_at,
-                greatest + 0.0 if is_constant else 0.0 - negative,
-                nowhere if is_constant else least_at,
+                top,
+                nowhere if is_constant else up[1],
+                top if is_constant else bottom,
+                nowhere if is_constant else down[1],
                 item.determined,
-                between is not None,
+                0.0 if error[index] <= floor[index] else float(error[index]),
             )
         )
-    return found
+    loose = [item for item in rows if not item.settled]
+    if loose and not unknown:
+        worst = max(loose, key=lambda item: item.error / item.size if item.size else np.inf)
+        unknown = (
+            f"{worst.quantity} of {worst.owner} may exceed what was found by {worst.error:.2g} "
+            f"{worst.unit}, as it does not settle however close positions are to each other"
+        )
+    return Extremes(tuple(rows), ends, covered, unknown, rounding.part)
 
 
-def fixed_case(sweep: Sweep) -> dict[str, Any] | None:
-    """Return with which arguments a sweep with one drive goes on; None if they vary or several do.
+def evenly(sweep: Sweep, count: int) -> Sweep:
+    """Return a sweep at even steps over the range of its drive, without the end.
 
     Args:
-        sweep: over one dimension.
+        sweep: of which extremes were sought between the samples.
+        count: of positions.
     """
-    if len(sweep.coordinates) != 1 or sweep.free:
-        return None
-    given: dict[str, Any] = {"speed": sweep.speed, "acceleration": sweep.acceleration}
-    given |= {"time": sweep.time, "gravity": np.atleast_2d(sweep.gravity)}
-    rates: dict[str, Any] = {}
-    for name, values in given.items():
-        first = np.reshape(values, (-1, 3) if name == "gravity" else (-1,))
-        if np.any(first != first[:1]):
-            return None
-        rates[name] = first[0]
-    held = {name: _single(value) for name, value in sweep.held.items()}
-    inertia = {name: _single(value) for name, value in sweep.inertia.items()}
-    loads: dict[str, Any] = {}
-    for name, load in sweep.loads.items():
-        if isinstance(load, Wrench):
-            if np.ndim(load.force) > 1 or np.ndim(load.moment) > 1:
-                return None
-            loads[name] = load
-        else:
-            loads[name] = _single(load)
-    if any(value is None for part in (held, inertia, loads) for value in part.values()):
-        return None
-    rates |= {"held": held or None, "loads": loads or None, "inertia": inertia or None}
-    return rates
+    (low, high), _, _ = _range(sweep)
+    at, (given, _) = np.linspace(low, high, count, endpoint=False), _fixed_case(sweep)
+    return Scene._of(ProblemSolver(sweep.problem)).sweep(at, **given)
 
 
-def _single(values: object) -> float | None:
-    """Return the value that all of them have; None if they differ."""
-    every = np.ravel(np.asarray(values, dtype=float))
-    return float(every[0]) if np.all(every == every[0]) else None
+def _values(quantities: list[Quantity], sweep: Sweep) -> Array:
+    """Return `(N, K)` all quantities of a sweep."""
+    return np.stack([item.values(sweep) for item in quantities], axis=1)
+
+
+def _fixed_case(sweep: Sweep) -> tuple[dict[str, Any], str]:
+    """Return the arguments that all samples of a sweep have in common, or why there are none."""
+    if sweep.free:
+        return {}, "joints are free to move between the samples"
+    if len(sweep.coordinates) != 1:
+        return {}, "several drives move, and which way from sample to sample is not known"
+    rates: dict[str, Any] = {"speed": sweep.speed, "acceleration": sweep.acceleration}
+    rates["time"] = sweep.time
+    given: dict[str, dict[str, Any]] = {"held": {}, "loads": {}, "inertia": {}}
+    for what, found in given.items():
+        found.update(getattr(sweep, what))
+    every = [(rates, name, name) for name in rates]
+    every += [(part, name, f"{what} {name}") for what, part in given.items() for name in part]
+    for part, name, said in every:
+        value = part[name]
+        if isinstance(value, Wrench):
+            if np.ndim(value.force) > 1 or np.ndim(value.moment) > 1:
+                return {}, f"{said} differs from sample to sample"
+            continue
+        each = np.ravel(np.asarray(value, dtype=float))
+        if np.any(each != each[0]):
+            return {}, f"{said} differs from sample to sample"
+        part[name] = float(each[0])
+    gravity = np.reshape(sweep.gravity, (-1, 3))
+    if np.any(gravity != gravity[0]):
+        return {}, "gravity differs from sample to sample"
+    return {**rates, "gravity": gravity[0], **{k: part or None for k, part in given.items()}}, ""
+
+
+def _range(sweep: Sweep) -> tuple[tuple[float, float], int, bool]:
+    """Return between which positions a drive moves, a number of panels, and if it is a turn.
+
+    Raises:
+        CardanError: it is too long.
+    """
+    at = np.unique(sweep.position)
+    low, high = float(at[0]), float(at[-1])
+    if sweep.mechanism.drivable[sweep.coordinates[0]].slides:
+        return (low, high), _PANELS, False
+    turn = 2.0 * np.pi
+    steps = np.diff(at)
+    # Even samples of a turn may leave out its end, where it begins again.
+    around = high + float(np.mean(steps))
+    closes = round((around - low) / turn)
+    slack = _SAME * around - _SAME * low
+    if len(at) > 2 and closes and abs(around - low - turn * closes) <= slack:
+        high = low + turn * closes if np.ptp(steps) <= slack else high
+    if high - low > turn * (1.0 - _SAME):
+        try:
+            period = ProblemSolver(sweep.problem).assembly.period()
+        except CardanError:
+            period = None
+        high = min(high, low + (period or np.inf))
+        is_turn = period is not None and high - low > period * (1.0 - _SAME)
+    else:
+        is_turn = False
+    count = int(np.ceil((high - low) / turn * _PANELS))
+    if count * DEGREE > MOST:
+        raise ModelError(f"{(high - low) / turn:.4g} turns do not bring it back to where it was")
+    return (low, high), count, is_turn
 
 
 def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
@@ -239,194 +326,186 @@ def _of_wrench(sweep: Sweep, joint: str) -> Iterator[Quantity]:
         yield Quantity(joint, name, QUANTITIES[name], determined(wrench, name), values)
 
 
-def _floors(sweep: Sweep, quantities: list[Quantity], samples: Array) -> Array:
-    """Return up to which size each quantity is rounding of the greatest wrench."""
-    length = sweep.mechanism.characteristic_length
-    to_moment = np.array([length if item.unit == "N" else 1.0 for item in quantities])
-    sizes = np.max(np.abs(samples) * to_moment[:, None], axis=0, initial=0.0)
-    # Where wrenches vanish, what they are sums of is as great as ever, and so is its rounding.
-    condition = np.where(np.isfinite(sweep.condition), sweep.condition, 1.0)
-    rounding = 8.0 * float(np.finfo(float).eps) * float(np.max(condition * sizes, initial=0.0))
-    return np.asarray(max(_ROUNDING * float(np.max(sizes, initial=0.0)), rounding) / to_moment)
+class _Search:
+    """Looks for extremes over the range of a drive, all else being constant."""
 
+    def __init__(self, sweep: Sweep, given: dict[str, Any], quantities: list[Quantity]) -> None:
+        self.ends, self._count, self.is_turn = _range(sweep)
+        self._scene, self._given = Scene._of(ProblemSolver(sweep.problem)), given
+        self._quantities = quantities
+        self._position = np.ravel(sweep.position)
+        self._is_size = np.array([item.name in SIZES for item in quantities])
 
-def _of_samples(at: Array, values: Array) -> tuple[float, Array]:
-    """Return the greatest of values `(N,)`, and at which of the positions `(N, d)` it occurs."""
-    greatest = float(np.max(values))
-    first = int(np.argmax(values))
-    same = np.flatnonzero(values >= greatest - _SAME * abs(greatest))
-    apart = [first, *(int(index) for index in same if abs(int(index) - first) > 1)]
-    return greatest, at[apart[:_MOST_PLACES]]
-
-
-class _Golden(NamedTuple):
-    """Golden sections: K intervals, two positions within each, and the values there.
-
-    Attributes:
-        at: `(4, K)` low end, left, right, high end.
-        values: `(4, K)`; NaN at ends that were not computed.
-    """
-
-    at: Array
-    values: Array
-
-
-def _vertex(state: _Golden) -> tuple[Array, Array, Array]:
-    """Return vertices of parabolas through the best of three points, their values and heights.
-
-    NaN where a value is missing or the parabola has no vertex between the points.
-    """
-    falls = state.values[1] >= state.values[2]
-    at, values = (np.where(falls, part[:3], part[1:]) for part in (state.at, state.values))
-    before, after = at[0] - at[1], at[2] - at[1]
-    low, high = values[0] - values[1], values[2] - values[1]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        bend = (low / before - high / after) / (before - after)
-        slope = low / before - bend * before
-        step = -0.5 * slope / bend
-        inside = (bend < 0.0) & (step > before) & (step < after)
-        predicted = values[1] + step * (slope + bend * step)
-    height = np.where(inside, values[1] - np.minimum(values[0], values[2]), np.nan)
-    return np.where(inside, at[1] + step, np.nan), predicted, height
-
-
-class _Between(Frozen):
-    """Seeks extremes between the samples of a sweep with one drive and constant rates and loads."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        case: Mapping[str, Any],
-        quantities: list[Quantity],
-        floor: Array,
-        sweep: Sweep,
-    ) -> None:
-        position = np.ravel(sweep.position)
-        self.order = np.unique(position, return_index=True)[1]
-        self._at = position[self.order]
-        turns = not sweep.mechanism.drivable[sweep.coordinates[0]].slides
-        self._end = _end(self._at) if turns else float(self._at[-1])
-        self._is_turn = turns and abs(self._at[-1] - self._at[0] - 2.0 * np.pi) < _SAME
-        self._scene, self._case, self._quantities, self._floor = scene, case, quantities, floor
-        self._freeze()
-
-    @classmethod
-    def of(cls, sweep: Sweep, quantities: list[Quantity], floor: Array) -> _Between | None:
-        """Return it for a sweep; None where there is nothing between its samples."""
-        case = fixed_case(sweep)
-        if case is None or len(np.unique(sweep.position)) < 3:
-            return None
-        scene = Scene._of(ProblemSolver(sweep.problem))
-        return cls(scene, case, quantities, floor, sweep)
-
-    def sought(self, samples: Array, sign: float) -> list[tuple[float, Array]]:
-        """Return the greatest of `sign` times each quantity, and where `(n, 1)` it occurs.
+    def found(self, samples: Array) -> tuple[Array, Array, Array, _Rounding]:
+        """Return where quantities are known, what they are there, and how much that may miss.
 
         Args:
-            samples: `(K, N)` of K quantities in the order of positions.
-            sign: 1, or -1 for the least.
+            samples: `(N, K)` of the sweep.
+
+        Returns:
+            `(M, 1)` positions; `(M, K)` quantities; `(K,)` errors of their extremes; what
+            rounding makes of them.
+
+        Raises:
+            CardanError: a position cannot be solved.
         """
-        values = sign * samples
-        places = [_peaks(item) for item in values]
-        rows = np.repeat(np.arange(len(values)), [len(item) for item in places])
-        indices = np.concatenate(places)
-        low = self._at[np.maximum(indices - 1, 0)]
-        steps = np.append(self._at, self._end)
-        high = steps[np.minimum(indices + 1, len(steps) - 1)]
-        best, where = values[rows, indices], self._at[indices]
-        varies = np.ptp(values, axis=1)[rows] > self._floor[rows]
-        inside = np.flatnonzero(varies & (high > low))
-        if len(inside):
-            at, value = self._located(low[inside], high[inside], rows[inside], sign)
-            # Of what differs by rounding alone the sample counts: its position is a round number.
-            better = value > best[inside] + _EQUAL * np.abs(best[inside])
-            best[inside[better]], where[inside[better]] = value[better], at[better]
-        found = []
-        for row in range(len(values)):
-            own = np.flatnonzero(rows == row)
-            greatest = float(np.max(best[own]))
-            same = own[best[own] >= greatest - _SAME * abs(greatest)]
-            spots = np.unique(where[same])
-            if self._is_turn and spots[-1] - spots[0] > _TURN:
-                spots = spots[:-1]  # The end of a turn is its start.
-            found.append((greatest, spots[:, None]))
-        return found
-
-    def _located(self, low: Array, high: Array, rows: Array, sign: float) -> tuple[Array, Array]:
-        """Return where the quantities of these rows are greatest between two positions each.
-
-        Golden sections narrow the interval; where values then lie on a parabola, its vertex is it.
-        """
-        state = self._started(low, high, rows, sign)
-        for _ in range(_FIRST):
-            state = self._narrowed(state, rows, sign)
-        vertex, predicted, height = _vertex(state)
-        at = np.where(np.isfinite(vertex), vertex, state.at[1])
-        value = self._values(at, rows, sign)
-        smooth = np.abs(value - predicted) <= _SMOOTH * height
-        others = np.flatnonzero(~smooth)
-        if len(others):
-            rest = _Golden(state.at[:, others], state.values[:, others])
-            for _ in range(_STEPS - _FIRST):
-                rest = self._narrowed(rest, rows[others], sign)
-            best = np.argmax(rest.values[1:3], axis=0) + 1
-            own = np.arange(len(others))
-            at[others], value[others] = rest.at[best, own], rest.values[best, own]
-        return at, value
-
-    def _started(self, low: Array, high: Array, rows: Array, sign: float) -> _Golden:
-        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        both = self._values(np.concatenate([left, right]), np.tile(rows, 2), sign)
-        unknown = np.full(len(rows), np.nan)
-        values = np.stack([unknown, *np.split(both, 2), unknown])
-        return _Golden(np.stack([low, left, right, high]), values)
-
-    def _narrowed(self, state: _Golden, rows: Array, sign: float) -> _Golden:
-        """Return the part of each interval in which the greatest value lies."""
-        falls = state.values[1] >= state.values[2]
-        kept, of_kept = (np.where(falls, part[:3], part[1:]) for part in (state.at, state.values))
-        low, inner, high = kept
-        width = high - low
-        new = np.where(falls, high - _GOLDEN * width, low + _GOLDEN * width)
-        of_new = self._values(new, rows, sign)
-        at = np.where(falls, [low, new, inner, high], [low, inner, new, high])
-        values = np.where(
-            falls,
-            [of_kept[0], of_new, of_kept[1], of_kept[2]],
-            [of_kept[0], of_kept[1], of_new, of_kept[2]],
+        even = np.linspace(*self.ends, self._count * DEGREE // 2 + 1)
+        first = self._scene.sweep(even, **self._given)
+        values = _values(self._quantities, first)
+        inside = (self._position >= self.ends[0]) & (self._position <= self.ends[1])
+        at = np.concatenate([self._position[inside], even])
+        values = np.concatenate([samples[inside], values])
+        rounding = _Rounding.of(first, self._quantities, values)
+        size = np.abs(values).max(axis=0)
+        # The least size that is not zero is found as well as the greatest one by its square.
+        enough = np.where(self._is_size, (0.3 * RIGHT * size) ** 2, 1e-3 * RIGHT * size)
+        tolerance = Tolerance(
+            np.tile(np.maximum(enough, np.where(self._is_size, 0.0, rounding.floor)), 2),
+            np.tile(rounding.each, 2),
+            np.tile(self._is_size, 2),
         )
-        return _Golden(at, values)
+        known, error = greatest(
+            self._both, self.ends, self._count, Known(at, self._smooth(values)), tolerance
+        )
+        quantities = known.values[:, : len(size)]
+        quantities = np.where(self._is_size, np.sqrt(np.abs(quantities)), quantities)
+        more, less = np.split(error, 2)
+        # A size is the root of what was looked for.
+        top, bottom = quantities.max(axis=0), quantities.min(axis=0)
+        more = np.where(self._is_size, np.sqrt(top**2 + more) - top, more)
+        less = np.where(self._is_size, bottom - np.sqrt(np.maximum(bottom**2 - less, 0.0)), less)
+        return known.at[:, None], quantities, np.maximum(more, less), rounding
 
-    def _values(self, at: Array, rows: Array, sign: float) -> Array:
-        """Return `sign` times the quantity of each row at a position of its own."""
-        sweep, found = self._scene.sweep(at, **self._case), np.empty(len(at))
-        for row in np.unique(rows):
-            own = rows == row
-            found[own] = self._quantities[row].values(sweep)[own]
-        found[np.abs(found) <= self._floor[rows]] = 0.0
-        return sign * found
+    def _both(self, at: Array) -> Array:
+        return self._smooth(_values(self._quantities, self._scene.sweep(at, **self._given)))
+
+    def _smooth(self, values: Array) -> Array:
+        """Return `(N, 2 K)` quantities, of sizes their squares, with both signs."""
+        smooth = np.where(self._is_size, values**2, values)
+        return np.concatenate([smooth, -smooth], axis=1)
 
 
-def _end(at: Array) -> float:
-    """Return where a range ends: a step after its last angle `(N,)` if that closes a turn."""
-    steps, last = np.diff(at), float(at[-1])
-    step = float(np.mean(steps))
-    turns = (last + step - float(at[0])) / (2.0 * np.pi)
-    is_even = bool(np.max(np.abs(steps - step)) < _EVEN * step)
-    closes = round(turns) > 0 and abs(turns - round(turns)) * 2.0 * np.pi < _EVEN * step
-    return last + step if is_even and closes else last
+def _uphill(
+    sweep: Sweep, quantities: list[Quantity], box: Array, at: Array, samples: Array
+) -> tuple[Array, Array, str, str]:
+    """Return where quantities are known within a box of drives, what they are, what was covered.
+
+    Args:
+        sweep: of d drives.
+        quantities: K of them.
+        box: `(d, 2)`.
+        at: `(N, d)` positions of the samples.
+        samples: `(N, K)`.
+    """
+    scene, count = Scene._of(ProblemSolver(sweep.problem)), len(box)
+    covered = f"the {len(at)} samples"
+    steps = int(_MOST_GRID ** (1.0 / count) * (1.0 + _SAME))
+    if steps < 2:
+        return at, samples, covered, f"a box of {count} drives has too many corners"
+    sides = [np.linspace(low, high, steps) for low, high in box]
+    grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, count)
+
+    def told(positions: Array) -> tuple[Array, Array]:
+        """Return which of positions are within reach, and quantities there."""
+        within = scene.reachable(positions)
+        found = np.full((len(positions), 2 * len(quantities)), -np.inf)
+        if within.any():
+            values = _values(quantities, scene.sweep(positions[within]))
+            found[within] = np.concatenate([values, -values], axis=1)
+        return within, found
+
+    try:
+        within, values = told(grid)
+        at, samples = (
+            np.concatenate([at, grid[within]]),
+            np.concatenate([samples, values[within, : len(quantities)]]),
+        )
+        covered += f" and {within.sum()} of {len(grid)} positions of a grid over all ranges"
+        both = np.concatenate([samples, -samples], axis=1)
+        place, top = at[both.argmax(axis=0)], both.max(axis=0)
+        step = np.full(len(top), 0.5 / (steps - 1))
+        moves = np.concatenate([np.eye(count), -np.eye(count)]) * np.ptp(box, axis=1)
+        asked = len(at)
+        climbing = np.flatnonzero(np.ptp(both, axis=0) > _SAME * np.abs(both).max(axis=0))
+        while len(climbing) and len(at) - asked < 4 * _MOST_GRID:
+            around = place[climbing, None] + step[climbing, None, None] * moves
+            around = np.clip(around, box[:, 0], box[:, 1])
+            distinct, back = np.unique(around.reshape(-1, count), axis=0, return_inverse=True)
+            within, values = told(distinct)
+            at = np.concatenate([at, distinct[within]])
+            samples = np.concatenate([samples, values[within, : len(quantities)]])
+            back = back.reshape(around.shape[:2])
+            beside = values[back, climbing[:, None]]
+            best = beside.argmax(axis=1)
+            higher = beside.max(axis=1) > top[climbing]
+            moved = climbing[higher]
+            place[moved] = distinct[back[higher, best[higher]]]
+            top[moved] = beside.max(axis=1)[higher]
+            step[climbing[~higher]] *= 0.5
+            climbing = climbing[step[climbing] > _LAST_STEP]
+    except CardanError as failure:
+        return at, samples, covered, f"positions between them cannot be solved: {failure}"
+    covered += ", from the best of which the way was followed uphill"
+    unknown = "other positions of the drives may exceed them"
+    if not within.all():
+        unknown += ", and at the edge of what loops allow wrenches grow without limit"
+    if len(climbing):
+        unknown += ", as the way uphill was too long to be followed to its end"
+    return at, samples, covered, unknown
 
 
-def _peaks(values: Array) -> Array:
-    """Return samples beside which the greatest of values `(N,)` may lie, the greatest first."""
-    if np.ptp(values) == 0.0:
-        return np.zeros(1, dtype=int)
-    before = np.concatenate([[-np.inf], values[:-1]])
-    after = np.concatenate([values[1:], [-np.inf]])
-    peaks = np.flatnonzero((values >= before) & (values >= after))
-    beside = np.stack([before[peaks], after[peaks]])
-    gaps = np.where(np.isfinite(beside), values[peaks] - beside, 0.0).sum(axis=0)
-    greatest = float(np.max(values))
-    reaching = peaks[values[peaks] + _REACH * gaps >= greatest - _SAME * abs(greatest)]
-    order = np.argsort(-values[reaching], kind="stable")
-    return np.asarray(reaching[order][:_MOST_PLACES])
+class _Rounding(NamedTuple):
+    """What rounding makes of quantities.
+
+    Attributes:
+        floor: `(K,)` up to which size they count as zero.
+        each: `(K,)` rounding.
+        part: of the greatest wrench, relative to it.
+    """
+
+    floor: Array
+    each: Array
+    part: float
+
+    @classmethod
+    def of(cls, sweep: Sweep, quantities: list[Quantity], values: Array) -> _Rounding:
+        """Return that of a sweep, whose quantities are the last ones of `values` `(N, K)`."""
+        length = sweep.mechanism.characteristic_length
+        to_moment = np.array([length if item.unit == "N" else 1.0 for item in quantities])
+        sizes = np.max(np.abs(values[-len(sweep) :]) * to_moment, axis=1, initial=0.0)
+        most = float(np.nanmax(sizes, initial=0.0))
+        # Where wrenches vanish, what they are sums of is as great as ever, and so is its rounding.
+        is_known = np.isfinite(sweep.condition)
+        condition = np.where(is_known, sweep.condition, 1.0)
+        lost = 8.0 * _EPS * float(np.nanmax(condition * sizes, initial=0.0))
+        part = lost / (8.0 * most) if most else 0.0
+        return cls(
+            max(_ROUNDING * most, lost) / to_moment,
+            lost / to_moment,
+            1.0 if np.any(~is_known & (sizes > 0.0)) else part,
+        )
+
+
+def _places(at: Array, values: Array, is_turn: bool) -> tuple[float, Array]:
+    """Return the greatest of values `(N,)`, and at which of the positions `(N, d)` it occurs.
+
+    Args:
+        at: positions; those of a single drive in any order.
+        values: there.
+        is_turn: whether the last position is the first one again.
+    """
+    top = float(np.nanmax(values))
+    order = np.argsort(at[:, 0], kind="stable") if at.shape[1] == 1 else np.arange(len(at))
+    near = values[order] >= top - _SAME * float(np.nanmax(np.abs(values)))
+    # Positions beside each other are one place: that of the greatest value, and of the first one
+    # that was known where only rounding tells them apart, as it is a round number.
+    starts = np.flatnonzero(near & ~np.concatenate([[False], near[:-1]]))
+    ends = np.flatnonzero(near & ~np.concatenate([near[1:], [False]])) + 1
+    found = []
+    for start, end in zip(starts, ends, strict=True):
+        own = np.sort(order[start:end])
+        equal = values[own] >= values[own].max() - 16.0 * _EPS * abs(top)
+        found.append(int(own[equal.argmax()]))
+    if is_turn and len(found) > 1 and starts[0] == 0 and ends[-1] == len(at):
+        found.pop()
+    return top, at[found[:_MOST_PLACES]]

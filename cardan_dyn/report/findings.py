@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..errors import ArgumentError
-from ..figures.orders import order_amplitudes
 from ..frozen import Frozen
 from ..mechanism.mechanism import Mechanism
+from ..results.axes import in_fixed_axes
 from ..results.result import Result
+from ..results.sweep import WELL
 from ..results.table import Table, Variable
 from ..scene.describe import describe
 from ..scene.mechanism_report import MechanismReport
 from .case import STANDING, Case
 from .described import fingerprint
-from .extremes import Extreme, extremes
+from .extremes import SIZES, Extreme, Extremes, evenly, extremes, quantities_of
 from .grids import number, place
 from .page import today
 
@@ -26,13 +26,11 @@ _HIGHEST = 8
 """Greatest order that is listed."""
 _LEAST_ORDER = 1e-9
 """Amplitudes up to this part of the greatest of a quantity are what rounding leaves of none."""
+_DOUBLINGS = 7
+"""How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
 _WIDTH = 10
 """Width of a column of numbers in a text."""
 _MOST_DIGITS = 15
-FEW_DIGITS = 7
-"""Right digits of the greatest wrenches from which on six can be shown without a word."""
-_WELL = 1e6
-"""Condition number up to which nothing has to be said: ten digits are right."""
 GOOD, POOR = 1e-12, 1e-9
 """Residuals: below the first, nothing but rounding; above the second, close to what is refused."""
 
@@ -49,7 +47,7 @@ class Findings(Result, Frozen):
 
     def _take(self, mechanism: Mechanism, case: Case, *head: str) -> None:
         self.mechanism = mechanism.base
-        self.sweep, self.said = case
+        self.sweep, self.said, self._box = case
         title, self.project, self.author, date, self.revision = head
         self.title = title or mechanism.name
         self.date = date or today().isoformat()
@@ -66,11 +64,16 @@ class Findings(Result, Frozen):
         return fingerprint(self.mechanism)
 
     @cached_property
+    def _found(self) -> Extremes:
+        """Extremes and what could not be known of them."""
+        if self.sweep is None:
+            return Extremes((), None, "", "", 0.0)
+        return extremes(self.sweep, self._box)
+
+    @property
     def extremes(self) -> tuple[Extreme, ...]:
         """Greatest and least values of wrenches and efforts, joint by joint."""
-        if self.sweep is None:
-            return ()
-        return tuple(item for item in extremes(self.sweep) if item.owner != STANDING)
+        return tuple(item for item in self._found.rows if item.owner != STANDING)
 
     @property
     def drives(self) -> tuple[str, ...]:
@@ -97,20 +100,63 @@ class Findings(Result, Frozen):
     def orders(self) -> dict[tuple[str, str, str], np.ndarray]:
         """Amplitudes of orders 0 … 8 `(9,)` by owner, quantity and unit; see `no_orders`.
 
-        Of quantities that act; of sizes (`force`, `shear`, `bending`) as of others.
+        Of what acts: efforts, what is along the axis of a joint, and components across it in axes
+        that stand still (`moment y`, see `in_fixed_axes`). The size of a vector has other orders.
         """
         if self.sweep is None or self.no_orders:
             return {}
-        from .extremes import quantities_of
+        return self._orders[0]
 
-        angle, found = np.ravel(self.sweep.position), {}
-        acting = {(item.owner, item.quantity) for item in self.extremes if item.acts}
-        for item in quantities_of(self.sweep):
-            if (item.owner, item.name) in acting:
-                _, amplitudes = _whole_orders(angle, item.values(self.sweep))
-                amplitudes[amplitudes <= _LEAST_ORDER * amplitudes.max(initial=0.0)] = 0.0
-                found[item.owner, item.name, item.unit] = amplitudes
-        return found
+    @property
+    def orders_error(self) -> float:
+        """By how much orders changed at last, of the greatest, when positions were doubled."""
+        return self._orders[1]
+
+    @cached_property
+    def _orders(self) -> tuple[dict[tuple[str, str, str], np.ndarray], float]:
+        found = self._orders_at(8 * _HIGHEST)
+        # Orders that positions are too few for appear as lower ones, until they are enough.
+        for doubled in range(1, _DOUBLINGS + 1):
+            coarse, found = found, self._orders_at(8 * _HIGHEST * 2**doubled)
+            changes = [
+                np.abs(value - coarse.get(key, 0.0)).max() / value.max()
+                for key, value in found.items()
+            ]
+            error = max(changes, default=0.0)
+            if error <= _LEAST_ORDER:
+                break
+        for amplitudes in found.values():
+            amplitudes[amplitudes <= _LEAST_ORDER * amplitudes.max(initial=0.0)] = 0.0
+        return found, float(error)
+
+    def _orders_at(self, count: int) -> dict[tuple[str, str, str], np.ndarray]:
+        """Return orders by a number of positions in each turn."""
+        if self.sweep is None:
+            return {}
+        turns = round(self._turns)
+        turn, found = evenly(self.sweep, count * turns), {}
+        size = {(item.owner, item.quantity): item.size for item in self.extremes if item.acts}
+        for item in quantities_of(turn):
+            if (item.owner, item.name) not in size:
+                continue
+            if item.name not in SIZES:
+                found[item.owner, item.name, item.unit] = item.values(turn)
+            elif item.name != "force" or not turn[item.owner].has_axis:
+                vector = "force" if item.unit == "N" else "moment"
+                for name, (values, _) in in_fixed_axes(turn, item.owner, vector).items():
+                    if np.abs(values).max() > _LEAST_ORDER * size[item.owner, item.name]:
+                        found[item.owner, name, item.unit] = values
+        twice = np.where(np.arange(_HIGHEST + 1), 2.0, 1.0)  # As orders ±k, but for the mean.
+        return {
+            key: twice * np.abs(np.fft.rfft(values, norm="forward"))[::turns][: _HIGHEST + 1]
+            for key, values in found.items()
+        }
+
+    @property
+    def _turns(self) -> float:
+        """How many turns the drive makes."""
+        low, high = self._found.ends or (0.0, 0.0)
+        return (high - low) / (2.0 * np.pi)
 
     @cached_property
     def no_orders(self) -> str:
@@ -122,10 +168,10 @@ class Findings(Result, Frozen):
             return "orders are those of one drive that turns, and several move"
         if sweep.mechanism.drivable[self.drives[0]].slides:
             return f"orders are those of a drive that turns, and {self.drives[0]} slides"
-        try:
-            _whole_orders(np.ravel(sweep.position), np.zeros(len(sweep)))
-        except ArgumentError as error:
-            return str(error)
+        if self._found.ends is None:
+            return f"orders are not known between samples: {self._found.unknown}"
+        if abs(self._turns - round(self._turns)) > 1e-9 or not round(self._turns):
+            return f"orders need whole turns, the angles cover {self._turns:.6g}"
         return "" if self.acts else "nothing acts"
 
     @property
@@ -138,46 +184,65 @@ class Findings(Result, Frozen):
             for name, value in self.sweep.proven.residuals.items()
         ]
         condition = float(np.max(self.sweep.condition))
-        return (*rows, ("condition", condition, _digits(condition, self.digits)))
+        return (*rows, ("condition", condition, self._judged_condition(condition)))
+
+    def _judged_condition(self, condition: float) -> str:
+        right = f"some {self.digits} digits of the greatest wrenches are right"
+        if self._is_singular:
+            return f"close to a singular configuration, or loops that nearly depend: {right}"
+        if condition < WELL:
+            return f"well conditioned: {right}"
+        return f"wrenches pass through zero, or nearly singular configurations: {right}"
 
     @cached_property
     def digits(self) -> int:
         """How many digits of the greatest wrenches are right, by the condition where they are."""
-        if self.sweep is None or not self.acts:
-            return _MOST_DIGITS
-        length, each = self.mechanism.characteristic_length, []
-        for wrench in self.sweep.values():
-            force, moment = (np.linalg.norm(v, axis=-1) for v in (wrench.force, wrench.moment))
-            each.append(np.maximum(force * length, moment))
-        sizes = np.max(each, axis=0, initial=0.0)
-        condition = np.where(np.isfinite(self.sweep.condition), self.sweep.condition, np.inf)
-        # Where wrenches vanish, their condition says nothing of the greatest.
-        with np.errstate(invalid="ignore"):
-            rounding = np.nan_to_num(condition * sizes, nan=0.0, posinf=np.inf).max(initial=0.0)
-        greatest = float(sizes.max(initial=0.0))
-        if not greatest:
-            return _MOST_DIGITS
-        part = float(np.finfo(float).eps) * max(1.0, float(rounding) / greatest)
+        part = max(self._found.rounding, float(np.finfo(float).eps))
         return int(np.clip(-np.log10(part), 0, _MOST_DIGITS))
 
     @property
-    def doubt(self) -> str:
-        """What to think of wrenches of which few digits are right; empty where many are."""
-        if self.digits >= FEW_DIGITS:
-            return ""
-        return (
-            f"Only some {self.digits} digits of the greatest wrenches are right: the mechanism is "
-            "close to a singular configuration, or loops nearly depend on each other, as where "
-            "dimensions are written with few digits. What is greatest follows from small "
-            "differences of these."
-        )
+    def _is_singular(self) -> bool:
+        """Whether the greatest wrenches come from close to a singular configuration."""
+        return self._found.rounding > WELL * float(np.finfo(float).eps)
 
-    def has_axis(self, joint: str) -> bool:
-        """Return whether a joint of the sweep has an axis."""
-        return self.sweep is not None and self.sweep[joint].has_axis
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """What has to be known before any number is used; empty if all of them are right."""
+        found = [self._found.doubt] if self.acts and self._found.unknown else []
+        if self._is_singular:
+            found.append(
+                f"Some {self.digits} digits of the greatest wrenches are right: the mechanism "
+                "comes close to a singular configuration, towards which wrenches grow without "
+                "limit, or loops nearly depend on each other, as where dimensions are written with "
+                "few digits."
+            )
+        return tuple(found)
+
+    @property
+    def covered(self) -> str:
+        """What the extremes are the extremes of."""
+        if self._found.ends is None:
+            return self._found.covered
+        slides = self.mechanism.drivable[self.drives[0]].slides
+        low, high = (place(end, slides) for end in self._found.ends)
+        return f"the whole range from {low} to {high}"
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """Positions `(n, d)` of several drives at which extremes occur, as `place 1` names them."""
+        every = [
+            end[:1]
+            for item in self.extremes
+            if item.acts
+            for end in (item.greatest_at, item.least_at)
+        ]
+        if not every:
+            return np.zeros((0, len(self.drives)))
+        rows, first = np.unique(np.concatenate(every), axis=0, return_index=True)
+        return np.asarray(rows[np.argsort(first)])
 
     def at(self, places: np.ndarray) -> str:
-        """Return drive positions `(n, d)` as a text: of several drives, the numbers of samples."""
+        """Return drive positions `(n, d)` as a text: of several drives, which of the `places`."""
         if self.sweep is None or not self.drives:
             return ""
         if not len(places):
@@ -185,14 +250,13 @@ class Findings(Result, Frozen):
         if len(self.drives) == 1:
             slides = self.sweep.mechanism.drivable[self.drives[0]].slides
             return ", ".join(place(float(value), slides) for value in places[:, 0])
-        every = self.sweep.position
-        numbers = [int(np.argmax(np.all(every == row, axis=1))) for row in places]
-        return f"sample {', '.join(map(str, numbers[:4]))}"
+        return f"place {int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
 
     def table(self) -> Table:
         """Return the extremes as a table, a row each; positions are those of the first of several.
 
-        Columns: `owner`, `quantity`, `unit`, `greatest`, `least`, `determined`, and for every drive
+        Columns: `owner`, `quantity`, `unit`, `greatest`, `least`, `determined`, `error` (by how
+        much the quantity may exceed them; NaN where that is not known), and for every drive
         `greatest_at_NAME` and `least_at_NAME` [rad or m]: NaN where it is constant.
         """
         rows = self.extremes
@@ -203,6 +267,7 @@ class Findings(Result, Frozen):
             ("greatest", [item.greatest for item in rows], "", "greatest value"),
             ("least", [item.least for item in rows], "", "least value"),
             ("determined", [item.determined for item in rows], "", "by the laws of motion alone"),
+            ("error", [item.error for item in rows], "", "by how much it may exceed them"),
         ]
         for index, name in enumerate(self.drives):
             unit = self.mechanism.drivable[name].unit
@@ -226,7 +291,11 @@ class Findings(Result, Frozen):
 
     def __repr__(self) -> str:
         count = 0 if self.sweep is None else len(self.sweep)
-        return f"<{type(self).__name__} of {self.mechanism.name!r}: {count} samples>"
+        loose = sum(item.acts and not item.settled for item in self.extremes)
+        doubt = f", {loose} extremes in doubt" * bool(loose) + ", nearly singular" * (
+            self._is_singular
+        )
+        return f"<{type(self).__name__} of {self.mechanism.name!r}: {count} samples{doubt}>"
 
     def __str__(self) -> str:
         lines = [f"{self.title}: {', '.join(self.case_lines)}", *self.said]
@@ -234,6 +303,9 @@ class Findings(Result, Frozen):
             return "\n".join(lines)
         if not self.acts:
             return "\n".join([*lines, "Nothing acts: no load, weight, inertia or element."])
+        if self.drives and not self._found.unknown:
+            lines.append(f"Extremes of {self.covered}.")
+        lines += [f"! {doubt}" for doubt in self.doubts]
         acting = [item for item in self.extremes if item.acts]
         width = max(len(item.quantity) for item in acting)
         owner = ""
@@ -241,15 +313,15 @@ class Findings(Result, Frozen):
             if item.owner != owner:
                 owner = item.owner
                 lines.append(owner)
-            mark = " " if item.determined else "*"
+            mark = f"{' ' if item.settled else '?'}{' ' if item.determined else '*'}"
             up, down = number(item.greatest), number(item.least)
             first, last = self.at(item.greatest_at[:2]), self.at(item.least_at[:2])
             between = f"{up:>{_WIDTH}} {item.unit}"
             if len(item.greatest_at):
                 between += f" at {first}; {down} at {last}"
-            lines.append(f" {mark}{item.quantity.ljust(width)} {between}")
-        if self.digits < FEW_DIGITS:
-            lines.append(f"! {self.doubt}")
+            lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
+        if not all(item.settled for item in acting):
+            lines.append("? may be exceeded, see above")
         if self.chosen:
             lines.append(f"* not determined by statics, chosen by {self.sweep.rule}")
         if self.silent:
@@ -272,18 +344,6 @@ class Findings(Result, Frozen):
         return lines or ["at rest"]
 
 
-def _whole_orders(angle: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return orders and amplitudes `(9,)` of whole orders up to the highest one."""
-    orders, amplitudes = order_amplitudes(angle, values)
-    whole = np.arange(_HIGHEST + 1)
-    found = np.zeros(len(whole))
-    for order, amplitude in zip(orders, amplitudes, strict=True):
-        nearest = round(float(order))
-        if nearest <= _HIGHEST and abs(float(order) - nearest) < 1e-9:
-            found[nearest] = amplitude
-    return whole, found
-
-
 _PROVES = {
     "loop_residual": "loops, couplings, drives and held joints are closed",
     "balance_residual": "every body is in balance",
@@ -301,15 +361,3 @@ def _judged(value: float, what: str) -> str:
     if value <= POOR:
         return f"{what}; good, with some digits lost"
     return f"{what}; near the limit of 1e-8: look at the condition"
-
-
-def _digits(condition: float, digits: int) -> str:
-    """Return what a condition number means."""
-    right = f"some {digits} digits of the greatest wrenches are right"
-    if digits < FEW_DIGITS:
-        return (
-            f"close to a singular configuration, or loops that nearly depend on each other: {right}"
-        )
-    if condition < _WELL:
-        return f"well conditioned: {right}"
-    return f"wrenches pass through zero, or nearly singular configurations: {right}"

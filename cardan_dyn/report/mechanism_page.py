@@ -19,7 +19,7 @@ from ..results.sweep import Sweep
 from ..viewer.viewing import view
 from . import page
 from .described import described, mobility_grids, remarks_of
-from .extremes import Extreme
+from .extremes import RIGHT, Extreme
 from .findings import Findings
 from .grids import Grid, number, place, stem_of
 
@@ -105,34 +105,39 @@ def _summary(report: Findings) -> str:
     text += f" {'Driven: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
     if not report.acts:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
-    ends = []
-    for names, what in ((("force",), "force"), (("torsion", "bending", "moment"), "moment")):
-        own = [item for item in report.extremes if item.quantity in names and item.acts]
-        if own:
-            top = max(own, key=lambda item: item.size)
-            quantity = "" if top.quantity == what else f" ({top.quantity})"
-            mark = "" if top.determined else ", not determined by statics"
-            size = f"{number(top.size)} {top.unit}"
-            ends.append(f"the greatest {what}{quantity} is {size} at {top.owner}{mark}")
-            if what == "force" and not top.determined:
-                ends.extend(_determined_shear(report))
+    ends = list(_greatest(report))
     if not ends:
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
         known = all(item.determined for item in report.extremes)
         nothing = "Joints carry nothing" if known else "What joints carry is not known"
         return f"{text} {nothing}; drives and couplings act."
+    if report.doubts:
+        ends.append("there are doubts, see below")
     return f"{text} {ends[0][0].upper()}{ends[0][1:]}{''.join(f'; {end}' for end in ends[1:])}."
 
 
-def _determined_shear(report: Findings) -> Iterator[str]:
-    """Yield the greatest shear that statics determines: in flat linkages it does no whole force."""
-    shears = [item for item in report.extremes if item.quantity == "shear" and item.acts]
-    top = max(
-        (item for item in shears if item.determined), key=lambda item: item.size, default=None
-    )
-    if top is not None:
-        size = f"{number(top.size)} {top.unit}"
-        yield f"the greatest shear that statics determines is {size} at {top.owner}"
+def _greatest(report: Findings) -> Iterator[str]:
+    """Yield the greatest force and moment: of what statics determines, if it determines any."""
+    acting = [item for item in report.extremes if item.acts]
+    wholes = {"force": ("force", "axial", "shear"), "moment": ("moment", "torsion", "bending")}
+    found = False
+    for what, names in wholes.items():
+        own = [item for item in acting if item.quantity in names]
+        known = [item for item in own if item.determined]
+        if not own:
+            continue
+        found = True
+        top = max(known or own, key=lambda item: item.size)
+        is_open = any(item.quantity == what and not item.determined for item in own)
+        # Parts of what is open may be known: in flat linkages what is across the axes of pins.
+        is_part = bool(known) and is_open
+        name = top.quantity if is_part or top.quantity == what else f"{what} ({top.quantity})"
+        text = f"the greatest {name}{' that statics determines' * is_part} is "
+        text += f"{number(top.size)} {top.unit} at {top.owner}"
+        yield text + ("" if top.determined else ", not determined by statics")
+    if not found and acting:
+        top = max(acting, key=lambda item: item.size)
+        yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
 
 
 def _count(count: int, name: str) -> str:
@@ -148,8 +153,7 @@ def _warnings(report: Findings) -> list[str]:
         found.append(f"Statics does not determine, so that {report.sweep.rule} chose: {listed}.")
     if report.silent:
         found.append(f"{report.silent[0].upper()}{report.silent[1:]}.")
-    if report.doubt:
-        found.append(report.doubt)
+    found += report.doubts
     if report.description.is_counted:
         found.append("Ranks were counted, not measured.")
     return found
@@ -219,6 +223,8 @@ def _acting(sweep: Sweep) -> Iterator[Grid]:
                 vectors = np.reshape(getattr(load, quantity), (-1, 3))
                 listed = ", ".join(_between(vectors[:, i], number) for i in range(3))
                 rows.append((name, f"{quantity} on the link, {load.frame} axes", listed, unit))
+            at = ", ".join(number(float(value)) for value in np.ravel(load.point))
+            rows.append((name, "point of application, link axes", at, "m"))
         else:
             every = np.ravel(np.asarray(load, dtype=float))
             unit = sweep.mechanism.drivable[name].effort_unit
@@ -289,17 +295,14 @@ def _extremes(report: Findings) -> dict[str, Any]:
     for item in report.extremes:
         if not item.acts and item.determined:
             zero.setdefault(item.owner, []).append(item.quantity)
-    at = "at sample" if len(report.drives) > 1 else "at"
+    at = "place" if len(report.drives) > 1 else "at"
     header = ("quantity", "unit", "greatest", at, "least", f"{at} ")
-    located = any(item.located for item in acting)
-    text = (
-        "Extremes were sought between the samples, at positions solved for it"
-        f"{'.' if report.doubt else ', and are exact to the digits shown.'}"
-        if located
-        else "Extremes are those of the samples."
-        if report.drives
-        else ""
-    )
+    text = ""
+    if report.drives:
+        text = f"They are the extremes of {report.covered}"
+        text += "." if report.doubts else ", and exact to the digits shown."
+        if not all(item.settled for item in acting):
+            text += " A ? marks what may be exceeded."
     return {
         "wrenches": Grid(
             "extremes",
@@ -320,48 +323,38 @@ def _extremes(report: Findings) -> dict[str, Any]:
         "located": text,
         "rule": report.sweep.rule if report.sweep is not None and report.chosen else "",
         "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
-        "places": _places(report, acting),
+        "places": _places(report),
     }
 
 
 def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
-    mark = "" if item.determined else " *"
+    mark = " *" * (not item.determined) + " ?" * (not item.settled)
     ends = (item.greatest, report.at(item.greatest_at), item.least, report.at(item.least_at))
     up, up_at, down, down_at = ends
     if not report.drives:
         return item.owner, f"{item.quantity}{mark}", item.unit, up, "", down, ""
-    plain = (text.removeprefix("sample ") for text in (up_at, down_at))
+    plain = (text.removeprefix("place ") for text in (up_at, down_at))
     return item.owner, f"{item.quantity}{mark}", item.unit, up, next(plain), down, next(plain)
 
 
-def _places(report: Findings, acting: list[Extreme]) -> Grid | None:
-    """Return the positions of several drives at the samples that the extremes name."""
+def _places(report: Findings) -> Grid | None:
+    """Return the positions of several drives at the places that the extremes name."""
     sweep = report.sweep
     if sweep is None or len(report.drives) < 2:
         return None
-    named = np.concatenate(
-        [end[:4] for item in acting for end in (item.greatest_at, item.least_at)]
-    )
-    rows = [
-        index
-        for index, row in enumerate(sweep.position)
-        if len(named) and np.any(np.all(named == row, axis=1))
-    ]
     units = [sweep.mechanism.drivable[name].unit for name in report.drives]
     header = (
-        "sample",
+        "place",
         *(f"{name} [{unit}]" for name, unit in zip(report.drives, units, strict=True)),
     )
-    caption = f"Positions of the drives at these samples, of 0 … {len(sweep) - 1}"
-    values = [(str(index), *map(float, sweep.position[index])) for index in rows]
+    caption = "Positions of the drives at these places"
+    rows = list(enumerate(report.places.tolist(), start=1))
     if len(units) > _MOST_COLUMNS:
-        listed = [
-            (str(index), ", ".join(number(float(value)) for value in sweep.position[index]))
-            for index in rows
-        ]
-        order = ", ".join(header[1:])
-        return Grid("positions", f"{caption}: {order}", ("sample", "positions"), listed)
-    return Grid("positions", caption, header, values)
+        listed = [(str(index), ", ".join(map(number, row))) for index, row in rows]
+        return Grid(
+            "positions", f"{caption}: {', '.join(header[1:])}", ("place", "positions"), listed
+        )
+    return Grid("positions", caption, header, [(str(index), *row) for index, row in rows])
 
 
 def _proof(report: Findings) -> Grid | None:
@@ -437,8 +430,7 @@ def _order_parts(report: Findings) -> dict[str, Any]:
     rows: list[tuple[Any, ...]] = [
         (owner, quantity, unit, *map(float, amplitudes))
         for (owner, quantity, unit), amplitudes in report.orders.items()
-        # The size of the whole force says nothing beside its parts along and across the axis.
-        if np.any(amplitudes[1:]) and not (quantity == "force" and report.has_axis(owner))
+        if np.any(amplitudes[1:])
     ]
     if not rows:
         return {"no_orders": "all quantities are constant", "orders": None}
@@ -450,7 +442,12 @@ def _order_parts(report: Findings) -> dict[str, Any]:
     axes.set_xlabel("order: swings per revolution of the drive [–]")
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.set_xticks(range(1, 9))
+    error = report.orders_error
     return {
+        "orders_doubt": f"Known to {error:.0e} of the greatest: something jumps, or the motion "
+        "does not come back."
+        if error > RIGHT
+        else "",
         "orders": Grid("orders", "Amplitudes by order", header, rows),
         "order_figure": (
             page.image(figure),

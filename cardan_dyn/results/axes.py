@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,8 @@ _TURNING_AXIS = ("spherical", "universal", "floating")
 """Joints whose axis, as the child carries it, turns relative to the parent."""
 _MOST_POSITIONS = 1000
 """Positions at which self-stresses are decomposed for flags in other axes: some 50 ms."""
+_STANDS = 1e-9
+"""Change of a rotation up to which axes stand still: closed loops miss a direction by less."""
 _NOTHING = 1e-12
 """Factor on a component, of the greatest of a sum, that counts as none: rounding of rotations."""
 
@@ -91,6 +94,37 @@ def rotation_to(
     rotation = motion.joint_turn(joint)
     _refuse_unsolved(joint, rotation)
     return rotation
+
+
+def in_fixed_axes(turn: Any, joint: str, of: str) -> dict[str, tuple[Array, bool]]:
+    """Return components of a joint's force or moment in axes that stand still.
+
+    These are the parent's where the parent does not turn, or else the world's. What is along the
+    joint's axis is left out: it is the same in all axes. Orders are told of these components: the
+    size of a vector has others, and axes that turn shift them.
+
+    Args:
+        turn: the sweep.
+        joint: one of its outputs.
+        of: `force` or `moment`.
+
+    Returns:
+        Names, as `moment y` or `moment world y`, to values `(N,)`, and whether they follow from the
+        laws of motion alone.
+    """
+    of_parent = turn.rotation(joint) @ np.swapaxes(
+        turn.rotation_from_joint(joint, "parent"), -1, -2
+    )
+    stands = bool(np.max(np.ptp(of_parent, axis=0)) <= _STANDS)
+    wrench = turn.wrench(joint, "parent" if stands else "world")
+    vectors = getattr(wrench, of)
+    along = np.zeros(3) if not wrench.has_axis else np.abs(np.atleast_2d(wrench.axis)).min(axis=0)
+    unique = wrench.unique[:3] if of == "force" else wrench.unique[3:]
+    return {
+        f"{of} {'' if stands else 'world '}{name}": (vectors[:, index], bool(unique[index]))
+        for index, name in enumerate("xyz")
+        if along[index] < 1.0 - _NOTHING
+    }
 
 
 def unique_of(

@@ -35,6 +35,13 @@ _ROUNDING = 1e-9
 """Part of the greatest moment in joints below which one is rounding."""
 _FORCES = ("N", "N·m")
 """Units of what rounding leaves of a balance: it is seen beside the greatest of them."""
+_SIZES = {
+    "bending": "moment",
+    "moment_magnitude": "moment",
+    "shear": "force",
+    "force_magnitude": "force",
+}
+"""Columns that are sizes of vectors, and of which."""
 _INSTEAD = {
     "over": "the abscissa is x=…",
     "y": "name what is drawn first: result.plot(…, x=…)",
@@ -395,6 +402,12 @@ class MotionPlot(Plot):
     def orders(self, *columns: str, **options: Any) -> Figure:
         """Draw the amplitudes of columns over the orders of revolution.
 
+        Sizes (`.bending`, `.shear`, `.force_magnitude`, `.moment_magnitude`) have orders that no
+        component has: in their place components of the vector are drawn, across the joint's axis
+        if it has one, in axes that stand still (`bearing_out moment y`: the parent's, or the
+        world's where the parent turns). Orders from half as many on as there are samples in a turn
+        appear as lower ones.
+
         Args:
             columns: names of columns of one unit, see `Plot`; if there is none, of the joints that
                 are drawn without being named: bending, or shear where there is no bending.
@@ -406,6 +419,7 @@ class MotionPlot(Plot):
         """
         from ..figures.orders import order_spectrum
         from ..figures.style import drive_of
+        from .axes import in_fixed_axes
 
         position = self._result.motion.position(drive_of(self._result, None))
         known = self._table().columns()
@@ -417,12 +431,21 @@ class MotionPlot(Plot):
         units = {unit for _, unit in values.values()}
         if len(units) != 1:
             raise ArgumentError(f"name columns of one unit, not of: {choices(sorted(units))}")
+        unit, shown = units.pop(), {}
         marked = self._marked(columns)
-        shown = {
-            f"{name} *" if name in marked else name: values for name, (values, _) in values.items()
-        }
-        note = self._note(columns, bool(marked))
-        return order_spectrum(position, shown, unit=units.pop(), note=note, **options)
+        for name, (column, _) in values.items():
+            joint, _, quantity = name.rpartition(".")
+            if quantity not in _SIZES or joint not in self._result.outputs:
+                shown[f"{name} *" if name in marked else name] = column
+                continue
+            turn = getattr(self._result, "sweep", self._result)
+            size = float(np.max(np.abs(column), initial=0.0))
+            for part, (component, unique) in in_fixed_axes(turn, joint, _SIZES[quantity]).items():
+                acts = bool(np.max(np.abs(component), initial=0.0) > _ROUNDING * size)
+                if acts or not size:
+                    shown[f"{joint} {part}{'' if unique else ' *'}"] = component
+        note = self._note(columns, any(name.endswith(" *") for name in shown))
+        return order_spectrum(position, shown, unit=unit, note=note, **options)
 
     def _draw(
         self,

@@ -97,6 +97,10 @@ _SIGN = (
 """What a wrench is, in one sentence, wherever wrenches are written down."""
 _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
+WELL = 1e6
+"""Condition number of the greatest wrenches up to which nothing has to be said: ten digits are
+right."""
+_OF_MOMENTS = ("moment", "torsion", "bending")
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
 are read, and a grid of millions would take seconds for a cell that only names it."""
@@ -348,8 +352,36 @@ class Sweep(MotionResult):
             checks.append(f"power {self.power_residual:.1e}")
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
-            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}>"
+            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}"
+            f"{self._singular()}>"
         )
+
+    def _singular(self) -> str:
+        """Return that wrenches come from close to a singular configuration, for `repr`."""
+        if not float(np.nanmax(self.condition)) > WELL or math.prod(self.shape) > _MOST_EVALUATED:
+            return ""
+        length, sizes = self.mechanism.characteristic_length, np.zeros(self.shape)
+        for wrench in self.values():
+            force, moment = wrench.magnitude
+            sizes = np.fmax(sizes, np.fmax(force, moment / length))
+        told = self.near_singular(sizes)
+        return f"; {told}, where forces reach {np.nanmax(sizes):.3g} N" if told else ""
+
+    def near_singular(self, sizes: Array) -> str:
+        """Return in words that what is great comes from close to a singular configuration.
+
+        Nothing where it does not: where wrenches vanish their condition is great as well.
+
+        Args:
+            sizes: `(N,)` of wrenches, of any unit.
+        """
+        most = float(np.nanmax(sizes, initial=0.0))
+        condition = np.where(np.isnan(self.condition), np.inf, self.condition)
+        lost = float(np.max(np.where(sizes > 0.0, condition * sizes, 0.0), initial=0.0))
+        if not lost > WELL * most:
+            return ""
+        digits = max(0, int(-np.log10(np.finfo(float).eps * lost / most)))
+        return f"close to a singular configuration, some {digits} digits are right"
 
     def _driven(self) -> str:
         """Return over which range a single drive moves, for `repr`: it shows degrees as turns."""
@@ -554,10 +586,12 @@ class Sweep(MotionResult):
         if math.prod(self.shape) > _MOST_EVALUATED:
             wrenches = element("p", "Wrenches are not evaluated for a table of so many samples.")
         else:
-            header = ("joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique")
+            quantities = ("force [N]", *(f"{name} [N·m]" for name in _OF_MOMENTS))
+            header = ("joint", *quantities, "unique")
             told = f"Greatest values; wrenches are {_SIGN}."
             if self.left_open.text:
                 told += f" Not determined: {self.left_open.text}."
+            told += self._singular().replace(";", " Beware:", 1)
             wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
             wrenches += element("p", told)
         # That of the power is left out as well where the outputs leave out part of its flow.
@@ -574,14 +608,15 @@ class Sweep(MotionResult):
 
 
 def _greatest(wrench: JointWrench) -> tuple[str, ...]:
-    """Return the greatest force, torsion and bending of a joint, and whether they are unique."""
-    shown = [np.linalg.norm(wrench.force, axis=-1)]
-    if wrench.has_axis:
-        shown += [wrench.torsion, wrench.bending]
-    greatest = [f"{float(np.max(np.abs(values), initial=0.0)):.4g}" for values in shown]
-    parts = greatest if wrench.has_axis else [*greatest, "no axis", "no axis"]
+    """Return the greatest force, moment and shares of it in a joint, and what of them is unique."""
+    parts: list[Array] = [wrench.torsion, wrench.bending] if wrench.has_axis else []
+    force, moment, *shares = (
+        f"{float(np.nanmax(np.abs(values), initial=0.0)):.4g}"
+        for values in (*wrench.magnitude, *parts)
+    )
     unique = "yes" if np.all(wrench.unique) else f"not {named_components(~wrench.unique)}"
-    return (wrench.joint, *parts, unique)
+    force += wrench.unique_parts("force")
+    return (wrench.joint, force, moment, *(shares or ["no axis"] * 2), unique)
 
 
 def _table_of(sweep: Sweep, motion: bool) -> Table:

@@ -17,6 +17,8 @@ from ..frozen import Hinting, Record, read_only
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..mechanism.mechanism import Mechanism
+
 WITHOUT_AXIS = frozenset({"spherical", "floating", "fixed"})
 """Types of joints that have no axis: what a description says of one means nothing."""
 _Direction = tuple[tuple[int, float], ...]
@@ -85,6 +87,15 @@ class Surroundings(Protocol):
 
     def why_open(self, joint: str) -> str:
         """Return why components of a joint's wrench are not unique; empty if all are."""
+        ...
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Whose joint it is."""
+        ...
+
+    def near_singular(self, sizes: Array) -> str:
+        """Return in words that what is great comes from close to a singular configuration."""
         ...
 
     def rotation_from_joint(self, joint: str, frame: str) -> Array:
@@ -256,9 +267,12 @@ class JointWrench(Hinting):
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])
         # Near singular configurations of a trajectory, wrenches are not known.
-        known = (size[np.isfinite(size)] for size in self.magnitude)
+        known = [size[np.isfinite(size)] for size in self.magnitude]
         force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in known)
-        acts = f"force up to {force} N, moment up to {moment} N·m"
+        acts = f"force up to {force} N{self.unique_parts('force')}"
+        acts += f", moment up to {moment} N·m{self.unique_parts('moment')}"
+        lost = self.magnitude.force.size - known[0].size
+        acts += f", not known at {lost} of them" * bool(lost)
         is_unique = bool(np.all(self.unique))
         if force == moment == "0" and self.moment.size and is_unique:
             acts = "nothing acts"
@@ -266,10 +280,29 @@ class JointWrench(Hinting):
         chosen = "" if is_unique else f", not unique: {named_components(~self.unique)}"
         if chosen and self._sweep is not None:
             chosen += f", {self._sweep.why_open(self.joint)}"
+        if self._sweep is not None and self.moment.size:
+            length = self._sweep.mechanism.characteristic_length
+            told = self._sweep.near_singular(
+                np.maximum(self.magnitude.force * length, self.magnitude.moment)
+            )
+            chosen += f", {told}" if told else ""
         return (
             f"<JointWrench of {self.joint!r} in {self.frame} axes{about}, of the parent on the "
             f"child: {shape} samples, {acts}{chosen}>"
         )
+
+    def unique_parts(self, what: str) -> str:
+        """Return in brackets which part of a `force` or `moment` is unique though it is not."""
+        from ..figures.wrenches import known_part, together  # Imported here: few are shown.
+
+        part = known_part(self, what)
+        if part == what or self._sweep is None:
+            return ""
+        force, moment = (float(np.nanmax(size, initial=0.0)) for size in self.magnitude)
+        whole = together(force, moment, self._sweep.mechanism.characteristic_length)
+        greatest = float(np.nanmax(np.abs(getattr(self, part)), initial=0.0))
+        acts = greatest > 1e-9 * whole["N" if what == "force" else "N·m"]
+        return f" ({part} up to {greatest:.4g} unique)" if acts else ""
 
     @property
     def magnitude(self) -> Magnitude:

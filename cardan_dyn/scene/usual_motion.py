@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import AssemblyError, MobilityError, SingularConfigurationError
+from ..errors import MobilityError
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
 from .drives import Drives, described_limits, drives_of
@@ -22,13 +22,10 @@ _ANGLE_SWING = 0.5
 """How far an angle without limits moves to both sides [rad]: clearly visible, and less than most
 mechanisms allow."""
 _CLEAR = 0.05
-"""Part of its range by which a single drive stays away from the dead points at its ends, where the
-scene would be refused."""
-_JOINT_SWING = 0.3
-"""Amplitude of each of several drives, as a fraction of its limits: these say nothing of which
-combinations of positions the loops allow, so it stays well inside."""
-_SMALLER_SWINGS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
-"""Parts of that amplitude that are tried around the start where the loops do not allow it."""
+"""Part of its range by which a drive stays away from the dead points at its ends, where the scene
+would be refused."""
+_WAY = 100
+"""Steps of a way at which it is asked whether loops still close."""
 _ROUNDING = 1e-12
 
 
@@ -41,6 +38,7 @@ class UsualMotion(NamedTuple):
         turns: whether its only drive turns once, so that its speed may be constant.
         speed: of a single drive that turns [rad/s], as the preset has it.
         said: what moves over which range and why, in one line.
+        box: `(d, 2)` range of each drive.
     """
 
     scene: Scene
@@ -48,6 +46,7 @@ class UsualMotion(NamedTuple):
     turns: bool
     speed: float
     said: str
+    box: Array
 
     def sweep(self, speed: float | None = None) -> Sweep:
         """Return the sweep over the positions; a swing is quasi-static, as it reverses its sense.
@@ -71,8 +70,9 @@ def usual_motion(
 ) -> UsualMotion:
     """Return how a mechanism moves through its range, as given or else as is usual.
 
-    A single drive turns once, or swings through the range that it has; several swing out of phase,
-    each within its limits.
+    A single drive turns once, or swings through the range that it has. Several go through theirs
+    all together, then each by itself while the others are where they start, as far as loops let
+    them: a range is that of the description's limits; without them a turn, or a swing of a slide.
 
     Args:
         mechanism: from `load`.
@@ -89,17 +89,14 @@ def usual_motion(
     mechanism, drives = scene.mechanism, scene.drives
     speed = (preset_of(mechanism) or Preset()).speed
     if len(drives) > 1:
-        positions = _out_of_phase(scene, samples)
-        if len(drives) > 4:
-            listed = f"{', '.join(drives[:3])} and {len(drives) - 3} others"
-        else:
-            listed = ", ".join(drives)
-        return UsualMotion(scene, positions, False, speed, f"{listed} swing out of phase{why}")
+        return _of_several(scene, samples, speed, why)
     (name,) = drives
     found = _range(scene, name)
     if found is None:
         turn = np.linspace(0.0, 2.0 * np.pi, samples)
-        return UsualMotion(scene, turn, True, speed, f"{name} turns once{why}")
+        return UsualMotion(
+            scene, turn, True, speed, f"{name} turns once{why}", np.array([[0.0, 2.0 * np.pi]])
+        )
     low, high = found
     phase = np.linspace(0.0, 2.0 * np.pi, samples)
     swing = (low + high) / 2.0 + (high - low) / 2.0 * np.sin(phase)
@@ -108,7 +105,7 @@ def usual_motion(
     else:
         between = f"{_shown(np.rad2deg(low))}° and {_shown(np.rad2deg(high))}°"
     said = f"{name} moves between {between}, there and back{why}"
-    return UsualMotion(scene, np.asarray(swing), False, speed, said)
+    return UsualMotion(scene, np.asarray(swing), False, speed, said, np.array([found]))
 
 
 def default_scene(
@@ -225,30 +222,46 @@ def slides(mechanism: Mechanism, name: str) -> bool:
     return mechanism.drivable[name].slides
 
 
-def _out_of_phase(scene: Scene, samples: int) -> Array:
-    """Return positions `(samples, d)` of d drives that swing one after the other."""
+def _of_several(scene: Scene, samples: int, speed: float, why: str) -> UsualMotion:
+    """Return how several drives move."""
     mechanism, drives = scene.mechanism, scene.drives
+    start = scene.solver.assembly.start[
+        [mechanism.coordinates.named[name].column for name in drives]
+    ]
+    are_slides = np.array([slides(mechanism, name) for name in drives])
+    reach = np.where(are_slides, _SLIDE_SWING * mechanism.characteristic_length, np.pi)
     limits = np.array([described_limits(mechanism, name) for name in drives])
-    columns = [mechanism.coordinates.named[name].column for name in drives]
-    start = scene.solver.assembly.start[columns]
-    length = mechanism.characteristic_length
-    reach = np.array(
-        [_SLIDE_SWING * length if slides(mechanism, name) else _ANGLE_SWING for name in drives]
+    is_limited = np.isfinite(limits).all(axis=1)[:, None]
+    box = np.where(is_limited, limits, start[:, None] + reach[:, None] * [-1.0, 1.0])
+    # One way after the other: to the upper end, to the lower one, and back to the start.
+    which = np.vstack([np.ones(len(drives)), np.eye(len(drives))])
+    phase = (np.arange(samples) + 0.5) * len(which) / samples
+    way = phase.astype(int)
+    wave = np.sin(2.0 * np.pi * (phase - way))[:, None]
+    down, up = (side[None] * which for side in (box.T - start))
+    down, up = (side * _reached(scene, start, side)[:, None] for side in (down, up))
+    positions = start + np.where(wave > 0.0, up[way], -down[way]) * wave
+    share = (
+        np.abs(up - down)[which > 0.0] / np.broadcast_to(np.ptp(box, axis=1), up.shape)[which > 0.0]
     )
-    is_limited = np.isfinite(limits).all(axis=1)
-    low = np.where(is_limited, limits[:, 0], start - reach)
-    high = np.where(is_limited, limits[:, 1], start + reach)
-    phase = 2.0 * np.pi * np.arange(len(drives)) / len(drives)
-    waves = np.sin(np.linspace(0.0, 2.0 * np.pi, samples)[:, None] + phase)
-    amplitude = _JOINT_SWING * (high - low)
-    positions = (low + high) / 2.0 + amplitude * waves
-    for part in _SMALLER_SWINGS:
-        try:
-            scene.assemble(positions)
-            break
-        except (AssemblyError, SingularConfigurationError):
-            positions = start + part * amplitude * waves
-    return np.asarray(positions)
+    together, alone = float(share[: len(drives)].min()), float(share[len(drives) :].min())
+    if len(drives) > 4:
+        listed = f"{', '.join(drives[:3])} and {len(drives) - 3} others"
+    else:
+        listed = ", ".join(drives)
+    said = (
+        f"{listed} move there and back, all together over {together:.0%} of their ranges, then "
+        f"each by itself over {alone:.0%} of its own at least{why}"
+    )
+    return UsualMotion(scene, positions, False, speed, said, box)
+
+
+def _reached(scene: Scene, start: Array, ways: Array) -> Array:
+    """Return `(n,)` which part of ways `(n, d)` from the start is clear of dead points."""
+    parts = np.linspace(0.0, 1.0, _WAY + 1)
+    closes = scene.reachable(start + parts[:, None, None] * ways)
+    first = np.where(closes.all(axis=0), _WAY, closes.argmin(axis=0) - 1)
+    return np.where(first < _WAY, (1.0 - _CLEAR) * np.maximum(first, 0), first) / _WAY
 
 
 def _shown(value: float) -> str:

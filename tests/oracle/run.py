@@ -26,6 +26,7 @@ import half_power  # noqa: E402
 import long_swings  # noqa: E402
 import loose_linkages  # noqa: E402
 import near_singular  # noqa: E402
+import random_reports  # noqa: E402
 import resonant_rigs  # noqa: E402
 import separatrices  # noqa: E402
 import verdicts  # noqa: E402
@@ -79,6 +80,7 @@ CAMPAIGNS = {
     "half_power": Campaign("half power of resonances, by shooting", half_power.ask),
     "near_singular": Campaign("starts near singular configurations", near_singular.ask),
     "verdicts": Campaign("verdicts on random drive lines", verdicts.ask),
+    "reports": Campaign("extremes of few samples by closed forms", random_reports.ask),
     "separatrices": Campaign("motions beside unstable positions", separatrices.ask),
     "long_swings": Campaign("long motions, and events of many zeros", long_swings.ask),
     "free_rotations": Campaign("bodies that turn freely, by quaternions", free_rotations.ask),

@@ -90,8 +90,23 @@ def test_what_was_asked_is_computed() -> None:
         case_of(cd.load("four_bar"), interval=(0.4, 0.1))
     with pytest.raises(cd.ArgumentError, match="single drive"):
         case_of(cd.load("stewart_platform"), interval=(0.0, 0.1))
+    with pytest.raises(cd.ArgumentError, match="a speed is that of a single drive"):
+        case_of(cd.load("stewart_platform"), speed=1.0)
     with pytest.raises(cd.ModelError, match="crank"):
         case_of(cd.load("four_bar"), drive=("crank",))
+
+
+def test_few_samples_reach_both_ends_of_a_swing() -> None:
+    """Six samples of a sine miss its ends by a twentieth."""
+    ends = [
+        np.ravel(sweep.position)[[0, -1]]
+        for sweep in (
+            case_of(cd.load("four_bar"), drive=("rocker_bearing",), samples=count).sweep
+            for count in (6, 721)
+        )
+        if sweep is not None
+    ]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-12)
 
 
 def test_limits_of_trees_and_elements() -> None:
@@ -120,6 +135,22 @@ def test_orders_of_a_universal_joint() -> None:
     assert not orders[1::2].any()
 
 
+@pytest.mark.parametrize("samples", [3, 20])
+def test_orders_of_few_samples_are_those_of_the_turn(samples: int) -> None:
+    """At 80° each even order still has 70 % of the one before: what is left out folds down."""
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": np.radians(80.0)},
+        loads={"bearing_out": -100.0},
+    )
+    report = Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, samples)))
+    orders = report.orders["bearing_in", "torsion", "N·m"]
+    step = np.tan(np.radians(40.0)) ** 2
+    assert orders[2:9:2] == pytest.approx([200.0 * step**k for k in (1, 2, 3, 4)], rel=1e-8)
+    assert report.orders_error < 1e-8
+
+
 def test_table_and_text(tmp_path: Path) -> None:
     report = Report(cd.load("four_bar"))
     frame = report.to_dataframe()
@@ -127,6 +158,7 @@ def test_table_and_text(tmp_path: Path) -> None:
         *("owner", "quantity", "unit"),
         *("greatest", "least", "determined"),
     ]
+    assert (frame.error <= 1e-6 * frame.greatest.abs().max()).all()
     item = by_name(report)["crank_bearing", "torsion"]
     row = frame[(frame.owner == "crank_bearing") & (frame.quantity == "torsion")].iloc[0]
     assert row.greatest == item.greatest
@@ -143,7 +175,7 @@ def test_page_begins_with_what_statics_determines(tmp_path: Path) -> None:
     sweep = scene.sweep(np.linspace(0.0, 2.0 * np.pi, 361))
     most = {name: sweep[name].shear.max() for name in sweep.outputs}
     page = Report(sweep).save(tmp_path / "bar.html").read_text("utf-8")
-    told = re.search(r"the greatest shear that statics determines is ([\d.]+) N at (\w+);", page)
+    told = re.search(r"[Tt]he greatest shear that statics determines is ([\d.]+) N at (\w+);", page)
     assert told is not None
     assert float(told[1]) == pytest.approx(max(most.values()), rel=1e-3)
     assert most[told[2]] == pytest.approx(max(most.values()), rel=1e-12)
@@ -228,7 +260,9 @@ class TestPage:
         assert "force *" in text and "chosen by least norm among all wrenches" in text
         text = self.page(Report(cd.load("stewart_platform")), tmp_path)
         assert "All wrenches follow from the laws of motion alone." in text
-        assert "at sample" in text and "Positions of the drives at these samples" in text
+        assert '<th scope="col">place</th>' in text or ">place<" in text
+        assert "Positions of the drives at these places" in text
+        assert "there are doubts" in text and "of a grid over all ranges" in text
 
 
 @pytest.fixture(scope="module")
@@ -260,12 +294,139 @@ def test_few_digits_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """The condition where wrenches are great counts, not where they vanish."""
     report = Report(cd.load("thoma_rig"))
     assert report.sweep is not None and report.sweep.condition.max() > 1e15
-    assert report.digits >= 10 and not report.doubt
-    report = Report(cd.load("four_bar"))
-    assert report.digits >= 14
-    monkeypatch.setitem(report.sweep.__dict__, "condition", np.full(721, 1e12))
-    worse = Report(report.sweep)
+    assert report.digits >= 10 and not report.doubts
+    sweep = Report(cd.load("four_bar")).sweep
+    assert sweep is not None and Report(sweep).digits >= 14
+    of = property(lambda item: np.full(len(item), 1e12))
+    monkeypatch.setattr(cd.Sweep, "condition", of, raising=False)
+    worse = Report(sweep)
     assert worse.digits in (3, 4) and "loops nearly depend" in str(worse)
+    assert "nearly singular" in repr(worse)
+
+
+def test_what_comes_close_to_a_dead_point_is_said() -> None:
+    """A torque of 10 N·m at the crank, held by the rocker 1e-8 rad before its dead point."""
+    scene = cd.Scene(cd.load("four_bar"), drive="rocker_bearing", loads={"crank_bearing": -10.0})
+    low, high = scene.motion_range()
+    for end, is_near in ((low + 1e-8, True), (low + 0.1, False)):
+        sweep = scene.sweep(np.linspace(end, high - 0.1, 5))
+        assert ("close to a singular" in repr(sweep)) == is_near
+        assert ("close to a singular" in repr(sweep["crank_pin"])) == is_near
+        assert bool(Report(sweep).doubts) == is_near
+        # What is along the pin is open, what is across it is told.
+        assert f"shear up to {sweep['crank_pin'].shear.max():.4g} unique" in repr(
+            sweep["crank_pin"]
+        )
+        if is_near:
+            reached = np.linalg.norm(sweep["crank_pin"].force, axis=-1).max()
+            assert f"forces reach {reached:.3g} N" in repr(sweep)
+
+
+GEARS = """<robot name="gears"><link name="box"/><link name="pinion"/><link name="wheel"/>
+<joint name="shaft_in" type="continuous"><parent link="box"/><child link="pinion"/>
+<axis xyz="0 0 1"/></joint>
+<joint name="shaft_out" type="continuous"><parent link="box"/><child link="wheel"/>
+<origin xyz="0.14 0 0"/><axis xyz="0 0 1"/></joint>
+<coupling name="mesh"><predecessor link="pinion"/><successor link="wheel"/><ratio value="-0.4"/>
+</coupling></robot>"""
+
+
+def test_efforts_alone_have_a_page(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("jinja2")
+    mechanism = cd.load(GEARS)
+    report = Report.of_case(mechanism, case_of(mechanism, loads={"shaft_out": -50.0}))
+    text = report.save(tmp_path / "gears.html", scene=False).read_text("utf-8")
+    assert "he greatest" in text and "N·m at" in text
+    assert by_name(report)["shaft_in", "drive effort"].greatest == pytest.approx(-20.0)
+
+
+def test_a_wrench_has_its_point_in_the_table_of_loads(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("jinja2")
+    load = cd.Wrench(force=(0.0, -30.0, 0.0), frame="world", point=(0.123, 0.0, 0.045))
+    links = cd.load("four_bar").links
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={list(links)[2]: load})
+    report = Report(scene.sweep(np.linspace(0.0, 6.0, 5)))
+    text = report.save(tmp_path / "page.html", scene=False).read_text("utf-8")
+    assert "0.123, 0, 0.045" in text and "point of application, link axes" in text
+
+
+def test_orders_are_those_of_components_in_axes_that_stand_still() -> None:
+    """Bending of both shafts at 35° has next to no orders 6 and 8; its size has, as it has kinks.
+
+    The moment on the cross is normal to its plane, T₁ (1, tan β sin² φ …): of tan β T₁ |sin φ| the
+    components are tan β T₁ sin φ (sin φ, cos φ), with T₁ = M₂ cos β / (1 − sin² β cos² φ).
+    """
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": np.radians(35.0)},
+        loads={"bearing_out": -100.0},
+    )
+    phi = np.arange(4096) * 2.0 * np.pi / 4096
+    beta = np.radians(35.0)
+    torque = 100.0 * np.cos(beta) / (1.0 - (np.sin(beta) * np.cos(phi)) ** 2)
+    size = torque * np.tan(beta) * np.sin(phi)
+    for samples in (5, 361):
+        report = Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, samples)))
+        assert not [key for key in report.orders if key[1] in ("bending", "shear", "force")]
+        found = {key[1]: value for key, value in report.orders.items() if key[0] == "bearing_in"}
+        own = []
+        for component in (size * np.sin(phi), size * np.cos(phi)):
+            amplitudes = np.abs(np.fft.rfft(component))[:9] / 4096
+            amplitudes[1:] *= 2.0
+            own.append(amplitudes)
+        for name, expected in zip(("moment y", "moment z"), own, strict=True):
+            np.testing.assert_allclose(found[name], expected, atol=1e-7)
+        assert report.orders_error < 1e-6
+        kinked = np.abs(np.fft.rfft(np.abs(size)))[:9] / 2048
+        assert kinked[8] > 10.0 * max(item[8] for item in own)
+
+
+TABLE = """<robot name="table"><link name="ground"/>
+<link name="left"/><link name="right"/><link name="hanger"/>
+<link name="top"><inertial><origin xyz="0.5 0 0"/><mass value="100"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="a" type="prismatic"><parent link="ground"/><child link="left"/><axis xyz="0 0 1"/>
+<limit lower="0" upper="2" effort="0" velocity="0"/></joint>
+<joint name="b" type="prismatic"><parent link="ground"/><child link="right"/>
+<origin xyz="1.03 0 0.1"/><axis xyz="0 0 1"/><limit lower="0" upper="2" effort="0" velocity="0"/>
+</joint>
+<joint name="hinge" type="continuous"><parent link="left"/><child link="top"/><axis xyz="0 1 0"/>
+</joint>
+<joint name="swing" type="continuous"><parent link="right"/><child link="hanger"/>
+<axis xyz="0 1 0"/></joint>
+<loop name="pin" type="continuous"><predecessor link="top"><origin xyz="1 0 0"/></predecessor>
+<successor link="hanger"><origin xyz="-0.03 0 -0.1"/></successor><axis xyz="0 1 0"/></loop>
+</robot>"""
+"""A table of 100 kg on two lifting columns; a hanger lets them differ by a part of the stroke."""
+
+
+def test_several_drives_go_over_their_common_stroke() -> None:
+    mechanism = cd.load(TABLE)
+    report = Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
+    sweep = report.sweep
+    assert sweep is not None
+    together = np.abs(sweep.position[:, 0] - sweep.position[:, 1]) < 1e-12
+    assert np.ptp(sweep.position[together], axis=0) == pytest.approx([2.0, 2.0], rel=1e-3)
+    assert "together over 100% of their ranges" in report.said[0]
+    assert "of a grid over all ranges" in report.covered
+    # Own search: all that the hanger lets be, on a fine grid of strokes.
+    scene = cd.Scene(mechanism, drive=["a", "b"], gravity=(0.0, 0.0, -9.81))
+    pairs = np.stack(
+        [np.repeat(np.linspace(0.3, 1.7, 3), 81), np.tile(np.linspace(-0.2, 0.2, 81), 3)], 1
+    )
+    pairs[:, 1] += pairs[:, 0]
+    pairs = pairs[scene.reachable(pairs)]
+    dense = scene.sweep(pairs)
+    for item in report.extremes:
+        if item.quantity == "drive effort":
+            values = dense.drive_effort[:, ["a", "b"].index(item.owner)]
+            assert item.greatest >= values.max() * (1.0 - 1e-3)
+            assert item.least <= values.min() + 1e-3 * values.max()
+    assert "?" in str(report) and "in doubt" in repr(report)
+    assert "at the edge of what loops allow" in report.doubts[0]
 
 
 def test_drives_are_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,10 +38,18 @@ def test_columns_of_one_unit_share_their_axes(turn: cd.Sweep) -> None:
 
 
 def test_orders_and_polar_diagrams_are_those_of_figures(turn: cd.Sweep) -> None:
-    (axes,) = turn.plot.orders("bearing_out.bending", highest=4).axes
-    orders, sizes = cd.figures.order_amplitudes(POSITIONS, turn["bearing_out"].bending)
+    (axes,) = turn.plot.orders("drive_effort", highest=4).axes
+    orders, sizes = cd.figures.order_amplitudes(POSITIONS, turn.drive_effort)
     heights = [bar.get_height() for bar in axes.patches]
     assert heights == pytest.approx(sizes[np.isin(orders, range(5))])
+    # Of a size those of the vector, in the axes of the bearing, which stand still.
+    (axes,) = turn.plot.orders("bearing_out.bending", highest=4).axes
+    moment = turn.wrench("bearing_out", "parent").moment
+    amplitudes = [cd.figures.order_amplitudes(POSITIONS, moment[:, k])[1] for k in (1, 2)]
+    expected = np.concatenate([sizes[np.isin(orders, range(5))] for sizes in amplitudes])
+    assert [bar.get_height() for bar in axes.patches] == pytest.approx(expected)
+    names = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert names == ["bearing_out moment y", "bearing_out moment z"]
     assert len(turn.plot.polar(["bearing_out", "pin_in"], of="force").axes) == 2
 
 
@@ -88,7 +96,7 @@ def test_without_a_name_bearings_and_loads_are_drawn(turn: cd.Sweep) -> None:
     # The shafts carry no forces: rounding alone is no quantity.
     assert [axes.get_ylabel() for axes in (torsion, bending)] == ["torsion [N·m]", "bending [N·m]"]
     assert len(turn.plot.polar().axes) == 2
-    assert len(turn.plot.orders().axes[0].patches) == 2 * 9
+    assert len(turn.plot.orders().axes[0].patches) == 2 * 2 * 9
     ratio, _ = turn.plot.ratio("bearing_out").axes
     np.testing.assert_array_equal(ratio.lines[0].get_ydata(), turn.motion.ratio("bearing_out"))
 

@@ -49,19 +49,21 @@ def test_a_row_per_output_with_its_greatest_values(joint: cd.Mechanism) -> None:
     Balanced(markup)
     assert markup.startswith("<div><p>Sweep of universal_joint: 25 samples</p><table>")
     header, bearing, pin, *residuals = table_rows(markup)
-    assert header == ["joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique"]
+    moments = [f"{name} [N·m]" for name in ("moment", "torsion", "bending")]
+    assert header == ["joint", "force [N]", *moments, "unique"]
     for row, name in ((bearing, "bearing_out"), (pin, "pin_in")):
         force, moment, axis = turn[name].force, turn[name].moment, joint[name].axis
         across = moment - np.outer(moment @ axis, axis)
         greatest = (
             np.sqrt(np.max(np.sum(force**2, axis=1))),
+            np.sqrt(np.max(np.sum(moment**2, axis=1))),
             np.max(np.abs(moment @ axis)),
             np.sqrt(np.max(np.sum(across**2, axis=1))),
         )
         assert row[0] == name
         # Four digits are shown.
-        assert [float(cell) for cell in row[1:4]] == pytest.approx(greatest, rel=6e-4, abs=1e-12)
-        assert row[4] == "not force xyz"
+        assert [float(cell) for cell in row[1:5]] == pytest.approx(greatest, rel=6e-4, abs=1e-12)
+        assert row[5] == "not force xyz"
     assert residuals == [
         ["residual", "value"],
         ["loop", f"{turn.loop_residual:.1e}"],
@@ -75,13 +77,20 @@ def test_what_is_unique_is_told_as_such() -> None:
     stated = gears(coupling("mesh", "a", "b", 2.0, 'forces="none"'))
     turn = cd.Scene(cd.load(stated), drive="a").sweep(POSITIONS)
     rows = table_rows(turn._repr_html_())
-    assert [row[4] for row in rows[1:3]] == ["yes", "yes"]
+    assert [row[5] for row in rows[1:3]] == ["yes", "yes"]
     silent = cd.Scene(cd.load(stated.replace('forces="none"', "")), drive="a").sweep(POSITIONS)
     rows = table_rows(silent._repr_html_())
-    assert [row[4] for row in rows[1:3]] == ["not force xyz, moment xyz"] * 2
+    assert [row[5] for row in rows[1:3]] == ["not force xyz, moment xyz"] * 2
     assert "which couples a and b, presses on their bearings is not described" in (
         silent._repr_html_()
     )
+
+
+def test_what_is_known_of_an_open_force_is_told_beside_it() -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -10.0})
+    turn = scene.sweep(POSITIONS)
+    _, row, *_ = table_rows(turn._repr_html_())
+    assert row[1].endswith(f"(shear up to {turn[row[0]].shear.max():.4g} unique)")
 
 
 def test_texts_of_a_description_are_escaped() -> None:
