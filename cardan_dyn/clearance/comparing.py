@@ -25,9 +25,8 @@ _PER_STEP = 8
 def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
     """Compare the estimate of a scan with a simulation.
 
-    What is compared is the greatest force from one reversal to the next: the greater of the
-    estimated peak and of the force without clearance. The first reversal of the simulation is left
-    out, before which it had not yet settled.
+    What is compared is the greatest force from one reversal to the next. The first reversal of the
+    simulation is left out, before which it had not yet settled.
 
     Args:
         scan: of the same clearance and contact as the simulation; of a universal joint, each of its
@@ -137,7 +136,5 @@ def _of_joint(
                 f"{item.position:.3g} rad; simulate more turns"
             )
         peaks = [float(np.max(force[(turns == turn) & (within <= item.way)])) for turn in whole]
-        found.append(
-            ComparedReversal(scan.name, item, item.rigid_ahead, item.estimate, np.array(peaks))
-        )
+        found.append(ComparedReversal(scan.name, item, np.array(peaks)))
     return found

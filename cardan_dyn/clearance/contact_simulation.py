@@ -120,8 +120,8 @@ class JointContact(Result):
 
     @property
     def peak(self) -> float:
-        """Greatest force of all impacts that began in the simulation [N]; 0 if there are none."""
-        return max((item.peak for item in self.struck), default=0.0)
+        """Greatest force in the simulation [N], whether the pin struck or never left its wall."""
+        return max([float(np.max(self.force)), *(item.peak for item in self.impacts)])
 
     @property
     def struck(self) -> tuple[PinImpact, ...]:
@@ -320,8 +320,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         lines = [f"clearance at {self.speed:g} rad/s, {self.trajectory.time[-1]:g} s{ended}"]
         for name in self:
             struck = [item for item in self.impacts if item.bearing == name and item.speed > 0.0]
-            peak = max((item.peak for item in struck), default=0.0)
-            lines.append(f"- {name}: {len(struck)} impacts, greatest peak {peak:.4g} N")
+            lines.append(f"- {name}: {len(struck)} impacts, {self[name].peak:.4g} N at most")
         lines += [f"- {note}" for note in self.notes]
         return "\n".join(lines)
 
