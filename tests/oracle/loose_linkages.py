@@ -317,6 +317,8 @@ def misprinted(loose: Loose, found: clearance.Scan) -> list[str]:
     return wrong
 
 
+EVERY = 6
+"""Of so many linkages one is simulated."""
 STEP, JUMP = 1e-6, 0.02
 """Change of the speed, as a fraction, and what a peak without a doubt changes by no more than."""
 
@@ -324,23 +326,23 @@ STEP, JUMP = 1e-6, 0.02
 def ask_peaks(seed: int) -> tuple[list[str], list[str]]:
     """Return what a scan of all pins prints too low, and how forces of turns fared.
 
-    Of every sixth linkage, one pin after the other is simulated.
+    Of some linkages, the speed is changed a little, and one pin is simulated.
     """
     loose = draw(seed)
     if loose is None:
         return [], ["no force swings round"]
     given: dict[str, Any] = loose.contact
     found = clearance.scan(loose.scene, loose.speed, **given)
+    wrong = misprinted(loose, found)
+    counted = ["joint with a doubt" if joint.doubts else "joint" for joint in found.values()]
+    if seed % EVERY:
+        return wrong, counted
     near = clearance.scan(loose.scene, (1.0 + STEP) * loose.speed, **given)
-    wrong, counted = misprinted(loose, found), []
     for name, joint in found.items():
         change = near[name].peak / joint.peak - 1.0
-        counted.append("joint with a doubt" if joint.doubts else "joint")
         if not joint.doubts and not near[name].doubts and abs(change) > JUMP:
             wrong.append(f"{name}: jumps by {100 * change:.1f} %")
-    if seed % 6:
-        return wrong, counted
-    name = found.ranking[(seed // 6) % len(found)]
+    name = found.ranking[(seed // EVERY) % len(found)]
     joint, turn = found[name], 2.0 * np.pi
     simulation = clearance.simulate(
         loose.scene, loose.speed, joints=name, turns=TURNS, rtol=1e-6, **given

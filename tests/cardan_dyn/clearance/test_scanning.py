@@ -147,6 +147,20 @@ def test_pins_that_never_part_press_by_more_than_without_clearance(
         assert joint.peak == joint.greatest and f"{joint.peak:.4g} N at most" in joint.summary
 
 
+@pytest.mark.parametrize("speed", [67.36471, 81.798784, 91.389688])
+def test_peaks_do_not_jump_where_reversals_come_and_impacts_go(speed: float) -> None:
+    """There a third impact ends, a fourth reversal comes (ρ = 1), and the last impact ends."""
+    rig = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -10.0})
+    response, contact = rig.response(), {"clearance": 1e-4, "stiffness": 1e7, "damping_ratio": 0.2}
+    below, above = (
+        scan(response, speed * (1.0 + part), joints="rocker_bearing", **contact)["rocker_bearing"]
+        for part in (-1e-6, 1e-6)
+    )
+    assert (len(below.reversals), below.impacts) != (len(above.reversals), above.impacts)
+    for name in ("peak", "least", "greatest", "rigid_peak"):
+        assert getattr(above, name) == pytest.approx(getattr(below, name), rel=1e-3)
+
+
 def test_where_a_force_turns_through_the_interval_counts_and_not_the_two_mass_peak() -> None:
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
     found = scan(scene, 150.0, joints="piston_pin", damping_ratio=0.25, **CONTACT)
