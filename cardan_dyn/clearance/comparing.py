@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 _SAME = 1e-6
 """Difference of clearance, stiffness or damping, as a fraction, that is rounding."""
-_PER_STEP = 8
-"""Times at which the force is looked at between two steps of a simulation."""
 
 
 def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
@@ -64,7 +62,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
             _check_bearings(joint, simulation)
         for name, item in joint.by_bearing().items():
             _check_same(item, simulation.contact(name))
-    fine = simulation.at(finer(simulation.steps, _PER_STEP))
+    fine = simulation.at(finer(simulation.steps))
     scanned = scan.by_bearing()
     result = []
     for name in (name for name in simulation if name in scanned):

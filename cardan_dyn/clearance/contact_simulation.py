@@ -28,6 +28,8 @@ _SPEED, _MASS = 0.1, 1.0
 """A touch [m/s, kg] by which laws are judged."""
 _CHAOTIC = 0.9
 """Restitution from which on small differences grow from impact to impact."""
+_PER_STEP = 8
+"""Times at which the force is looked at between two steps of a simulation."""
 _MISSING = 0.1
 """Missing energy, as a fraction of what a wall stores at most, that is remarked: forces go by the
 root of what is stored."""
@@ -129,9 +131,9 @@ class JointContact(Result):
         return tuple(item for item in self.impacts if not np.isnan(item.speed))
 
 
-def finer(times: Array, parts: int) -> Array:
+def finer(times: Array) -> Array:
     """Return times `(N,)` with others between, each step cut into parts."""
-    within = np.linspace(0.0, 1.0, parts, endpoint=False)
+    within = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
     between = (times[:-1, None] + np.diff(times)[:, None] * within).ravel()
     return np.concatenate([between, times[-1:]])
 

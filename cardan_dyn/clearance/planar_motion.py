@@ -78,12 +78,10 @@ class Landing(NamedTuple):
     Attributes:
         time: [s].
         speed: at which the pin strikes the wall [m/s].
-        gap: greatest distance from the wall in the flight before [m].
     """
 
     time: float
     speed: float
-    gap: float
 
 
 class PlanarMotion(NamedTuple):
@@ -214,14 +212,6 @@ class PlanarModel:
         return _Run(self, begin, begin + periods * self._duration).motion()
 
 
-def _nearest(x: float, y: float, to_x: float, to_y: float) -> float:
-    """Return how near a way from one point to another comes to the middle."""
-    way_x, way_y = to_x - x, to_y - y
-    square = way_x * way_x + way_y * way_y
-    part = min(max(-(x * way_x + y * way_y) / square, 0.0), 1.0) if square > 0.0 else 0.0
-    return math.hypot(x + part * way_x, y + part * way_y)
-
-
 class _Run:
     """One integration, by the pair of Dormand and Prince with 4 floats in place of arrays."""
 
@@ -268,7 +258,6 @@ class _Run:
         time, state = self._time, self._state
         is_pressed = self._pressed(state) > 0.0
         step = 1e-3 * self._longest
-        gap = 0.0
         slope = self._acceleration(time, *state, is_pressed)
         self._keep(time, self._pressure(state) if is_pressed else 0.0)
         for _ in range(_MOST_STEPS):
@@ -289,21 +278,15 @@ class _Run:
                     wrong = self._pressed(after) > 0.0
             if wrong:
                 step, after = self._located(time, state, slope, step, after, is_pressed)
-            before_x, before_y = state[0], state[1]
             time, state = time + step, after
             x, y, u, v = state
             r = math.sqrt(x * x + y * y)
-            if is_pressed:
-                self._keep(time, max(self._pressure(state), 0.0))
-            else:
-                gap = max(gap, self._half - _nearest(before_x, before_y, x, y))
-                self._keep(time, 0.0)
+            self._keep(time, max(self._pressure(state), 0.0) if is_pressed else 0.0)
             if wrong:
                 is_pressed = not is_pressed
                 if is_pressed:
-                    self._touches.append(Landing(time, (x * u + y * v) / r, gap))
+                    self._touches.append(Landing(time, (x * u + y * v) / r))
                     self._keep(time, max(self._pressure(state), 0.0))
-                gap = 0.0
                 slope = self._acceleration(time, *state, is_pressed)
                 # After a touch the force rises within a swing, which the error then finds.
                 step = min(grown, 0.1 * step + 1e-4 * self._longest)
@@ -435,14 +418,12 @@ class Passages(NamedTuple):
     Attributes:
         forces: `(K,)` greatest on it [N].
         speed: `(K,)` of the hardest strike, normal to the wall [m/s]; 0 if the pin stays on it.
-        gap: `(K,)` greatest distance from the wall on the way, as a fraction of half the clearance.
         position: of the drive where the greatest of these forces is [rad].
         margin: by which the force of a whole mechanism may lie beside them, as a fraction.
     """
 
     forces: Array
     speed: Array
-    gap: Array
     position: float
     margin: float
 
@@ -545,15 +526,13 @@ class FollowedPin:
         starts = begun + first + turn * np.arange(math.ceil(_PERIODS) + 1)
         starts = starts[(starts >= begun + _SETTLED * turn) & (starts + lasts <= motion.end)]
         rows = [self._passage(motion, start, start + lasts) for start in starts.tolist()]
-        forces, times, speeds, gaps = np.array(rows).T
+        forces, times, speeds = np.array(rows).T
         offset = 0.5 * self.contact.clearance + float(np.mean(forces)) / self.contact.stiffness
         place = self._speed * float(times[np.argmax(forces)]) % self._period
         margin = _MODEL + _PER_OFFSET * offset / self._length
-        return Passages(forces, speeds, gaps, place, margin)
+        return Passages(forces, speeds, place, margin)
 
     def _passage(self, motion: PlanarMotion, start: float, end: float) -> tuple[float, ...]:
-        """Return the greatest force of one passage, when that is, its hardest strike, its gap."""
-        inside = [item for item in motion.touches if start <= item.time < end]
-        hardest = max((item.speed for item in inside), default=0.0)
-        gap = max((item.gap for item in inside), default=0.0) / (0.5 * self.contact.clearance)
-        return *motion.greatest(start, end), max(hardest, 0.0), gap
+        """Return the greatest force of one passage, when that is, and its hardest strike."""
+        struck = [item.speed for item in motion.touches if start <= item.time < end]
+        return *motion.greatest(start, end), max([0.0, *struck])

@@ -35,8 +35,6 @@ _APART = 0.1
 its wall: a hundredth of the energy."""
 _MASS_CHANGE = 0.1
 _DEVIATION = math.radians(20.0)
-_LESS = -0.1
-"""Change of a parameter of which summaries tell what it would buy."""
 _TOGETHER = 0.05
 """Part of the clearance, as a fraction, by which bearings may differ where they close together."""
 _NO_NUMBERS = {"direction", "directions", "model", "motion", "share", "ahead"}
@@ -173,11 +171,6 @@ class ForceReversal:
         return float(np.median(self.passages.speed))
 
     @property
-    def gap(self) -> float:
-        """Greatest distance from the wall by half the clearance, median of all turns."""
-        return math.nan if self.passages is None else float(np.median(self.passages.gap))
-
-    @property
     def energy(self) -> float:
         """Kinetic energy of the impact in all open bearings, m v² / 2 each [J]."""
         parts = sum(share**2 for share in self.share)
@@ -199,7 +192,7 @@ class ForceReversal:
         found = self.model.exponents
         return found._replace(speed=self.slope_growth * found.slope)
 
-    def effects(self, change: float = _LESS) -> dict[str, float]:
+    def effects(self, change: float) -> dict[str, float]:
         """Return by which fraction the two-mass peak would change with each parameter.
 
         Args:
@@ -265,7 +258,7 @@ class ForceReversal:
 
 
 _FOUND = ("peak", "least", "greatest", "expected", "estimate", "rigid_ahead")
-_FOUND += ("strike_speed", "gap", "energy")
+_FOUND += ("strike_speed", "energy")
 _NUMBERS = [name for name in ForceReversal.__dataclass_fields__ if name not in _NO_NUMBERS]
 """Fields that are numbers: what is cached beside them is none of a table's columns."""
 
@@ -532,17 +525,6 @@ class ComparedReversal:
         """Estimate over the mean of the simulated peaks, less 1."""
         return float(self.estimate / np.mean(self.simulated) - 1.0)
 
-    @property
-    def excess(self) -> float:
-        """What is simulated beyond the rigid maximum, as a fraction of the estimate of it.
-
-        NaN where nothing beyond it is estimated.
-        """
-        estimated = self.estimate - self.rigid
-        if estimated <= 0.0:
-            return np.nan
-        return float((np.mean(self.simulated) - self.rigid) / estimated)
-
     def row(self) -> dict[str, Any]:
         """Return its numbers by name, and the doubts of the estimate as text."""
         item = self.reversal
@@ -556,7 +538,6 @@ class ComparedReversal:
             "simulated_least": float(np.min(self.simulated)),
             "simulated_greatest": float(np.max(self.simulated)),
             "error": self.error,
-            "excess": self.excess,
             "expected": item.expected,
             "least": item.least,
             "greatest": item.greatest,

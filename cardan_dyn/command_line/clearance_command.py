@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 _RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
 _LENGTH = "length", "m"
-_LESS = -0.1
-"""Change of a parameter of which the table tells what it would buy."""
-_BOUGHT = ("speed", "clearance", "mass", "stiffness")
 _NUMBERS = ("peak", "peak_position", "least", "greatest")
 
 
@@ -115,28 +112,14 @@ def print_scan(scanned: Scan) -> None:
     title = f"Clearance at {scanned.speed:.6g} rad/s ({scanned.speed / _RAD_PER_S:.6g} 1/min)"
     caption = "peak: greatest force of all that is known; least: lower end of its interval"
     show(headings, rows, title=title, caption=caption)
-    bought = [row for name in scanned.ranking if (row := _bought(scanned[name]))]
-    if bought:
-        title = "Change of the two-mass peak with 10 % less of each [%]"
-        show(("joint", *_BOUGHT), bought, title=title)
-    said = {name: scanned[name] for name in scanned.ranking}
-    lines = [f"{name}: {'; '.join((joint.verdict, *joint.doubts))}" for name, joint in said.items()]
+    said = {name: (scanned[name].verdict, *scanned[name].doubts) for name in scanned.ranking}
+    lines = [f"{name}: {'; '.join(words)}" for name, words in said.items()]
     lines += str(scanned.verified).splitlines() if scanned.verified is not None else []
     lines += [f"{name}: not scanned, {reason}" for name, reason in scanned.left_out.items()]
     for line in lines:
         say(line)
     for note in scanned.notes:
         say(note, "yellow")
-
-
-def _bought(joint: JointScan) -> list[str]:
-    """Return what less of each parameter would buy, in percent; nothing of what does not strike."""
-    if joint.worst is None or not joint.worst.strikes:
-        return []
-    effects = joint.worst.effects(_LESS)
-    if math.isnan(effects["clearance"]):
-        return []
-    return [joint.name, *(_text(100.0 * effects[name], "+.1f") for name in _BOUGHT)]
 
 
 def _cells(joint: JointScan) -> list[str]:

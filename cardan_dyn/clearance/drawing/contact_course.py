@@ -21,9 +21,6 @@ from ...figures.style import (
 from ..contact_simulation import ContactSimulation, finer
 from ..scan_results import JointScan, Scan
 
-_PER_STEP = 8
-"""Times at which the force is looked at between two steps of a simulation."""
-
 
 @in_look
 def contact_course(
@@ -88,7 +85,7 @@ def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Arra
     located = [(item.start, item.peak_time, item.end) for item in coarse.impacts]
     corners = np.ravel(located)
     corners = corners[(corners > times[0]) & (corners < times[-1])]
-    course = simulation.at(np.unique(np.concatenate([finer(times, _PER_STEP), corners])))[joint]
+    course = simulation.at(np.unique(np.concatenate([finer(times), corners])))[joint]
     return course.position, course.force
 
 

@@ -123,8 +123,7 @@ class Followed:
         self.forces = forces
 
     def passages(self, position: float, way: float) -> Passages:
-        speeds = np.zeros(3)
-        return Passages(np.array(self.forces[position]), speeds, speeds, position + 0.5, 0.05)
+        return Passages(np.array(self.forces[position]), np.zeros(3), position + 0.5, 0.05)
 
 
 def followed(*forces: list[float], **given: Any) -> JointScan:

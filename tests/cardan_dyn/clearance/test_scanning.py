@@ -216,7 +216,7 @@ def test_where_no_interval_is_known_an_estimate_is_doubted(
     assert said in joint.doubts[0] and joint.doubts[0] in joint.summary
     assert np.isnan([joint.least, joint.greatest]).all()
     for item in joint.reversals:
-        assert np.isnan([item.least, item.expected, item.greatest, item.gap]).all()
+        assert np.isnan([item.least, item.expected, item.greatest]).all()
         assert item.peak == item.estimate
     assert joint.peak == max(item.estimate for item in joint.reversals)
     assert joint.summary.startswith(f"{joint.peak:.4g} N estimated; ")

@@ -37,13 +37,12 @@ def test_prints_joints_by_their_peaks_doubts_and_what_was_not_scanned() -> None:
     places = [result.output.index(f"\n{name} ") for name in found.ranking]
     assert places == sorted(places)
     lines = result.output.splitlines()
-    first, change, *_ = (line for line in lines if line.startswith("rocker_bearing "))
+    (first,) = (line for line in lines if line.startswith("rocker_bearing "))
     worst = found["rocker_bearing"].worst
     assert worst is not None
     joint = found["rocker_bearing"]
     assert f"{joint.peak:.5g}" in first and f"{joint.least:.5g}" in first
     assert f"{worst.tau:.2f}" in first and f"{np.degrees(joint.peak_position):.1f}" in first
-    assert f"{100 * (0.9**worst.exponents.clearance - 1):+.1f}" in change
     assert "3000 1/min" in result.output
     assert "main_shaft: no impact: the pin slides round along its wall" in result.output
     assert "needle_guide: not scanned, it has no pin" in result.output
