@@ -52,7 +52,6 @@ class ForceReversal:
         force_slope: F₀/t₀, how fast the force grows [N/s].
         direction: `(3,)` unit vector in which it grows, in the world.
         reduced_mass: m that it moves, free to move across it [kg].
-        guided_mass: the same if the sides are held from moving across [kg].
         stiffness: c of the contact, at the peak if it depends on the force [N/m].
         contact_time: t₁ from the reversal to the impact [s].
         impact_speed: v₁ [m/s].
@@ -85,7 +84,6 @@ class ForceReversal:
     force_slope: float
     direction: Array
     reduced_mass: float
-    guided_mass: float
     stiffness: float
     contact_time: float
     impact_speed: float
@@ -131,16 +129,11 @@ class ForceReversal:
         return max(force + left * max(0.0, struck * part / most - force) for part, force in pairs)
 
     @property
-    def expected(self) -> float:
-        """Greatest force until the next reversal, mean of all turns [N]; NaN if not known."""
-        return math.nan if self.passages is None else float(np.mean(self.passages.forces))
-
-    @property
     def least(self) -> float:
-        """Lower end of the interval in which that force lies, turn by turn [N]; NaN if not known.
+        """Lower end of the interval of the greatest force until the next reversal [N].
 
         What the pin does in its plane in some turns, without friction, with what whole mechanisms
-        differ from it.
+        differ from it. NaN if that is not known.
         """
         return math.nan if self.passages is None else self.passages.least
 
@@ -227,11 +220,7 @@ class ForceReversal:
             doubts.append(f"the force turns through (ρ = {self.turn_through:.2f})")
         if self.model.damping_ratio >= MOST_DAMPED:
             doubts.append("the contact is damped more than critically")
-        if self.flown > 1.0:
-            doubts.append(
-                f"the flight outlasts the force's rise ({self.flown:.2f} of it): far too high"
-            )
-        elif self.flown > FLOWN:
+        if self.flown > FLOWN:
             doubts.append(f"the ramp bends over the flight ({self.flown:.2f} of the way): too high")
         if abs(self.mass_change) > _MASS_CHANGE:
             doubts.append(f"the reduced mass changes by {100 * self.mass_change:.0f} %")
@@ -257,7 +246,7 @@ class ForceReversal:
         return {**values, **directions, **found, **exponents, **said}
 
 
-_FOUND = ("peak", "least", "greatest", "expected", "estimate", "rigid_ahead")
+_FOUND = ("peak", "least", "greatest", "estimate", "rigid_ahead")
 _FOUND += ("strike_speed", "energy")
 _NUMBERS = [name for name in ForceReversal.__dataclass_fields__ if name not in _NO_NUMBERS]
 """Fields that are numbers: what is cached beside them is none of a table's columns."""
@@ -309,13 +298,17 @@ class JointScan(Result):
         """Greatest force without clearance [N]."""
         return float(np.max(np.linalg.norm(self.force, axis=-1)))
 
+    @property
+    def _period(self) -> float:
+        """Of the drive [rad]."""
+        return len(self.position) * float(self.position[1] - self.position[0])
+
     @cached_property
     def _passages(self) -> tuple[Passages, ...]:
         """What the pin did from each reversal to the next, or in whole turns; empty if unknown."""
         if self.motion is None:
             return ()
-        period = len(self.position) * float(self.position[1] - self.position[0])
-        whole = self.motion.passages(0.0, period) if not self.reversals else None
+        whole = self.motion.passages(0.0, self._period) if not self.reversals else None
         every = [whole] if not self.reversals else [item.passages for item in self.reversals]
         return tuple(item for item in every if item is not None)
 
@@ -372,8 +365,7 @@ class JointScan(Result):
     @property
     def impacts_per_turn(self) -> float:
         """Impacts in a turn of the drive; a period may have several turns."""
-        period = len(self.position) * float(self.position[1] - self.position[0])
-        return 2.0 * math.pi * self.impacts / period
+        return 2.0 * math.pi * self.impacts / self._period
 
     @property
     def impact_power(self) -> float:
@@ -538,7 +530,6 @@ class ComparedReversal:
             "simulated_least": float(np.min(self.simulated)),
             "simulated_greatest": float(np.max(self.simulated)),
             "error": self.error,
-            "expected": item.expected,
             "least": item.least,
             "greatest": item.greatest,
             "turn_through": item.turn_through,

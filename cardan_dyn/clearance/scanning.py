@@ -335,7 +335,6 @@ class Scanner:
             force_slope=case.model.slope,
             direction=read_only(directions[most]),
             reduced_mass=case.model.mass,
-            guided_mass=mobility.reduced_mass(swing.direction, is_guided=True),
             turn_through=turn_through,
             flown=abs(speed) * numbers["contact_time"] / swing.way,
             mass_change=change,
