@@ -551,12 +551,12 @@ class ScanComparison(Result, tuple[ComparedReversal, ...]):
         lines = ["scan beside simulation [N]"]
         for item in self:
             found, doubts = item.reversal, "; ".join(item.reversal.doubts)
-            interval = f", {found.least:.4g} to {found.greatest:.4g} in the plane"
+            interval = f"{found.least:.4g} to {found.greatest:.4g} in the plane and "
             lines.append(
                 f"- {item.joint} at {found.position:.3f} rad: simulated "
-                f"{np.min(item.simulated):.4g} to {np.max(item.simulated):.4g}"
-                f"{interval if found.passages else ''}; estimate {item.estimate:.4g} "
-                f"({100.0 * item.error:+.1f} %), rigid {item.rigid:.4g}"
+                f"{np.min(item.simulated):.4g} to {np.max(item.simulated):.4g}, beside "
+                f"{interval if found.passages else ''}an estimate of {item.estimate:.4g} "
+                f"({100.0 * item.error:+.1f} %); rigid {item.rigid:.4g}"
                 f"{'; ' + doubts if doubts else ''}"
             )
         return "\n".join(lines)
