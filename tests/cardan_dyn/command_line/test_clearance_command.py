@@ -227,4 +227,4 @@ def test_ctrl_c_while_joints_are_simulated_is_told_by_the_exit_code(
     monkeypatch.setattr("cardan_dyn.simulation.progress.Progress.step", press)
     found = run("needle_drive", "--speed", "3000", *CONTACT, "--verify")
     assert found.exit_code == 130
-    assert "Impacts at" in found.output and "interrupted; not simulated: " in found.output
+    assert "Clearance at" in found.output and "interrupted; not simulated: " in found.output
