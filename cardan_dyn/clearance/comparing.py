@@ -18,16 +18,13 @@ if TYPE_CHECKING:
 
 _SAME = 1e-6
 """Difference of clearance, stiffness or damping, as a fraction, that is rounding."""
-_PER_STEP = 8
-"""Times at which the force is looked at between two steps of a simulation."""
 
 
 def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
     """Compare the estimate of a scan with a simulation.
 
-    What is compared is the greatest force from one reversal to the next: the greater of the
-    estimated peak and of the force without clearance. The first reversal of the simulation is left
-    out, before which it had not yet settled.
+    What is compared is the greatest force from one reversal to the next. The first reversal of the
+    simulation is left out, before which it had not yet settled.
 
     Args:
         scan: of the same clearance and contact as the simulation; of a universal joint, each of its
@@ -65,7 +62,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
             _check_bearings(joint, simulation)
         for name, item in joint.by_bearing().items():
             _check_same(item, simulation.contact(name))
-    fine = simulation.at(finer(simulation.steps, _PER_STEP))
+    fine = simulation.at(finer(simulation.steps))
     scanned = scan.by_bearing()
     result = []
     for name in (name for name in simulation if name in scanned):
@@ -137,7 +134,5 @@ def _of_joint(
                 f"{item.position:.3g} rad; simulate more turns"
             )
         peaks = [float(np.max(force[(turns == turn) & (within <= item.way)])) for turn in whole]
-        found.append(
-            ComparedReversal(scan.name, item, item.rigid_ahead, item.estimate, np.array(peaks))
-        )
+        found.append(ComparedReversal(scan.name, item, np.array(peaks)))
     return found

@@ -28,6 +28,8 @@ _SPEED, _MASS = 0.1, 1.0
 """A touch [m/s, kg] by which laws are judged."""
 _CHAOTIC = 0.9
 """Restitution from which on small differences grow from impact to impact."""
+_PER_STEP = 8
+"""Times at which the force is looked at between two steps of a simulation."""
 _MISSING = 0.1
 """Missing energy, as a fraction of what a wall stores at most, that is remarked: forces go by the
 root of what is stored."""
@@ -120,8 +122,8 @@ class JointContact(Result):
 
     @property
     def peak(self) -> float:
-        """Greatest force of all impacts that began in the simulation [N]; 0 if there are none."""
-        return max((item.peak for item in self.struck), default=0.0)
+        """Greatest force in the simulation [N], whether the pin struck or never left its wall."""
+        return max([float(np.max(self.force)), *(item.peak for item in self.impacts)])
 
     @property
     def struck(self) -> tuple[PinImpact, ...]:
@@ -129,9 +131,9 @@ class JointContact(Result):
         return tuple(item for item in self.impacts if not np.isnan(item.speed))
 
 
-def finer(times: Array, parts: int) -> Array:
+def finer(times: Array) -> Array:
     """Return times `(N,)` with others between, each step cut into parts."""
-    within = np.linspace(0.0, 1.0, parts, endpoint=False)
+    within = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
     between = (times[:-1, None] + np.diff(times)[:, None] * within).ravel()
     return np.concatenate([between, times[-1:]])
 
@@ -320,8 +322,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         lines = [f"clearance at {self.speed:g} rad/s, {self.trajectory.time[-1]:g} s{ended}"]
         for name in self:
             struck = [item for item in self.impacts if item.bearing == name and item.speed > 0.0]
-            peak = max((item.peak for item in struck), default=0.0)
-            lines.append(f"- {name}: {len(struck)} impacts, greatest peak {peak:.4g} N")
+            lines.append(f"- {name}: {len(struck)} impacts, {self[name].peak:.4g} N at most")
         lines += [f"- {note}" for note in self.notes]
         return "\n".join(lines)
 

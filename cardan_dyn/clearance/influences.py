@@ -16,7 +16,7 @@ from ..results.table import Table
 from .impact_model import Estimates, ImpactModel, estimates, vars_of
 from .pin_geometry import StiffnessLaw
 from .row_tables import variable
-from .scan_results import FLOWN, LEAST_TAU, ForceReversal
+from .scan_results import FLOWN, LEAST_TAU, TURNED, ForceReversal
 
 PARAMETERS = ("speed", "slope", "clearance", "mass", "stiffness")
 """What a peak depends on."""
@@ -40,6 +40,8 @@ class Influence(Result, Record):
         exponent: d ln peak / d ln parameter at the factor 1.
         flown: angle that the drive turns during the flight, as a fraction of that to the next
             greatest force of the rigid mechanism `(N,)`; NaN of a two-mass model by itself.
+        turn_through: ρ, least force as a fraction of what the ramp gains over the flight `(N,)`;
+            likewise.
     """
 
     parameter: str
@@ -53,18 +55,18 @@ class Influence(Result, Record):
     model: ImpactModel
     exponent: float
     flown: Array
+    turn_through: Array
 
     @property
     def holds(self) -> Array:
         """Whether the estimate holds `(N,)`: `ForceReversal.doubts` by what varies here.
 
-        There is a peak, τ is not so small that the estimate has not been checked there, and the
-        ramp of the force does not bend over the flight, as far as that is known.
+        There is a peak, τ is not so small that the estimate has not been checked there, the ramp of
+        the force does not bend over the flight, and the force vanishes before it, as far as that is
+        known.
         """
-        with np.errstate(invalid="ignore"):
-            return np.asarray(
-                np.isfinite(self.peak) & (self.tau >= LEAST_TAU) & ~(self.flown > FLOWN)
-            )
+        known = np.isfinite(self.peak) & (self.tau >= LEAST_TAU)
+        return np.asarray(known & ~(self.flown > FLOWN) & ~(self.turn_through > TURNED))
 
     def table(self) -> Table:
         """Return everything over the factor on the parameter."""
@@ -76,6 +78,7 @@ class Influence(Result, Record):
             "rigid": ("N", "part of an undamped peak of the ramp"),
         }
         names = ("factor", "value", "tau", "impact_speed", "peak", "rigid", "added", "flown")
+        names += ("turn_through",)
         return Table(
             [
                 variable(
@@ -128,13 +131,15 @@ def influence(
         model = replace(model, stiffness=float(model.estimate.stiffness))
     varied = _varied(model, parameter, factor)
     value = factor if parameter == "speed" else factor * float(getattr(model, parameter))
+    flown, through = _judged(of, parameter, factor, varied.pop("contact_time"))
     return Influence(
         parameter=parameter,
         factor=np.array(factor),
         value=np.array(value),
         model=model,
         exponent=getattr(model.exponents, parameter),
-        flown=_flown(of, parameter, factor, varied.pop("contact_time")),
+        flown=flown,
+        turn_through=through,
         **varied,
     )
 
@@ -155,9 +160,14 @@ def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Arra
     return {name: np.array(np.broadcast_to(found[name], factor.shape)) for name in names}
 
 
-def _flown(of: ForceReversal | ImpactModel, parameter: str, factor: Array, time: Array) -> Array:
-    """Return the angles `(N,)` flown in a time, see `Influence.flown`."""
+def _judged(
+    of: ForceReversal | ImpactModel, parameter: str, factor: Array, time: Array
+) -> tuple[Array, Array]:
+    """Return `Influence.flown` and `turn_through` `(N,)` for flights that last a time."""
     if isinstance(of, ImpactModel):
-        return np.full(factor.shape, np.nan)
+        return np.full(factor.shape, np.nan), np.full(factor.shape, np.nan)
+    longer = time / of.contact_time
     faster = factor if parameter == "speed" else 1.0
-    return np.asarray(of.flown * faster * time / of.contact_time)
+    # By inertia alone, the least force grows with the square of the speed, its slope with the cube.
+    steeper = factor if parameter in ("speed", "slope") else 1.0
+    return np.asarray(of.flown * faster * longer), np.asarray(of.turn_through / (steeper * longer))

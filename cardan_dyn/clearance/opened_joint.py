@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
 _NONE = 1e-9
 """Part of a force, a motion or a unit vector, as a fraction, that is rounding and no more."""
-_IMMOBILE = 1e-13
-"""Mobility along a direction, as a fraction of the greatest, that counts as none."""
 _PUSHED = 1e-6
 """Part of a force that motion does not decide, or that pushes what has no mass, as a fraction, that
 counts as none."""
@@ -83,19 +81,12 @@ class Mobility(NamedTuple):
     movable: Array
     frames: Array
 
-    def reduced_mass(self, direction: Array, *, is_guided: bool = False) -> float:
+    def reduced_mass(self, direction: Array) -> float:
         """Return the mass that forces along a direction `(B d,)` have to move [kg].
 
-        Args:
-            direction: of the forces.
-            is_guided: whether the sides are held from moving across the direction; otherwise they
-                are free to.
+        The sides are free to move across it.
         """
         along = self._along(direction)
-        if is_guided:
-            values, axes = np.linalg.eigh(self.matrix)
-            moves = values > _IMMOBILE * values[-1]
-            return float(np.sum((along @ axes)[moves] ** 2 / values[moves]))
         return 1.0 / float(along @ self.matrix @ along)
 
     def deviation(self, direction: Array) -> float:

@@ -25,7 +25,7 @@ class ScanPlot(Plot):
     """Draws a scan: `scan.plot()`, its ranking."""
 
     def __call__(self, *columns: Any, **options: Any) -> Figure:
-        """Draw joints by the severity of their impacts, and what would make these milder.
+        """Draw joints by their peaks, and what would make these milder.
 
         Args:
             columns: of the table of reversals instead, see `Plot`.
@@ -43,25 +43,24 @@ class ScanPlot(Plot):
         return drawing.force_reversals(self._result, joints, **options)
 
     def peak_factor(self, **options: Any) -> Figure:
-        """Draw where the worst impacts are on f(τ), see `drawing.peak_factor`."""
+        """Draw where the worst reversals are on f(τ), see `drawing.peak_factor`."""
         return drawing.peak_factor(self._result, **options)
 
     def influence(self, parameters: str | Sequence[str] = (), **options: Any) -> Figure:
-        """Draw the peaks of the worst impacts over their parameters, see `drawing.peak_influence`.
+        """Draw two-mass peaks of the worst reversals, see `drawing.peak_influence`.
 
         Args:
             parameters: all if there is none; the speed only where inertia alone acts.
             options: of `drawing.peak_influence`.
 
         Raises:
-            ArgumentError: nothing strikes, or as there.
+            ArgumentError: no force swings round, or as there.
         """
-        worst = {name: self._result[name].worst for name in self._result.ranking}
-        striking = {name: item for name, item in worst.items() if item is not None}
-        if not striking:
-            raise ArgumentError("nothing strikes, so that there is no peak to be drawn")
-        inertial = all(item.slope_growth == 3.0 for item in striking.values())
-        return drawing.peak_influence(striking, parameters or PARAMETERS[not inertial :], **options)
+        worst = self._result.worst
+        if not worst:
+            raise ArgumentError("no force swings round, so that there is no peak to be drawn")
+        inertial = all(item.slope_growth == 3.0 for item in worst.values())
+        return drawing.peak_influence(worst, parameters or PARAMETERS[not inertial :], **options)
 
 
 @draws(JointScan)

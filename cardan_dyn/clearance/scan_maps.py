@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ScanMap(Result):
-    """Scans of a joint over speeds and designs: estimates, no simulation.
+    """Scans of a joint over speeds and designs, no simulation.
 
     Attributes:
         name: of the joint, or of the link that is a cross.
@@ -48,18 +48,18 @@ class ScanMap(Result):
 
     @property
     def peak(self) -> Array:
-        """Greatest force of a bearing, of an impact or without clearance `(D, S)` [N]."""
+        """Greatest force of a bearing of all that is known `(D, S)` [N], see `JointScan.peak`."""
         return self._of("peak")
+
+    @property
+    def least(self) -> Array:
+        """Lower end of the interval in which it lies, NaN if none is known `(D, S)` [N]."""
+        return self._of("least")
 
     @property
     def rigid_peak(self) -> Array:
         """Greatest force of a bearing without clearance `(D, S)` [N]."""
         return self._of("rigid_peak")
-
-    @property
-    def severity(self) -> Array:
-        """Greatest peak of the impacts, 0 where nothing strikes `(D, S)` [N]."""
-        return self._of("severity")
 
     @property
     def impacts(self) -> Array:
@@ -77,8 +77,8 @@ class ScanMap(Result):
     def table(self) -> Table:
         """Return numbers by design and speed, SI units.
 
-        Those of a single reversal, such as `tau`, are of the greatest impact, NaN where nothing
-        strikes.
+        Those of a single reversal, such as `tau`, are of that with the greatest peak, NaN where
+        there is none.
         """
         both = "design", "speed"
         variables = [
@@ -86,8 +86,8 @@ class ScanMap(Result):
             for name, values in self.held.items()
         ]
         variables.append(variable("speed", self.speed, "speed", given=True))
-        numbers = "rigid_peak", "peak", "severity", "impacts_per_turn", "impact_power"
-        variables += [variable(name, self._of(name), *both) for name in numbers]
+        numbers = "rigid_peak", "peak", "peak_position", "least", "greatest", "impacts_per_turn"
+        variables += [variable(name, self._of(name), *both) for name in (*numbers, "impact_power")]
         for name in ("position", "tau", "turn_through", "flown", "deviation", "impact_speed"):
             worst = [[getattr(item.worst, name, np.nan) for item in row] for row in self.scans]
             variables.append(variable(name, np.array(worst, dtype=float), *both))
@@ -101,13 +101,12 @@ class ScanMap(Result):
         return (item for row in self.scans for item in row)
 
     def __str__(self) -> str:
-        lines = [f"clearance in {self.name}, estimated by theory"]
+        lines = [f"clearance in {self.name}"]
         for index, row in enumerate(self.scans):
             held = {name: f"{values[index]:.4g}" for name, values in self.held.items()}
             design = ", ".join(f"{name} {at} {self.units[name]}" for name, at in held.items())
             for speed, item in zip(self.speed.tolist(), row, strict=True):
-                text = f"{item.peak:.4g} N instead of {item.rigid_peak:.4g} N; {item.verdict}"
-                lines.append(f"- {design}, {speed:g} rad/s: {text}")
+                lines.append(f"- {design}, {speed:g} rad/s: {item.summary}")
         return "\n".join(lines)
 
     __repr__ = __str__

@@ -20,7 +20,7 @@ from cardan_dyn.analytic.impact import Start
 from ..arrays import Array
 from ..checks import flag
 from ..elements.contact_laws import LinearContact
-from ..errors import ArgumentError, CardanError
+from ..errors import ArgumentError, CardanError, ModelError
 from ..frozen import read_only
 from ..time_left import Task
 from .arguments import damping_ratio_of, made_of, scene_of, speed_of, start_of
@@ -104,9 +104,9 @@ def scan(
             is for the paper's example.
         rotor: inertia [kg m²] that turns with the drive, which then gives way; None if its motion
             is prescribed, whatever acts.
-        verify: simulate the whole mechanism with clearance in each joint in which something
-            strikes, one at a time, and put the greatest forces beside the estimates:
-            `Scan.verified`. Seconds for each.
+        verify: simulate the whole mechanism with clearance in each joint whose force swings round,
+            one at a time, and put the greatest forces beside what was scanned: `Scan.verified`.
+            They count for the peaks. Seconds for each.
 
     Raises:
         ArgumentError: a value is out of range, a contact is too soft, the scene has several drives,
@@ -133,7 +133,10 @@ def scan(
     if verified is None:
         return scanned
     items, why = _verified(scanned, verified, rotor, scanner.period)
-    return Scan(scanned, speed, scanned.left_out, items, why, scanned.made_of)
+    joints = {
+        name: replace(joint, simulated=_greatest(joint, items)) for name, joint in scanned.items()
+    }
+    return Scan(joints, speed, scanned.left_out, items, why, scanned.made_of)
 
 
 class Scanner:
@@ -173,13 +176,13 @@ class Scanner:
         """Return what clearance would do at a speed of the drive [rad/s]."""
         source, sense = self._source, float(np.sign(speed))
         found = source.forces(speed, self._joints, refuse=self._are_named)
-        places, moving = mean_positions(self.period), []
+        moving = []
         for name, course in found.courses.items():
             joint, swings = self._joints[name], course.swings(sense)
             self._check_stiffness(joint, course.most)
-            # Without damping, no mass is needed for its ratio, and where nothing swings, none.
-            mass = joint.mean_mass(self._states, course.at(places)) if swings else np.nan
-            moving.append(_Moving(joint, found.bearings[name].world, course, swings, mass))
+            mass, massless = self._mean_mass(joint, course, bool(swings))
+            force = found.bearings[name].world
+            moving.append(_Moving(joint, force, course, swings, mass, massless))
         position = read_only(found.position)
         joints = {
             item.joint.name: self._joint_scan(item, position, kept, speed)
@@ -187,6 +190,20 @@ class Scanner:
         }
         left_out = {**self._left_out, **found.left_out}
         return Scan(joints, speed, left_out, made_of=self._made_of)
+
+    def _mean_mass(
+        self, joint: OpenedJoint, course: ForceCourse, is_needed: bool
+    ) -> tuple[float, str]:
+        """Return the mean mass of a joint, or why it has none; refuse that where it is needed."""
+        if course.most == 0.0:
+            return np.nan, ""
+        try:
+            mass = joint.mean_mass(self._states, course.at(mean_positions(self.period)))
+        except ModelError as error:
+            if is_needed:
+                raise
+            return np.nan, str(error)
+        return mass, ""
 
     def _check_stiffness(self, joint: OpenedJoint, force: float) -> None:
         """Refuse a contact that gives way by the mechanism's length under the rigid force."""
@@ -200,10 +217,11 @@ class Scanner:
                 )
 
     def _joint_scan(
-        self, item: _Moving, position: Array, kept: tuple[ForceReversal, ...], speed: float
+        self, item: _Moving, position: Array, kept: list[ForceReversal], speed: float
     ) -> JointScan:
         """Return what is said of a joint."""
         joint = item.joint
+        motion, unfollowed = self._followed(item, kept, speed)
         names = [joint.pins[bearing.pin].name for bearing in joint.bearings]
         radii = {} if joint.radii is None else {
             pin.name: float(radius)
@@ -214,7 +232,7 @@ class Scanner:
             name=joint.name,
             position=position,
             force=read_only(item.force if joint.is_cross else item.force[:, 0]),
-            reversals=kept,
+            reversals=tuple(replace(one, motion=motion) for one in kept),
             turning=len(item.swings) - len(kept),
             periods=abs(speed) / self.period,
             bearings=tuple(bearing.name for bearing in joint.bearings),
@@ -223,9 +241,34 @@ class Scanner:
             clearance=dict(zip(names, joint.clearances.tolist(), strict=True)),
             stiffness=dict(zip(names, joint.laws, strict=True)),
             radius=radii,
+            motion=motion,
+            unfollowed=unfollowed,
         )
 
-    def _reversals(self, moving: list[_Moving], speed: float) -> list[tuple[ForceReversal, ...]]:
+    def _followed(
+        self, item: _Moving, kept: list[ForceReversal], speed: float
+    ) -> tuple[FollowedPin | None, str]:
+        """Return the motion of a joint's pin in its bush, or why it is not followed."""
+        joint, course = item.joint, item.course
+        unfollowed = item.massless
+        if joint.is_cross:
+            unfollowed = _SEVERAL_BEARINGS
+        elif self._rotor is not None:
+            unfollowed = _DRIVE_GIVES_WAY
+        if unfollowed or course.most == 0.0:
+            return None, unfollowed
+        (law,), clearance = joint.laws, float(joint.clearances[0])
+        if isinstance(law, PinGeometry):
+            force = max([course.most, *(one.estimate for one in kept)])
+            try:
+                law = float(law.stiffness(np.asarray(force), clearance))
+            except ArgumentError as error:
+                return None, f"its pin is not followed, and no interval is known: {error}"
+        damping = 2.0 * self._ratio * float(np.sqrt(law * item.mean_mass))
+        numbers = PinContactNumbers(clearance, law, damping)
+        return FollowedPin(joint, self._source, course, numbers, item.mean_mass, speed), ""
+
+    def _reversals(self, moving: list[_Moving], speed: float) -> list[list[ForceReversal]]:
         """Return of each joint its reversals: swings whose force comes near zero."""
         cases = self._cases(moving, speed)
         found = _estimated(cases)
@@ -246,7 +289,7 @@ class Scanner:
                     case, found[index], through[index], after / case.model.mass - 1.0, speed
                 )
             )
-        return [self._together(item, every[item.joint.name], speed) for item in moving]
+        return [self._joined(item, every[item.joint.name], speed) for item in moving]
 
     def _cases(self, moving: list[_Moving], speed: float) -> list[_Case]:
         """Return the swings that may be reversals, with what moves there."""
@@ -285,13 +328,13 @@ class Scanner:
         directions = world / np.where(shares > 0.0, shares, 1.0)[:, None]
         most = int(np.argmax(shares))
         numbers = {name: float(value) for name, value in found._asdict().items()}
+        numbers["two_mass_peak"] = numbers.pop("peak")
         critical = 2.0 * float(np.sqrt(numbers["stiffness"] * case.of.mean_mass))
         return ForceReversal(
             position=swing.position,
             force_slope=case.model.slope,
             direction=read_only(directions[most]),
             reduced_mass=case.model.mass,
-            guided_mass=mobility.reduced_mass(swing.direction, is_guided=True),
             turn_through=turn_through,
             flown=abs(speed) * numbers["contact_time"] / swing.way,
             mass_change=change,
@@ -305,37 +348,17 @@ class Scanner:
             **numbers,  # type: ignore[arg-type]
         )
 
-    def _together(
+    def _joined(
         self, item: _Moving, every: list[ForceReversal], speed: float
-    ) -> tuple[ForceReversal, ...]:
-        """Return reversals, each with the way to the next and the motion in its bush."""
-        if not every:
-            return ()
-        sense, course = float(np.sign(speed)), item.course
-        motion, unfollowed = None, _SEVERAL_BEARINGS if item.joint.is_cross else ""
-        if self._rotor is not None:
-            unfollowed = _DRIVE_GIVES_WAY
-        if not unfollowed:
-            stiffness = max(every, key=lambda one: float(np.nan_to_num(one.peak))).stiffness
-            damping = 2.0 * self._ratio * float(np.sqrt(stiffness * item.mean_mass))
-            numbers = PinContactNumbers(float(item.joint.clearances[0]), stiffness, damping)
-            motion = FollowedPin(item.joint, self._source, course, numbers, item.mean_mass, speed)
-        found = []
+    ) -> list[ForceReversal]:
+        """Return reversals, each with the way to the next and the forces on it."""
+        sense, found = float(np.sign(speed)), []
         for index, one in enumerate(every):
             after = every[(index + int(sense)) % len(every)]
             way = sense * (after.position - one.position) % self.period or self.period
-            ahead = course.greatest(one.position, way, sense)
-            found.append(
-                replace(
-                    one,
-                    way=way,
-                    rigid_ahead=float(np.max(ahead)),
-                    ahead=tuple(ahead.tolist()),
-                    motion=motion,
-                    unfollowed=unfollowed,
-                )
-            )
-        return tuple(found)
+            ahead = item.course.greatest(one.position, way, sense)
+            found.append(replace(one, way=way, ahead=tuple(ahead.tolist())))
+        return found
 
 
 class _Moving(NamedTuple):
@@ -346,6 +369,7 @@ class _Moving(NamedTuple):
     course: ForceCourse
     swings: list[Swing]
     mean_mass: float
+    massless: str
 
 
 class _Case(NamedTuple):
@@ -422,7 +446,7 @@ def _verified(
         for done, name in enumerate(scanned.ranking):
             task.tell(done)
             joint = scanned[name]
-            if joint.worst is None:
+            if not joint.reversals:
                 continue
             pins = list(joint.clearance)
             if joint.radius and len(joint.bearings) < 2 * len(pins):
@@ -442,13 +466,23 @@ def _verified(
                 )
                 if simulation.trajectory.reason == INTERRUPTED:
                     # By Ctrl-C, which is meant for those that follow as well.
-                    rest = (item for item in scanned.ranking[done:] if scanned[item].worst)
+                    rest = (item for item in scanned.ranking[done:] if scanned[item].reversals)
                     failed |= dict.fromkeys(rest, INTERRUPTED)
                     break
                 items += compare(scanned, simulation)
             except CardanError as error:
                 failed[name] = str(error)
     return ScanComparison(items), failed
+
+
+def _greatest(joint: JointScan, items: ScanComparison) -> dict[str, float]:
+    """Return the greatest simulated force of each bearing of a joint."""
+    found: dict[str, float] = {}
+    for item in items:
+        if item.joint in joint.bearings:
+            most = float(np.max(item.simulated))
+            found[item.joint] = max(most, found.get(item.joint, 0.0))
+    return found
 
 
 def _law(joint: JointScan, pin: str) -> LinearContact:

@@ -25,9 +25,7 @@ if TYPE_CHECKING:
 _RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
 _LENGTH = "length", "m"
-_LESS = -0.1
-"""Change of a parameter of which the table tells what it would buy."""
-_BOUGHT = ("speed", "clearance", "mass", "stiffness")
+_NUMBERS = ("peak", "peak_position", "least", "greatest")
 
 
 def scanned_by(
@@ -105,22 +103,17 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
 
 
 def print_scan(scanned: Scan) -> None:
-    """Print joints by severity, what speaks against the estimates, and what was not scanned."""
+    """Print joints by their peaks, what speaks against these, and what was not scanned."""
     headings = (
-        "joint", "rigid\nN", "peak\nN", "partial\nN", "least\nN", "most\nN", "τ\n–", "speed\nm/s",
+        "joint", "rigid\nN", "peak\nN", "least\nN", "at\n°", "ρ\n–", "τ\n–", "speed\nm/s",
         "hits\n1/turn", "power\nW",
     )  # fmt: skip
     rows = [_cells(scanned[name]) for name in scanned.ranking]
-    title = f"Impacts at {scanned.speed:.6g} rad/s ({scanned.speed / _RAD_PER_S:.6g} 1/min)"
-    caption = "peak, partial: where the force vanishes, and where it turns through"
+    title = f"Clearance at {scanned.speed:.6g} rad/s ({scanned.speed / _RAD_PER_S:.6g} 1/min)"
+    caption = "peak: greatest force of all that is known; least: lower end of its interval"
     show(headings, rows, title=title, caption=caption)
-    bought = [row for name in scanned.ranking if (row := _bought(scanned[name]))]
-    if bought:
-        title = "Change of the peak with 10 % less of each [%]"
-        show(("joint", *_BOUGHT), bought, title=title)
-    said = {name: scanned[name] for name in scanned.ranking}
-    lines = [f"{name}: {joint.verdict}" for name, joint in said.items() if joint.worst is None]
-    lines += [line for joint in said.values() for line in _doubts(joint)]
+    said = {name: (scanned[name].verdict, *scanned[name].doubts) for name in scanned.ranking}
+    lines = [f"{name}: {'; '.join(words)}" for name, words in said.items()]
     lines += str(scanned.verified).splitlines() if scanned.verified is not None else []
     lines += [f"{name}: not scanned, {reason}" for name, reason in scanned.left_out.items()]
     for line in lines:
@@ -129,26 +122,15 @@ def print_scan(scanned: Scan) -> None:
         say(note, "yellow")
 
 
-def _bought(joint: JointScan) -> list[str]:
-    """Return what less of each parameter would buy, in percent; nothing where nothing strikes."""
-    if joint.worst is None:
-        return []
-    effects = joint.worst.effects(_LESS)
-    values = [effects[name] for name in _BOUGHT]
-    return [joint.name, *("–" if math.isnan(item) else f"{100 * item:+.1f}" for item in values)]
-
-
 def _cells(joint: JointScan) -> list[str]:
     """Return the row of a joint."""
-    worst, rigid = joint.worst, f"{joint.rigid_peak:.5g}"
-    if worst is None:
-        return [joint.name, rigid, *["–"] * 8]
+    forces = [_text(force, ".5g") for force in (joint.rigid_peak, joint.peak, joint.least)]
+    cells = [joint.name, *forces, _text(math.degrees(joint.peak_position), ".1f")]
+    if (worst := joint.worst) is None:
+        return [*cells, *["–"] * 5]
     return [
-        joint.name,
-        rigid,
-        f"{joint.severity:.5g}" if joint.severity else "–",
-        f"{joint.partial_severity:.5g}" if joint.partial_severity else "–",
-        *("–" if math.isnan(value) else f"{value:.5g}" for value in (worst.least, worst.greatest)),
+        *cells,
+        f"{worst.turn_through:.2f}",
         f"{worst.tau:.2f}",
         f"{worst.strike_speed:.3g}",
         f"{joint.impacts_per_turn:g}",
@@ -156,13 +138,9 @@ def _cells(joint: JointScan) -> list[str]:
     ]
 
 
-def _doubts(joint: JointScan) -> list[str]:
-    """Return what speaks against the estimates of a joint in which something strikes."""
-    if joint.worst is None:
-        return []
-    places = [f"{joint.name} at {np.rad2deg(item.position):.1f}°" for item in joint.reversals]
-    pairs = zip(places, joint.reversals, strict=True)
-    return [f"{place}: {doubt}" for place, item in pairs for doubt in item.doubts]
+def _text(value: float, form: str) -> str:
+    """Return a number as text, a dash if it is not known."""
+    return "–" if math.isnan(value) else format(value, form)
 
 
 def json_text(scanned: Scan) -> str:
@@ -194,9 +172,8 @@ def _joint(joint: JointScan) -> dict[str, Any]:
         "joint": joint.name,
         "verdict": joint.verdict,
         "rigid_peak": joint.rigid_peak,
-        "severity": joint.severity,
-        "partial_severity": joint.partial_severity,
-        "peak": joint.peak,
+        **{name: _known(getattr(joint, name)) for name in _NUMBERS},
+        "doubts": list(joint.doubts),
         "impacts_per_turn": joint.impacts_per_turn,
         "impact_power": joint.impact_power,
         "turning": joint.turning,
@@ -225,9 +202,7 @@ def save_figures(scanned: Scan, directory: Path) -> None:
     figures.save(drawing.force_reversals(scanned), directory / "force_reversals")
     figures.save(drawing.impact_ranking(scanned), directory / "impact_ranking")
     figures.save(drawing.peak_factor(scanned), directory / "peak_factor")
-    worst = {name: scanned[name].worst for name in scanned.ranking}
-    striking = {name: item for name, item in worst.items() if item is not None}
-    inertial = all(item.slope_growth == 3.0 for item in striking.values())
-    if striking:
+    if worst := scanned.worst:
+        inertial = all(item.slope_growth == 3.0 for item in worst.values())
         parameters = ("speed",) * inertial + ("slope", "clearance", "mass", "stiffness")
-        figures.save(drawing.peak_influence(striking, parameters), directory / "peak_influence")
+        figures.save(drawing.peak_influence(worst, parameters), directory / "peak_influence")

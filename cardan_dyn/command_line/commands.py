@@ -367,9 +367,8 @@ def driveline(
 def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
     """Tell which joints would hammer with clearance.
 
-    NAME_OR_FILE is a bundled description or a file. Joints are listed by the peaks of their
-    impacts, with what 10 % less of a parameter would buy and what speaks against the estimate.
-    Inertia alone acts unless loads or gravity are given.
+    NAME_OR_FILE is a bundled description or a file. Joints are listed by their greatest forces,
+    with what speaks against these. Inertia alone acts unless loads or gravity are given.
     """
     from .clearance_command import run
 

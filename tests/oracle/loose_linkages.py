@@ -7,6 +7,7 @@ for the stiffness, which is chosen for a wanted tau of the first reversal.
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -273,4 +274,91 @@ def ask(seed: int) -> tuple[list[str], list[str]]:
         if item.is_unsafe:
             stated = f"{item.item.least:.5g} to {item.item.greatest:.5g}; {item.item.verdict}"
             wrong.append(f"{loose.kind} {loose.joint}: {item.simulated:.5g} N, stated {stated}")
+    return wrong, counted
+
+
+def _number(text: str, pattern: str) -> float:
+    found = re.search(pattern, text)
+    return float(found[1]) if found else np.nan
+
+
+def misprinted(loose: Loose, found: clearance.Scan) -> list[str]:
+    """Return what is printed of the joints of a scan and is less than something that is known.
+
+    Of forces without clearance those of an own, denser sweep. Printed are four digits.
+    """
+    wrong = []
+    lines = {line[2:].split(":")[0]: line for line in str(found).splitlines() if line[:2] == "- "}
+    rows, tops = found.rows(), []
+    positions = np.linspace(0.0, 2.0 * np.pi, 1501)
+    plain = loose.scene.sweep(positions, loose.speed)
+    for name in found.ranking:
+        joint = found[name]
+        known = {"without clearance": float(np.max(np.linalg.norm(plain[name].force, axis=1)))}
+        for item in joint.reversals:
+            known[f"at {item.position:.2f} rad"] = float(np.nanmax([item.least, item.greatest]))
+            if np.isnan(item.greatest):
+                known[f"estimate at {item.position:.2f} rad"] = item.estimate
+        known["interval"] = joint.greatest
+        known["table"] = max(row["peak"] for row in rows if row["joint"] == name)
+        top = _number(lines[name], r": (\S+) N (?:at most|estimated)")
+        tops.append(top)
+        for what, force in known.items():
+            if force > 1.001 * top:
+                wrong.append(f"{name}: {top} N printed, {force:.5g} N known: {what}")
+        if not np.isclose(joint.peak, max(joint.rigid_peak, known["table"]), rtol=1e-12):
+            wrong.append(f"{name}: peak of {joint.peak:.6g} N, table of {known['table']:.6g} N")
+        if not top > 0.0:
+            wrong.append(f"{name}: {top} N printed")
+        if not joint.doubts and np.isnan(joint.greatest):
+            wrong.append(f"{name}: no interval, and no word of it")
+    if tops != sorted(tops, reverse=True):
+        wrong.append(f"ranked as {tops}")
+    return wrong
+
+
+EVERY = 6
+"""Of so many linkages one is simulated."""
+STEP, JUMP = 1e-6, 0.02
+"""Change of the speed, as a fraction, and what a peak without a doubt changes by no more than."""
+
+
+def ask_peaks(seed: int) -> tuple[list[str], list[str]]:
+    """Return what a scan of all pins prints too low, and how forces of turns fared.
+
+    Of some linkages, the speed is changed a little, and one pin is simulated.
+    """
+    loose = draw(seed)
+    if loose is None:
+        return [], ["no force swings round"]
+    given: dict[str, Any] = loose.contact
+    found = clearance.scan(loose.scene, loose.speed, **given)
+    wrong = misprinted(loose, found)
+    counted = ["joint with a doubt" if joint.doubts else "joint" for joint in found.values()]
+    if seed % EVERY:
+        return wrong, counted
+    near = clearance.scan(loose.scene, (1.0 + STEP) * loose.speed, **given)
+    for name, joint in found.items():
+        change = near[name].peak / joint.peak - 1.0
+        if not joint.doubts and not near[name].doubts and abs(change) > JUMP:
+            wrong.append(f"{name}: jumps by {100 * change:.1f} %")
+    name = found.ranking[(seed // EVERY) % len(found)]
+    joint, turn = found[name], 2.0 * np.pi
+    simulation = clearance.simulate(
+        loose.scene, loose.speed, joints=name, turns=TURNS, rtol=1e-6, **given
+    )
+    steps = simulation.steps
+    parts = np.linspace(0.0, 1.0, 8, endpoint=False)
+    course = simulation.at((steps[:-1, None] + np.diff(steps)[:, None] * parts).ravel())[name]
+    turns = np.floor(np.abs(course.position - course.position[0]) / turn - 0.25)
+    for k in (0, 1):
+        force = float(np.max(course.force[turns == k]))
+        if joint.least <= force <= joint.peak:
+            counted.append("turn inside")
+            continue
+        said = "above" if force > joint.peak else "below"
+        doubt = " with a doubt" if joint.doubts else ""
+        counted.append(f"turn {said}{doubt}, seed {seed}")
+        if said == "above" and not doubt:
+            wrong.append(f"{name}: {force:.5g} N simulated; {joint.summary}")
     return wrong, counted

@@ -76,6 +76,9 @@ CAMPAIGNS = {
     "cut": Campaign("chains beside those cut elsewhere", _of_chains(compare.cut_differently)),
     "wound": Campaign("bushings wound over many turns", _wound),
     "loose": Campaign("simulations of linkages with play in a pin", loose_linkages.ask),
+    "peaks": Campaign(
+        "what scans of linkages print, beside all they know", loose_linkages.ask_peaks
+    ),
     "rotors": Campaign("critical speeds, also of wider ranges", resonant_rigs.ask),
     "half_power": Campaign("half power of resonances, by shooting", half_power.ask),
     "near_singular": Campaign("starts near singular configurations", near_singular.ask),

@@ -86,8 +86,8 @@ def test_one_pin(pin: str) -> None:
     item = found.reversals[1]
     assert len(item.doubts) == 1  # That of the interval, which no pin bearing has.
     # The ramp bends a little over the flight, so that what is expected is too high.
-    np.testing.assert_allclose(peaks(found, run), item.peak, rtol=8e-3)
-    assert np.all(peaks(found, run) < item.peak)
+    np.testing.assert_allclose(peaks(found, run), item.two_mass_peak, rtol=8e-3)
+    assert np.all(peaks(found, run) < item.two_mass_peak)
     assert run.touches > 0
 
 
@@ -96,7 +96,7 @@ def test_both_pins_with_a_light_cross() -> None:
     found, _, run = both(("pin_in", "pin_out"), 4e-6)
     item = found.reversals[1]
     assert len(item.doubts) == 1  # That of the interval, which no pin bearing has.
-    expected = item.peak * np.array(item.share)
+    expected = item.two_mass_peak * np.array(item.share)
     np.testing.assert_allclose(peaks(found, run), expected, rtol=4e-3)
 
 
@@ -121,7 +121,7 @@ def test_a_compact_cross_is_doubted_for_a_reason() -> None:
         found, _, run = both((pin,), 4e-6, COMPACT)
         item = found.reversals[1]
         assert any(doubt in text for text in item.doubts)
-        assert abs(item.peak / np.max(peaks(found, run)) - 1.0) > least
+        assert abs(item.two_mass_peak / np.max(peaks(found, run)) - 1.0) > least
 
 
 @pytest.mark.campaign
@@ -188,7 +188,7 @@ def test_the_package_simulates_what_it_expects(pin: str) -> None:
     struck = [impact for impact in found.impacts if impact.position > item.position]
     assert {impact.bearing for impact in struck} == set(scanned.bearings)
     for impact in struck:
-        assert impact.peak == pytest.approx(item.peak, rel=8e-3)
+        assert impact.peak == pytest.approx(item.two_mass_peak, rel=8e-3)
         assert impact.speed == pytest.approx(item.impact_speed, rel=1e-2)
 
 

@@ -22,9 +22,6 @@ from ...figures.style import (
 from ..contact_simulation import ContactSimulation, finer
 from ..scan_results import JointScan, Scan
 
-_PER_STEP = 8
-"""Times at which the force is looked at between two steps of a simulation."""
-
 
 @in_look
 def contact_course(
@@ -39,8 +36,8 @@ def contact_course(
 ) -> Figure:
     """Draw the force by which the wall presses the pin of a joint over the drive's position.
 
-    Beside it, if they are given, the force of the mechanism without clearance, and the estimated
-    peak of each reversal that strikes, at the position of its estimated impact.
+    Beside it, if they are given, the force of the mechanism without clearance, and the greatest
+    force that is known after each reversal, at the position of its estimated impact.
 
     Args:
         simulation: from `clearance.simulate`.
@@ -89,12 +86,12 @@ def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Arra
     located = [(item.start, item.peak_time, item.end) for item in coarse.impacts]
     corners = np.ravel(located)
     corners = corners[(corners > times[0]) & (corners < times[-1])]
-    course = simulation.at(np.unique(np.concatenate([finer(times, _PER_STEP), corners])))[joint]
+    course = simulation.at(np.unique(np.concatenate([finer(times), corners])))[joint]
     return course.position, course.force
 
 
 def _beside(axes: Axes, joint: JointScan, speed: float, position: Array) -> None:
-    """Draw the force without clearance, and the estimated peaks."""
+    """Draw the force without clearance, and the peaks of a scan."""
     first = float(joint.position[0])
     period = float(joint.position[1]) - first
     period *= len(joint.position)
@@ -103,10 +100,8 @@ def _beside(axes: Axes, joint: JointScan, speed: float, position: Array) -> None
     axes.plot(np.rad2deg(position), there, **line_style(1), label="without clearance")
     low, high = float(np.min(position)), float(np.max(position))
     for item in joint.reversals:
-        if not item.strikes:
-            continue
         struck = item.position + speed * item.contact_time
         at = low + (struck - low) % period
         while at <= high:
-            axes.plot(np.rad2deg(at), item.peak, **point_style(1), label="estimated peak")
+            axes.plot(np.rad2deg(at), item.peak, **point_style(1), label="peak of the scan")
             at += period

@@ -48,7 +48,7 @@ def force_reversals(
     Args:
         scanned: from `clearance.scan`.
         joints: one or several of it, of universal joints each bearing; all in the order of their
-            severity if None.
+            peaks if None.
         plane: `xy`, `yz` or `zx`, instead of the plane most nearly across each pin.
         title: of the figure.
         ax: axes to be drawn into instead of a new figure, one for each bearing.

@@ -1,4 +1,4 @@
-"""Impact ranking: joints by the severity of their impacts, and what would make them milder."""
+"""Impact ranking: joints by their peaks, and what would make them milder."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ...errors import ArgumentError
 from ...figures.style import Figure, Into, Size, in_look, line_style, plain, point_style, sheet
 from ..scan_results import Scan
 
-_BAR = 0.26
+_BAR = 0.36
 """Width of a bar, where joints are 1 apart."""
 _LESS = -0.1
 _ROW, _ROOM = 0.55, 2.2
@@ -21,12 +21,12 @@ _SPREAD = 0.6
 def impact_ranking(
     scanned: Scan, *, title: str = "", ax: Into = None, figsize: Size | None = None
 ) -> Figure:
-    """Draw joints by severity: forces with and without clearance, and what less would buy.
+    """Draw joints by their peaks: forces with and without clearance, and what less would buy.
 
-    On the left the greatest force of each joint without clearance and that of its impacts, where
-    the force vanishes and, in another bar, where it turns through; those first that are greatest;
-    joints in which nothing strikes have no such bar. On the right by
-    how much that peak would change with 10 % less of speed, slope, clearance, mass or stiffness.
+    On the left `JointScan.peak` with its interval, where one is known, and the greatest force
+    without clearance; those first that are greatest. On the right by how much the two-mass peak of
+    the worst reversal would change with 10 % less of speed, slope, clearance, mass or stiffness,
+    where sides strike.
 
     Args:
         scanned: from `clearance.scan`.
@@ -46,20 +46,14 @@ def impact_ranking(
     drawn = sheet(1, 2, size=size, ax=ax, figsize=figsize)
     forces, effects = drawn.panels
     rigid = [joint.rigid_peak for joint in joints]
-    peaks = [joint.severity for joint in joints]
-    partial = [joint.partial_severity for joint in joints]
+    peaks = [joint.peak for joint in joints]
     solid, open_bar = line_style(0)["color"], line_style(1)["color"]
-    forces.barh(places - _BAR, peaks, _BAR, color=solid, label="with clearance: peak of impacts")
+    forces.barh(places - _BAR / 2, peaks, _BAR, color=solid, label="with clearance: peak")
+    below = [np.nan_to_num(joint.peak - joint.least) for joint in joints]
+    interval = {"xerr": [below, np.zeros(len(joints))], "fmt": "none", "ecolor": "0.3"}
+    forces.errorbar(peaks, places - _BAR / 2, **interval, capsize=3.0, label="its interval")
     forces.barh(
-        places,
-        partial,
-        _BAR,
-        color=solid,
-        alpha=0.4,
-        label="with clearance: where the force turns through",
-    )
-    forces.barh(
-        places + _BAR,
+        places + _BAR / 2,
         rigid,
         _BAR,
         color="white",
@@ -69,15 +63,16 @@ def impact_ranking(
     )
     forces.set_xlabel("force [N]")
     forces.set_yticks(places, [plain(name) for name in ranking])
-    bought = [None if joint.worst is None else joint.worst.effects(_LESS) for joint in joints]
+    worst = [joint.worst for joint in joints]
+    bought = [item.effects(_LESS) if item is not None and item.strikes else None for item in worst]
     parameters = next((list(found) for found in bought if found is not None), [])
     for index, name in enumerate(parameters):
         values = [np.nan if found is None else 100.0 * found[name] for found in bought]
         beside = _SPREAD * (index / (len(parameters) - 1) - 0.5)
         effects.plot(values, places + beside, **point_style(index), label=f"less {name}")
     effects.axvline(0.0, color="0.3", linewidth=0.9)
-    effects.set_xlabel(f"change of the peak with {-100.0 * _LESS:g} % less [%]")
+    effects.set_xlabel(f"change of the two-mass peak with {-100.0 * _LESS:g} % less [%]")
     effects.set_yticks(places, [""] * len(ranking))
     for axes in (forces, effects):
         axes.set_ylim(len(ranking) - 0.5, -0.5)
-    return drawn.finish(title or f"Impacts at {scanned.speed:g} rad/s", 4)
+    return drawn.finish(title or f"Peaks with clearance at {scanned.speed:g} rad/s", 4)

@@ -28,7 +28,7 @@ def peak_factor(
     ax: Into = None,
     figsize: Size | None = None,
 ) -> Figure:
-    """Draw f(τ) = peak / (c s) with its limits, and where impacts are on it.
+    """Draw f(τ) = peak / (c s) with its limits, and where two-mass peaks are on it.
 
     Lines from rest, as in the paper, and from release, as a spring lets go, undamped; and one for
     each damping ratio of the impacts.
@@ -82,7 +82,5 @@ def _models(
     """Return models by label, of a scan those of the worst reversals."""
     if of is None:
         return {}
-    if isinstance(of, Scan):
-        worst = {name: of[name].worst for name in of.ranking}
-        return {name: item.model for name, item in worst.items() if item is not None}
-    return {name: m.model if isinstance(m, ForceReversal) else m for name, m in of.items()}
+    every = of.worst if isinstance(of, Scan) else of
+    return {name: m.model if isinstance(m, ForceReversal) else m for name, m in every.items()}

@@ -26,8 +26,8 @@ def pin_forces(
 ) -> Figure:
     """Draw what open bearings carry without clearance over the drive's angle, and the peaks.
 
-    A point stands where the force swings round, as high as the peak of the impact that theory
-    expects after it; it is hollow where the sides would not strike.
+    A point stands where the force swings round, as high as the greatest force of all that is known
+    until the next reversal; it is hollow where the sides would not strike.
 
     Args:
         scanned: a joint of `clearance.scan`.
@@ -42,12 +42,12 @@ def pin_forces(
         sizes = np.linalg.norm(bearing.force, axis=1)
         axes.plot(angle, sizes, label=plain(name), **curve_style(index, len(angle)))
     color = line_style(len(scanned.bearings))["color"]
-    for struck, label in ((True, "peak with clearance, by theory"), (False, "no impact")):
+    for struck, label in ((True, "peak with clearance"), (False, "peak without an impact")):
         some = [item for item in scanned.reversals if item.strikes is struck]
         if some:
             axes.plot(
                 np.rad2deg([item.position for item in some]),
-                [np.nan_to_num(item.peak) for item in some],
+                [item.peak for item in some],
                 linestyle="",
                 marker="D",
                 color=color,
@@ -67,8 +67,6 @@ def pin_peaks(
 ) -> Figure:
     """Draw the greatest bearing force over speed, a line for each design, with and without it.
 
-    A line of peaks ends where theory expects no impact, or none that has a peak.
-
     Args:
         mapped: from `clearance.scan_map`.
         title: of the figure.
@@ -85,13 +83,12 @@ def pin_peaks(
     order = np.argsort(mapped.speed)
     speed = mapped.speed[order]
     (first, *_) = mapped.held
-    struck = np.where(mapped.severity > 0.0, mapped.severity, np.nan)
     for index, value in enumerate(mapped.held[first]):
         style = curve_style(index, len(speed))
         is_angle = mapped.units[first] == "rad"
         size = f"{np.rad2deg(value):.3g}°" if is_angle else f"{value:.4g} m"
         label = f"{plain(first)} {size}"
-        axes.plot(speed, struck[index, order], label=f"{label}, by theory", **style)
+        axes.plot(speed, mapped.peak[index, order], label=f"{label}, with clearance", **style)
         thin = {**style, "linewidth": 0.8, "marker": ""}
         axes.plot(speed, mapped.rigid_peak[index, order], label=f"{label}, no clearance", **thin)
     axes.set_xlabel("speed of the drive [rad/s]")

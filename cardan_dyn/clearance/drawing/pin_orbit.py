@@ -10,8 +10,6 @@ from ...figures.polar import columns_of
 from ...figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
 from ..contact_simulation import ContactSimulation, JointContact, finer
 
-_PER_STEP = 4
-"""Times at which the pin is looked at between two steps of a simulation."""
 _MICRO = 1e6
 _CIRCLE = 361
 """Points of the circle that bounds the clearance."""
@@ -51,7 +49,7 @@ def pin_orbit(
     # Where impacts begin and end are points of the lines, lest they cross from state to state.
     bounds = np.ravel([(item.start, item.end) for item in impacts])
     bounds = bounds[(bounds > times[0]) & (bounds < times[-1])]
-    course = simulation.at(np.unique(np.concatenate([finer(times, _PER_STEP), bounds])))[joint]
+    course = simulation.at(np.unique(np.concatenate([finer(times), bounds])))[joint]
     radius = float(np.median(np.linalg.norm(course.offset, axis=1) - course.depth))
     way = _MICRO * _drawn(course, plane)
     lines = _states(course, np.array([(item.start, item.end) for item in impacts]).reshape(-1, 2))

@@ -72,7 +72,10 @@ def test_slider_crank_turns_its_force_through() -> None:
     for item in compared("slider_crank", "crank_bearing", "piston_pin", 150.0, 1e-4, 1e8):
         assert 0.1 < item.reversal.turn_through < 0.3
         assert any("turns through" in doubt for doubt in item.reversal.doubts)
-        assert 0.2 < item.excess < 0.9
+        excess = np.mean(item.simulated) - item.rigid
+        assert 0.2 < excess / (item.reversal.two_mass_peak - item.rigid) < 0.9
+        assert item.reversal.least < np.min(item.simulated) <= np.max(item.simulated)
+        assert np.max(item.simulated) < item.reversal.peak == item.reversal.greatest
 
 
 def test_small_tau_is_doubted_and_fails() -> None:

@@ -121,7 +121,6 @@ def test_reduced_masses_of_a_known_matrix() -> None:
     )
     x = np.array([1.0, 0.0, 0.0])
     assert mobility.reduced_mass(x) == pytest.approx(0.5)
-    assert mobility.reduced_mass(x, is_guided=True) == pytest.approx(1.0 / 1.75)
     assert mobility.deviation(x) == pytest.approx(np.arctan2(0.5, 2.0))
 
 

@@ -49,9 +49,8 @@ def test_along_a_line_it_is_the_two_mass_model(ratio: float) -> None:
     first = found.touches[0]
     assert first.time - reversal == pytest.approx(float(flown.t_1), rel=5e-3)
     assert first.speed == pytest.approx(float(flown.v_1), rel=5e-3)
-    # The clearance, but for what the spring has not yet let go.
-    assert first.gap == pytest.approx(0.5 * clearance, rel=1e-3)
-    peak = found.greatest(first.time, first.time + 2e-4)
+    peak, when = found.greatest(first.time, first.time + 3e-4)
+    assert first.time < when < first.time + 3e-4
     assert peak == pytest.approx(float(damped_peak(*numbers)), rel=5e-3)
 
 
@@ -96,7 +95,7 @@ def test_slider_crank_by_equations_written_by_hand(speed: float, clearance: floa
     )
     off = np.abs(found.pressure - expected)[steady] / np.max(expected)
     assert np.quantile(off, 0.98) < 0.02 and np.median(off) < 2e-3
-    assert found.greatest(begin, found.end) == pytest.approx(np.max(expected), rel=5e-3)
+    assert found.greatest(begin, found.end)[0] == pytest.approx(np.max(expected), rel=5e-3)
 
 
 def test_the_symmetric_part_of_what_opposes_rates_is_the_change_of_the_mass() -> None:

@@ -49,15 +49,24 @@ def test_joints_and_maps_draw_themselves() -> None:
 
 
 def test_an_influence_says_where_its_estimate_holds(scanned: Scan) -> None:
-    worst = next(item.worst for item in scanned.values() if item.worst is not None)
+    # Of pins whose force vanishes, and of one whose force turns through.
+    worst = min(
+        (item for one in scanned.values() for item in one.reversals),
+        key=lambda item: item.turn_through,
+    )
     found = influence(worst, "clearance")
     middle = len(found.factor) // 2
     assert found.flown[middle] == pytest.approx(worst.flown)
     # Wider clearances take longer to cross: the angle flown grows with their root or faster.
     assert np.all(np.diff(found.flown) > 0.0)
     np.testing.assert_array_equal(
-        found.holds, np.isfinite(found.peak) & (found.tau >= 3.0) & (found.flown <= 0.4)
+        found.holds,
+        np.isfinite(found.peak)
+        & (found.tau >= 3.0)
+        & (found.flown <= 0.4)
+        & (found.turn_through <= 0.03),
     )
+    assert found.turn_through[middle] == pytest.approx(worst.turn_through)
     faster = influence(worst, "slope", [0.5, 1.0, 2.0])
     assert faster.flown[0] > worst.flown > faster.flown[2]
     (axes,) = found.plot().axes

@@ -18,7 +18,7 @@ PINS: dict[str, Any] = {"radius": 0.05, "clearance": 1e-5, "stiffness": 1e8, "be
 def results() -> dict[str, Any]:
     rig = scene("thoma_rig", 0.3)
     item = scanned()[JOINT].reversals[0]
-    compared = ComparedReversal(JOINT, item, 900.0, item.estimate, np.array([1.0, 2.0]))
+    compared = ComparedReversal(JOINT, item, np.array([1.0, 2.0]))
     cross = scan(rig, 150.0, joints="cross", **PINS)
     return {
         "scan": scanned(),
@@ -57,6 +57,7 @@ def test_numbers_are_those_of_the_results(every: dict[str, Any]) -> None:
     found = scanned()
     table = every["scan"].to_xarray()
     peaks = [item.peak for name in found.ranking for item in found[name].reversals]
+    assert max(peaks) == found[found.ranking[0]].peak
     np.testing.assert_array_equal(table.peak, peaks)
     assert table.peak.attrs["units"] == "N" and table.attrs["speed"] == found.speed
     pin = found[JOINT]
@@ -82,6 +83,8 @@ def test_numbers_are_those_of_the_results(every: dict[str, Any]) -> None:
     np.testing.assert_array_equal(varied.peak, every["influence"].peak)
 
 
-def test_nothing_that_swings_is_an_empty_table() -> None:
+def test_nothing_that_swings_is_one_row_of_a_whole_turn() -> None:
     still = scan(scene("thoma_rig", 0.0, -5.0), 150.0, joints="cross", **PINS)
-    assert len(still.to_dataframe()) == 0
+    (row,) = still.rows()
+    assert row["peak"] == row["rigid_ahead"] == still["cross"].rigid_peak > 0.0
+    assert still["cross"].verdict == row["verdict"]

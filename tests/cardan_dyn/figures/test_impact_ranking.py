@@ -24,21 +24,25 @@ def test_bars_are_forces_and_points_what_less_would_buy(tmp_path: Path) -> None:
     assert [label.get_text() for label in forces.get_yticklabels()] == found.ranking
     widths = [bar.get_width() for bar in forces.patches]
     joints = [found[name] for name in found.ranking]
-    kinds = "severity", "partial_severity", "rigid_peak"
+    kinds = "peak", "rigid_peak"
     assert widths == pytest.approx([getattr(joint, kind) for kind in kinds for joint in joints])
-    # The force of the first turns through, and that of the last does not bring it to strike.
-    assert widths[0] == 0.0 < widths[3] and widths[2] == widths[5] == 0.0
+    # Each bar has the interval of its peak, and is as long as the text says.
+    (intervals,) = [found for found in forces.containers if hasattr(found, "has_xerr")]
+    ends = [segment[:, 0].tolist() for segment in intervals.lines[2][0].get_segments()]
+    assert np.ravel(ends) == pytest.approx(np.ravel([(one.least, one.peak) for one in joints]))
+    for width, joint in zip(widths, joints, strict=False):
+        assert f"{width:.4g} N at most" in joint.summary
     assert forces.get_xlabel() == "force [N]"
-    assert effects.get_xlabel() == "change of the peak with 10 % less [%]"
+    assert effects.get_xlabel() == "change of the two-mass peak with 10 % less [%]"
     # The first joint stands at the top.
     assert forces.get_ylim()[0] > forces.get_ylim()[1]
-    worst = joints[0].worst
-    assert worst is not None
     for line in effects.get_lines()[:5]:
         name = line.get_label().removeprefix("less ")
-        exponent = getattr(worst.exponents, name)
-        assert line.get_xdata()[0] == pytest.approx(100.0 * (0.9**exponent - 1.0))
-        assert np.isnan(line.get_xdata()[2])
+        for value, joint in zip(line.get_xdata(), joints, strict=True):
+            assert joint.worst is not None
+            exponent = getattr(joint.worst.exponents, name)
+            expected = 100.0 * (0.9**exponent - 1.0) if joint.worst.strikes else np.nan
+            assert value == pytest.approx(expected, nan_ok=True)
 
 
 def test_nothing_to_be_ranked() -> None:
