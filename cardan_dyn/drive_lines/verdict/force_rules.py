@@ -16,7 +16,7 @@ from ..line.parts import Shaft
 from ..line.supports import supports
 from .case import Case
 from .extremes import greatest
-from .rows import Inverse, VerdictRow, judged, not_judged, withheld
+from .rows import Inverse, VerdictRow, opened, stated
 
 _HALF_RIGHT = math.pi / 4
 _SMALL = 1e-9
@@ -27,8 +27,11 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
     """Yield the rows about forces and moments."""
     reason = case.no_forces
     if reason:
-        yield not_judged("fork_couples", "", "bending moments", reason)
-        yield not_judged("bearing_forces", "", "bearing forces", reason)
+        for rule, quantity in (
+            ("fork_couples", "bending moments"),
+            ("bearing_forces", "bearing forces"),
+        ):
+            yield opened(VerdictRow(rule=rule, where="", quantity=quantity), reason)
     else:
         yield from _couples(case)
         yield from _bearings(case)
@@ -89,15 +92,11 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
     broken = [*_with_mass(case), *([reason] if reason else [])]
     slides = any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
     broken += sliding if slides else []
-    if causes.indeterminate:
-        broken.append(
-            "statics leaves forces open; the least ones are shown: " + causes.indeterminate[0]
-        )
     for index, name in enumerate(causes.bearings):
         bearing = by_name.get(name)
-        for (sizes, cases), quantity, field, by_its_rule, why_not in (
-            (across, "across", "radial_limit", by_rule.get(name), "a bearing at the joint itself"),
-            (along, "along", "axial_limit", None, "no bearing of its own"),
+        for (sizes, cases), of, quantity, field, by_its_rule in (
+            (across, "bearing_radial", "across", "radial_limit", by_rule.get(name)),
+            (along, "bearing_axial", "along", "axial_limit", None),
         ):
             size, where = float(sizes[index]), cases[index]
             most = getattr(bearing, field) if bearing else None
@@ -117,9 +116,11 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
             )
             if most is not None and size:
                 row = _with_inverse(case, row, abs(where.point.torque or 0.0) * most / size)
+            if bearing is None:
+                yield stated(row, "a bearing at the joint itself; give the shaft's own bearings")
+                continue
             limit = None if most is None else Limit(most, "N", field)
-            missing = f"give {field} of the bearing" if bearing else why_not
-            yield _unless_friction_is_unknown(case, judged(row, limit, missing))
+            yield case.of_forces(row, limit, f"give {field} of the bearing", of, index)
 
 
 def _centrings(case: Case) -> Iterator[VerdictRow]:
@@ -151,16 +152,8 @@ def _centrings(case: Case) -> Iterator[VerdictRow]:
         )
         most = None if kind is None else kind.force_limit
         limit = None if most is None else Limit(most, "N", "force_limit of the centring")
-        held = judged(row, limit, "give force_limit of the centring")
-        yield _unless_friction_is_unknown(case, held)
-
-
-def _unless_friction_is_unknown(case: Case, row: VerdictRow) -> VerdictRow:
-    """Return the row of a bearing, which passes nothing while a force that loads it is unknown."""
-    if not case.unknown_frictions:
-        return row
-    named = ", ".join(case.unknown_frictions)
-    return withheld(row, f"give friction and radius of the spline of {named}, 0 for none")
+        missing = "give force_limit of the centring"
+        yield case.of_forces(row, limit, missing, "centring", index)
 
 
 def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
@@ -220,39 +213,31 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
         spline, where = shaft.spline, line.shaft_names[k]
         if spline is None:
             continue
-        lacking = [name for name in ("friction", "radius") if getattr(spline, name) is None]
-        if spline.friction == 0.0 or strongest is None or strongest.torque is None:
-            lacking = []
-        if lacking or strongest is None or strongest.torque is None:
-            missing = f"{' and '.join(lacking)} of the spline" if lacking else "torque"
-            reason = f"give {missing}"
-            yield not_judged("axial_force", where, "force of the sliding spline", reason)
+        row = VerdictRow(
+            rule="axial_force", where=where, quantity="force of the sliding spline", unit="N"
+        )
+        if spline.friction is None or strongest is None or strongest.torque is None:
+            missing = "friction and radius of the spline" if spline.friction is None else "torque"
+            yield opened(row, f"give {missing}")
             continue
-        friction, radius = spline.friction or 0.0, spline.radius or 1.0
+        if case.causes is None:
+            yield opened(row, case.no_forces)
+            continue
         beta = float(line.joint_angles[k - 1])
         most = abs(strongest.torque) * case.service_factor
-        force, condition, how = most * friction / radius, strongest.name, ""
-        if case.forces and case.causes is not None:
-            # The torque in this shaft varies as the joints before it turn unevenly.
-            index = case.causes.splines.index(where)
-            sizes, cases = case.worst("spline_friction")
-            force, condition = float(sizes[index]), cases[index].point.name
-            how = cases[index].how
-        yield VerdictRow(
-            rule="axial_force",
-            where=where,
-            quantity="force of the sliding spline",
-            value=force,
-            unit="N",
+        # The torque in this shaft varies as joints turn unevenly, and with inertia.
+        sizes, cases = case.worst("spline_friction")
+        index = case.causes.splines.index(where)
+        friction, radius = spline.friction, spline.radius or 1.0
+        notes = [cases[index].how, f"μ = {friction:g}"]
+        notes.append("lubrication pressure times area comes on top")
+        row = replace(
+            row,
+            value=float(sizes[index]),
             rule_value=float(support_forces.axial_force(most, beta, radius, friction)),
-            condition=condition,
+            condition=cases[index].point.name,
             source="none: locating bearings carry it",
-            note="; ".join(
-                filter(
-                    None,
-                    [how, f"μ = {friction:g}; lubrication pressure times area comes on top"],
-                )
-            ),
+            note="; ".join(filter(None, notes)),
             broken=(
                 "mu T cos(beta) / r: the torque in the shaft is the one that varies over the "
                 "turn, between T cos(beta) and T / cos(beta)",
@@ -260,3 +245,4 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
             if beta > 0.0
             else (),
         )
+        yield opened(row, case.lacking) if case.lacking else row
