@@ -478,7 +478,7 @@ def _forces(line: DriveLine, found: Judged, worst: Worst) -> None:
     for rule, name, way, limit in held:
         size = sizes.get((way, name), 0.0)
         if limit is None:
-            if way != "along" or size > 1e-6:
+            if (way, name) in sizes:  # Of bearings that are not locating there is none along.
                 found.open.add((rule, name))
         elif (way, name) in worst.loose:
             found.open.add((rule, name))

@@ -113,7 +113,7 @@ class Bearing:
         axial_limit: greatest force that it bears along the shaft [N].
     """
 
-    distance: float = quantity("length", above=0.0, plausible=(1e-3, 10.0))
+    distance: float = quantity("length", above=0.0)
     name: str = text()
     locating: bool | None = flag()
     stiffness: float | None = quantity("rigidity", None, above=0.0)

@@ -21,8 +21,8 @@ from .rows import Inverse, VerdictRow, judged, opened, stated, withheld
 
 SQUARE = 1e-6
 """Distance of fork phases from multiples of 90° up to which signs + and - hold [rad]."""
-_COARSE = 0.01
-"""Relative error from which on a rule of first order is said to be wrong."""
+COARSE = 0.01
+"""Relative error from which on a rule is said to be wrong."""
 _POSITIONS = 1440
 """In half a turn, which decide the greatest sum of accelerations."""
 _HALVINGS = 46
@@ -42,10 +42,10 @@ def angle_rules(case: Case) -> Iterator[VerdictRow]:
 
 def first_order(exact: float, rule: float) -> tuple[str, ...]:
     """Return what a rule of first order misses, if that is much."""
-    if abs(rule - exact) <= _COARSE * abs(exact):
+    if abs(rule - exact) <= COARSE * abs(exact):
         return ()
     # Near zero a percentage says nothing.
-    if abs(exact) <= _COARSE * abs(rule):
+    if abs(exact) <= COARSE * abs(rule):
         return ("of first order in the squares of the angles: the rule is far off here",)
     return (
         "of first order in the squares of the angles: "

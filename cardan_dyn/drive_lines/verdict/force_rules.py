@@ -18,10 +18,6 @@ from .case import Case
 from .extremes import greatest
 from .rows import Inverse, VerdictRow, opened, stated
 
-_HALF_RIGHT = math.pi / 4
-_SMALL = 1e-9
-"""Forces of the rule that are nothing, relative to the torque over the shortest length."""
-
 
 def force_rules(case: Case) -> Iterator[VerdictRow]:
     """Yield the rows about forces and moments."""
@@ -55,7 +51,7 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
             (behind, points_out, couples[1], "behind"),
         ):
             broken = list(_with_mass(case))
-            if text == "behind" and beta > _HALF_RIGHT and not is_even:
+            if text == "behind" and beta > math.pi / 4 and not is_even:
                 broken.append("up to 45°: the shaft behind is bent more between both positions")
             if k > 0:
                 broken.append("torque of the input shaft: joints before this one vary it")
@@ -86,8 +82,9 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
     across = case.worst("bearing_radial")
     along = case.worst("bearing_axial")
     by_rule, reason = _by_statics(case)
-    names = (item.name for item in supports(case.line).bearings)
-    by_name = dict(zip(names, case.line.bearings, strict=True))
+    held_by = supports(case.line).bearings
+    by_name = dict(zip([item.name for item in held_by], case.line.bearings, strict=True))
+    floating = {item.name for item in held_by if not item.locating}
     sliding = ["no axial force in the spline: the value is with its friction"]
     broken = [*_with_mass(case), *([reason] if reason else [])]
     slides = any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
@@ -100,8 +97,7 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
         ):
             size, where = float(sizes[index]), cases[index]
             most = getattr(bearing, field) if bearing else None
-            # Locating bearings alone carry forces along their shafts.
-            if quantity == "along" and most is None and size <= _SMALL * max(across[0].max(), 1.0):
+            if quantity == "along" and most is None and name in floating:
                 continue
             row = VerdictRow(
                 rule="bearing_forces",

@@ -9,19 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from cardan_dyn.analytic import installation, shaft_design
-from cardan_dyn.analytic.limits import DIN_808_FACTORS, Limit
+from cardan_dyn.analytic.limits import DIN_808_FACTORS, LIMITS, Limit
 
 from ..line.parts import ShaftJoint
+from .angle_rules import COARSE
 from .case import Case, OperatingPoint
-from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated
+from .rows import FAIL, ROUNDING, Inverse, VerdictRow, judged, opened, stated
 
 HOUR = 3600.0
-_LEAST_ANGLE = math.radians(3.0)
-"""Angle that smaller ones count as, in the functions of `analytic`."""
-_CONSTANT = 0.01
-"""Relative variation of the torque over a turn from which on it is not constant."""
-_ROUNDING = 1e-9
-"""Part of the greatest torque of a joint that a torque of the other sense has to exceed."""
 
 
 def rating_rules(case: Case) -> Iterator[VerdictRow]:
@@ -97,7 +92,7 @@ def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> Ver
     most = row.value or 0.0
     pulsating = _rating(joint, "pulsating_limit", "T_DSch")
     reversing = _rating(joint, "reversing_limit", "T_DW")
-    if back <= _ROUNDING * most:
+    if back <= ROUNDING * most:
         held = replace(row, quantity="shock torque, pulsating")
         return case.of_forces(held, pulsating, "give pulsating_limit of the joint (T_DSch)")
     row = replace(
@@ -119,7 +114,7 @@ def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> Ver
 
 
 def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
-    if abs(torque - nominal) <= _CONSTANT * nominal:
+    if abs(torque - nominal) <= COARSE * nominal:
         return ()
     if nominal == 0.0:
         return ("the rule takes the torque of the input shaft: here inertia alone acts",)
@@ -169,7 +164,7 @@ def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> Verdic
         unit="s",
         condition=point.name,
         inverses=_needed(case, kind, [point], beta),
-        note="its angle counts as 3°" if beta < _LEAST_ANGLE else "",
+        note="its angle counts as 3°" if beta < LIMITS["least_life_angle"].value else "",
     )
 
 
@@ -183,7 +178,7 @@ def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> Ver
     factor = case.limit("mean_life_factor")
     notes = [f"T_eq {float(equivalent.torque):.4g} N·m"]
     notes += [] if factor is None else [f"mean life {hours * factor.value:.3g} h"]
-    notes += ["its angle counts as 3°"] if beta < _LEAST_ANGLE else []
+    notes += ["its angle counts as 3°"] if beta < LIMITS["least_life_angle"].value else []
     return VerdictRow(
         rule="duty_cycle",
         where=case.line.joint_names[k],

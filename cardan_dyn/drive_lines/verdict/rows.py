@@ -11,8 +11,9 @@ from cardan_dyn.analytic.rules import RULES
 
 PASS, FAIL, OPEN, STATED = "pass", "fail", "open", "stated"
 
-_ROUNDING = 1e-9
-"""Relative overrun of a limit that is still the limit itself: rounding, and that of its source."""
+ROUNDING = 1e-9
+"""Relative overrun of a limit that is still the limit itself, and part of a size that is nothing
+beside it: rounding, and that of sources."""
 _SHOWN = {
     "rad": ("°", 180.0 / math.pi),
     "rad/s": ("1/min", 30.0 / math.pi),
@@ -151,7 +152,7 @@ def judged(row: VerdictRow, limit: Limit | None, missing: str) -> VerdictRow:
     margin = held.margin
     if margin is None or math.isnan(margin):
         return opened(held, "it has no value")
-    return replace(held, status=PASS if margin >= -_ROUNDING else FAIL)
+    return replace(held, status=PASS if margin >= -ROUNDING else FAIL)
 
 
 def opened(row: VerdictRow, reason: str) -> VerdictRow:

@@ -20,8 +20,6 @@ from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
 
 _STEEL = (2.1e11, 7850.0)
 """Modulus and density of the makers' constants [Pa, kg/m³]."""
-_ROUNDING = float(np.finfo(float).eps)
-"""Square of a joint angle, to which its unevenness is proportional, in which nothing is left."""
 
 
 def shaft_rules(case: Case) -> Iterator[VerdictRow]:
@@ -317,7 +315,8 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
     quantity = "distance from a torsional critical speed"
     row = VerdictRow(rule="torsional_speed", where="", quantity=quantity)
     beta = float(max(line.uneven_angles))
-    if beta**2 <= _ROUNDING:
+    # Unevenness is proportional to the square of the angle: rounding alone is none.
+    if beta**2 <= np.finfo(float).eps:
         yield stated(row, "no joint turns unevenly, so that nothing excites torsion")
         return
     ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]

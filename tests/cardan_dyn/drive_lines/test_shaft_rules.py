@@ -196,6 +196,21 @@ def test_the_heavier_end_of_an_intermediate_shaft_counts(
     assert row.status == ("pass" if own < 60e6 else "fail")
 
 
+def test_the_rear_end_counts_where_the_shaft_swings_against_what_is_behind() -> None:
+    """Joint 2 bends twice as much as joint 1: the output lags while the shaft leads."""
+    tube = Tube(outer_diameter=0.06, wall=0.003, shear_limit=60e6)
+    given = double_shaft((0.0, 0.0, 0.0), (0.0, 0.1, -0.1), length=0.9)
+    middle = Shaft(slope_plan=0.1, length=0.9, tube=tube, mass=40.0, inertia=0.5)
+    behind = dataclasses.replace(given.shafts[2], mass=40.0, inertia=0.5, centre=0.1)
+    case = given.replace(shafts=[given.shafts[0], middle, behind], speed=150.0, torque=0.0)
+    (row,) = rows(case, "tube")
+    turn = case.analyse().total
+    ends = np.abs([turn.torsion_out[:, 0], turn.torsion_in[:, 1]]).max(axis=1)
+    assert ends[1] > 1.2 * ends[0]
+    section = np.pi / 16 * (0.06**4 - 0.054**4) / 0.06
+    assert row.value == pytest.approx(ends[1] / section, rel=1e-3)
+
+
 def test_end_shafts_turn_themselves_up_in_their_tubes() -> None:
     """A straight line: the drive turns all of it, the load is all that is left behind."""
     tube = Tube(outer_diameter=0.06, wall=0.003, shear_limit=60e6)
