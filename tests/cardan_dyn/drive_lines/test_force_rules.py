@@ -214,6 +214,22 @@ def test_friction_loads_bearings_across_as_well(slipping: str) -> None:
         assert row >= most * (1.0 - 1e-9) - 1e-6
 
 
+def test_a_line_that_starts_under_torque_is_at_rest() -> None:
+    """Crosses that spin lighten the truck's centre bearing a little: 12 kN·m at rest count."""
+    line = DriveLine.from_toml("truck")
+    row = next(row for row in rows(line, "bearing_forces") if row.where == "centre")
+    most = {}
+    for speed in (0.0, 200 * np.pi / 30, line.speed):
+        found = line.analyse(
+            speed=speed, torque=1.5 * 8000.0, slipping="out", gravity=(0.0, 0.0, -9.81),
+            positions=np.linspace(0.0, np.pi, 3601),
+        )  # fmt: skip
+        index = found.bearings.index("centre")
+        most[speed] = float(found.total.bearing_radial[:, index].max())
+    assert max(most, key=lambda speed: most[speed]) == 0.0
+    assert row.value >= most[0.0] * (1.0 - 1e-9) and "at rest" in row.note
+
+
 def test_what_statics_leaves_open_passes_nothing() -> None:
     """A third bearing on the output shaft; without a spline, two that hold the line along."""
     spline = FAN[FAN.index("spline = ") : FAN.index("[[shafts]]\nmass_kg = 300")]
