@@ -29,6 +29,7 @@ from cardan_dyn.drive_lines import (
     Spline,
     Tube,
 )
+from cardan_dyn.drive_lines.line.supports import supports
 
 Array = np.ndarray
 RPM, HOUR = np.pi / 30, 3600.0
@@ -388,7 +389,7 @@ def judged(line: DriveLine, worst: Worst) -> Judged:
         found.most("n_beta", where, fastest * betas[k], joint.largest_n_beta)
         if joint.largest_angle is None:
             found.open.add(("joint_angles", where))
-        if joint.largest_speed is None or joint.largest_n_beta is None:
+        if not joint.size and None in (joint.largest_speed, joint.largest_n_beta):
             found.open.add(("n_beta", where))
         if joint.kind != "cross":
             continue
@@ -465,9 +466,8 @@ def _forces(line: DriveLine, found: Judged, worst: Worst) -> None:
     sizes = worst.sizes
     unknown = any(s.spline is not None and s.spline.friction is None for s in line.shafts)
     held = [
-        ("bearing_forces", item.name, way, limit)
-        for shaft in line.shafts
-        for item in shaft.bearings
+        ("bearing_forces", support.name, way, limit)
+        for support, item in zip(supports(line).bearings, line.bearings, strict=True)
         for way, limit in (("across", item.radial_limit), ("along", item.axial_limit))
     ]
     held += [
