@@ -104,6 +104,12 @@ LIMITS: Mapping[str, Limit] = MappingProxyType(
         "second_order_angle": Limit(
             radians(3.0), "rad", f"{_DANA_INDUSTRIAL}, critical bending speed"
         ),
+        "torsional_distance": Limit(
+            0.1,
+            "1",
+            "API 617, separation of torsional natural frequencies; Wang, Feese and Pettinato 2012",
+            "least",
+        ),
         "mean_life_factor": Limit(5.0, "1", "AISCO, universal joint sizing", "constant"),
         "least_life_angle": Limit(
             radians(3.0), "rad", "AISCO: ratings at 3 degrees; PSS, B10Life", "constant"

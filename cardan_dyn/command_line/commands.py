@@ -9,7 +9,7 @@ import click
 
 from .._version import __version__
 from . import names, options
-from .group import EXIT_CODES, MISSED, Commands
+from .group import EXIT_CODES, MISSED, OPEN, Commands
 from .motion_options import simulate, sweep
 from .report_options import report
 from .showing import export, serve
@@ -213,7 +213,9 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 @options.written("--export", "file", "Write the turning scene as one HTML file.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --view.")
 @options.as_json("Print the verdict as JSON.")
-@click.option("--check", is_flag=True, help="Exit with 1 if a limit is missed.")
+@click.option(
+    "--check", is_flag=True, help="Exit with 1 if a limit is missed, with 3 if rows are open."
+)
 @click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
 def driveline(
     source: str | None,
@@ -284,7 +286,7 @@ def driveline(
 
         serve(turning(found), open_browser)
     if check and not found.verdict.passed:
-        raise SystemExit(MISSED)
+        raise SystemExit(MISSED if found.verdict.failed else OPEN)
 
 
 @main.command()

@@ -27,7 +27,7 @@ from . import quantities
 from .showing import export
 from .tables import say, show
 
-_MARKS = {"pass": "green", "fail": "bold red", "stated": "default", "not judged": "yellow"}
+_MARKS = {"pass": "green", "fail": "bold red", "open": "yellow", "stated": "default"}
 
 
 def run(
@@ -127,14 +127,14 @@ def print_report(report: LineReport) -> None:
         _show(phasing_listing(report.phasing, wording))
     _print_verdict(report)
     say(f"Verdict: {report.verdict.summary}")
-    for text in report.verdict.remarks:
-        say(text, "yellow")
     for row in report.verdict.failed:
         place = row.where or "line"
         say(
             f"FAIL {place}: {row.quantity} {row.texts[3]}, limit {row.texts[5]} ({row.source})",
             "red",
         )
+    for row in report.verdict.open:
+        say(f"OPEN {row.where or 'line'}: {row.quantity}: {row.note}", "yellow")
 
 
 def _show(listing: Listing, lead: str = "") -> None:
@@ -149,7 +149,7 @@ def _print_verdict(report: LineReport) -> None:
     rows: list[tuple[str | Text, ...] | str] = []
     title = ""
     for row in report.verdict:
-        if row.status == "not judged" and row.value is None:
+        if row.value is None:
             continue
         if row.texts[0] != title:
             title = row.texts[0]
@@ -179,7 +179,7 @@ def as_json(report: LineReport) -> str:
     content = {
         "line": report.line.name,
         "passed": report.verdict.passed,
-        "remarks": report.verdict.remarks,
+        "outcome": report.verdict.summary,
         "rows": [{key: _finite(value) for key, value in row.items()} for row in rows],
         "phasing": forks,
     }

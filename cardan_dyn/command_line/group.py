@@ -10,9 +10,10 @@ import click
 
 from ..errors import CardanError
 
-MISSED, FAILED, INTERRUPTED, UNREAD = 1, 2, 130, 141
-"""Exit codes: a limit or check is missed; a bad file, bad usage, or no result; Ctrl-C; nobody reads
-the output any more, as of other programs that a closed pipe ends."""
+MISSED, FAILED, OPEN, INTERRUPTED, UNREAD = 1, 2, 3, 130, 141
+"""Exit codes: a limit or check is missed; a bad file, bad usage, or no result; nothing is missed,
+but nobody can tell of all; Ctrl-C; nobody reads the output any more, as of other programs that a
+closed pipe ends."""
 _LENIENT = "load(..., strict=False)", "--no-strict"
 """What messages advise in Python, and the option that does it here."""
 EXIT_CODES = """\b
@@ -20,6 +21,7 @@ Exit codes:
   0    done
   1    done, and a limit or a check is missed
   2    a bad file, a wrong option, or no result; the message says why
+  3    done, and no limit is missed, but rows of a verdict are open
   130  interrupted by Ctrl-C
 """
 

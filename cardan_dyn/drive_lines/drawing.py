@@ -24,7 +24,7 @@ from ..figures.style import (
     wrapped,
 )
 from .line.supports import Support, spline_distance, supports
-from .verdict.rows import HEADINGS, VerdictRow
+from .verdict.rows import HEADINGS, OPEN, VerdictRow
 from .wording import Wording
 
 if TYPE_CHECKING:
@@ -553,8 +553,8 @@ def margins(
 ) -> Figure:
     """Draw how much room the values of a verdict have to their limits, the least on top.
 
-    Bars to the left, which are hatched, miss their limits. Bars end at 100 %; the number says how
-    far they go.
+    Bars to the left, which are hatched, miss their limits; of open rows nobody can tell. Bars end
+    at 100 %; the number says how far they go.
 
     Args:
         verdict: of a line.
@@ -587,7 +587,10 @@ def margins(
             va="center",
             fontsize=_SMALL,
         )
-    names = [f"{row.quantity}, {row.where}" if row.where else row.quantity for row in rows]
+    names = [
+        ", ".join(filter(None, [row.quantity, row.where, "open" * (row.status == OPEN)]))
+        for row in rows
+    ]
     axes.set_yticks(range(len(rows)), [wrapped(plain(name), 3.2, _SMALL) for name in names])
     axes.tick_params(axis="y", labelsize=_SMALL)
     axes.axvline(0.0, color="black", linewidth=0.9)

@@ -145,9 +145,9 @@ def write(
         _=wording,
         line=line,
         verdict=verdict,
+        outcome=outcome(verdict, wording),
         statement=statement(verdict, wording),
         failed=[tables.judged(row, wording) for row in verdict.failed],
-        remarks=[wording.sentence(text) for text in verdict.remarks],
         indeterminate=[wording.sentence(text) for text in analysis.indeterminate],
         groups=tables.verdict_groups(verdict, wording),
         assumptions=tables.assumption_rows(verdict, wording),
@@ -195,13 +195,18 @@ def title_rows(block: TitleBlock, wording: Wording) -> list[tuple[str, str]]:
     ]
 
 
+def outcome(verdict: Verdict, wording: Wording) -> str:
+    """Return in words whether a line passes, and how many rows are open."""
+    told, count = wording("failed" if verdict.failed else "passed"), len(verdict.open)
+    if not count:
+        return told
+    rows = "{count} row open" if count == 1 else "{count} rows open"
+    return f"{told}, {wording(rows, count=str(count))}"
+
+
 def statement(verdict: Verdict, wording: Wording) -> str:
-    """Return in words how many rows pass, fail, are stated and not judged."""
-    counts = [
-        (sum(row.status == status for row in verdict), status)
-        for status in ("pass", "fail", "stated", "not judged")
-    ]
-    return ", ".join(f"{count} {wording(status)}" for count, status in counts)
+    """Return in words how many rows pass, fail, are open and are stated."""
+    return ", ".join(f"{count} {wording(status)}" for status, count in verdict.counts.items())
 
 
 def save_figures(report: LineReport, directory: Path) -> list[Path]:

@@ -14,6 +14,7 @@ from ..arrays import Array
 from ..drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
 from ..drive_lines.line.fields import entries
 from ..drive_lines.line.supports import supports
+from ..drive_lines.verdict.rows import OPEN, STATED
 from ..drive_lines.wording import BY_UNIT, NONE, Wording
 from ..errors import CardanError
 
@@ -360,16 +361,15 @@ class Group(NamedTuple):
         title: of the rule.
         shared: assumptions that fail for all of its rows.
         rows: rows that have a value, each with its own remarks.
-        missing: places and notes of the rows without a value.
+        open: places and notes of the rows without a value that are open.
+        idle: likewise of those that do not apply.
     """
 
     title: str
     shared: tuple[str, ...]
     rows: list[Judged]
-    missing: list[tuple[str, str]]
-
-
-_MARKS = {"pass": "pass", "fail": "fail", "stated": "stated", "not judged": "open"}
+    open: list[tuple[str, str]]
+    idle: list[tuple[str, str]]
 
 
 def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> Judged:
@@ -383,7 +383,7 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
     if row.limit is not None:
         bound = "≥" if row.limit.bound == "least" else "≤"
         limit = f"{bound} {wording.given_quantity(row.limit.value, dimension)}"
-    source = wording.sentence(row.source) if row.limit or row.status == "stated" else ""
+    source = wording.sentence(row.source) if row.limit or row.status == STATED else ""
     remarks = [
         f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
         for item in row.inverses
@@ -399,7 +399,7 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         limit,
         reserve(row, wording),
         wording(row.status),
-        _MARKS[row.status],
+        row.status,
         source,
         wording.language if source != row.source else "en",
         remarks,
@@ -426,20 +426,19 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
         valued = [row for row in rows if row.value is not None]
         broken = valued[0].broken if len(valued) > 1 else ()
         shared = [text for text in broken if all(text in row.broken for row in valued)]
-        missing = [
-            (
-                ", ".join(filter(None, [row.where, wording.sentence(row.quantity)])),
-                wording.sentence(row.note.removeprefix("not judged: ")),
-            )
-            for row in rows
-            if row.value is None
-        ]
+        without: dict[str, list[tuple[str, str]]] = {OPEN: [], STATED: []}
+        for row in rows:
+            if row.value is None:
+                place = ", ".join(filter(None, [row.where, wording.sentence(row.quantity)]))
+                why = row.note.removeprefix("open: ").removeprefix("does not apply: ")
+                without[row.status].append((place, wording.sentence(why)))
         found.append(
             Group(
                 wording(RULES[rule].title),
                 tuple(wording.sentence(text) for text in shared),
                 [judged(row, wording, shared) for row in valued],
-                missing,
+                without[OPEN],
+                without[STATED],
             )
         )
     return found

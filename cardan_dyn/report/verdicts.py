@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, overload
 
+import numpy as np
+
 _SHOWN = ("scene", "quantity", "formula", "worst error", "tolerance", "verdict")
 """Columns of the table of verdicts."""
 
@@ -42,7 +44,7 @@ class Row(NamedTuple):
     Attributes:
         scene, quantity, source, tolerance: see `Comparison`.
         errors: at each joint angle, in the order of the comparisons.
-        worst: the greatest of them.
+        worst: the greatest of them; NaN if one of them is.
         passed: whether all of them are within the tolerance.
     """
 
@@ -67,8 +69,8 @@ class Comparisons(Sequence[Comparison]):
 
     @property
     def passed(self) -> bool:
-        """Whether every comparison passes."""
-        return all(comparison.passed for comparison in self)
+        """Whether every comparison passes, and there are any."""
+        return bool(self) and all(comparison.passed for comparison in self)
 
     def rows(self) -> list[Row]:
         """Return one row per quantity of each scene, scenes in the order of their first one."""
@@ -82,7 +84,7 @@ class Comparisons(Sequence[Comparison]):
                 quantity=quantity,
                 source=source,
                 errors=tuple(item.error for item in items),
-                worst=max(item.error for item in items),
+                worst=float(np.max([item.error for item in items])),
                 tolerance=items[0].tolerance,
                 passed=all(item.passed for item in items),
             )

@@ -107,7 +107,7 @@ def test_drive_line_design(design: SimpleNamespace) -> None:
     assert abs(design.offsets[at] - float(best.fork_offsets[0])) <= step
     assert {row.rule for row in design.verdict.failed} == {"uniformity", "bending_speed"}
     assert not design.verdict.passed
-    assert design.checked.passed
+    assert not design.checked.failed and design.checked.open  # Of limits that it does not know.
     np.testing.assert_allclose(design.share.limit.value, 0.6)
     assert design.greatest.shape == (21, 21) and np.isfinite(design.greatest).all()
     nominal = design.thicker.analyse(positions=np.radians(np.arange(0.0, 360.0, 10.0)))

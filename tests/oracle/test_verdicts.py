@@ -12,13 +12,14 @@ from cardan_dyn.drive_lines import DriveLine, examples
 def test_what_fails_a_line_is_what_its_forces_and_limits_say(seed: int) -> None:
     line, worst = verdicts.draw(seed)
     own = verdicts.judged(line, worst)
-    assert list(verdicts.differences(line, own)) == []
+    assert list(verdicts.differences(line, own, worst)) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", examples())
 def test_lines_of_the_package_by_hand(name: str) -> None:
     line = DriveLine.from_toml(name)
-    own = verdicts.judged(line, verdicts.worst_forces(line))
+    worst = verdicts.worst_forces(line)
+    own = verdicts.judged(line, worst)
     assert own.failed == set()
-    assert list(verdicts.differences(line, own)) == []
+    assert list(verdicts.differences(line, own, worst)) == []

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...frozen import read_only
-from .fields import flag, part, parts, quantity, settle, text, unusual
+from .fields import Entry, flag, part, parts, quantity, settle, text
 from .geometry import Geometry, Zero, called, geometry, zero
 from .parts import Bearing, DutyPoint, Shaft, ShaftJoint, TitleBlock
 
@@ -33,8 +33,8 @@ class LineData:
     shafts: tuple[Shaft, ...] = parts(Shaft, dataclasses.MISSING)
     joints: tuple[ShaftJoint, ...] = parts(ShaftJoint)
     name: str = text("drive_line")
-    speed: float | None = quantity("speed", None, usual=(1e-3, 5e3))
-    torque: float | None = quantity("torque", None, usual=(1e-3, 1e8))
+    speed: float | None = quantity("speed", None)
+    torque: float | None = quantity("torque", None)
     duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint)
     application: str = text(known=("", "vehicle", "agricultural", "industrial"))
     service_factor: float | None = quantity("number", None, above=0.0)
@@ -69,11 +69,6 @@ class LineData:
         _check_names(self.shaft_names, "shafts")
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """What of the data is valid, but so far from what lines have that its unit may be wrong."""
-        return tuple(unusual(self))
-
-    @property
     def uneven_angles(self) -> Array:
         """Joint angles as far as they make the line uneven: 0 at constant velocity `(n,)` [rad]."""
         return np.where(self.even, 0.0, self.joint_angles)
@@ -93,6 +88,12 @@ class LineData:
         lengths, last = self.geometry.lengths, len(self.shafts) - 1
         for index, (shaft, length) in enumerate(zip(self.shafts, lengths, strict=True)):
             at = called(self.shafts, index)
+            if (
+                wrong := ""
+                if math.isnan(length)
+                else Entry("", "length").implausible(float(length))
+            ):
+                raise ModelError(f"the length of {at} between its ends is {wrong}")
             places = [bearing.distance for bearing in shaft.bearings]
             if len(set(places)) < len(places):
                 repeated = max(places, key=places.count)

@@ -12,7 +12,8 @@ import datetime
 import inspect
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,24 @@ from ...checks import described, shortened
 from ...errors import CardanError, ModelError, choices
 from ...units import Unit, si
 
+PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "length": (1e-3, 30.0),
+        "torque": (1e-3, 1e8),
+        "speed": (1e-3, 1e4),
+        "angular_acceleration": (1e-3, 1e6),
+        "mass": (1e-6, 1e6),
+        "inertia": (1e-12, 1e7),
+        "stiffness": (1e-2, 1e12),
+        "rigidity": (1e2, 1e13),
+        "force": (1e-2, 1e9),
+        "density": (1e2, 3e4),
+        "modulus": (1e5, 1e12),
+        "n_beta": (1e-4, 1e6),
+        "time": (1.0, 1e11),
+    }
+)
+"""Sizes of a dimension that lines have from the least to the greatest; a unit is wrong beyond."""
 _DAY = re.compile(r"\d{4}-\d\d-\d\d", re.ASCII)
 
 
@@ -35,7 +54,7 @@ class Entry(NamedTuple):
         most: greatest valid value.
         below: value that valid ones stay under.
         type: the dataclass of parts.
-        usual: range of values that lines have; others are valid, and remarked on.
+        plausible: sizes that lines have besides 0; those of the dimension unless given.
         known: the texts that are valid; any if empty.
     """
 
@@ -46,7 +65,7 @@ class Entry(NamedTuple):
     most: float | None = None
     below: float | None = None
     type: Any = None
-    usual: tuple[float, float] | None = None
+    plausible: tuple[float, float] | None = None
     known: tuple[str, ...] = ()
 
     def allowed(self, unit: Unit | None = None) -> str:
@@ -75,6 +94,16 @@ class Entry(NamedTuple):
             and (self.below is None or value < self.below)
         )
 
+    def implausible(self, value: float) -> str:
+        """Return in words what lines have instead of a value [SI units]; empty if they have it."""
+        found = self.plausible or PLAUSIBLE.get(self.dimension)
+        if found is None or not value or found[0] <= abs(value) <= found[1]:
+            return ""
+        low, high, unit = *found, si(self.dimension)
+        is_meant = self.dimension == "length" and low <= abs(value) / 1e3 <= high
+        meant = f"; {value:.6g} mm are {value / 1e3:.6g} m" if is_meant else "; is its unit right?"
+        return f"{value:.6g} {unit}, but lines have {low:g} to {high:g} {unit}{meant}"
+
 
 def _field(entry: Entry, default: Any) -> Any:
     if default is dataclasses.MISSING:
@@ -89,7 +118,7 @@ def quantity(dimension: str, default: Any = dataclasses.MISSING, **limits: Any) 
 
 def point() -> Any:
     """Return an optional field that holds three coordinates."""
-    return _field(Entry("point", "length"), None)
+    return _field(Entry("point", "length", plausible=(0.0, math.inf)), None)
 
 
 def text(default: str = "", known: tuple[str, ...] = ()) -> Any:
@@ -132,24 +161,6 @@ def entries(kind: Any) -> dict[str, tuple[dataclasses.Field[Any], Entry]]:
     return {item.name: (item, item.metadata["entry"]) for item in dataclasses.fields(kind)}
 
 
-def unusual(instance: Any, at: str = "") -> Iterator[str]:
-    """Yield what of a dataclass and its parts is valid, but outside of what lines have."""
-    for name, (_, entry) in entries(type(instance)).items():
-        value, place = getattr(instance, name), f"{at}{name}"
-        if entry.kind == "part" and value is not None:
-            yield from unusual(value, f"{place}.")
-        elif entry.kind == "parts":
-            for index, item in enumerate(value):
-                yield from unusual(item, f"{place}[{index}].")
-        elif entry.usual is not None and value is not None:
-            low, high = entry.usual
-            if value and not low <= abs(value) <= high:
-                yield (
-                    f"{place} = {value:.6g} {si(entry.dimension)} is unusual: lines have "
-                    f"{low:g} to {high:g}; is its unit right?"
-                )
-
-
 def settle(instance: Any) -> None:
     """Check all fields of a new dataclass, and make their values plain: floats, tuples.
 
@@ -189,6 +200,8 @@ def number(value: object, entry: Entry, at: str, error: type[CardanError] = Mode
     if not entry.holds(plain):
         shown = shortened(repr(value) if isinstance(value, int) else repr(plain))
         raise error(f"{at} is {shown}, expected {entry.allowed()}")
+    if entry.implausible(plain):
+        raise error(f"{at} is {entry.implausible(plain)}")
     return plain
 
 

@@ -14,8 +14,6 @@ from ...errors import ModelError
 from .fields import day, flag, part, parts, point, quantity, refuse, settle, text
 
 _QUARTER = math.pi / 2
-_LENGTHS = (1e-3, 30.0)
-"""Lengths and distances that lines have [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,12 +29,12 @@ class Tube:
         shear_limit: greatest shear stress that is allowed under torque [Pa].
     """
 
-    outer_diameter: float = quantity("length", above=0.0, usual=(5e-3, 2.0))
-    wall: float = quantity("length", above=0.0, usual=(5e-4, 0.5))
-    density: float = quantity("density", 7850.0, above=0.0, usual=(1e3, 2e4))
-    modulus: float = quantity("modulus", 2.1e11, above=0.0, usual=(5e9, 1e12))
-    shear_modulus: float = quantity("modulus", 8.08e10, above=0.0, usual=(1e9, 5e11))
-    shear_limit: float | None = quantity("modulus", None, above=0.0, usual=(1e6, 2e9))
+    outer_diameter: float = quantity("length", above=0.0, plausible=(1e-3, 2.0))
+    wall: float = quantity("length", above=0.0, plausible=(1e-4, 1.0))
+    density: float = quantity("density", 7850.0, above=0.0)
+    modulus: float = quantity("modulus", 2.1e11, above=0.0, plausible=(1e9, 1e12))
+    shear_modulus: float = quantity("modulus", 8.08e10, above=0.0, plausible=(5e8, 5e11))
+    shear_limit: float | None = quantity("modulus", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -83,13 +81,13 @@ class Spline:
     """
 
     distance: float | None = quantity("length", None, least=0.0)
-    friction: float | None = quantity("number", None, least=0.0, usual=(0.01, 0.5))
-    radius: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
-    travel: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
-    compressed: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
-    profile: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
-    shortest: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
-    longest: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
+    friction: float | None = quantity("number", None, least=0.0, plausible=(1e-3, 1.0))
+    radius: float | None = quantity("length", None, above=0.0, plausible=(1e-3, 1.0))
+    travel: float | None = quantity("length", None, above=0.0)
+    compressed: float | None = quantity("length", None, above=0.0)
+    profile: float | None = quantity("length", None, above=0.0)
+    shortest: float | None = quantity("length", None, above=0.0)
+    longest: float | None = quantity("length", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -115,10 +113,10 @@ class Bearing:
         axial_limit: greatest force that it bears along the shaft [N].
     """
 
-    distance: float = quantity("length", above=0.0, usual=_LENGTHS)
+    distance: float = quantity("length", above=0.0)
     name: str = text()
     locating: bool | None = flag()
-    stiffness: float | None = quantity("rigidity", None, above=0.0, usual=(1e3, 1e11))
+    stiffness: float | None = quantity("rigidity", None, above=0.0)
     radial_limit: float | None = quantity("force", None, above=0.0)
     axial_limit: float | None = quantity("force", None, above=0.0)
 
@@ -190,8 +188,8 @@ class ShaftJoint:
     name: str = text()
     kind: str = text("cross", ("cross", "constant_velocity"))
     size: str = text()
-    cross_mass: float = quantity("mass", 0.0, least=0.0, usual=(1e-3, 1e4))
-    cross_span: float = quantity("length", 0.0, least=0.0, usual=(5e-3, 3.0))
+    cross_mass: float = quantity("mass", 0.0, least=0.0)
+    cross_span: float = quantity("length", 0.0, least=0.0, plausible=(1e-3, 3.0))
     rated_torque: float | None = quantity("torque", None, above=0.0)
     capacity: float | None = quantity("number", None, above=0.0)
     torque_limit: float | None = quantity("torque", None, above=0.0)
@@ -202,7 +200,7 @@ class ShaftJoint:
     largest_n_beta: float | None = quantity("n_beta", None, above=0.0)
     din_808: str = text(known=("", "plain", "needle"))
     table_torque: float | None = quantity("torque", None, above=0.0)
-    pin_radius: float | None = quantity("length", None, above=0.0)
+    pin_radius: float | None = quantity("length", None, above=0.0, plausible=(1e-4, 1.0))
     pin_friction: float | None = quantity("number", None, least=0.0)
 
     def __post_init__(self) -> None:
@@ -247,7 +245,7 @@ class Shaft:
     """
 
     name: str = text()
-    length: float | None = quantity("length", None, above=0.0, usual=_LENGTHS)
+    length: float | None = quantity("length", None, above=0.0)
     slope_side: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
     slope_plan: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
     start: tuple[float, float, float] | None = point()
@@ -260,7 +258,7 @@ class Shaft:
     mass: float | None = quantity("mass", None, least=0.0)
     inertia: float | None = quantity("inertia", None, least=0.0)
     transverse_inertia: float | None = quantity("inertia", None, least=0.0)
-    centre: float | None = quantity("length", None)
+    centre: float | None = quantity("length", None, plausible=(0.0, 30.0))
     torsional_stiffness: float | None = quantity("stiffness", None, above=0.0)
 
     def __post_init__(self) -> None:

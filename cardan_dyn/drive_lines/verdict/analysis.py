@@ -215,7 +215,8 @@ class Analysis(Result, Record):
         ratio: `(…, n + 1)` speed of each shaft over that of the input shaft.
         acceleration: `(…, n + 1)` angular acceleration of each shaft about its axis [rad/s²].
         static: forces without inertia and weight: from the torque, and the friction of splines.
-        inertial: forces of inertia and weight alone; None if there are none.
+        inertial: what inertia and weight add, the friction of splines under the torque that they
+            make included; None if there are none.
         slip: `(…, s)` by how much each spline is drawn out against the data [m].
         mean_lead: `(n + 1,)`, or `(D, n + 1)` of designs: mean of each shaft's rotation minus that
             of the input shaft, over a turn of this [rad].

@@ -10,18 +10,19 @@ from typing import Any
 import numpy as np
 
 from cardan_dyn.analytic import drive_line, installation, single_joint, uniformity
-from cardan_dyn.analytic.limits import JOINT_SIZES, Limit
+from cardan_dyn.analytic.limits import JOINT_SIZES, SPEED_ANGLES, Limit
 
 from ...arrays import Array
 from ...errors import choices
+from ..line.parts import ShaftJoint
 from .case import Case
 from .extremes import greatest
-from .rows import Inverse, VerdictRow, judged, not_judged
+from .rows import Inverse, VerdictRow, judged, opened, stated, withheld
 
 SQUARE = 1e-6
 """Distance of fork phases from multiples of 90° up to which signs + and - hold [rad]."""
-_COARSE = 0.01
-"""Relative error from which on a rule of first order is said to be wrong."""
+COARSE = 0.01
+"""Relative error from which on a rule is said to be wrong."""
 _POSITIONS = 1440
 """In half a turn, which decide the greatest sum of accelerations."""
 _HALVINGS = 46
@@ -41,10 +42,10 @@ def angle_rules(case: Case) -> Iterator[VerdictRow]:
 
 def first_order(exact: float, rule: float) -> tuple[str, ...]:
     """Return what a rule of first order misses, if that is much."""
-    if abs(rule - exact) <= _COARSE * abs(exact):
+    if abs(rule - exact) <= COARSE * abs(exact):
         return ()
     # Near zero a percentage says nothing.
-    if abs(exact) <= _COARSE * abs(rule):
+    if abs(exact) <= COARSE * abs(rule):
         return ("of first order in the squares of the angles: the rule is far off here",)
     return (
         "of first order in the squares of the angles: "
@@ -76,17 +77,11 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             unit="rad",
             rule_value=float(np.hypot(*views[k])) if np.isfinite(views[k]).all() else None,
         )
-        if joint.largest_angle is not None:
-            yield judged(row, Limit(joint.largest_angle, "rad", "largest_angle of the joint"))
-        else:
-            yield judged(row, None, "give largest_angle of the joint")
-        is_single = joint.kind == "cross" and not {k, k + 1} & set(line.centred)
-        for name, what in (("joint_angle", "of road vehicles"), ("pto_angle", "continuous, PTO")):
-            limit = case.limit(name)
-            # Rules of single joints with a cross: others turn evenly, alone or in pairs.
-            if limit is not None and is_single:
-                yield judged(replace(row, quantity=f"joint angle, {what}"), limit)
-        if is_single:
+        most = joint.largest_angle
+        own = None if most is None else Limit(most, "rad", "largest_angle of the joint")
+        yield judged(row, own, "give largest_angle of the joint")
+        # Rules of single joints with a cross: others turn evenly, alone or in pairs.
+        if joint.kind == "cross" and not {k, k + 1} & set(line.centred):
             yield from _practical_angles(case, row)
     for k in range(line.count - 1):
         row = VerdictRow(
@@ -97,27 +92,26 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             unit="rad",
         )
         other = _compensated_otherwise(case)
-        if other:
-            yield judged(replace(row, note=f"does not apply: {other}"), None)
-            continue
-        yield judged(row, case.limit("angle_difference"), case.why_not("angle_difference"))
+        yield stated(row, other) if other else case.held(row, "angle_difference")
 
 
 def _practical_angles(case: Case, row: VerdictRow) -> Iterator[VerdictRow]:
-    """Yield the rows of an angle that makers want at least, and at most at the line's speed."""
-    name = "least_joint_angle"
-    yield judged(replace(row, quantity="least joint angle"), case.limit(name), case.why_not(name))
-    quantity, fastest = "joint angle at the greatest speed", case.fastest
-    share = case.limit("speed_angle_share")
+    """Yield the rows of an angle that makers want at least, and at most by application."""
+    yield case.held(replace(row, quantity="least joint angle"), "least_joint_angle")
+    yield case.held(replace(row, quantity="joint angle, continuous, PTO"), "pto_angle")
+    row = replace(row, quantity="joint angle at the greatest speed")
+    share, fastest = case.limit("speed_angle_share"), case.fastest
     if share is None:
-        reason = case.why_not("speed_angle_share")
-        yield not_judged(row.rule, row.where, quantity, reason)
-    elif fastest is None or not fastest.speed:
-        yield not_judged(row.rule, row.where, quantity, "give speed")
+        yield stated(row, case.why_not("speed_angle_share"))
+    elif fastest is None or fastest.speed is None:
+        yield opened(row, "give speed")
     else:
         most = share.value * float(installation.greatest_joint_angle(fastest.speed))
-        held = replace(row, quantity=quantity, condition=fastest.name)
-        yield judged(held, Limit(most, "rad", share.source))
+        held = replace(row, condition=fastest.name)
+        held = judged(held, Limit(most, "rad", share.source), "")
+        end = max(SPEED_ANGLES)
+        reason = f"the table ends at {end * 30 / np.pi:.0f} 1/min; ask the maker of the joint"
+        yield withheld(held, reason) if fastest.speed > end else held
 
 
 def _compensated_otherwise(case: Case) -> str:
@@ -135,7 +129,8 @@ def _compensated_otherwise(case: Case) -> str:
 def _slopes(case: Case) -> Iterator[VerdictRow]:
     views = case.line.geometry.views
     if not np.isfinite(views).all():
-        yield not_judged("slopes", "", "joint angles by their views", "a shaft leads not forward")
+        row = VerdictRow(rule="slopes", where="", quantity="joint angles by their views")
+        yield stated(row, "a shaft leads not forward")
         return
     worst = np.abs(np.hypot(views[:, 0], views[:, 1]) - case.line.joint_angles).max()
     yield VerdictRow(
@@ -169,7 +164,7 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
         inverses=rest,
         note=_lead(exact),
     )
-    held = judged(residual, limit, case.why_not("residual_angle"))
+    held = case.held(residual, "residual_angle")
     yield held
     non_uniformity = VerdictRow(
         rule="uniformity",
@@ -180,7 +175,7 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
         broken=broken[:1] if signs_hold(case) else (),
         inverses=_allowed_by_u(case.limit("non_uniformity")),
     )
-    of_u = judged(non_uniformity, case.limit("non_uniformity"), case.why_not("non_uniformity"))
+    of_u = case.held(non_uniformity, "non_uniformity")
     # Unless both are given, both are the limit of one angle: rounding must not part them.
     yield (
         of_u
@@ -265,7 +260,8 @@ def inertia_ratio(betas: Array, phases: Array) -> float:
 def _accelerations(case: Case) -> Iterator[VerdictRow]:
     line, fastest = case.line, case.fastest
     if fastest is None or fastest.speed is None:
-        yield not_judged("accelerations", "", "torsional acceleration", "give speed")
+        row = VerdictRow(rule="accelerations", where="", quantity="torsional acceleration")
+        yield opened(row, "give speed")
         return
     betas, phases, speed = line.uneven_angles, line.fork_phases, fastest.speed
     residual = float(drive_line.residual_angle(betas, phases))
@@ -310,7 +306,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             inverses=_allowed_speed(limit, ratio, speed),
             note="" if greatest is None else _within(exact, greatest),
         )
-        yield judged(row, limit, case.why_not(name))
+        yield case.held(row, name)
 
 
 def _within(value: float, greatest: Limit) -> str:
@@ -342,43 +338,32 @@ def _sizes() -> dict[str, Any]:
 def _n_beta(case: Case) -> Iterator[VerdictRow]:
     line, fastest = case.line, case.fastest
     for k, joint in enumerate(line.joints):
-        where = line.joint_names[k]
+        row = VerdictRow(rule="n_beta", where=line.joint_names[k], quantity="speed")
         known = _sizes().get(joint.size.strip().upper())
         if fastest is None or fastest.speed is None:
-            yield not_judged("n_beta", where, "speed", "give speed")
+            yield opened(row, "give speed")
             continue
         beta, speed = float(line.joint_angles[k]), fastest.speed
-        bound = joint.largest_speed or (known.speed if known else None)
-        source = "largest_speed of the joint" if joint.largest_speed else f"Dana, size {joint.size}"
-        row = VerdictRow(
-            rule="n_beta",
-            where=where,
-            quantity="speed",
-            value=speed,
-            unit="rad/s",
-            condition=fastest.name,
-        )
-        missing = "give largest_speed of the joint, or its size" + _unknown_size(joint.size)
-        yield judged(row, None if bound is None else Limit(bound, "rad/s", source), missing)
-        product = joint.largest_n_beta or (known.n_beta if known else None)
-        source = (
-            "largest_n_beta of the joint" if joint.largest_n_beta else f"Dana, size {joint.size}"
-        )
-        inverses: tuple[Inverse, ...] = ()
-        if product is not None and speed > 0.0:
-            inverses = (Inverse("allowed joint angle", product / speed, "rad"),)
-        row = VerdictRow(
-            rule="n_beta",
-            where=where,
-            quantity="speed times angle",
-            value=speed * beta,
-            unit="rad^2/s",
-            condition=fastest.name,
-            inverses=inverses,
-            broken=_far_from_usual(case, k) if product is not None else (),
-        )
-        missing = "give largest_n_beta of the joint, or its size" + _unknown_size(joint.size)
-        yield judged(row, None if product is None else Limit(product, "rad^2/s", source), missing)
+        row = replace(row, value=speed, unit="rad/s", condition=fastest.name)
+        yield _by_size(row, joint, "largest_speed", known.speed if known else None)
+        product = replace(row, quantity="speed times angle", value=speed * beta, unit="rad^2/s")
+        held = _by_size(product, joint, "largest_n_beta", known.n_beta if known else None)
+        if held.limit is None:
+            yield held
+            continue
+        room = held.limit.value / speed if speed > 0.0 else None
+        inverses = () if room is None else (Inverse("allowed joint angle", room, "rad"),)
+        yield replace(held, inverses=inverses, broken=_far_from_usual(case, k))
+
+
+def _by_size(row: VerdictRow, joint: ShaftJoint, field: str, known: float | None) -> VerdictRow:
+    """Return a row held against a field of a joint, or what its size says."""
+    given = getattr(joint, field)
+    source = f"Dana, size {joint.size}" if given is None else f"{field} of the joint"
+    bound = known if given is None else given
+    limit = None if bound is None else Limit(bound, row.unit, source)
+    missing = f"give {field} of the joint, or its size{_unknown_size(joint.size)}"
+    return judged(row, limit, missing)
 
 
 def _far_from_usual(case: Case, k: int) -> tuple[str, ...]:

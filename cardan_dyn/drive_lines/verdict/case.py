@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,31 +21,24 @@ from ...checks import described, mapping
 from ...errors import ArgumentError, CardanError, choices
 from ..line.data import LineData
 from .analysis import Analysis
-from .extremes import COMPONENTS, greatest_sizes
+from .extremes import COMPONENTS, SIGNED, greatest_of, greatest_over
+from .rows import VerdictRow, judged, opened, stated, withheld
 from .solving import Causes, LineSolver
 
 GIVEN = "the caller"
 """Source of a limit that is given as a number."""
-OWN: Mapping[str, Limit] = MappingProxyType(
-    {
-        "torsional_distance": Limit(0.2, "1", "no published one", "least"),
-        "critical_constant": CRITICAL_CONSTANTS["steel"],
-    }
-)
-"""Names that `limits` may give besides those of `analytic.limits.LIMITS`: the distance of speeds
-from torsional critical ones, relative to these, and a maker's constant of bending speeds."""
 _BY_APPLICATION = {
     "": (
         *("residual_angle", "non_uniformity", "second_order_angle"),
         *("torsional_acceleration", "torsional_acceleration_greatest"),
         *("inertia_acceleration", "inertia_acceleration_greatest"),
-        *("bending_speed_share", "half_critical_from", "half_critical_to"),
+        *("bending_speed_share", "half_critical_from", "half_critical_to", "torsional_distance"),
         *("mean_life_factor", "balancing_speed", "balance_grade_maker"),
         *("din_808_plain_speed", "din_808_needle_speed"),
     ),
     "vehicle": (
-        *("joint_angle", "angle_difference", "least_joint_angle"),
-        *("speed_angle_share", "bending_speed_share_automotive"),
+        *("angle_difference", "least_joint_angle", "speed_angle_share"),
+        "bending_speed_share_automotive",
     ),
     "agricultural": ("pto_angle", "telescope_travel_left", "telescope_overlap"),
     "industrial": ("bending_speed_share_industrial",),
@@ -53,9 +47,12 @@ _BY_APPLICATION = {
 line, and those that hold for one application alone unless the caller gives them."""
 _APPLICATION = {name: of for of, names in _BY_APPLICATION.items() for name in names}
 KNOWN: Mapping[str, Limit] = MappingProxyType(
-    {**{name: LIMITS[name] for name in _APPLICATION}, **OWN}
+    {
+        **{name: LIMITS[name] for name in _APPLICATION},
+        "critical_constant": CRITICAL_CONSTANTS["steel"],
+    }
 )
-"""What `limits` may give."""
+"""What `limits` may give: a maker's constant of bending speeds too."""
 FREE_FALL = 9.81
 """Acceleration of free fall [m/s²]."""
 _EQUAL = 1e-12
@@ -101,6 +98,27 @@ class LoadCase:
     how: str = ""
 
 
+class Torques(NamedTuple):
+    """Greatest torques at a place of a line over all load cases.
+
+    Attributes:
+        ahead: that drive what is behind in the sense of rotation, not less than 0 [N·m].
+        back: of the other sense [N·m].
+        condition: operating point of the greater one.
+        how: its load case in words.
+    """
+
+    ahead: float
+    back: float
+    condition: str
+    how: str
+
+    @property
+    def size(self) -> float:
+        """The greater one of both [N·m]."""
+        return max(self.ahead, self.back)
+
+
 class Case:
     """What rules are told of a line.
 
@@ -142,19 +160,22 @@ class Case:
         other = _OTHER.get(name)
         if other in self._limits:
             return _of_one_angle(name, self._limits[other])
-        if _APPLICATION.get(name) not in ("", None, self.line.application):
-            return None
-        return LIMITS.get(name)
+        return LIMITS[name] if _APPLICATION[name] in ("", self.line.application) else None
+
+    def held(self, row: VerdictRow, name: str) -> VerdictRow:
+        """Return a row held against the limit of a name; a stated one if that does not apply."""
+        limit = self.limit(name)
+        if limit is not None:
+            return judged(row, limit, "")
+        return stated(row, self.why_not(name))
 
     def why_not(self, name: str) -> str:
-        """Return why there is no limit of a name."""
+        """Return why the limit of a name does not apply."""
         for given in (name, _OTHER.get(name, name)):
             if given in self._limits:
                 return f"limits take {given} out"
-        of = _APPLICATION.get(name)
-        if of:
-            return f"a limit of {of} lines; give application = {of!r}, or limits[{name!r}]"
-        return f"give limits[{name!r}]"
+        of = _APPLICATION[name]
+        return f"a limit of {of} lines; give application = {of!r}, or limits[{name!r}]"
 
     @property
     def critical_constant(self) -> Limit | None:
@@ -194,22 +215,22 @@ class Case:
 
     @cached_property
     def forces(self) -> tuple[LoadCase, ...]:
-        """All load cases of the operating points whose torque is known."""
-        if self.causes is None:
+        """All load cases of all operating points: of what is not known none acts, see `lacking`."""
+        if self.causes is None or self.strongest is None:
             return ()
         result = []
         if self._analysis is not None:
             result.append(LoadCase(self.points[0], (), "the analysis"))
         for point in self.points:
-            if point.torque is not None and (not self.is_heavy or point.speed is not None):
-                result += self._load_cases(self.causes, point)
+            result += self._load_cases(self.causes, point)
         return tuple(result)
 
     def _load_cases(self, causes: Causes, point: OperatingPoint) -> Iterator[LoadCase]:
         """Yield the load cases of an operating point.
 
         Sizes of forces are convex in all that acts, so that the worst is at the ends of all ranges:
-        of the torque from none to the shock torque, of the speed and of the acceleration.
+        of the torque from none to the shock torque, of the speed and of the acceleration, and of
+        the friction of splines.
         """
         full = (point.torque or 0.0) * self.service_factor
         torques = [full, 0.0, *([-full] if self.line.reversing else [])] if full else [0.0]
@@ -218,23 +239,62 @@ class Case:
         for torque, speed, rate in itertools.product(
             torques, speeds, (most, -most) if most else (0.0,)
         ):
-            shift = [(1, -1)] * len(causes.slides) if torque else [(0,)] * len(causes.slides)
-            for senses in itertools.product(*shift):
-                factors = (torque, speed**2, rate, 1.0, *(sense * abs(torque) for sense in senses))
-                how = _how(causes, torque, full, speed, rate, senses)
-                yield LoadCase(point, factors, how)
+            acting = np.array([torque, speed**2, rate, 1.0])[: len(causes.parts)]
+            how = _how(causes, torque, full, speed, rate)
+            for senses in itertools.product((1.0, -1.0), repeat=len(causes.slides)):
+                factors = np.concatenate([acting, *(sense * acting for sense in senses)])
+                yield LoadCase(point, tuple(factors.tolist()), how)
 
     @property
     def no_forces(self) -> str:
         """Why there are no forces; empty if there are some."""
-        if self.forces:
-            return ""
         if self.causes is None:
             return self._reason
-        return "give speed and torque" if self.is_heavy else "give torque"
+        return "" if self.forces else "give torque"
+
+    @property
+    def lacking(self) -> str:
+        """What more than in the load cases may act, as what would tell it; empty if nothing."""
+        if self.no_forces:
+            return self.no_forces
+        if any(point.torque is None for point in self.points):
+            return "give torque"
+        is_slow = self.is_heavy and any(point.speed is None for point in self.points)
+        return "give speed" if is_slow else ""
+
+    def of_forces(
+        self,
+        row: VerdictRow,
+        limit: Limit | None,
+        missing: str,
+        quantity: str = "",
+        place: int = 0,
+    ) -> VerdictRow:
+        """Return the row of a force held against its limit, as far as all that acts is known.
+
+        Args:
+            row: with its value.
+            limit: None if there is none.
+            missing: what would give the limit.
+            quantity: the force, if friction of splines acts on it; see `COMPONENTS`.
+            place: which one of these.
+        """
+        held = judged(row, limit, missing)
+        if limit is None:
+            return held
+        causes = self.causes
+        if quantity and causes is not None and causes.is_open[quantity][place]:
+            # The least forces are no bound of this one: it may be less as well as more.
+            reasons = "; ".join(causes.indeterminate)
+            return opened(held, f"statics leaves it open: {reasons}; leave out what holds too much")
+        held = withheld(held, self.lacking)
+        if quantity and self.unknown_frictions:
+            named = ", ".join(self.unknown_frictions)
+            held = withheld(held, f"give friction and radius of the spline of {named}, 0 for none")
+        return held
 
     def worst(self, quantity: str) -> tuple[Array, list[LoadCase]]:
-        """Return the greatest sizes of a quantity over a turn `(k,)`, and their load cases.
+        """Return the greatest values of a quantity over a turn `(k,)`, and their load cases.
 
         Of equal cases, that is the first one.
 
@@ -251,31 +311,56 @@ class Case:
         """Quantities to their greatest sizes, and the indices of these load cases."""
         return {}
 
+    def joint_torque(self, k: int) -> Torques:
+        """Return the greatest torques of joint k, counted from 0, in the shafts on both its sides.
+
+        Where forces cannot be known, they are those of the input shaft.
+        """
+        return self._torques(k + 1, self.line.count + 1 + k)
+
+    def driving_torque(self, k: int) -> Torques:
+        """Return the greatest torques in the shaft before joint k; likewise."""
+        return self._torques(self.line.count + 1 + k)
+
+    def shaft_torque(self, k: int) -> Torques:
+        """Return the greatest torques at both ends of shaft k; likewise."""
+        return self._torques(k, self.line.count + 1 + k)
+
+    def _torques(self, *places: int) -> Torques:
+        if self.no_forces:
+            torques = [self.service_factor * (point.torque or 0.0) for point in self.points]
+            torques += [-torque for torque in torques] if self.line.reversing else []
+            at = "" if self.strongest is None else self.strongest.name
+            most, least = max(*torques, 0.0), min(*torques, 0.0)
+            return Torques(most, -least, at, f"torque of the input shaft: {self.no_forces}")
+        found = []
+        for name in ("torque", "torque_back"):
+            sizes, cases = self.worst(name)
+            place = max(places, key=lambda place: float(sizes[place]))
+            found.append((max(float(sizes[place]), 0.0), cases[place]))
+        (ahead, _), (back, _) = found
+        worst = max(found, key=lambda item: item[0])[1]
+        return Torques(ahead, back, worst.point.name, worst.how)
+
     def _worst_of(self, quantity: str) -> tuple[Array, list[int]]:
         """Return the greatest sizes, and the indices of their load cases."""
         cases, analysis = self.forces, self._analysis
         factors = np.array([case.factors for case in cases if case.factors])
-        greatest = np.zeros((len(cases), 0))
-        if len(factors):
-            greatest = greatest_sizes(factors, self._components(quantity))
+        signed = quantity in SIGNED
+        greatest = greatest_over(factors, self._components(quantity), signed=signed)
         if analysis is not None:
-            own = np.abs(getattr(analysis.total, quantity)).max(axis=0)
-            greatest = np.concatenate([own[None], greatest]) if len(factors) else own[None]
+            own = greatest_of(COMPONENTS[quantity](analysis.total), signed=signed)
+            greatest = np.concatenate([own[None], greatest])
         sizes = greatest.max(axis=0)
-        return sizes, np.argmax(greatest >= (1.0 - _EQUAL) * sizes, axis=0).tolist()
+        return sizes, np.argmax(greatest >= sizes - _EQUAL * np.abs(sizes), axis=0).tolist()
 
     def _components(self, quantity: str) -> Array:
         """Return the components of a quantity in what forces are made of, `(causes, P, k, c)`."""
         causes = self.causes
         if causes is None:
             raise ValueError("there are no forces")
-        field, chosen = COMPONENTS[quantity]
-        parts = [causes.torque, causes.speed, causes.acceleration, causes.weight]
-        parts += [part for _, part in causes.slides]
-        none = np.zeros_like(getattr(causes.torque, field)[..., chosen])
-        return np.stack(
-            [none if part is None else getattr(part, field)[..., chosen] for part in parts]
-        )
+        parts = [*causes.parts, *(part for _, parts in causes.slides for part in parts)]
+        return np.stack([COMPONENTS[quantity](part) for part in parts])
 
     @cached_property
     def unknown_frictions(self) -> tuple[str, ...]:
@@ -294,9 +379,7 @@ def _of_one_angle(name: str, given: Limit | None) -> Limit | None:
     return Limit(float(angle), "rad", given.source)
 
 
-def _how(
-    causes: Causes, torque: float, full: float, speed: float, rate: float, senses: tuple[int, ...]
-) -> str:
+def _how(causes: Causes, torque: float, full: float, speed: float, rate: float) -> str:
     """Return a load case in words, as far as it is not that of the operating point itself."""
     listed = []
     if full and not torque:
@@ -307,9 +390,7 @@ def _how(
         listed.append("at rest")
     if rate:
         listed.append("running up" if rate > 0.0 else "braking")
-    for sense, (name, _) in zip(senses, causes.slides, strict=True):
-        if sense:
-            listed.append(f"spline of {name} {'drawn out' if sense > 0 else 'pushed in'}")
+    listed += [f"spline of {name} slides" for name, _ in causes.slides]
     return ", ".join(listed)
 
 

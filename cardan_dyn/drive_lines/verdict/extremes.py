@@ -1,28 +1,38 @@
-"""Extremes: the greatest sizes of periodic quantities, between the samples as well as at them."""
+"""Extremes: the greatest values of periodic quantities, between the samples as well as at them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import numpy as np
 
 from ...arrays import Array
+from .analysis import LineForces
 
-COMPONENTS: Mapping[str, tuple[str, slice]] = MappingProxyType(
+
+def _torques(forces: LineForces) -> Array:
+    """Return the torques at the front ends of all shafts, then those at their rear ends."""
+    front = [forces.drive_torque[:, None], forces.torsion_out]
+    rear = [forces.torsion_in, -forces.load_torque[:, None]]
+    return np.concatenate([*front, *rear], axis=1)[..., None]
+
+
+COMPONENTS: Mapping[str, Callable[[LineForces], Array]] = MappingProxyType(
     {
-        "torsion_in": ("moment_in", slice(0, 1)),
-        "torsion_out": ("moment_out", slice(0, 1)),
-        "bending_in": ("moment_in", slice(1, 3)),
-        "bending_out": ("moment_out", slice(1, 3)),
-        "bearing_radial": ("bearing_force", slice(1, 3)),
-        "bearing_axial": ("bearing_force", slice(0, 1)),
-        "spline_friction": ("spline_force", slice(0, 1)),
-        "centring": ("centring_force", slice(0, 3)),
+        "torque": _torques,
+        "torque_back": lambda forces: -_torques(forces),
+        "bending_in": lambda forces: forces.moment_in[..., 1:],
+        "bending_out": lambda forces: forces.moment_out[..., 1:],
+        "bearing_radial": lambda forces: forces.bearing_force[..., 1:],
+        "bearing_axial": lambda forces: forces.bearing_force[..., :1],
+        "spline_friction": lambda forces: forces.spline_force[..., :1],
+        "centring": lambda forces: forces.centring_force,
     }
 )
-"""Quantities of `LineForces` to the components of which they are the size: a field and a part of
-its last axis."""
+"""Quantities to their components `(P, k, c)` in the forces of a turn."""
+SIGNED = frozenset({"torque", "torque_back"})
+"""Quantities of one component whose greatest value counts, those of all others their size."""
 _FINER = 8
 """Times as many positions as samples at which a greatest value is looked for. Samples that decide
 a function have the harmonics that matter far below the highest one that they can have."""
@@ -35,16 +45,16 @@ _MOST_NUMBERS = 2_000_000
 """Numbers that are looked at together."""
 
 
-def greatest(squares: Array) -> Array:
-    """Return the greatest values `(k,)` of smooth periodic functions that are not negative.
+def greatest(values: Array) -> Array:
+    """Return the greatest values `(k,)` of smooth periodic functions; 0 of none.
 
     Args:
-        squares: `(P, k)` the functions at equal steps of a period, which determine them.
+        values: `(P, k)` the functions at equal steps of a period, which determine them.
     """
-    count = len(squares)
-    if not squares.size:
-        return np.zeros(squares.shape[1])
-    waves = np.fft.rfft(squares, axis=0)
+    count = len(values)
+    if not values.size:
+        return np.zeros(values.shape[1])
+    waves = np.fft.rfft(values, axis=0)
     fine = np.fft.irfft(waves, n=_FINER * count, axis=0) * _FINER
     top = fine.argmax(axis=0)
     # Sine and cosine count twice, the mean and the highest harmonic once.
@@ -62,10 +72,16 @@ def greatest(squares: Array) -> Array:
         moved = np.divide(-slope, curvature, out=np.zeros_like(slope), where=curvature < 0.0)
         at = start + np.clip(at + moved - start, -step, step)
     found = (waves * np.exp(1j * orders * at)).real.sum(axis=0)
-    return np.maximum.reduce([squares.max(axis=0), fine.max(axis=0), found])
+    return np.maximum.reduce([values.max(axis=0), fine.max(axis=0), found])
 
 
-def greatest_sizes(factors: Array, components: Array) -> Array:
+def greatest_of(total: Array, *, signed: bool = False) -> Array:
+    """Return the greatest sizes of vectors `(P, k, c)` at the samples; of signed ones, values."""
+    sizes = total[..., 0] if signed else np.linalg.norm(total, axis=-1)
+    return np.asarray(sizes.max(axis=0))
+
+
+def greatest_over(factors: Array, components: Array, *, signed: bool = False) -> Array:
     """Return the greatest sizes over a period of sums of periodic vectors, `(cases, k)`.
 
     Of cases that are far from the greatest one of all, those at the samples.
@@ -73,10 +89,11 @@ def greatest_sizes(factors: Array, components: Array) -> Array:
     Args:
         factors: `(cases, causes)` of the vectors.
         components: `(causes, P, k, c)` of the vectors at equal steps, which determine them.
+        signed: whether greatest values are meant, of vectors of one component.
     """
     result = np.empty((len(factors), components.shape[2]))
     for sizes, row in zip(result, factors, strict=True):
-        sizes[:] = np.linalg.norm(np.tensordot(row, components, 1), axis=-1).max(axis=0)
+        sizes[:] = greatest_of(np.tensordot(row, components, 1), signed=signed)
     most = result.max(axis=0, initial=0.0)
     # Of what is no longer finite nothing can be said.
     is_near = (result >= _CLOSE * most) & (most > 0.0) & np.isfinite(most)
@@ -89,5 +106,6 @@ def greatest_sizes(factors: Array, components: Array) -> Array:
         case, place = cases[start : start + together], places[start : start + together]
         total = np.einsum("ij,jpic->pic", factors[case], fine[:, :, place], optimize=True)
         total /= most[place, None]
-        result[case, place] = np.sqrt(greatest((total**2).sum(axis=-1))) * most[place]
+        found = greatest(total[..., 0]) if signed else np.sqrt(greatest((total**2).sum(axis=-1)))
+        result[case, place] = found * most[place]
     return result

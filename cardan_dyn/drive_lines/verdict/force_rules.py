@@ -16,19 +16,18 @@ from ..line.parts import Shaft
 from ..line.supports import supports
 from .case import Case
 from .extremes import greatest
-from .rows import Inverse, VerdictRow, judged, not_judged, withheld
-
-_HALF_RIGHT = math.pi / 4
-_SMALL = 1e-9
-"""Forces of the rule that are nothing, relative to the torque over the shortest length."""
+from .rows import Inverse, VerdictRow, opened, stated
 
 
 def force_rules(case: Case) -> Iterator[VerdictRow]:
     """Yield the rows about forces and moments."""
     reason = case.no_forces
     if reason:
-        yield not_judged("fork_couples", "", "bending moments", reason)
-        yield not_judged("bearing_forces", "", "bearing forces", reason)
+        for rule, quantity in (
+            ("fork_couples", "bending moments"),
+            ("bearing_forces", "bearing forces"),
+        ):
+            yield opened(VerdictRow(rule=rule, where="", quantity=quantity), reason)
     else:
         yield from _couples(case)
         yield from _bearings(case)
@@ -52,7 +51,7 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
             (behind, points_out, couples[1], "behind"),
         ):
             broken = list(_with_mass(case))
-            if text == "behind" and beta > _HALF_RIGHT and not is_even:
+            if text == "behind" and beta > math.pi / 4 and not is_even:
                 broken.append("up to 45°: the shaft behind is bent more between both positions")
             if k > 0:
                 broken.append("torque of the input shaft: joints before this one vary it")
@@ -83,26 +82,22 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
     across = case.worst("bearing_radial")
     along = case.worst("bearing_axial")
     by_rule, reason = _by_statics(case)
-    names = (item.name for item in supports(case.line).bearings)
-    by_name = dict(zip(names, case.line.bearings, strict=True))
+    held_by = supports(case.line).bearings
+    by_name = dict(zip([item.name for item in held_by], case.line.bearings, strict=True))
+    floating = {item.name for item in held_by if not item.locating}
     sliding = ["no axial force in the spline: the value is with its friction"]
     broken = [*_with_mass(case), *([reason] if reason else [])]
     slides = any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
     broken += sliding if slides else []
-    if causes.indeterminate:
-        broken.append(
-            "statics leaves forces open; the least ones are shown: " + causes.indeterminate[0]
-        )
     for index, name in enumerate(causes.bearings):
         bearing = by_name.get(name)
-        for (sizes, cases), quantity, field, by_its_rule, why_not in (
-            (across, "across", "radial_limit", by_rule.get(name), "a bearing at the joint itself"),
-            (along, "along", "axial_limit", None, "no bearing of its own"),
+        for (sizes, cases), of, quantity, field, by_its_rule in (
+            (across, "bearing_radial", "across", "radial_limit", by_rule.get(name)),
+            (along, "bearing_axial", "along", "axial_limit", None),
         ):
             size, where = float(sizes[index]), cases[index]
             most = getattr(bearing, field) if bearing else None
-            # Locating bearings alone carry forces along their shafts.
-            if quantity == "along" and most is None and size <= _SMALL * max(across[0].max(), 1.0):
+            if quantity == "along" and most is None and name in floating:
                 continue
             row = VerdictRow(
                 rule="bearing_forces",
@@ -117,9 +112,11 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
             )
             if most is not None and size:
                 row = _with_inverse(case, row, abs(where.point.torque or 0.0) * most / size)
+            if bearing is None:
+                yield stated(row, "a bearing at the joint itself; give the shaft's own bearings")
+                continue
             limit = None if most is None else Limit(most, "N", field)
-            missing = f"give {field} of the bearing" if bearing else why_not
-            yield _unless_friction_is_unknown(case, judged(row, limit, missing))
+            yield case.of_forces(row, limit, f"give {field} of the bearing", of, index)
 
 
 def _centrings(case: Case) -> Iterator[VerdictRow]:
@@ -151,16 +148,8 @@ def _centrings(case: Case) -> Iterator[VerdictRow]:
         )
         most = None if kind is None else kind.force_limit
         limit = None if most is None else Limit(most, "N", "force_limit of the centring")
-        held = judged(row, limit, "give force_limit of the centring")
-        yield _unless_friction_is_unknown(case, held)
-
-
-def _unless_friction_is_unknown(case: Case, row: VerdictRow) -> VerdictRow:
-    """Return the row of a bearing, which passes nothing while a force that loads it is unknown."""
-    if not case.unknown_frictions:
-        return row
-    named = ", ".join(case.unknown_frictions)
-    return withheld(row, f"give friction and radius of the spline of {named}, 0 for none")
+        missing = "give force_limit of the centring"
+        yield case.of_forces(row, limit, missing, "centring", index)
 
 
 def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
@@ -220,39 +209,31 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
         spline, where = shaft.spline, line.shaft_names[k]
         if spline is None:
             continue
-        lacking = [name for name in ("friction", "radius") if getattr(spline, name) is None]
-        if spline.friction == 0.0 or strongest is None or strongest.torque is None:
-            lacking = []
-        if lacking or strongest is None or strongest.torque is None:
-            missing = f"{' and '.join(lacking)} of the spline" if lacking else "torque"
-            reason = f"give {missing}"
-            yield not_judged("axial_force", where, "force of the sliding spline", reason)
+        row = VerdictRow(
+            rule="axial_force", where=where, quantity="force of the sliding spline", unit="N"
+        )
+        if spline.friction is None or strongest is None or strongest.torque is None:
+            missing = "friction and radius of the spline" if spline.friction is None else "torque"
+            yield opened(row, f"give {missing}")
             continue
-        friction, radius = spline.friction or 0.0, spline.radius or 1.0
+        if case.causes is None:
+            yield opened(row, case.no_forces)
+            continue
         beta = float(line.joint_angles[k - 1])
         most = abs(strongest.torque) * case.service_factor
-        force, condition, how = most * friction / radius, strongest.name, ""
-        if case.forces and case.causes is not None:
-            # The torque in this shaft varies as the joints before it turn unevenly.
-            index = case.causes.splines.index(where)
-            sizes, cases = case.worst("spline_friction")
-            force, condition = float(sizes[index]), cases[index].point.name
-            how = cases[index].how
-        yield VerdictRow(
-            rule="axial_force",
-            where=where,
-            quantity="force of the sliding spline",
-            value=force,
-            unit="N",
+        # The torque in this shaft varies as joints turn unevenly, and with inertia.
+        sizes, cases = case.worst("spline_friction")
+        index = case.causes.splines.index(where)
+        friction, radius = spline.friction, spline.radius or 1.0
+        notes = [cases[index].how, f"μ = {friction:g}"]
+        notes.append("lubrication pressure times area comes on top")
+        row = replace(
+            row,
+            value=float(sizes[index]),
             rule_value=float(support_forces.axial_force(most, beta, radius, friction)),
-            condition=condition,
+            condition=cases[index].point.name,
             source="none: locating bearings carry it",
-            note="; ".join(
-                filter(
-                    None,
-                    [how, f"μ = {friction:g}; lubrication pressure times area comes on top"],
-                )
-            ),
+            note="; ".join(filter(None, notes)),
             broken=(
                 "mu T cos(beta) / r: the torque in the shaft is the one that varies over the "
                 "turn, between T cos(beta) and T / cos(beta)",
@@ -260,3 +241,4 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
             if beta > 0.0
             else (),
         )
+        yield opened(row, case.lacking) if case.lacking else row

@@ -9,17 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from cardan_dyn.analytic import installation, shaft_design
-from cardan_dyn.analytic.limits import DIN_808_FACTORS, Limit
+from cardan_dyn.analytic.limits import DIN_808_FACTORS, LIMITS, Limit
 
 from ..line.parts import ShaftJoint
+from .angle_rules import COARSE
 from .case import Case, OperatingPoint
-from .rows import Inverse, VerdictRow, judged, not_judged
+from .rows import FAIL, ROUNDING, Inverse, VerdictRow, judged, opened, stated
 
 HOUR = 3600.0
-_LEAST_ANGLE = math.radians(3.0)
-"""Angle that smaller ones count as, in the functions of `analytic`."""
-_CONSTANT = 0.01
-"""Relative variation of the torque over a turn from which on it is not constant."""
 
 
 def rating_rules(case: Case) -> Iterator[VerdictRow]:
@@ -34,17 +31,15 @@ def rating_rules(case: Case) -> Iterator[VerdictRow]:
 
 def _design_torque(case: Case) -> Iterator[VerdictRow]:
     strongest = case.strongest
+    row = VerdictRow(rule="design_torque", where="", quantity="shock torque T·K", unit="N m")
     if strongest is None or strongest.torque is None:
-        yield not_judged("design_torque", "", "shock torque T·K", "give torque")
+        yield opened(row, "give torque")
         return
     given = case.line.service_factor is not None
     power = "" if strongest.speed is None else f"{abs(strongest.torque) * strongest.speed:.4g} W"
-    yield VerdictRow(
-        rule="design_torque",
-        where="",
-        quantity="shock torque T·K",
+    yield replace(
+        row,
         value=abs(strongest.torque) * case.service_factor,
-        unit="N m",
         condition=strongest.name,
         source="none: ratings of joints are held against it",
         note="; ".join(filter(None, [power, "" if given else "no service_factor: K = 1"])),
@@ -52,45 +47,74 @@ def _design_torque(case: Case) -> Iterator[VerdictRow]:
 
 
 def _static(case: Case) -> Iterator[VerdictRow]:
-    line = case.line
-    strongest = case.strongest
+    line, strongest = case.line, case.strongest
     if strongest is None or strongest.torque is None:
-        yield not_judged("static_ratings", "", "torque", "give torque")
+        yield opened(VerdictRow(rule="static_ratings", where="", quantity="torque"), "give torque")
         return
-    nominal = abs(strongest.torque) * case.service_factor
-    if case.forces:
-        torque, cases = case.worst("torsion_in")
-        conditions, notes = [item.point.name for item in cases], [item.how for item in cases]
-    else:
-        torque, conditions = np.full(line.count, nominal), [strongest.name] * line.count
-        notes = [f"torque of the input shaft: {case.no_forces}"] * line.count
-    alternating = "reversing_limit" if line.reversing else "pulsating_limit"
-    named = {
-        "torque_limit": ("T_CS", "shock torque"),
-        "pulsating_limit": ("T_DSch", "shock torque, pulsating"),
-        "reversing_limit": ("T_DW", "shock torque, reversing"),
-    }
     for k, joint in enumerate(line.joints):
-        for field in ("torque_limit", alternating):
-            symbol, quantity = named[field]
-            rating = getattr(joint, field)
-            row = VerdictRow(
-                rule="static_ratings",
-                where=line.joint_names[k],
-                quantity=quantity,
-                value=float(torque[k]),
-                unit="N m",
-                rule_value=nominal,
-                condition=conditions[k],
-                note=notes[k],
-                broken=_uneven(float(torque[k]), nominal),
-            )
-            limit = Limit(rating, "N m", f"{field} of the joint, {symbol}") if rating else None
-            yield judged(row, limit, f"give {field} of the joint ({symbol})")
+        found, nominal = case.joint_torque(k), abs(strongest.torque) * case.service_factor
+        torque = found.size
+        row = VerdictRow(
+            rule="static_ratings",
+            where=line.joint_names[k],
+            quantity="shock torque",
+            value=torque,
+            unit="N m",
+            rule_value=nominal,
+            condition=found.condition,
+            note=found.how,
+            broken=_uneven(torque, nominal),
+        )
+        limit = _rating(joint, "torque_limit", "T_CS")
+        yield case.of_forces(row, limit, "give torque_limit of the joint (T_CS)")
+        yield _fatigue(case, joint, row, min(found.ahead, found.back))
+
+
+def _rating(joint: ShaftJoint, field: str, symbol: str) -> Limit | None:
+    rating = getattr(joint, field)
+    return None if rating is None else Limit(rating, "N m", f"{field} of the joint, {symbol}")
+
+
+def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> VerdictRow:
+    """Return the row of the torque that a joint bears for ever.
+
+    Between -a and b, a < b, the straight line between both ratings in Haigh's diagram bears
+    a / T_DW + (b - a) / T_DSch = 1. As a mean torque never adds to the amplitude that is borne,
+    T_DW is at least half of T_DSch: where it is not known, the whole swing a + b counts against
+    this.
+
+    Args:
+        case: the case.
+        joint: the joint.
+        row: that of its greatest torque b, of whichever sense.
+        back: greatest torque a of the other sense [N·m].
+    """
+    most = row.value or 0.0
+    pulsating = _rating(joint, "pulsating_limit", "T_DSch")
+    reversing = _rating(joint, "reversing_limit", "T_DW")
+    if back <= ROUNDING * most:
+        held = replace(row, quantity="shock torque, pulsating")
+        return case.of_forces(held, pulsating, "give pulsating_limit of the joint (T_DSch)")
+    row = replace(
+        row,
+        quantity="shock torque, reversing",
+        note="; ".join(filter(None, [row.note, f"{back:.4g} N·m in the other sense"])),
+    )
+    missing = "give reversing_limit of the joint (T_DW)"
+    if reversing is not None:
+        share = 1.0 if pulsating is None else min(reversing.value / pulsating.value, 1.0)
+        held = replace(row, value=back + (most - back) * share)
+        return case.of_forces(held, reversing, "")
+    if pulsating is None or most > pulsating.value:
+        return case.of_forces(row, pulsating, missing)
+    held = case.of_forces(replace(row, value=most + back), pulsating, "")
+    if held.status == FAIL:
+        return opened(held, f"{missing}; without it the whole swing counts")
+    return held
 
 
 def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
-    if abs(torque - nominal) <= _CONSTANT * nominal:
+    if abs(torque - nominal) <= COARSE * nominal:
         return ()
     if nominal == 0.0:
         return ("the rule takes the torque of the input shaft: here inertia alone acts",)
@@ -101,36 +125,33 @@ def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
 
 
 def _life(case: Case, k: int) -> Iterator[VerdictRow]:
-    line, joint, where = case.line, case.line.joints[k], case.line.joint_names[k]
-    if joint.kind != "cross":
-        reason = "the rule is that of joints with a cross; ask the maker of the joint"
-        yield not_judged("joint_life", where, "B10 life", reason)
-        return
+    line, joint = case.line, case.line.joints[k]
+    row = VerdictRow(rule="joint_life", where=line.joint_names[k], quantity="B10 life", unit="s")
     kinds = [kind for kind in ("rated_torque", "capacity") if getattr(joint, kind) is not None]
-    if not kinds:
-        reason = "give rated_torque or capacity of the joint"
-        yield not_judged("joint_life", where, "B10 life", reason)
-        return
     points = [p for p in case.points if p.speed is not None and p.torque is not None]
-    if not points:
-        yield not_judged("joint_life", where, "B10 life", "give speed and torque")
+    if joint.kind != "cross":
+        yield stated(row, "the rule is that of joints with a cross; ask the maker of the joint")
+        return
+    if not kinds or not points:
+        missing = "speed and torque" if kinds else "rated_torque or capacity of the joint"
+        yield opened(row, f"give {missing}")
         return
     limit = None if line.life is None else Limit(line.life, "s", "life of the line", "least")
+    missing = "give life of the line"
     for kind in kinds:
         for point in points:
             if point.steady:
-                row = _steady_life(case, k, kind, point)
+                held = _steady_life(case, k, kind, point)
                 # A duty cycle says better than one point what the joint has to live through.
                 if line.duty_cycle:
-                    note = "; ".join(filter(None, [row.note, "the duty cycle is judged"]))
-                    yield judged(replace(row, note=note), None)
+                    yield stated(held, "the duty cycle is judged")
                 else:
-                    yield judged(row, limit, "give life of the line")
+                    yield judged(held, limit, missing)
         duty = [point for point in points if not point.steady]
         if duty and any(point.speed for point in duty):
-            yield judged(_duty_life(case, k, kind, duty), limit, "give life of the line")
+            yield judged(_duty_life(case, k, kind, duty), limit, missing)
         elif duty:
-            yield not_judged("duty_cycle", where, "B10 life", "the duty cycle never turns")
+            yield stated(replace(row, rule="duty_cycle"), "the duty cycle never turns")
 
 
 def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> VerdictRow:
@@ -143,7 +164,7 @@ def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> Verdic
         unit="s",
         condition=point.name,
         inverses=_needed(case, kind, [point], beta),
-        note="its angle counts as 3°" if beta < _LEAST_ANGLE else "",
+        note="its angle counts as 3°" if beta < LIMITS["least_life_angle"].value else "",
     )
 
 
@@ -157,7 +178,7 @@ def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> Ver
     factor = case.limit("mean_life_factor")
     notes = [f"T_eq {float(equivalent.torque):.4g} N·m"]
     notes += [] if factor is None else [f"mean life {hours * factor.value:.3g} h"]
-    notes += ["its angle counts as 3°"] if beta < _LEAST_ANGLE else []
+    notes += ["its angle counts as 3°"] if beta < LIMITS["least_life_angle"].value else []
     return VerdictRow(
         rule="duty_cycle",
         where=case.line.joint_names[k],
@@ -220,41 +241,38 @@ def _needed(
 
 
 def _precision(case: Case, k: int) -> Iterator[VerdictRow]:
-    joint, where = case.line.joints[k], case.line.joint_names[k]
+    joint, beta = case.line.joints[k], float(case.line.joint_angles[k])
     if not joint.din_808:
         return
-    name = f"din_808_{joint.din_808}_speed"
-    if case.fastest is not None:
-        row = VerdictRow(
-            rule="precision_joint",
-            where=where,
-            quantity="speed",
-            value=case.fastest.speed,
-            unit="rad/s",
-            condition=case.fastest.name,
-        )
-        yield judged(row, case.limit(name), case.why_not(name))
-    strongest, beta = case.strongest, float(case.line.joint_angles[k])
+    fastest, strongest = case.fastest, case.strongest
+    row = VerdictRow(rule="precision_joint", where=case.line.joint_names[k], quantity="speed")
+    if fastest is None:
+        yield opened(row, "give speed")
+    else:
+        held = replace(row, value=fastest.speed, unit="rad/s", condition=fastest.name)
+        yield case.held(held, f"din_808_{joint.din_808}_speed")
+    row = replace(row, quantity="torque T·k", unit="N m")
     factors = DIN_808_FACTORS[joint.din_808]
     if strongest is None or strongest.torque is None:
-        yield not_judged("precision_joint", where, "torque T·k", "give torque")
+        yield opened(row, "give torque")
         return
     if math.degrees(beta) > max(factors):
         reason = f"its angle exceeds the {max(factors):g}° of the table"
-        yield not_judged("precision_joint", where, "torque T·k", reason)
+        yield opened(row, f"{reason}; ask the maker of the joint")
         return
-    row = VerdictRow(
-        rule="precision_joint",
-        where=where,
-        quantity="torque T·k",
-        value=float(shaft_design.precision_joint_torque(strongest.torque, beta, factors)),
-        unit="N m",
-        condition=strongest.name,
-        note=f"k = {float(shaft_design.precision_joint_factor(beta, factors)):.3g}",
+    # What the angle makes of the torque behind the joint is in the factor.
+    found = case.driving_torque(k)
+    factor = float(shaft_design.precision_joint_factor(beta, factors))
+    row = replace(
+        row,
+        value=factor * found.size,
+        rule_value=float(shaft_design.precision_joint_torque(strongest.torque, beta, factors)),
+        condition=found.condition,
+        note="; ".join(filter(None, [found.how, f"k = {factor:.3g}"])),
     )
     rated = joint.table_torque
     limit = None if rated is None else Limit(rated, "N m", "table_torque of the joint")
-    yield judged(row, limit, "give table_torque of the joint")
+    yield case.of_forces(row, limit, "give table_torque of the joint")
 
 
 def _efficiency(case: Case, k: int) -> Iterator[VerdictRow]:

@@ -9,10 +9,11 @@ from typing import NamedTuple
 from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.analytic.rules import RULES
 
-PASS, FAIL, STATED, NOT_JUDGED = "pass", "fail", "stated", "not judged"
+PASS, FAIL, OPEN, STATED = "pass", "fail", "open", "stated"
 
-_ROUNDING = 1e-9
-"""Relative overrun of a limit that is still the limit itself: rounding, and that of its source."""
+ROUNDING = 1e-9
+"""Relative overrun of a limit that is still the limit itself, and part of a size that is nothing
+beside it: rounding, and that of sources."""
 _SHOWN = {
     "rad": ("°", 180.0 / math.pi),
     "rad/s": ("1/min", 30.0 / math.pi),
@@ -58,7 +59,8 @@ class VerdictRow:
         rule_value: what the rule of practice gives instead; None if it is the exact value.
         limit: what the value is held against; None if it is stated alone.
         condition: operating point at which the value was found.
-        status: `pass`, `fail`, `stated` (there is no limit) or `not judged`.
+        status: `pass`, `fail`, `open` (the rule applies and nobody can tell: the note says why, and
+            what to give) or `stated` (there is no limit, or the rule does not apply).
         source: of the limit, or of the rule if there is none.
         broken: assumptions of the rule that do not hold for this line, and what that means.
         inverses: what inputs would meet the limit.
@@ -136,36 +138,41 @@ HEADINGS = (
 """Of `VerdictRow.texts`."""
 
 
-def judged(row: VerdictRow, limit: Limit | None, missing: str = "") -> VerdictRow:
-    """Return a row held against a limit.
+def judged(row: VerdictRow, limit: Limit | None, missing: str) -> VerdictRow:
+    """Return a row held against a limit; an open one without it.
 
     Args:
         row: with its value.
         limit: None if there is none.
-        missing: what would give the limit, or why it does not count, without one.
+        missing: what would give the limit.
     """
     if limit is None:
-        note = "; ".join(filter(None, [row.note, missing and f"not judged: {missing}"]))
-        status = NOT_JUDGED if missing else STATED
-        return replace(row, status=status, note=note, source=row.source or RULES[row.rule].source)
+        return opened(row, missing)
     held = replace(row, limit=limit, source=limit.source)
     margin = held.margin
     if margin is None or math.isnan(margin):
-        return replace(held, status=NOT_JUDGED)
-    return replace(held, status=PASS if margin >= -_ROUNDING else FAIL)
+        return opened(held, "it has no value")
+    return replace(held, status=PASS if margin >= -ROUNDING else FAIL)
 
 
-def not_judged(rule: str, where: str, quantity: str, reason: str) -> VerdictRow:
-    """Return the row of a rule for which data are missing."""
-    return judged(VerdictRow(rule=rule, where=where, quantity=quantity), None, reason)
+def opened(row: VerdictRow, reason: str) -> VerdictRow:
+    """Return a row of which nobody can tell whether it passes; the reason says what to give."""
+    return replace(_noted(row, f"open: {reason}"), status=OPEN)
 
 
 def withheld(row: VerdictRow, reason: str) -> VerdictRow:
-    """Return a row that passes nothing while data are missing; one that fails does so anyway."""
-    if row.status != PASS:
-        return row
-    note = "; ".join(filter(None, [row.note, f"not judged: {reason}"]))
-    return replace(row, status=NOT_JUDGED, note=note)
+    """Return a row that passes nothing while more may act; what fails does so anyway."""
+    return opened(row, reason) if reason and row.status == PASS else row
+
+
+def stated(row: VerdictRow, reason: str = "") -> VerdictRow:
+    """Return a row that counts for nothing, and why the rule does not apply, if that is so."""
+    return _noted(row, f"does not apply: {reason}" if reason else "")
+
+
+def _noted(row: VerdictRow, text: str) -> VerdictRow:
+    note = "; ".join(filter(None, [row.note, text]))
+    return replace(row, note=note, source=row.source or RULES[row.rule].source)
 
 
 def as_text(value: float, unit: str) -> str:

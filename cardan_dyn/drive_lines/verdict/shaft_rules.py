@@ -16,7 +16,7 @@ from ..line.geometry import centring_places
 from ..line.parts import Shaft
 from ..line.supports import Support, supports
 from .case import Case
-from .rows import FAIL, Inverse, VerdictRow, judged, not_judged, withheld
+from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
 
 _STEEL = (2.1e11, 7850.0)
 """Modulus and density of the makers' constants [Pa, kg/m³]."""
@@ -36,46 +36,34 @@ def shaft_rules(case: Case) -> Iterator[VerdictRow]:
 
 
 def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
-    line, where = case.line, case.line.shaft_names[k]
-    section = line.shafts[k].tube
+    line, strongest = case.line, case.strongest
+    shaft, where = line.shafts[k], line.shaft_names[k]
+    section = shaft.tube
+    row = VerdictRow(rule="tube", where=where, quantity="shear stress under T·K", unit="Pa")
     if section is None:
-        if 0 < k < line.count:
-            yield not_judged("tube", where, "shear stress", f"give tube of {where}")
+        if 0 < k < line.count and shaft.centring is None:
+            yield opened(row, f"give tube of {where}")
         return
-    strongest = case.strongest
     if strongest is None or strongest.torque is None:
-        yield not_judged("tube", where, "shear stress", "give torque")
+        yield opened(row, "give torque")
         return
-    nominal = abs(strongest.torque) * case.service_factor
-    torque, condition, how = nominal, strongest.name, ""
-    if case.forces:
-        sizes, cases = case.worst("torsion_in" if k < line.count else "torsion_out")
-        index = min(k, line.count - 1)
-        torque, condition, how = float(sizes[index]), cases[index].point.name, cases[index].how
-    stress = [
-        float(shaft_design.shear_stress(size, *_diameters(line.shafts[k])))
-        for size in (torque, nominal)
-    ]
-    row = VerdictRow(
-        rule="tube",
-        where=where,
-        quantity="shear stress under T·K",
-        value=stress[0],
-        unit="Pa",
-        rule_value=stress[1],
-        condition=condition,
-        note=how,
+    found, nominal = case.shaft_torque(k), abs(strongest.torque) * case.service_factor
+    stress, by_rule = (
+        float(shaft_design.shear_stress(size, *_diameters(shaft))) for size in (found.size, nominal)
     )
     allowed = section.shear_limit
-    if allowed is not None:
-        row = replace(
-            row,
-            inverses=(Inverse("allowed torque T·K", torque * allowed / stress[0], "N m"),)
-            if stress[0]
-            else (),
-        )
+    row = replace(
+        row,
+        value=stress,
+        rule_value=by_rule,
+        condition=found.condition,
+        note=found.how,
+        inverses=(Inverse("allowed torque T·K", found.size * allowed / stress, "N m"),)
+        if stress and allowed is not None
+        else (),
+    )
     limit = None if allowed is None else Limit(allowed, "Pa", "shear_limit of the tube")
-    yield judged(row, limit, "give shear_limit of the tube")
+    yield case.of_forces(row, limit, "give shear_limit of the tube")
 
 
 def _diameters(shaft: Shaft) -> tuple[float, float]:
@@ -218,33 +206,29 @@ def _joint_masses(case: Case) -> list[float]:
 
 def _bending_speed(case: Case, found: _Critical | str) -> Iterator[VerdictRow]:
     fastest, line = case.fastest, case.line
-    quantity = "share of the critical speed"
-    if line.count == 1:
+    row = VerdictRow(rule="bending_speed", where="", quantity="share of the critical speed")
+    if all(shaft.centring is not None for shaft in line.shafts[1:-1]):
         return
     if isinstance(found, str) or fastest is None or fastest.speed is None:
-        reason = found if isinstance(found, str) else "give speed"
-        yield not_judged("bending_speed", "", quantity, reason)
+        yield opened(row, found if isinstance(found, str) else "give speed")
         return
     name = {
         "industrial": "bending_speed_share_industrial",
         "vehicle": "bending_speed_share_automotive",
     }.get(line.application, "bending_speed_share")
     name = "bending_speed_share" if "bending_speed_share" in case.given else name
-    limit = case.limit(name)
-    row = VerdictRow(
-        rule="bending_speed",
+    row = replace(
+        row,
         where=line.shaft_names[found.shaft],
-        quantity=quantity,
         value=fastest.speed / found.speed,
         rule_value=fastest.speed / found.by_rule,
         condition=fastest.name,
         broken=_not_a_beam(case, found),
-        inverses=_greatest_length(case, found, limit),
+        inverses=_greatest_length(case, found, case.limit(name)),
         note=_critical_text(case, found),
     )
-    yield _unless_soft(judged(row, limit, case.why_not(name)), found)
-    for half in _half_critical(case, found):
-        yield _unless_soft(half, found)
+    for held in (case.held(row, name), _half_critical(case, found)):
+        yield withheld(_unless_soft(held, found), _unknown_speed(case))
 
 
 def _unless_soft(row: VerdictRow, found: _Critical) -> VerdictRow:
@@ -297,25 +281,22 @@ def _not_a_beam(case: Case, found: _Critical) -> tuple[str, ...]:
     return tuple(broken)
 
 
-def _half_critical(case: Case, found: _Critical) -> Iterator[VerdictRow]:
+def _half_critical(case: Case, found: _Critical) -> VerdictRow:
     line, where, critical = case.line, case.line.shaft_names[found.shaft], found.speed
     low, high = case.limit("half_critical_from"), case.limit("half_critical_to")
     angle = case.limit("second_order_angle")
     quantity = "distance from half the critical speed"
+    row = VerdictRow(rule="bending_speed", where=where, quantity=quantity)
     if low is None or high is None:
-        reason = case.why_not("half_critical_from" if low is None else "half_critical_to")
-        yield not_judged("bending_speed", where, quantity, reason)
-        return
+        name = "half_critical_from" if low is None else "half_critical_to"
+        return stated(row, case.why_not(name))
     middle, half = (low.value + high.value) / 2.0, (high.value - low.value) / 2.0
     points = [point for point in case.points if point.speed is not None]
     distances = [abs((point.speed or 0.0) / critical - middle) for point in points]
     worst = int(np.argmin(distances))
     both = high.source if low.source in high.source else f"{low.source}; {high.source}"
-    bound = Limit(half, "1", both, "least")
-    row = VerdictRow(
-        rule="bending_speed",
-        where=where,
-        quantity=quantity,
+    row = replace(
+        row,
         value=distances[worst],
         condition=points[worst].name,
         inverses=(
@@ -323,33 +304,33 @@ def _half_critical(case: Case, found: _Critical) -> Iterator[VerdictRow]:
             Inverse("zone to", high.value * critical, "rad/s"),
         ),
     )
-    bends = float(max(line.uneven_angles))
-    if angle is not None and bends < angle.value:
+    if angle is not None and float(max(line.uneven_angles)) < angle.value:
         shown = f"joint angles below {np.degrees(angle.value):.3g}° excite no second order"
-        yield judged(row, None, shown)
-        return
-    yield judged(row, bound)
+        return stated(row, shown)
+    return judged(row, Limit(half, "1", both, "least"), "")
 
 
 def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
     line, fastest = case.line, case.fastest
     quantity = "distance from a torsional critical speed"
+    row = VerdictRow(rule="torsional_speed", where="", quantity=quantity)
+    beta = float(max(line.uneven_angles))
+    # Unevenness is proportional to the square of the angle: rounding alone is none.
+    if beta**2 <= np.finfo(float).eps:
+        yield stated(row, "no joint turns unevenly, so that nothing excites torsion")
+        return
     ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]
     names = [name for name, inertia in zip(("input", "output"), ends, strict=True) if not inertia]
-    soft = _stiffness(case)
+    soft, lacking = _softness(case)
     missing = [f"inertia of the {name} shaft" for name in names]
-    missing += [] if soft is not None else ["tube or torsional_stiffness of intermediate shafts"]
+    missing += [f"tube or torsional_stiffness of {'/'.join(lacking)}"] if lacking else []
     missing += [] if fastest is not None else ["speed"]
-    if missing or soft is None or fastest is None:
-        yield not_judged("torsional_speed", "", quantity, "give " + ", ".join(missing))
+    if missing or fastest is None:
+        yield opened(row, "give " + ", ".join(missing))
         return
-    frequency = float(torsional_speed.two_inertia_frequency(ends[0], ends[1], soft))
+    frequency = float(torsional_speed.two_inertia_frequency(ends[0], ends[1], 1.0 / soft))
     orders = torsional_speed.critical_speeds(frequency)
-    critical = {
-        "order 2": float(orders.order_2),
-        "order 4": float(orders.order_4),
-        "parametric": frequency,
-    }
+    critical = {"order 2": float(orders.order_2), "order 4": float(orders.order_4)}
     points = [point for point in case.points if point.speed is not None]
     found = [
         (abs((point.speed or 0.0) / speed - 1.0), name, point)
@@ -357,10 +338,8 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
         for name, speed in critical.items()
     ]
     distance, nearest, point = min(found, key=lambda item: item[0])
-    row = VerdictRow(
-        rule="torsional_speed",
-        where="",
-        quantity=quantity,
+    row = replace(
+        row,
         value=distance,
         condition=point.name,
         inverses=tuple(Inverse(name, speed, "rad/s") for name, speed in critical.items()),
@@ -369,13 +348,17 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
         else (),
         note=f"natural frequency {frequency / (2 * np.pi):.4g} Hz, nearest: {nearest}",
     )
-    yield judged(row, case.limit("torsional_distance"), case.why_not("torsional_distance"))
-    yield _zone(case, frequency, ends[1] / (ends[0] + ends[1]))
+    yield withheld(case.held(row, "torsional_distance"), _unknown_speed(case))
+    yield _zone(case, frequency, beta, ends[1] / (ends[0] + ends[1]))
 
 
-def _zone(case: Case, frequency: float, share: float) -> VerdictRow:
+def _unknown_speed(case: Case) -> str:
+    """Return what would tell the speed of all operating points; empty if it is known."""
+    return "give speed" if any(point.speed is None for point in case.points) else ""
+
+
+def _zone(case: Case, frequency: float, beta: float, share: float) -> VerdictRow:
     """Return the row of the first zone of parametric instability."""
-    beta = float(max(case.line.uneven_angles))
     zone = torsional_speed.parametric_zone(beta, share)
     low, high = float(zone.least) * frequency, float(zone.greatest) * frequency
     inside = [point for point in case.points if point.speed and low <= point.speed <= high]
@@ -388,23 +371,30 @@ def _zone(case: Case, frequency: float, share: float) -> VerdictRow:
         inverses=(Inverse("zone from", low, "rad/s"), Inverse("zone to", high, "rad/s")),
         broken=("of one joint with the spring in front of it: the greatest joint angle is taken",),
     )
-    stated = judged(row, None)
-    if not inside:
-        return replace(stated, note="no operating point is in the zone")
-    return replace(stated, status=FAIL, note="in the zone: damping has to exceed the value")
+    if not inside or low == high:
+        return stated(replace(row, note="no operating point is in the zone"))
+    note = "in the zone: damping has to exceed the value"
+    return replace(stated(row), status=FAIL, note=note)
 
 
-def _stiffness(case: Case) -> float | None:
-    """Return the torsional stiffness of all intermediate shafts in a row [N·m/rad]."""
-    soft = 0.0
-    for shaft, length in zip(case.line.shafts[1:-1], case.line.geometry.lengths[1:-1], strict=True):
+def _softness(case: Case) -> tuple[float, list[str]]:
+    """Return the torsional softness of all shafts in a row [rad/(N·m)], and which do not tell it.
+
+    End shafts count as far as they tell it: one of them has to, if nothing else can twist. A
+    coupling piece is rigid unless it tells otherwise.
+    """
+    line, soft, lacking = case.line, 0.0, []
+    for k, shaft in enumerate(line.shafts):
+        length = float(line.geometry.lengths[k])
         if shaft.torsional_stiffness is not None:
             soft += 1.0 / shaft.torsional_stiffness
-        elif shaft.tube is not None:
-            soft += 1.0 / shaft.tube.torsional_stiffness(float(length))
-        else:
-            return None
-    return 1.0 / soft if soft else None
+        elif shaft.tube is not None and np.isfinite(length):
+            soft += 1.0 / shaft.tube.torsional_stiffness(length)
+        elif 0 < k < line.count and shaft.centring is None:
+            lacking.append(line.shaft_names[k])
+    if not soft and not lacking:
+        lacking = [line.shaft_names[0], line.shaft_names[-1]]
+    return soft, lacking
 
 
 def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
@@ -414,44 +404,40 @@ def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
         return
     shortest = min(length, spline.shortest or length)
     longest = max(length, spline.longest or length)
+    row = VerdictRow(rule="lengths", where=where, quantity="travel left when shortest", unit="m")
     if spline.compressed is None:
-        reason = f"give compressed of the spline of {where}"
-        yield not_judged("lengths", where, "travel left when shortest", reason)
+        yield opened(row, f"give compressed of the spline of {where}")
         return
-    left = VerdictRow(
-        rule="lengths",
-        where=where,
-        quantity="travel left when shortest",
+    left = replace(
+        row,
         value=shortest - spline.compressed,
-        unit="m",
         note="" if spline.shortest else "no shortest: the length of the shaft",
     )
     limit = case.limit("telescope_travel_left")
-    yield judged(left, limit or Limit(0.0, "m", "the spline strikes", "least"))
+    yield judged(left, limit or Limit(0.0, "m", "the spline strikes", "least"), "")
+    overlap_limit = case.limit("telescope_overlap")
     if spline.travel is not None:
         found = installation.operating_lengths(spline.compressed, spline.travel)
-        row = VerdictRow(
-            rule="lengths",
-            where=where,
+        drawn = replace(
+            row,
             quantity="length when longest",
             value=longest,
-            unit="m",
             inverses=(Inverse("recommended length", float(found.recommended), "m"),),
         )
-        yield judged(row, Limit(float(found.greatest), "m", "L_z + L_a of the spline"))
+        yield judged(drawn, Limit(float(found.greatest), "m", "L_z + L_a of the spline"), "")
+    row = replace(row, quantity="overlap when longest")
     if spline.profile is not None:
         parts_at = spline.compressed + spline.profile
         overlap = installation.telescope_margins(spline.compressed, parts_at, shortest, longest)
-        row = VerdictRow(
-            rule="lengths",
-            where=where,
-            quantity="overlap when longest",
+        row = replace(
+            row,
             value=float(overlap.overlap),
-            unit="m",
             note="" if spline.longest else "no longest: the length of the shaft",
         )
-        limit = case.limit("telescope_overlap")
-        yield judged(row, limit or Limit(0.0, "m", "the profiles part", "least"))
+        yield judged(row, overlap_limit or Limit(0.0, "m", "the profiles part", "least"), "")
+    elif overlap_limit is not None or spline.travel is None:
+        fields = "profile" if overlap_limit is not None else "travel or profile"
+        yield opened(row, f"give {fields} of the spline of {where}")
 
 
 def _balance(case: Case, k: int, critical: _Critical | str) -> Iterator[VerdictRow]:
@@ -460,20 +446,21 @@ def _balance(case: Case, k: int, critical: _Critical | str) -> Iterator[VerdictR
     mass = shaft.mass
     if mass is None and shaft.tube is not None:
         mass = shaft.tube.area * length * shaft.tube.density
+    row = VerdictRow(rule="balancing", where=where, quantity="allowed residual unbalance")
     grade = case.limit("balance_grade_maker")
-    if fastest is None or not fastest.speed or not mass or grade is None:
-        missing = "speed and mass or tube" if grade is not None else "limits['balance_grade_maker']"
-        yield not_judged("balancing", where, "residual unbalance", f"give {missing}")
+    if grade is None:
+        yield stated(row, case.why_not("balance_grade_maker"))
+        return
+    if fastest is None or not fastest.speed or not mass:
+        yield opened(row, "give speed and mass or tube")
         return
     needed = case.limit("balancing_speed")
     text = ""
     if needed is not None:
         text = "needed" if fastest.speed > needed.value else "not needed"
         text = f"balancing {text}: limit {needed.value * 30 / np.pi:.0f} 1/min"
-    yield VerdictRow(
-        rule="balancing",
-        where=where,
-        quantity="allowed residual unbalance",
+    yield replace(
+        row,
         value=float(installation.residual_unbalance(grade.value, mass, fastest.speed)),
         unit="kg m",
         condition=fastest.name,

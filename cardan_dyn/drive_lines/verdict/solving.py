@@ -3,7 +3,8 @@
 All forces follow linearly from what acts at a position, so three kinds of sweeps over the same
 closed positions are enough: with a unit torque at the output at rest, whose results are multiplied
 by the torque; at speed with weight and without torque; and with a unit force in a spline, which is
-multiplied by its friction.
+multiplied by its friction under the whole torque in it, that of inertia included. Friction does no
+work on the turning line, so that it leaves the torque in splines as it is.
 """
 
 from __future__ import annotations
@@ -148,27 +149,25 @@ class Causes(NamedTuple):
         bearings: names, see `Analysis`.
         splines: likewise.
         indeterminate: likewise.
-        torque: per torque of the input shaft [1/(N·m)].
-        slides: for each spline with friction its name, and the forces if it is drawn out, per size
-            of the torque.
-        speed: per square of the speed; None without mass.
-        acceleration: per angular acceleration of the input shaft; likewise.
-        weight: of the line; likewise.
+        parts: per torque of the input shaft [1/(N·m)]; of lines with mass besides per square of the
+            speed, per angular acceleration of the input shaft, and those of the weight.
+        slides: for each spline with friction its name, and what its friction adds to each of the
+            parts where it acts with the torque in the spline. Its size is that of all parts
+            together: where that torque is negative, friction as smooth a function acts against it.
+        is_open: names of `extremes.COMPONENTS` to `(k,)` which of its places statics leaves open.
     """
 
     bearings: tuple[str, ...]
     splines: tuple[str, ...]
     indeterminate: tuple[str, ...]
-    torque: LineForces
-    slides: tuple[tuple[str, LineForces], ...]
-    speed: LineForces | None
-    acceleration: LineForces | None
-    weight: LineForces | None
+    parts: tuple[LineForces, ...]
+    slides: tuple[tuple[str, tuple[LineForces, ...]], ...]
+    is_open: Mapping[str, Array]
 
     @property
     def is_heavy(self) -> bool:
         """Whether any part has mass."""
-        return self.weight is not None
+        return len(self.parts) > 1
 
 
 class LineSolver:
@@ -243,12 +242,13 @@ class LineSolver:
         """Return whether the positions determine the forces between them."""
         length = self.mechanism.characteristic_length
         mass = sum(link.mass for link in self.mechanism.description.links)
-        scales = [
-            *((part, 0.0) for part in (causes.torque, *(part for _, part in causes.slides))),
-            *((part, mass * length**2) for part in (causes.speed, causes.acceleration) if part),
-            *((part, mass * gravity * length) for part in (causes.weight,) if part),
+        scales = (0.0, mass * length**2, mass * length**2, mass * gravity * length)
+        scaled = [
+            (part, scale)
+            for parts in (causes.parts, *(parts for _, parts in causes.slides))
+            for part, scale in zip(parts, scales, strict=False)
         ]
-        return all(_is_smooth(part, length, _NOTHING * scale) for part, scale in scales)
+        return all(_is_smooth(part, length, _NOTHING * scale) for part, scale in scaled)
 
     def _setup(self, moved: Iterable[Adjustable]) -> _Setup:
         """Return the scene for designs that move some joints."""
@@ -379,21 +379,21 @@ class _Closed(NamedTuple):
         slips = [slip.joint for slip in self.setup.slips]
         return self.half_turn.motion(line_motion(sweep, self.line, slips, speed, acceleration))
 
-    def pushed(self, index: int, static: LineForces) -> tuple[Array, Sweep] | None:
-        """Return the friction of a spline under a torque, and the sweep of a unit force in it.
+    def pushed(self, index: int) -> tuple[float, Sweep] | None:
+        """Return the friction of a spline per torque [1/m], and the sweep of a unit force in it.
 
         None if it has no friction.
 
         Args:
             index: of the spline.
-            static: forces of the torque.
         """
         slip = self.setup.slips[index]
         spline = self.line.shafts[slip.shaft].spline
         if spline is None or not spline.friction or spline.radius is None:
             return None
-        friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
-        return friction, self.swept(loads={slip.joint: 1.0, "bearing_out": 0.0})
+        return spline.friction / spline.radius, self.swept(
+            loads={slip.joint: 1.0, "bearing_out": 0.0}
+        )
 
 
 def closed_near(
@@ -426,17 +426,23 @@ def _solved(
     ratio = closed.ratio(unit)
     torque = np.broadcast_to(task.torque, ratio.shape)
     static = closed.forces(unit).times(torque if task.at_output else torque / ratio)
-    for index in range(len(setup.slips) if task.slipping else 0):
-        found = closed.pushed(index, static)
-        if found is not None:
-            friction, pushed = found
-            sweeps.append(pushed)
-            static = static.plus(closed.forces(pushed).times(-task.slipping * friction))
     moving, inertial = unit, None
     if setup.is_heavy and (is_moving or task.gravity.any()):
         moving = closed.swept(loads=_NO_TORQUE, gravity=task.gravity, workers=task.workers, **rates)
         inertial = closed.forces(moving)
         sweeps.append(moving)
+    for index in range(len(setup.slips) if task.slipping else 0):
+        found = closed.pushed(index)
+        if found is None:
+            continue
+        per_torque, pushed = found
+        sweeps.append(pushed)
+        drawn = closed.forces(pushed).times(np.asarray(-task.slipping * per_torque))
+        alone = np.abs(static.spline_torque[..., index])
+        if inertial is not None:
+            both = np.abs(static.spline_torque + inertial.spline_torque)[..., index]
+            inertial = inertial.plus(drawn.times(both - alone))
+        static = static.plus(drawn.times(alone))
     motion = closed.motion(moving, task.speed, task.acceleration)
     residuals = tuple(
         float(np.max([getattr(item, name) for item in sweeps]))
@@ -450,31 +456,39 @@ def _causes(setup: _Setup, line: LineData, count: int, gravity: Array) -> Causes
     positions = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
     closed = _Closed.at(setup, line, positions, {})
     unit = closed.swept()
-    torque = closed.forces(unit).times(1.0 / closed.ratio(unit))
+    parts = [closed.forces(unit).times(1.0 / closed.ratio(unit))]
+    if setup.is_heavy:
+        inertial = ({"speed": 1.0}, {"acceleration": 1.0}, {"gravity": gravity})
+        parts += [closed.forces(closed.swept(loads=_NO_TORQUE, **one)) for one in inertial]
     names = tuple(line.shaft_names[slip.shaft] for slip in setup.slips)
     slides = []
     for index, name in enumerate(names):
-        found = closed.pushed(index, torque)
+        found = closed.pushed(index)
         if found is not None:
-            friction, pushed = found
-            slides.append((name, closed.forces(pushed).times(-friction)))
-
-    def inertial(**arguments: Any) -> LineForces | None:
-        """Return forces without torque."""
-        if not setup.is_heavy:
-            return None
-        return closed.forces(closed.swept(loads=_NO_TORQUE, **arguments))
-
+            per_torque, pushed = found
+            drawn = closed.forces(pushed).times(np.asarray(-per_torque))
+            added = tuple(drawn.times(part.spline_torque[..., index]) for part in parts)
+            slides.append((name, added))
     return Causes(
         bearings=tuple(seat.name for seat in setup.seats),
         splines=names,
         indeterminate=supports(line).indeterminate,
-        torque=torque,
+        parts=tuple(parts),
         slides=tuple(slides),
-        speed=inertial(speed=1.0),
-        acceleration=inertial(acceleration=1.0) if line.acceleration else None,
-        weight=inertial(gravity=gravity),
+        is_open=_open_places(setup, line, unit),
     )
+
+
+def _open_places(setup: _Setup, line: LineData, sweep: Sweep) -> dict[str, Array]:
+    """Return which forces of a sweep statics leaves open; see `Causes`."""
+    # In the axes of its place the first component of a bearing's force is the one along its shaft.
+    unique = [sweep.wrench(seat.joint, "parent").unique[:3] for seat in setup.seats]
+    within = [sweep.wrench(f"centring_{k}", "parent").unique[:3] for k in line.centred]
+    return {
+        "bearing_axial": np.array([not flags[0] for flags in unique]),
+        "bearing_radial": np.array([not flags[1:].all() for flags in unique]),
+        "centring": np.array([not flags.all() for flags in within], dtype=bool),
+    }
 
 
 def _is_smooth(forces: LineForces, length: float, nothing: float) -> bool:

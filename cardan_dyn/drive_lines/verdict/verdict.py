@@ -15,7 +15,7 @@ from .angle_rules import angle_rules
 from .case import Case
 from .force_rules import force_rules
 from .rating_rules import rating_rules
-from .rows import FAIL, HEADINGS, NOT_JUDGED, PASS, STATED, VerdictRow
+from .rows import FAIL, HEADINGS, OPEN, PASS, STATED, VerdictRow
 from .shaft_rules import shaft_rules
 
 if TYPE_CHECKING:
@@ -39,17 +39,15 @@ class Verdict:
     Attributes:
         line: its name.
         rows: a row per rule and place, in the order of `analytic.rules.RULES`.
-        remarks: data that are valid, but so unusual that their unit may be wrong.
     """
 
     line: str
     rows: tuple[VerdictRow, ...]
-    remarks: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
-        """Whether no row fails. Rows that are not judged do not fail: look at `not_judged`."""
-        return not self.failed
+        """Whether no row fails and none is open."""
+        return not self.failed and not self.open
 
     @property
     def failed(self) -> tuple[VerdictRow, ...]:
@@ -58,18 +56,26 @@ class Verdict:
         return tuple(sorted(found, key=lambda row: row.margin if row.margin is not None else 0.0))
 
     @property
-    def not_judged(self) -> tuple[VerdictRow, ...]:
-        """Rows that lack data or a limit; their notes say which field gives it."""
-        return tuple(row for row in self.rows if row.status == NOT_JUDGED)
+    def open(self) -> tuple[VerdictRow, ...]:
+        """Rows whose rules apply and cannot be judged; their notes say why, and what to give."""
+        return tuple(row for row in self.rows if row.status == OPEN)
 
     @property
     def summary(self) -> str:
-        """Counts of rows by verdict, in words."""
-        counts = {
+        """Outcome and counts of rows, such as `passed, 3 rows open: 20 pass, 0 fail, …`."""
+        counts = self.counts
+        told = "failed" if counts[FAIL] else "passed"
+        if counts[OPEN]:
+            told += f", {counts[OPEN]} row{'s' * (counts[OPEN] > 1)} open"
+        return f"{told}: " + ", ".join(f"{count} {status}" for status, count in counts.items())
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many rows pass, fail, are open and are stated, by these words."""
+        return {
             status: sum(row.status == status for row in self.rows)
-            for status in (PASS, FAIL, STATED, NOT_JUDGED)
+            for status in (PASS, FAIL, OPEN, STATED)
         }
-        return ", ".join(f"{count} {status}" for status, count in counts.items())
 
     def plot(
         self, *, title: str = "", ax: Any = None, figsize: tuple[float, float] | None = None
@@ -99,8 +105,7 @@ class Verdict:
         columns = [HEADINGS.index(name) for name in _NARROW]
         cells = [[row.texts[i] for i in columns] for row in self.rows]
         widths = [max(map(len, column)) for column in zip(_NARROW, *cells, strict=True)]
-        lines = [f"{self.line}: {self.summary}", *(f"! {text}" for text in self.remarks)]
-        lines.append(_line(_NARROW, widths))
+        lines = [f"{self.line}: {self.summary}", _line(_NARROW, widths)]
         title = ""
         for row, texts in zip(self.rows, cells, strict=True):
             if row.texts[0] != title:
@@ -111,7 +116,7 @@ class Verdict:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        title = "; ".join([f"{self.line}: {self.summary}", *self.remarks])
+        title = f"{self.line}: {self.summary}"
         return table(HEADINGS, (row.texts for row in self.rows), title)
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -167,7 +172,7 @@ def verdict(
     ]
     order = list(RULES)
     ordered = tuple(sorted(rows, key=lambda row: order.index(row.rule)))
-    return Verdict(line.name, ordered, line.remarks)
+    return Verdict(line.name, ordered)
 
 
 def _line(texts: tuple[str, ...] | list[str], widths: list[int]) -> str:

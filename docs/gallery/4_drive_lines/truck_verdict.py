@@ -16,7 +16,10 @@ import cardan_dyn.drive_lines as dl
 truck = dl.DriveLine.from_toml("truck")
 verdict = truck.verdict()
 print(verdict.summary)
-assert verdict.passed
+# Nothing is missed. What is open are forces of bearings in gearbox and axle, whose limits the file
+# does not say, and torsional critical speeds, for which their inertias are missing.
+assert not verdict.failed
+print({(row.rule, row.note.rpartition("open: ")[2]) for row in verdict.open})
 rows = verdict.to_dataframe()
 
 

@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 pytest.importorskip("matplotlib", reason="the command writes figures")
 pytest.importorskip("meshcat", reason="the command writes scenes")
 
-from testkit.line_data import random_line
+from testkit.line_data import FAN, random_line
 
 from cardan_dyn.command_line import commands as cli
 from cardan_dyn.drive_lines import DriveLine
@@ -45,8 +45,22 @@ def test_prints_data_forks_and_verdict() -> None:
     strict = run("truck", "--check", "--limit", "residual_angle=0.02rad")
     assert "FAIL axle: residual angle 1.414°" in strict.output
     assert strict.exit_code == 1
-    assert run("truck", "--check").exit_code == 0
-    assert run("pto", "--check").exit_code == 0
+    loose = run("truck", "--check")
+    assert loose.exit_code == 3
+    assert "OPEN gearbox_rear: force across the shaft: " in loose.output
+
+
+@pytest.mark.usefixtures("wide")
+@pytest.mark.parametrize(
+    ("lost", "options", "code"),
+    [("", (), 0), ("travel_mm", (), 3), ("", ("--limit", "torsional_distance=0.2"), 1)],
+)
+def test_a_check_has_three_outcomes(
+    lost: str, options: tuple[str, ...], code: int, tmp_path: Path
+) -> None:
+    file = tmp_path / "fan.toml"
+    file.write_text(FAN.replace(", travel_mm = 110", "") if lost else FAN, encoding="utf-8")
+    assert run(str(file), "--check", *options).exit_code == code
 
 
 @pytest.mark.campaign

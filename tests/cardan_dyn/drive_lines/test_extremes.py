@@ -8,7 +8,7 @@ from testkit.line_data import end_bearings, random_line
 
 from cardan_dyn.analytic import grossmann
 from cardan_dyn.drive_lines import DriveLine, DutyPoint, Shaft
-from cardan_dyn.drive_lines.verdict.extremes import greatest, greatest_sizes
+from cardan_dyn.drive_lines.verdict.extremes import greatest, greatest_over
 
 SHAPES = np.linspace(-0.9, 0.9, 7)
 
@@ -33,10 +33,13 @@ def test_of_many_cases_each_place_has_its_own() -> None:
         return np.fft.irfft(waves, n=count, axis=1) * count
 
     factors = rng.normal(size=(20, 3))
-    found = greatest_sizes(factors, at(32)).max(axis=0)
+    found = greatest_over(factors, at(32)).max(axis=0)
     fine = np.linalg.norm(np.tensordot(factors, at(2**15), 1), axis=-1).max(axis=(0, 1))
     assert found == pytest.approx(fine, rel=1e-7)
     assert np.all(found >= fine * (1.0 - 1e-14))
+    one = greatest_over(factors, at(32)[..., :1], signed=True).max(axis=0)
+    fine = np.tensordot(factors, at(2**15)[..., :1], 1)[..., 0].max(axis=(0, 1))
+    assert one == pytest.approx(fine, rel=1e-7)
 
 
 @pytest.mark.parametrize("degrees", [5.0, 44.0, 46.0, 60.0, 80.0, 88.0])

@@ -14,7 +14,6 @@ from cardan_dyn.drive_lines import (
     ShaftJoint,
     Spline,
     Tube,
-    examples,
 )
 
 
@@ -135,21 +134,41 @@ def test_names_can_be_printed(name: str) -> None:
         Shaft(name=name)
 
 
-def test_data_whose_unit_may_be_wrong_are_remarked_on() -> None:
-    tube = Tube(outer_diameter=0.1, wall=0.004, modulus=210e6)
-    line = DriveLine(shafts=[Shaft(), Shaft(length=1200.0, tube=tube), Shaft()])
-    assert len(line.remarks) == 2
-    assert "shafts[1].length = 1200 m" in line.remarks[0]
-    assert "shafts[1].tube.modulus = 2.1e+08 Pa" in line.remarks[1]
-    assert all(text in str(line.verdict()) for text in line.remarks)
-    for name in examples():
-        assert DriveLine.from_toml(name).remarks == ()
+@pytest.mark.parametrize(
+    ("part", "fields", "message"),
+    [
+        (Tube, {"outer_diameter": 80.0, "wall": 3.0}, r"80 m, but lines have .* 80 mm are 0.08 m"),
+        (
+            Tube,
+            {"outer_diameter": 0.08, "wall": 3.0},
+            r"is 3 m, .* 3 mm are 0.003 m",
+        ),
+        (Tube, {"outer_diameter": 8e-5, "wall": 3e-5}, "is 8e-05 m, .*is its unit right"),
+        (Tube, {"outer_diameter": 0.1, "wall": 0.004, "modulus": 210e6}, "modulus of a Tube is"),
+        (
+            Tube,
+            {"outer_diameter": 0.1, "wall": 0.004, "shear_limit": 60.0},
+            "shear_limit of",
+        ),
+        (Shaft, {"length": 1200.0}, "length of a Shaft is 1200 m, .* 1200 mm are 1.2 m"),
+        (Bearing, {"distance": 60.0}, "distance of a Bearing is 60 m"),
+        (Spline, {"radius": 25.0}, "radius of a Spline is 25 m"),
+        (ShaftJoint, {"pin_radius": 12.0}, "pin_radius of a ShaftJoint is 12 m"),
+        (ShaftJoint, {"cross_span": 100.0}, "cross_span of a ShaftJoint is 100 m"),
+        (ShaftJoint, {"torque_limit": 1e12}, r"torque_limit of a ShaftJoint is 1e\+12 N·m"),
+        (DutyPoint, {"share": 1.0, "speed": 1e6, "torque": 1.0}, "speed of a DutyPoint is"),
+    ],
+)
+def test_sizes_that_no_line_has_are_refused(
+    part: type, fields: dict[str, float], message: str
+) -> None:
+    with pytest.raises(ModelError, match=message):
+        part(**fields)
 
 
-@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
-@pytest.mark.parametrize("field", ["speed", "torque"])
-def test_numbers_whose_powers_overflow_fail(field: str) -> None:
-    """Squares of speeds and damage by torques ended in an OverflowError of Python."""
-    joints = [ShaftJoint(rated_torque=1.0)] * 2
-    line = double_shaft(joints=joints, life=1e5, speed=10.0, torque=1.0, application="vehicle")
-    assert not line.replace(**{field: 1e300}).verdict().passed
+def test_sizes_between_points_are_refused_as_well() -> None:
+    shafts = [Shaft(), Shaft(start=(0.0, 0.0, 0.0), end=(900.0, 0.0, 50.0)), Shaft()]
+    with pytest.raises(ModelError, match=r"length of shafts\[1\] between its ends is 901"):
+        DriveLine(shafts=shafts)
+    far = [Shaft(), Shaft(start=(5e3, 0.0, 0.0), end=(5001.0, 0.0, 0.1)), Shaft()]
+    assert DriveLine(shafts=far).count == 2  # Wherever it stands.

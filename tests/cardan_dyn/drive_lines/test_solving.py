@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from testkit.line_data import NEAR, SPAN, Array, along_points, double_shaft, random_line
+from testkit.line_data import FAN, NEAR, SPAN, Array, along_points, double_shaft, random_line
 from testkit.shaft_line import ShaftLine, dot
 
 from cardan_dyn.analytic import drive_line, shaft_design, support_forces
@@ -532,3 +532,22 @@ def test_a_single_joint_passes_on_no_force() -> None:
     couple = np.linalg.norm(np.cross(moment, axis), axis=1) / SPAN[0]
     assert result.static.bearing_radial[:, 0] == pytest.approx(couple, rel=1e-10)
     assert result.static.bearing_radial[:, 1] == pytest.approx(couple, rel=1e-10)
+
+
+@pytest.mark.parametrize(("slipping", "sense"), [("out", -1.0), ("in", 1.0)])
+def test_friction_of_a_spline_follows_its_whole_torque(slipping: str, sense: float) -> None:
+    """Running up and braking: μ / r of static and inertial torque together, wherever they point."""
+    line = DriveLine.from_toml(FAN.replace("slope_side_deg = 3", "slope_side_deg = 14"))
+    free = {"torque": 200.0, "gravity": (0.0, 0.0, -9.81), "positions": TURN}
+    for rate in (10.0, -10.0):
+        found = line.analyse(acceleration=rate, slipping=slipping, **free)
+        whole = found.static.spline_torque + found.inertial.spline_torque
+        assert (np.sign(whole) == np.sign(200.0 + 25.0 * rate)).all()
+        np.testing.assert_allclose(
+            found.total.spline_friction, sense * 4.0 * np.abs(whole), rtol=1e-9
+        )
+        # What statics alone says is that of the torque alone.
+        alone = sense * 4.0 * np.abs(found.static.spline_torque)
+        np.testing.assert_allclose(found.static.spline_friction, alone, rtol=1e-9)
+        without = line.analyse(acceleration=rate, **free)
+        np.testing.assert_allclose(whole, without.total.spline_torque, rtol=1e-9)

@@ -7,7 +7,7 @@ import pytest
 from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.analytic.limits import LIMITS, Limit
-from cardan_dyn.drive_lines import DriveLine, DutyPoint
+from cardan_dyn.drive_lines import DriveLine, DutyPoint, ShaftJoint
 from cardan_dyn.drive_lines.verdict.case import Case
 from cardan_dyn.drive_lines.verdict.solving import LineSolver
 from cardan_dyn.errors import ArgumentError
@@ -43,7 +43,8 @@ def test_limits_are_replaced_and_taken_out() -> None:
     assert found.limit("half_critical_to") is None
     assert found.limit("half_critical_from") is LIMITS["half_critical_from"]
     assert "take" in found.why_not("half_critical_to")
-    assert found.limit("joint_angle") is None and "vehicle" in found.why_not("joint_angle")
+    assert found.limit("least_joint_angle") is None
+    assert "vehicle" in found.why_not("least_joint_angle")
 
 
 @pytest.mark.parametrize(
@@ -95,6 +96,18 @@ def test_other_analyses_are_refused() -> None:
 
 def test_forces_without_torque_say_what_is_missing() -> None:
     assert case(line()).no_forces == "give torque"
-    assert case(random_line(2, 1, mass=True).replace(torque=1.0)).no_forces == (
-        "give speed and torque"
-    )
+    # What is known acts, and what is not known may add to it.
+    heavy = case(random_line(2, 1, mass=True).replace(torque=1.0))
+    assert (heavy.no_forces, heavy.lacking) == ("", "give speed")
+    assert heavy.worst("bearing_radial")[0].min() > 0.0
+    cycle = [DutyPoint(share=1.0, speed=1.0, torque=1.0)]
+    assert case(line(speed=1.0, duty_cycle=cycle)).lacking == "give torque"
+
+
+def test_what_acts_at_one_point_and_is_unknown_at_another_passes_nothing() -> None:
+    joints = [ShaftJoint(torque_limit=1e3, pulsating_limit=1e3)] * 2
+    cycle = [DutyPoint(share=1.0, speed=1.0, torque=1.0)]
+    half = line(speed=90.0, duty_cycle=cycle, joints=joints)
+    for given, status in ((half, "open"), (half.replace(torque=5.0), "pass")):
+        rows = [row for row in given.verdict() if row.rule == "static_ratings"]
+        assert {row.status for row in rows} == {status}

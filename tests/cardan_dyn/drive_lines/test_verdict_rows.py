@@ -8,7 +8,7 @@ import pytest
 
 from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.drive_lines import DriveLine, Inverse, VerdictRow
-from cardan_dyn.drive_lines.verdict.rows import HEADINGS, as_text, judged, not_judged
+from cardan_dyn.drive_lines.verdict.rows import HEADINGS, as_text, judged, opened, stated, withheld
 
 MOST, LEAST = Limit(2.0, "m", "someone"), Limit(2.0, "m", "someone", "least")
 
@@ -26,22 +26,29 @@ def row(value: float | None) -> VerdictRow:
         (3.0, LEAST, 0.5, "pass"),
         (1.0, LEAST, -0.5, "fail"),
         (math.inf, LEAST, math.inf, "pass"),
-        (math.nan, MOST, math.nan, "not judged"),
+        (math.nan, MOST, math.nan, "open"),
     ],
 )
 def test_judged(value: float, limit: Limit, margin: float, status: str) -> None:
-    found = judged(row(value), limit)
+    found = judged(row(value), limit, "")
     assert found.margin == pytest.approx(margin, abs=1e-9, nan_ok=True)
     assert found.status == status
     assert found.source == "someone"
 
 
 def test_without_limit_or_value() -> None:
-    assert judged(row(1.0), None).status == "stated"
     missing = judged(row(1.0), None, "give it")
-    assert (missing.status, missing.note) == ("not judged", "not judged: give it")
-    assert judged(row(None), MOST).status == "not judged"
-    assert not_judged("lengths", "", "length", "why").margin is None
+    assert (missing.status, missing.note) == ("open", "open: give it")
+    assert judged(row(None), MOST, "").status == "open"
+    assert opened(row(None), "why").margin is None
+    idle = stated(row(1.0), "another rule")
+    assert (idle.status, idle.note) == ("stated", "does not apply: another rule")
+
+
+def test_what_may_grow_passes_nothing_and_fails_anyway() -> None:
+    assert withheld(judged(row(1.0), MOST, ""), "give more").status == "open"
+    assert withheld(judged(row(1.0), MOST, ""), "").status == "pass"
+    assert withheld(judged(row(3.0), MOST, ""), "give more").status == "fail"
 
 
 @pytest.mark.parametrize(
@@ -76,6 +83,7 @@ def test_texts_hold_inverses_notes_and_broken_assumptions() -> None:
             broken=("straight: it is bent",),
         ),
         MOST,
+        "",
     )
     texts = dict(zip(HEADINGS, full.texts, strict=True))
     assert texts["limit"] == "≤ 2000 mm"

@@ -338,17 +338,6 @@ def test_a_page_without_a_date_has_that_of_the_build(
     assert ("Date", "2001-09-09") in page.title_rows(TitleBlock(), Wording())
 
 
-@pytest.mark.usefixtures("plain")
-def test_unusual_data_are_remarked_on(tmp_path: Path) -> None:
-    line = double_shaft((0.0, 0.1, 0.0)).replace(name="long")
-    shafts = [line.shafts[0], dataclasses.replace(line.shafts[1], length=1200.0), line.shafts[2]]
-    found = reported(line.replace(shafts=shafts))
-    (remark,) = found.verdict.remarks
-    assert remark in html.unescape(written(found, tmp_path))
-    assert "ist ungewöhnlich" in written(found, tmp_path, ("de", "si"))
-    assert json.loads(as_json(found))["remarks"] == [remark]
-
-
 def test_scene_is_part_of_the_page(report: page.LineReport, tmp_path: Path) -> None:
     text = page.write(report, tmp_path / "line.html").read_text("utf-8")
     assert "Turning scene" in text and "support_C1" in text and len(text) > 1_000_000
@@ -390,7 +379,9 @@ def test_forks_in_words(report: page.LineReport) -> None:
 def test_what_all_rows_of_a_rule_say_is_said_once(report: page.LineReport) -> None:
     words = Wording()
     groups = line_tables.verdict_groups(report.verdict, words)
-    assert sum(len(group.rows) + len(group.missing) for group in groups) == len(report.verdict)
+    assert sum(len(group.rows) + len(group.open) + len(group.idle) for group in groups) == len(
+        report.verdict
+    )
     told = {text for group in groups for text in group.shared}
     assert told
     for group in groups:
@@ -408,9 +399,14 @@ def test_the_headline_is_green_only_where_everything_was_judged(tmp_path: Path) 
     line = double_shaft((0.1, 0.0, 0.1))
     found = reported(line)
     rows = found.verdict.rows
-    assert found.verdict.passed and found.verdict.not_judged
+    assert found.verdict.open and not found.verdict.failed
     assert headline(found) == "open"
-    judged = tuple(row for row in rows if row.status != "not judged")
+    said = f"passed, {len(found.verdict.open)} rows open"
+    assert said in written(found, tmp_path)
+    german = written(found, tmp_path, ("de", "si"))
+    assert f"bestanden, {len(found.verdict.open)} Zeilen offen" in german
+    assert json.loads(as_json(found))["outcome"] == found.verdict.summary
+    judged = tuple(row for row in rows if row.status != "open")
     complete = dataclasses.replace(found.verdict, rows=judged)
     assert headline(dataclasses.replace(found, verdict=complete)) == "pass"
     failing = reported(double_shaft((0.1, 0.0, 0.3)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,6 +30,18 @@ def test_all_must_pass() -> None:
     assert not ALL.passed
     assert Comparisons([FIRST, OTHER_ANGLE]).passed
     assert not Comparisons([FIRST, dataclasses.replace(FIRST, error=float("nan"))]).passed
+
+
+def test_no_comparison_passes_nothing() -> None:
+    assert not Comparisons([]).passed
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_an_error_that_is_not_known_is_the_worst(place: int) -> None:
+    items = [FIRST, OTHER_ANGLE]
+    items[place] = dataclasses.replace(items[place], error=float("nan"))
+    (row,) = Comparisons(items).rows()
+    assert np.isnan(row.worst) and not row.passed
 
 
 def test_they_are_a_sequence() -> None:
@@ -64,7 +77,7 @@ def test_no_comparison_is_lost_in_the_rows(values: list[tuple[str, str, float]])
     rows = made.rows()
     errors = sorted(error for row in rows for error in row.errors)
     assert errors == sorted(error for _, _, error in values)
-    assert made.passed == all(row.passed for row in rows)
+    assert made.passed == (bool(rows) and all(row.passed for row in rows))
     assert len({(row.scene, row.quantity) for row in rows}) == len(rows)
 
 

@@ -97,3 +97,47 @@ def along_points(line: DriveLine, angles: Array, planes: Array, **fields: Array)
         for k, shaft in enumerate(line.shafts)
     ]
     return DriveLine(shafts=shafts, joints=line.joints)
+
+
+FAN = """
+name = "fan"
+application = "industrial"
+speed_rpm = 980
+torque_nm = 800
+acceleration_rad_s2 = 10
+life_h = 8000
+[[shafts]]
+mass_kg = 40
+inertia_kgm2 = 0.5
+bearings = [
+  { distance_mm = 80, radial_limit_kn = 8, axial_limit_kn = 9 },
+  { distance_mm = 280, radial_limit_kn = 8 },
+]
+[[shafts]]
+length = "1.2 m"
+slope_side_deg = 3
+tube = { outer_diameter_mm = 90, wall_mm = 3, shear_limit_mpa = 60 }
+spline = { friction = 0.1, radius_mm = 25, compressed_mm = 1150, travel_mm = 110 }
+[[shafts]]
+mass_kg = 300
+inertia_kgm2 = 25
+bearings = [
+  { distance_mm = 100, radial_limit_kn = 8, axial_limit_kn = 9 },
+  { distance_mm = 500, radial_limit_kn = 8 },
+]
+[[joints]]
+size = "2040"
+largest_angle_deg = 20
+rated_torque_nm = 2500
+torque_limit_nm = 5000
+pulsating_limit_nm = 2500
+reversing_limit_nm = 1800
+[[joints]]
+size = "2040"
+largest_angle_deg = 20
+rated_torque_nm = 2500
+torque_limit_nm = 5000
+pulsating_limit_nm = 2500
+reversing_limit_nm = 1800
+"""
+"""A line of which everything is known that rules ask for, and nothing is missed."""
