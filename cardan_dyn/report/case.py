@@ -101,7 +101,8 @@ def case_of(
     rate = 0.0 if not motion.turns else motion.speed if speed is None else speed
     if interval is None and not motion.turns and len(scene.drives) == 1:
         # What moves there and back is the same on both ways at rest.
-        positions = np.linspace(*motion.box[0], samples)
+        low, high = motion.box[0].tolist()
+        positions = np.linspace(low, high, samples)
         rate = speed or 0.0
     if interval is not None:
         low, high = interval

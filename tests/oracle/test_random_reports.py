@@ -10,14 +10,14 @@ import pytest
 import random_reports
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(10), 25, 73])  # Two peaks that were missed once.
 def test_extremes_of_few_samples_are_those_of_the_range(seed: int) -> None:
     assert random_reports.ask(seed)[0] == []
 
 
 @pytest.mark.campaign
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(12, 60))
+@pytest.mark.parametrize("seed", [*range(10, 25), *range(26, 60)])
 def test_more_of_them(seed: int) -> None:
     assert random_reports.ask(seed)[0] == []
 
