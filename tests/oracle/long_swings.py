@@ -195,7 +195,7 @@ def _events(rng: np.random.Generator) -> tuple[list[str], list[str]]:
             m, sense = body.modulus, -1.0 if body.speed < 0.0 else 1.0
             sine = sense * np.sin(0.5 * body.angle) / np.sqrt(m)
             begins = ellipkinc(np.arcsin(np.clip(sine, -1.0, 1.0)), m)
-            turns = (np.arange(1, 20, 2) * ellipk(m) - begins) / body.rate
+            turns = (np.arange(-1, 31, 2) * ellipk(m) - begins) / body.rate
             # From rest, the start is where it turns back.
             expected = turns[(turns > 1e-6 * body.period) & (turns <= duration)]
     else:

@@ -99,6 +99,14 @@ def test_how_late_a_motion_may_be_grows_with_its_periods(position: float, speed:
     assert 1e-15 < late[-1] / times[-1] < 1e-12
 
 
+def test_what_nothing_pushes_is_late_by_the_error_of_its_inertia() -> None:
+    inertia = Fourier(np.array([[2.0 + 0.0j, 0.3j]]), 1.0)
+    none = Fourier(np.zeros((1, 2), dtype=complex), 1.0)
+    law = EnergyIntegral(EnergyFunctions(inertia, none, 1e-14), 0.3, 5.0)
+    times = np.array([1.0, 1e4, 1e9])
+    np.testing.assert_allclose(law.late(times), 1e-14 * times, rtol=1e-12)
+
+
 def test_how_long_it_stays_counts_for_no_more_than_a_period() -> None:
     """However fast a pendulum turns, its upright position is an unstable one."""
     law = integral(0.0, 1e9)
