@@ -288,8 +288,8 @@ class Scene(Prescribed):
         to itself by turning alone, from there, whole turns are taken off first; if the rest of the
         way is not open, the drives move along the whole straight line.
 
-        `<limit>` elements of the description are not regarded. Results are reproducible to rounding
-        times `Sweep.condition`, not bit for bit.
+        `<limit>` elements of the description are not regarded. Whatever was asked before, results
+        agree to 1e-15 times `Sweep.condition`, not bit for bit.
 
         Beside its arguments and results, a sweep of any size takes some 20 MB of memory for each
         worker; of mechanisms with very many joints its blocks alone hold up to 48 MB. Of each

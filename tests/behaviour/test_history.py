@@ -12,8 +12,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from testkit.ball_rods import WAYS
+from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
+from cardan_dyn.scene.usual_motion import usual_motion
 
 LOAD = 100.0
 ROUNDINGS = 16.0
@@ -150,6 +153,74 @@ def test_ways_past_both_sides_of_a_singular_position_are_not_taken_for_each_othe
         np.testing.assert_allclose(angles[0], angles[1], rtol=0.0, atol=1e-12)
         apart = turning_about_a_wrist().sweep(one).motion.position("first") - angles[1]
         assert np.abs(apart) > 6.0
+
+
+MADE: dict[str, Callable[[], cd.Scene]] = {
+    **{
+        name: (lambda name=name: usual_motion(cd.load(name), samples=5).scene)
+        for name in sorted(cd.bundled_names())
+    },
+    "five_bar": lambda: cd.Scene(five_bar(), drive=["A", "D"]),
+    **{way: (lambda way=way: cd.Scene(cd.load(WAYS[way]()), drive="a")) for way in WAYS},
+}
+"""Mechanisms of one drive and of several, with balls, gears and idle rods."""
+FAST = ("universal_joint", "five_bar", "hinges")
+
+
+def assert_equal_to_rounding(first: cd.Sweep, second: cd.Sweep) -> None:
+    """Coordinates and wrenches agree to 1e-15 times the condition of their equations.
+
+    How idle rods are turned about their lines is compared in `test_idle_rods.py`.
+    """
+    allowed = 1e-15 * first.condition
+    spinning = {name for rod in first.idle_rods for name in rod}
+    for name in set(first.mechanism.coordinates.columns) - spinning:
+        one, other = (turn.motion.position(name).reshape(len(turn), -1) for turn in (first, second))
+        assert np.all(np.abs(one - other).max(axis=1) <= allowed * (1.0 + np.abs(one).max(axis=1)))
+    length = first.mechanism.characteristic_length
+    force, moment = (
+        max(float(np.max(np.abs(getattr(first[name], part)))) for name in first.outputs)
+        for part in ("force", "moment")
+    )
+    size = max(force, moment / length)
+    for name in first.outputs:
+        for part, scale in (("force", size), ("moment", size * length)):
+            difference = np.abs(getattr(first[name], part) - getattr(second[name], part))
+            assert np.all(difference.max(axis=1) <= allowed * scale), (name, part)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in FAST else pytest.mark.slow) for name in MADE]
+)
+def test_before_and_after_another_sweep(name: str) -> None:
+    fresh = MADE[name]()
+    drives = len(fresh.drives)
+    reach = 0.02 if drives > 1 else 1.0
+    asked = reach * np.random.default_rng(1).uniform(-1.0, 1.0, (40, drives))
+    expected = fresh.sweep(asked, speed=0.7, acceleration=0.3)
+    assert_equal_to_rounding(expected, fresh.sweep(asked, speed=0.7, acceleration=0.3))
+    way = reach * np.linspace(-0.9, 0.9, 200)[:, None] * np.linspace(1.0, 0.4, drives)
+    for before in (way, way[:9], 0.5 * asked[::-1], asked[7:8]):
+        used = MADE[name]()
+        used.sweep(before)
+        assert_equal_to_rounding(expected, used.sweep(asked, speed=0.7, acceleration=0.3))
+
+
+def test_coordinates_do_not_count_the_turns_of_other_sweeps() -> None:
+    """Angles that are not driven lie within half a turn of zero, however far was followed."""
+    for before in ([4.0], [-1.0], np.linspace(-6.0, 6.0, 73)):
+        used = joint()
+        used.sweep(before)
+        turn, fresh = used.sweep([-4.63207205]), joint().sweep([-4.63207205])
+        np.testing.assert_allclose(turn.motion.x, fresh.motion.x, rtol=0.0, atol=1e-14)
+        np.testing.assert_array_equal(turn.motion.turns, fresh.motion.turns)
+        passive = np.delete(
+            turn.motion.x[0], [turn.mechanism.coordinates.columns["bearing_in"].start]
+        )
+        assert np.all(np.abs(passive) <= np.pi)
+        np.testing.assert_allclose(
+            turn.motion.x + 2.0 * np.pi * turn.motion.turns, turn.motion.rows, rtol=0.0, atol=1e-14
+        )
 
 
 def test_two_scenes_that_were_asked_the_same_have_the_same_bits() -> None:
