@@ -131,7 +131,7 @@ class Chain:
     def text(self) -> str:
         """The description in URDF+ notation."""
         couplings = [
-            f'<coupling name="{item.name}"><predecessor link="{item.predecessor}"/>'
+            f'<coupling name="{item.name}" forces="none"><predecessor link="{item.predecessor}"/>'
             f'<successor link="{item.successor}"/><ratio value="{item.ratio!r}"/></coupling>'
             for item in self.couplings
         ]
