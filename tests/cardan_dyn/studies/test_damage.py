@@ -418,3 +418,9 @@ def test_what_was_being_written_when_the_power_failed_is_said(
     with pytest.warns(UserWarning, match="this run makes it again"):
         study.run()
     assert files(store) == files(kept)
+
+
+def test_a_missing_chunk_is_seen_beside_one_that_does_not_count(store: Path) -> None:
+    (store / "state/c/0/0").unlink()
+    (store / "curve/c/1/0/0").unlink()
+    assert study_of(store).damage.cases.tolist() == [6]
