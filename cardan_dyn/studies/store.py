@@ -250,7 +250,7 @@ class Store:
             if said:
                 yield Damage(name, None, 0, said)
         for slab in slabs(shape, chunk, MOST_BYTES // schema.bytes_per_case):
-            begun = []
+            every = []
             together, is_torn = _tried(self._arrays["state"], slab)
             for box in boxes(shape, chunk, slab):
                 states, said = together[within(box, slab)], ""
@@ -258,17 +258,20 @@ class Store:
                     states, said = _tried(self._arrays["state"], box)
                 if said:
                     yield Damage("state", box, states.size, said)
-                elif states.any():
-                    begun.append((box, states))
+                else:
+                    every.append((box, states))
             for name in (*schema.variables, "failure"):
-                wanted = begun
-                if name == "failure":
-                    wanted = [(box, states) for box, states in begun if FAILED in states]
+                least = FAILED if name == "failure" else 1
+                # What does not count may be missing, and is read all the same: it would be shown.
+                arrays = [
+                    whole[name] if states.max() >= least else self._arrays[name]
+                    for _, states in every
+                ]
                 # Many objects together are fetched at the same time.
-                if not wanted or not _tried(whole[name], slab)[1]:
+                if len(set(map(id, arrays))) == 1 and not _tried(arrays[0], slab)[1]:
                     continue
-                for box, states in wanted:
-                    if said := _tried(whole[name], box)[1]:
+                for array, (box, states) in zip(arrays, every, strict=True):
+                    if said := _tried(array, box)[1]:
                         yield Damage(name, box, int(np.count_nonzero(states)), said)
 
     def _misdescribed(self, group: Any, name: str, expected: Any) -> str:
@@ -299,7 +302,9 @@ class Store:
             self._write(told, parameters, [0] * len(parameters.shape))
             for item in damaged:
                 if item.box is not None:
-                    self._arrays["state"][item.box] = 0
+                    # Blank, since it would be in the way of whoever reads the others.
+                    for array in (self._arrays["state"], self._arrays[item.array]):
+                        array[item.box] = array.fill_value
 
     def states(self, slab: Box, damaged: Sequence[Damage] = ()) -> Array:
         """Return the states of a box of cases; what is damaged is as good as missing."""
