@@ -87,7 +87,12 @@ def test_two_zeros_close_together_are_both_found(apart: float) -> None:
 
 
 def test_what_touches_zero_has_not_passed_it() -> None:
-    for event in (lambda t: (t - 1.234) ** 2, lambda t: -abs(t - 1.234), lambda t: max(0.0, t - 1)):
+    for event in (
+        lambda t: (t - 1.234) ** 2,
+        lambda t: -abs(t - 1.234),
+        lambda t: max(0.0, t - 1.0),
+        lambda t: max(0.0, abs(t - 2.0) - 0.5),  # Exactly zero for a while.
+    ):
         search = EventSearch(watched(event), reading)
         assert search.step(0.0, 4.0, reading) is None
         assert (search.happened, search.notes) == ([], [])
