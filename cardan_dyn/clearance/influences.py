@@ -77,8 +77,17 @@ class Influence(Result, Record):
             "peak": ("N", "greatest force after the impact"),
             "rigid": ("N", "part of an undamped peak of the ramp"),
         }
-        names = ("factor", "value", "tau", "impact_speed", "peak", "rigid", "added", "flown")
-        names += ("turn_through",)
+        names = (
+            "factor",
+            "value",
+            "tau",
+            "impact_speed",
+            "peak",
+            "rigid",
+            "added",
+            "flown",
+            "turn_through",
+        )
         return Table(
             [
                 variable(

@@ -246,8 +246,7 @@ class ForceReversal:
         return {**values, **directions, **found, **exponents, **said}
 
 
-_FOUND = ("peak", "least", "greatest", "estimate", "rigid_ahead")
-_FOUND += ("strike_speed", "energy")
+_FOUND = ("peak", "least", "greatest", "estimate", "rigid_ahead", "strike_speed", "energy")
 _NUMBERS = [name for name in ForceReversal.__dataclass_fields__ if name not in _NO_NUMBERS]
 """Fields that are numbers: what is cached beside them is none of a table's columns."""
 

@@ -162,6 +162,15 @@ def test_the_force_without_clearance_is_never_above_the_peak() -> None:
     assert joint.summary.startswith("3000 N at most (1905 to 2100 N)")
 
 
+def test_the_joint_with_the_greatest_interval_is_ranked_first() -> None:
+    """Though the force without clearance is greater in the other."""
+    rigid = joint_scan()
+    pressed = followed([5000.0, 5100.0, 5050.0])
+    pressed = replace(pressed, force=0.5 * pressed.force)
+    assert pressed.impacts == 0 and pressed.rigid_peak < rigid.rigid_peak
+    assert Scan({"rigid": rigid, "pressed": pressed}, 1.0, {}).ranking == ["pressed", "rigid"]
+
+
 def test_ties_are_ranked_in_the_order_of_the_mechanism() -> None:
     """By what is printed: rounding of the same force does not change the order."""
     joint = joint_scan()
