@@ -106,11 +106,6 @@ def _summary(report: Findings) -> str:
     if not report.acts:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
     ends = list(_greatest(report))
-    if not ends:
-        # As where a coupling passes on all that acts, or the outputs leave wrenches out.
-        known = all(item.determined for item in report.extremes)
-        nothing = "Joints carry nothing" if known else "What joints carry is not known"
-        return f"{text} {nothing}; drives and couplings act."
     if report.doubts:
         ends.append("there are doubts, see below")
     return f"{text} {ends[0][0].upper()}{ends[0][1:]}{''.join(f'; {end}' for end in ends[1:])}."
@@ -135,9 +130,13 @@ def _greatest(report: Findings) -> Iterator[str]:
         text = f"the greatest {name}{' that statics determines' * is_part} is "
         text += f"{number(top.size)} {top.unit} at {top.owner}"
         yield text + ("" if top.determined else ", not determined by statics")
-    if not found and acting:
-        top = max(acting, key=lambda item: item.size)
-        yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
+    if not found:
+        # As where a coupling passes on all that acts, or the outputs leave wrenches out.
+        known = all(item.determined for item in report.extremes)
+        yield "joints carry nothing" if known else "what joints carry is not known"
+        if acting:
+            top = max(acting, key=lambda item: item.size)
+            yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
 
 
 def _count(count: int, name: str) -> str:

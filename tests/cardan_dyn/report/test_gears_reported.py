@@ -16,7 +16,7 @@ from cardan_dyn.report.reporting import Report
     ("stated", "told", "summary"),
     [
         ("", "presses on their bearings is not described", "What joints carry is not known"),
-        ('forces="none"', "All wrenches follow", "Joints carry nothing; drives and couplings act"),
+        ('forces="none"', "All wrenches follow", "Joints carry nothing; the greatest drive effort"),
         ('forces="mesh"', "All wrenches follow", "The greatest force is"),
     ],
 )
