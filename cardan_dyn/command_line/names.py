@@ -71,7 +71,7 @@ def limits() -> list[str]:
         if isinstance(named, ast.Dict) and target == "_BY_APPLICATION":
             inside = [item for value in named.values for item in ast.walk(value)]
             found |= {str(item.value) for item in inside if isinstance(item, ast.Constant)}
-        elif named is not None and target == "OWN":
+        elif named is not None and target == "KNOWN":
             tables = [item for item in ast.walk(named) if isinstance(item, ast.Dict)]
             found |= {str(item.value) for item in tables[0].keys if isinstance(item, ast.Constant)}
     return sorted(found)

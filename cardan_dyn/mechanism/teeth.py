@@ -155,7 +155,7 @@ def teeth_of(
         if abs(height) > _PARALLEL * distance:
             raise ModelError(
                 f"{at}: the origins of {pair[0].name!r} and {pair[1].name!r} lie {height:g} m "
-                "apart along their axes; say by along= how far the teeth are from the first one"
+                'apart along their axes; along="..." says how far the teeth are from the first one'
             )
         along = 0.0
     facing = 1.0 if z @ axes[1] > 0.0 else -1.0

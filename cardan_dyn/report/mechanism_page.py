@@ -122,7 +122,10 @@ def _greatest(report: Findings) -> Iterator[str]:
         if not own:
             continue
         found = True
-        top = max(known or own, key=lambda item: item.size)
+        # Sizes that are equal but for rounding are told of the whole.
+        top = max(
+            known or own, key=lambda item: item.size * (1.0 + RIGHT * (item.quantity == what))
+        )
         is_open = any(item.quantity == what and not item.determined for item in own)
         # Parts of what is open may be known: in flat linkages what is across the axes of pins.
         is_part = bool(known) and is_open

@@ -10,7 +10,6 @@ import pytest
 from testkit.design_line import design_line, designs, nominal
 
 import cardan_dyn as cd
-from cardan_dyn import compiled
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 from cardan_dyn.scene.presets import PRESETS
 
@@ -247,22 +246,6 @@ def test_an_unreachable_design_is_named_with_its_sample() -> None:
     assert "1 other sample is out of reach too" in str(caught.value)
     mask = scene.reachable(np.linspace(0.5, 1.0, 500), held={"joint_angle": angle})
     np.testing.assert_array_equal(np.nonzero(~mask)[0], [123, 400])
-
-
-@pytest.mark.parametrize("is_compiled", [True, False])
-@pytest.mark.parametrize("name", ["universal_joint", "needle_drive", "four_bar"])
-def test_a_position_that_overflows_leaves_others_as_they_are(
-    name: str, is_compiled: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of a loop whose equations are no numbers, only that sample is refused, with its position."""
-    if not is_compiled:
-        monkeypatch.setattr(compiled, "kernel", None)
-    scene = scene_of(name)
-    position = [0.001, 0.002, 1e300, 0.003]
-    np.testing.assert_array_equal(scene.reachable(position), [True, True, False, True])
-    with pytest.raises(cd.AssemblyError, match=r"at drive position 1e\+300 ") as caught:
-        scene.sweep(position)
-    assert caught.value.sample == 2
 
 
 def test_bad_input_is_named() -> None:

@@ -293,7 +293,7 @@ class DriveMotion:
                 f"{(high - low) / TURN:.0f} turns cannot be followed; sweep over at most "
                 f"{_MOST_TURNS} turns",
                 position=high,
-                nearest=branch.span[1],
+                nearest=low + _MOST_TURNS * TURN,
                 residual=0.0,
                 sample=int(np.argmax(targets)),
             )

@@ -62,7 +62,7 @@ def test_help_says_exit_codes() -> None:
 
 
 def test_a_missed_limit_is_told_from_a_bad_file(tmp_path: Path) -> None:
-    limit = ("driveline", "truck", "--check", "--limit", "joint_angle=1deg")
+    limit = ("driveline", "truck", "--check", "--limit", "residual_angle=0.001deg")
     assert CliRunner().invoke(main, limit).exit_code == 1
     assert CliRunner().invoke(main, ["driveline", str(tmp_path / "no.toml")]).exit_code == 2
     bare = CliRunner().invoke(main, ["driveline", "truck", "--limit", "residual_angle=3"])

@@ -67,6 +67,6 @@ def test_limits_say_their_unit_where_they_have_one() -> None:
         "critical_constant": "steel",
         "balancing_speed": pytest.approx(100.0 * math.pi),
     }
-    for text in ("residual_angle=3", "joint_angle=0.1", "telescope_overlap=5"):
+    for text in ("residual_angle=3", "least_joint_angle=0.1", "telescope_overlap=5"):
         with pytest.raises(cd.ModelError, match="has no unit; write"):
             limits([text])
