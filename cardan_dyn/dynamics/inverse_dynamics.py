@@ -12,6 +12,7 @@ import numpy as np
 from .. import compiled
 from ..arrays import Array
 from ..elements.link_loads import LinkLoad
+from ..errors import ModelError
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.loops.needs import Needs
 from ..problem.acting import Acting
@@ -320,6 +321,9 @@ class InverseDynamics:
         """Return the reactions once teeth exert the moments of their couplings.
 
         The couplings keep the ratio and exert nothing then; their moments stay those of the teeth.
+
+        Raises:
+            ModelError: a coupling without teeth shares their moment.
         """
         mechanism, loops = self._mechanism, len(self._mechanism.loops)
         pushed = list(case.link_loads)
@@ -330,6 +334,17 @@ class InverseDynamics:
                 wrench = gear.wrench(moment, angle)
                 pushed.append(LinkLoad(gear.body, gear.rotation, gear.translation, *wrench, False))
         (left,) = self._reactions.solve(state, [case._replace(link_loads=pushed)])
+        for teeth in mechanism.teeth:
+            rest, taken = (
+                float(np.abs(found.closure_forces[loops + teeth.coupling]).max())
+                for found in (left, reactions)
+            )
+            if rest > UNIQUE_TOLERANCE * taken:
+                raise ModelError(
+                    f"{mechanism.couplings[teeth.coupling].name} has teeth, and shares its moment "
+                    "with couplings without them, so that nothing tells what its teeth bear: state "
+                    'forces="mesh" of all of them, or leave out those that are surplus'
+                )
         return left._replace(
             influence=reactions.influence,
             teeth={

@@ -185,15 +185,16 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
     return Extremes(tuple(rows), ends, covered, unknown, rounding.part)
 
 
-def evenly(sweep: Sweep, count: int) -> Sweep:
-    """Return a sweep at even steps over the range of its drive, without the end.
+def evenly(sweep: Sweep, count: int, *, endpoint: bool = False) -> Sweep:
+    """Return a sweep at even steps over the range of its drive.
 
     Args:
         sweep: of which extremes were sought between the samples.
         count: of positions.
+        endpoint: whether the end of the range is one of them.
     """
     (low, high), _, _ = _range(sweep)
-    at, (given, _) = np.linspace(low, high, count, endpoint=False), _fixed_case(sweep)
+    at, (given, _) = np.linspace(low, high, count, endpoint=endpoint), _fixed_case(sweep)
     return Scene._of(ProblemSolver(sweep.problem)).sweep(at, **given)
 
 

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
+from ..elements.joint_elements import Actuator
 from ..frozen import Frozen
 from ..mechanism.mechanism import Mechanism
 from ..results.axes import in_fixed_axes
 from ..results.result import Result
-from ..results.sweep import WELL
+from ..results.sweep import WELL, Sweep
 from ..results.table import Table, Variable
 from ..scene.describe import describe
 from ..scene.mechanism_report import MechanismReport
@@ -26,6 +27,8 @@ _HIGHEST = 8
 """Greatest order that is listed."""
 _LEAST_ORDER = 1e-9
 """Amplitudes up to this part of the greatest of a quantity are what rounding leaves of none."""
+_DRAWN = 361
+"""Positions at least at which figures show a range."""
 _DOUBLINGS = 7
 """How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
 _WIDTH = 10
@@ -153,6 +156,15 @@ class Findings(Result, Frozen):
         }
 
     @property
+    def drawn(self) -> tuple[Sweep | None, str]:
+        """What figures show, and what is to be said of it: the range, however few its samples."""
+        sweep = self.sweep
+        if sweep is None or self._found.ends is None:
+            told = "" if sweep is None else f" Of the {len(sweep)} samples alone."
+            return sweep, told
+        return (sweep if len(sweep) >= _DRAWN else evenly(sweep, _DRAWN, endpoint=True)), ""
+
+    @property
     def _turns(self) -> float:
         """How many turns the drive makes."""
         low, high = self._found.ends or (0.0, 0.0)
@@ -216,6 +228,18 @@ class Findings(Result, Frozen):
                 "limit, or loops nearly depend on each other, as where dimensions are written with "
                 "few digits."
             )
+        if self.acts and self.drives:
+            # Whatever is looked at, such a function may be something else in between.
+            given = [
+                f"{item.joint!r}"
+                for item in self.sweep.elements
+                if isinstance(item, Actuator) and callable(item.effort)
+            ]
+            if given:
+                found.append(
+                    f"The effort of an actuator at {', '.join(given)} is a function of yours: what "
+                    "it does over a way much shorter than a hundredth of the range may be missed."
+                )
         return tuple(found)
 
     @property
@@ -320,6 +344,8 @@ class Findings(Result, Frozen):
             if len(item.greatest_at):
                 between += f" at {first}; {down} at {last}"
             lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
+        if len(self.drives) > 1:
+            lines.append("The page, and `places`, tell the positions of all drives at each place.")
         if not all(item.settled for item in acting):
             lines.append("? may be exceeded, see above")
         if self.chosen:
@@ -341,6 +367,9 @@ class Findings(Result, Frozen):
             way = np.reshape(sweep.position, (len(sweep), -1))[:, index]
             low, high = place(float(way.min()), slides), place(float(way.max()), slides)
             lines.append(f"{name} at {low}" if low == high else f"{name} {low} … {high}")
+        if len(self.drives) > 1:
+            # Extremes are sought far beyond them.
+            lines.append(f"at {len(sweep)} samples")
         return lines or ["at rest"]
 
 

@@ -115,13 +115,13 @@ def _greatest(report: Findings) -> Iterator[str]:
     """Yield the greatest force and moment: of what statics determines, if it determines any."""
     acting = [item for item in report.extremes if item.acts]
     wholes = {"force": ("force", "axial", "shear"), "moment": ("moment", "torsion", "bending")}
-    found = False
+    is_found = False
     for what, names in wholes.items():
         own = [item for item in acting if item.quantity in names]
         known = [item for item in own if item.determined]
         if not own:
             continue
-        found = True
+        is_found = True
         # Sizes that are equal but for rounding are told of the whole.
         top = max(
             known or own, key=lambda item: item.size * (1.0 + RIGHT * (item.quantity == what))
@@ -133,7 +133,7 @@ def _greatest(report: Findings) -> Iterator[str]:
         text = f"the greatest {name}{' that statics determines' * is_part} is "
         text += f"{number(top.size)} {top.unit} at {top.owner}"
         yield text + ("" if top.determined else ", not determined by statics")
-    if not found:
+    if not is_found:
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
         known = all(item.determined for item in report.extremes)
         yield "joints carry nothing" if known else "what joints carry is not known"
@@ -390,10 +390,11 @@ def _proof_remarks(report: Findings) -> list[str]:
 def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]:
     """Return the figures and the scene."""
     found: dict[str, Any] = {"courses": [], "polars": [], "no_orders": report.no_orders}
+    drawn, told = report.drawn
     if with_scene and report.drives:
         shown = view(sweep, title=report.title, frames=_FRAMES)
         found["scene"] = shown.embedded()
-    if not (report.acts and report.drives):
+    if drawn is None or not (report.acts and report.drives):
         return found
     acting: dict[str, set[str]] = {}
     for item in report.extremes:
@@ -403,23 +404,23 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
     for quantity, text in _COURSES.items():
         names = [name for name in joints if quantity in acting[name]][:_MOST_DRAWN]
         if names:
-            figure = sweep.plot(*names, quantities=quantity, figsize=(7.2, 3.4))
-            found["courses"].append((page.image(figure), f"{text} in {', '.join(names)}."))
+            figure = drawn.plot(*names, quantities=quantity, figsize=(7.2, 3.4))
+            found["courses"].append((page.image(figure), f"{text} in {', '.join(names)}.{told}"))
     without = [name for name in joints if "moment" in acting[name] or not sweep[name].has_axis][:2]
     if without and not found["courses"]:
         columns = [f"{name}.force_{axis}" for name in without for axis in "xyz"]
-        caption = f"Force in {', '.join(without)}, in the axes of the joints."
-        found["courses"].append((page.image(sweep.plot(*columns)), caption))
+        caption = f"Force in {', '.join(without)}, in the axes of the joints.{told}"
+        found["courses"].append((page.image(drawn.plot(*columns)), caption))
     for quantity, part, text in (
         ("force", "shear", "Radial force"),
         ("moment", "bending", "Bending moment"),
     ):
         names = [name for name in joints if part in acting[name]][:_MOST_DRAWN]
         if names:
-            figure = sweep.plot.polar(names, of=quantity)
+            figure = drawn.plot.polar(names, of=quantity)
             caption = (
                 f"{text} in {', '.join(names)}: the curve of the vector in axes fixed in the "
-                "parent, across the joint's axis; all diagrams have one scale."
+                f"parent, across the joint's axis; all diagrams have one scale.{told}"
             )
             found["polars"].append((page.image(figure), caption))
     if report.orders:

@@ -224,3 +224,13 @@ def test_places_that_no_gears_have() -> None:
         cd.load(slides)
     with pytest.raises(cd.ArgumentError, match="a response takes no gears with teeth"):
         cd.Scene(cd.load(good), drive="k").response()
+
+
+@pytest.mark.parametrize("other", ['forces="none"', ""])
+def test_teeth_that_share_their_moment_with_a_coupling_without_any_are_refused(other: str) -> None:
+    text = gears(
+        coupling("teeth", "a", "b", -2.5, 'forces="mesh"') + coupling("belt", "a", "b", -2.5, other)
+    )
+    scene = cd.Scene(cd.load(text), drive="a", loads={"b": -50.0})
+    with pytest.raises(cd.ModelError, match="teeth has teeth, and shares its moment"):
+        scene.sweep([0.3], speed=3.0)

@@ -255,3 +255,25 @@ def test_solves_few_positions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cd.Scene, "sweep", counted)
     extremes(sweep)
     assert len(calls) <= 12 and sum(calls) < 1200
+
+
+def test_figures_show_the_range_however_few_its_samples() -> None:
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -1.0})
+    few = cd.Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, 3)))
+    drawn, told = few.drawn
+    (top,) = [item for item in few.extremes if item.quantity == "drive effort"]
+    assert told == ""
+    assert drawn.drive_effort.max() == pytest.approx(top.greatest, rel=1e-3)
+    assert drawn.position[[0, -1]] == pytest.approx([0.0, 2.0 * np.pi])
+    varied = cd.Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, 3), speed=[0.0, 1.0, 2.0]))
+    assert varied.drawn == (varied.sweep, " Of the 3 samples alone.")
+
+
+def test_a_function_of_the_users_is_in_doubt() -> None:
+    """No number of positions tells that it is nothing else in between."""
+    pump = cd.Actuator("bearing_out", lambda angle: -5.0 + 0.0 * angle, of="position")
+    scene = cd.Scene(
+        cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.4}, elements=[pump]
+    )
+    report = cd.Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, 9)))
+    assert any("'bearing_out' is a function of yours" in doubt for doubt in report.doubts)
