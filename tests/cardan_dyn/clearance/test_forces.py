@@ -43,7 +43,14 @@ def test_a_response_gives_the_numbers_of_a_sweep(
         pairs = zip(found[name].reversals, swept[name].reversals, strict=True)
         for item, other in pairs:
             count += 1
-            for key in ("position", "force_slope", "reduced_mass", "tau", "peak", "slope_growth"):
+            for key in (
+                "position",
+                "force_slope",
+                "reduced_mass",
+                "tau",
+                "two_mass_peak",
+                "slope_growth",
+            ):
                 expected = pytest.approx(getattr(other, key), rel=1e-10, nan_ok=True)
                 assert getattr(item, key) == expected
             assert item.turn_through == pytest.approx(other.turn_through, abs=1e-10)
