@@ -338,15 +338,8 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     )
     if any(" " in row[index].removesuffix(MARK) for row in rows for index in (1, 3)):
         caption += " Where statics leaves one open, its greatest part that is determined, by name."
-    opened = swept.left_open
-    if opened.chosen:
-        alike: dict[str, list[str]] = {}
-        for name, parts in opened.chosen.items():
-            alike.setdefault(parts or "moment", []).append(name)
-        listed = "; ".join(f"{parts} of {', '.join(names)}" for parts, names in alike.items())
-        caption += f" * Not determined by statics, chosen by {opened.rule}: {listed}."
-    if opened.silent:
-        caption += f" * Not known: {opened.told}."
+    if opened := swept.left_open.text:
+        caption += f" * {opened[0].upper()}{opened[1:]}."
     if missing.any():
         caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
     show(headings, rows, caption=caption)

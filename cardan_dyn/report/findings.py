@@ -86,15 +86,10 @@ class Findings(Result, Frozen):
         """Whether any wrench is different from zero."""
         return any(item.acts for item in self.extremes)
 
-    @cached_property
-    def chosen(self) -> tuple[str, ...]:
-        """What statics leaves open and a rule chooses: joints with components, and couplings."""
-        return () if self.sweep is None else tuple(self.sweep.left_open.rows)
-
-    @cached_property
-    def silent(self) -> str:
-        """Which couplings do not say how they press on their joints; empty if none."""
-        return "" if self.sweep is None else self.sweep.left_open.told
+    @property
+    def left_open(self) -> str:
+        """What is not unique and why, of joints and couplings by name; empty if all is."""
+        return "" if self.sweep is None else self.sweep.left_open.text
 
     @cached_property
     def orders(self) -> dict[tuple[str, str, str], np.ndarray]:
@@ -322,10 +317,8 @@ class Findings(Result, Frozen):
             lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
         if not all(item.settled for item in acting):
             lines.append("? may be exceeded, see above")
-        if self.chosen:
-            lines.append(f"* not determined by statics, chosen by {self.sweep.rule}")
-        if self.silent:
-            lines.append(f"* {self.silent}")
+        if self.left_open:
+            lines.append(f"* {self.left_open}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
 

@@ -142,20 +142,19 @@ def _greatest(report: Findings) -> Iterator[str]:
             yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
 
 
+def _sentence(text: str) -> str:
+    return text and f"{text[0].upper()}{text[1:]}."
+
+
 def _count(count: int, name: str) -> str:
     return f"{count} {name}{'s' * (count != 1)}"
 
 
 def _warnings(report: Findings) -> list[str]:
     """Return what has to be known before any number is used."""
-    found = []
-    if report.sweep is not None and report.chosen:
-        more = len(report.chosen) - 6
-        listed = ", ".join(report.chosen[:6]) + (f" and {more} more" if more > 0 else "")
-        found.append(f"Statics does not determine, so that {report.sweep.rule} chose: {listed}.")
-    if report.silent:
-        found.append(f"{report.silent[0].upper()}{report.silent[1:]}.")
-    found += report.doubts
+    found = list(report.doubts)
+    if report.sweep is not None and report.left_open:
+        found.insert(0, _sentence(report.sweep.left_open.brief))
     if report.description.is_counted:
         found.append("Ranks were counted, not measured.")
     return found
@@ -323,7 +322,7 @@ def _extremes(report: Findings) -> dict[str, Any]:
         if others
         else None,
         "located": text,
-        "rule": report.sweep.rule if report.sweep is not None and report.chosen else "",
+        "opened": _sentence(report.left_open),
         "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
         "places": _places(report),
     }
@@ -378,11 +377,7 @@ def _proof_remarks(report: Findings) -> list[str]:
             f"Not proven by a balance, as not all that acts on them was asked for: "
             f"{', '.join(sweep.unproven)}."
         )
-    if report.chosen:
-        found.append(f"Chosen by {sweep.rule}: {', '.join(report.chosen)}.")
-    if report.silent:
-        found.append(f"{report.silent[0].upper()}{report.silent[1:]}.")
-    elif sweep.outputs and not report.chosen:
+    if sweep.outputs and not report.left_open:
         found.append("All wrenches follow from the laws of motion alone.")
     return found
 

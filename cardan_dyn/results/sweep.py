@@ -350,10 +350,10 @@ class Sweep(MotionResult):
             checks.append(f"balance {self.balance_residual:.1e}")
         if not math.isnan(self.power_residual):
             checks.append(f"power {self.power_residual:.1e}")
+        beware = "".join(f"; {text}" for text in (self.left_open.brief, self._singular()) if text)
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
-            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}"
-            f"{self._singular()}>"
+            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{beware}>"
         )
 
     def _singular(self) -> str:
@@ -365,7 +365,7 @@ class Sweep(MotionResult):
             force, moment = wrench.magnitude
             sizes = np.fmax(sizes, np.fmax(force, moment / length))
         told = self.near_singular(sizes)
-        return f"; {told}, where forces reach {np.nanmax(sizes):.3g} N" if told else ""
+        return f"{told}, where forces reach {np.nanmax(sizes):.3g} N" if told else ""
 
     def near_singular(self, sizes: Array) -> str:
         """Return in words that what is great comes from close to a singular configuration.
@@ -406,19 +406,6 @@ class Sweep(MotionResult):
         """By which rule wrenches are chosen that statics leaves open."""
         return "least elastic energy" if self._problem.compliance else "least norm"
 
-    def _chosen(self) -> str:
-        """Return which wrenches are open, and whether a rule has chosen them, for `repr`."""
-        opened, text = self.left_open, ""
-        if names := [*opened.chosen]:
-            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            listed = ", ".join(names[:3]) + more
-            text = f"; not determined by statics, chosen by {self.rule}: {listed}"
-        if opened.couplings:
-            count = len(opened.couplings) - 1
-            more = f" (nor of {count} more)" if count else ""
-            text += f"; {opened.couplings[0].told()}{more}"
-        return text
-
     @cached_property
     def left_open(self) -> LeftOpen:
         """What of its outputs does not follow from the laws of motion, and why."""
@@ -426,10 +413,6 @@ class Sweep(MotionResult):
 
         unique = dict(zip(self.outputs, self.unique, strict=True))
         return LeftOpen.of(self.rule, self.mechanism.undescribed, unique, self.coupling_unique)
-
-    def why_open(self, joint: str) -> str:
-        """Return why components of an output are not unique; empty if all are."""
-        return self.left_open.why(joint)
 
     def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
         """Return the wrench exerted by a joint's parent on its child, at the joint origin.
@@ -589,9 +572,8 @@ class Sweep(MotionResult):
             quantities = ("force [N]", *(f"{name} [N·m]" for name in _OF_MOMENTS))
             header = ("joint", *quantities, "unique")
             told = f"Greatest values; wrenches are {_SIGN}."
-            if self.left_open.text:
-                told += f" Not determined: {self.left_open.text}."
-            told += self._singular().replace(";", " Beware:", 1)
+            for text in filter(None, (self.left_open.text, self._singular())):
+                told += f" {text[0].upper()}{text[1:]}."
             wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
             wrenches += element("p", told)
         # That of the power is left out as well where the outputs leave out part of its flow.
