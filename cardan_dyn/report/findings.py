@@ -8,17 +8,18 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
+from ..figures.orders import order_amplitudes
 from ..frozen import Frozen
 from ..mechanism.mechanism import Mechanism
 from ..results.axes import in_fixed_axes
+from ..results.lost_digits import WELL, digits, near_singular, right
 from ..results.result import Result
-from ..results.sweep import WELL
 from ..results.table import Table, Variable
 from ..scene.describe import describe
 from ..scene.mechanism_report import MechanismReport
 from .case import STANDING, Case
 from .described import fingerprint
-from .extremes import SIZES, Extreme, Extremes, evenly, extremes, quantities_of
+from .extremes import SIZES, Extreme, Extremes, extremes, quantities_of
 from .grids import number, place
 from .page import today
 
@@ -30,7 +31,6 @@ _DOUBLINGS = 7
 """How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
 _WIDTH = 10
 """Width of a column of numbers in a text."""
-_MOST_DIGITS = 15
 GOOD, POOR = 1e-12, 1e-9
 """Residuals: below the first, nothing but rounding; above the second, close to what is refused."""
 
@@ -126,10 +126,10 @@ class Findings(Result, Frozen):
 
     def _orders_at(self, count: int) -> dict[tuple[str, str, str], np.ndarray]:
         """Return orders by a number of positions in each turn."""
-        if self.sweep is None:
+        if self._found.search is None:
             return {}
-        turns = round(self._turns)
-        turn, found = evenly(self.sweep, count * turns), {}
+        turns, found = round(self._turns), {}
+        turn = self._found.search.evenly(count * turns)
         size = {(item.owner, item.quantity): item.size for item in self.extremes if item.acts}
         for item in quantities_of(turn):
             if (item.owner, item.name) not in size:
@@ -141,16 +141,16 @@ class Findings(Result, Frozen):
                 for name, (values, _) in in_fixed_axes(turn, item.owner, vector).items():
                     if np.abs(values).max() > _LEAST_ORDER * size[item.owner, item.name]:
                         found[item.owner, name, item.unit] = values
-        twice = np.where(np.arange(_HIGHEST + 1), 2.0, 1.0)  # As orders ±k, but for the mean.
+        angle = 2.0 * np.pi / count * np.arange(len(turn))
         return {
-            key: twice * np.abs(np.fft.rfft(values, norm="forward"))[::turns][: _HIGHEST + 1]
+            key: order_amplitudes(angle, values)[1][::turns][: _HIGHEST + 1]
             for key, values in found.items()
         }
 
     @property
     def _turns(self) -> float:
         """How many turns the drive makes."""
-        low, high = self._found.ends or (0.0, 0.0)
+        low, high = self._found.search.ends if self._found.search else (0.0, 0.0)
         return (high - low) / (2.0 * np.pi)
 
     @cached_property
@@ -163,7 +163,7 @@ class Findings(Result, Frozen):
             return "orders are those of one drive that turns, and several move"
         if sweep.mechanism.drivable[self.drives[0]].slides:
             return f"orders are those of a drive that turns, and {self.drives[0]} slides"
-        if self._found.ends is None:
+        if self._found.search is None:
             return f"orders are not known between samples: {self._found.unknown}"
         if abs(self._turns - round(self._turns)) > 1e-9 or not round(self._turns):
             return f"orders need whole turns, the angles cover {self._turns:.6g}"
@@ -182,44 +182,36 @@ class Findings(Result, Frozen):
         return (*rows, ("condition", condition, self._judged_condition(condition)))
 
     def _judged_condition(self, condition: float) -> str:
-        right = f"some {self.digits} digits of the greatest wrenches are right"
-        if self._is_singular:
-            return f"close to a singular configuration, or loops that nearly depend: {right}"
-        if condition < WELL:
-            return f"well conditioned: {right}"
-        return f"wrenches pass through zero, or nearly singular configurations: {right}"
-
-    @cached_property
-    def digits(self) -> int:
-        """How many digits of the greatest wrenches are right, by the condition where they are."""
-        part = max(self._found.rounding, float(np.finfo(float).eps))
-        return int(np.clip(-np.log10(part), 0, _MOST_DIGITS))
+        if self._near_singular:
+            return self._near_singular
+        zero = "wrenches pass through zero, or nearly singular configurations"
+        well = "well conditioned" if condition < WELL else zero
+        return f"{well}: {right(self._found.rounding)}"
 
     @property
-    def _is_singular(self) -> bool:
-        """Whether the greatest wrenches come from close to a singular configuration."""
-        return self._found.rounding > WELL * float(np.finfo(float).eps)
+    def digits(self) -> int:
+        """How many digits of the greatest wrenches are right, by the condition where they are."""
+        return digits(self._found.rounding)
+
+    @property
+    def _near_singular(self) -> str:
+        return near_singular(self._found.rounding)
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """What has to be known before any number is used; empty if all of them are right."""
         found = [self._found.doubt] if self.acts and self._found.unknown else []
-        if self._is_singular:
-            found.append(
-                f"Some {self.digits} digits of the greatest wrenches are right: the mechanism "
-                "comes close to a singular configuration, towards which wrenches grow without "
-                "limit, or loops nearly depend on each other, as where dimensions are written with "
-                "few digits."
-            )
+        if told := self._near_singular:
+            found.append(f"{told[0].upper()}{told[1:]}.")
         return tuple(found)
 
     @property
     def covered(self) -> str:
         """What the extremes are the extremes of."""
-        if self._found.ends is None:
+        if self._found.search is None:
             return self._found.covered
         slides = self.mechanism.drivable[self.drives[0]].slides
-        low, high = (place(end, slides) for end in self._found.ends)
+        low, high = (place(end, slides) for end in self._found.search.ends)
         return f"the whole range from {low} to {high}"
 
     @cached_property
@@ -236,7 +228,7 @@ class Findings(Result, Frozen):
         rows, first = np.unique(np.concatenate(every), axis=0, return_index=True)
         return np.asarray(rows[np.argsort(first)])
 
-    def at(self, places: np.ndarray) -> str:
+    def at(self, places: np.ndarray, word: str = "place ") -> str:
         """Return drive positions `(n, d)` as a text: of several drives, which of the `places`."""
         if self.sweep is None or not self.drives:
             return ""
@@ -245,7 +237,7 @@ class Findings(Result, Frozen):
         if len(self.drives) == 1:
             slides = self.sweep.mechanism.drivable[self.drives[0]].slides
             return ", ".join(place(float(value), slides) for value in places[:, 0])
-        return f"place {int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
+        return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
 
     def table(self) -> Table:
         """Return the extremes as a table, a row each; positions are those of the first of several.
@@ -287,9 +279,8 @@ class Findings(Result, Frozen):
     def __repr__(self) -> str:
         count = 0 if self.sweep is None else len(self.sweep)
         loose = sum(item.acts and not item.settled for item in self.extremes)
-        doubt = f", {loose} extremes in doubt" * bool(loose) + ", nearly singular" * (
-            self._is_singular
-        )
+        doubt = f", {loose} extremes in doubt" if loose else ""
+        doubt += f", {self._near_singular}" if self._near_singular else ""
         return f"<{type(self).__name__} of {self.mechanism.name!r}: {count} samples{doubt}>"
 
     def __str__(self) -> str:

@@ -135,8 +135,8 @@ def _greatest(report: Findings) -> Iterator[str]:
         yield text + ("" if top.determined else ", not determined by statics")
     if not found:
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
-        known = all(item.determined for item in report.extremes)
-        yield "joints carry nothing" if known else "what joints carry is not known"
+        is_known = all(item.determined for item in report.extremes)
+        yield "joints carry nothing" if is_known else "what joints carry is not known"
         if acting:
             top = max(acting, key=lambda item: item.size)
             yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
@@ -330,12 +330,9 @@ def _extremes(report: Findings) -> dict[str, Any]:
 
 def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
     mark = " *" * (not item.determined) + " ?" * (not item.settled)
-    ends = (item.greatest, report.at(item.greatest_at), item.least, report.at(item.least_at))
-    up, up_at, down, down_at = ends
-    if not report.drives:
-        return item.owner, f"{item.quantity}{mark}", item.unit, up, "", down, ""
-    plain = (text.removeprefix("place ") for text in (up_at, down_at))
-    return item.owner, f"{item.quantity}{mark}", item.unit, up, next(plain), down, next(plain)
+    up_at, down_at = (report.at(places, word="") for places in (item.greatest_at, item.least_at))
+    what = (item.owner, f"{item.quantity}{mark}", item.unit)
+    return *what, item.greatest, up_at, item.least, down_at
 
 
 def _places(report: Findings) -> Grid | None:

@@ -96,8 +96,8 @@ class Surroundings(Protocol):
         """Whose joint it is."""
         ...
 
-    def near_singular(self, sizes: Array) -> str:
-        """Return in words that what is great comes from close to a singular configuration."""
+    def near_singular(self, *wrenches: JointWrench) -> str:
+        """Return in words that wrenches come from close to a singular configuration."""
         ...
 
     def rotation_from_joint(self, joint: str, frame: str) -> Array:
@@ -291,12 +291,8 @@ class JointWrench(Hinting):
         chosen = "" if is_unique else f", not unique: {named_components(~self.unique)}"
         if chosen and self._sweep is not None:
             chosen += f", {self._sweep.left_open.why(self.joint)}"
-        if self._sweep is not None and self.moment.size:
-            length = self._sweep.mechanism.characteristic_length
-            told = self._sweep.near_singular(
-                np.maximum(self.magnitude.force * length, self.magnitude.moment)
-            )
-            chosen += f", {told}" if told else ""
+        if self._sweep is not None and (told := self._sweep.near_singular(self)):
+            chosen += f", {told}"
         return (
             f"<JointWrench of {self.joint!r} in {self.frame} axes{about}, of the parent on the "
             f"child: {shape} samples, {acts}{chosen}>"

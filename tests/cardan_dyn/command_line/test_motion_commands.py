@@ -61,7 +61,10 @@ def test_a_star_stands_at_what_statics_leaves_open_and_nowhere_else(
     # Fixed bearings of both shafts leave the forces open, and the moments not.
     assert line.count("*") == 1
     assert re.match(r"bearing_out +[\d.]+ \* ", line)
-    assert "* Not determined by statics, chosen by least norm: pin_in (force xyz), " in found.output
+    assert (
+        "* Not determined by statics, chosen by least norm: bearing_in (force xyz), "
+        in found.output
+    )
 
 
 def test_units_of_every_value(tmp_path: Path) -> None:

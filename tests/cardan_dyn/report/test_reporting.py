@@ -304,7 +304,7 @@ def test_few_digits_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cd.Sweep, "condition", of, raising=False)
     worse = Report(sweep)
     assert worse.digits in (3, 4) and "loops nearly depend" in str(worse)
-    assert "nearly singular" in repr(worse)
+    assert "close to a singular configuration" in repr(worse)
 
 
 def test_what_comes_close_to_a_dead_point_is_said() -> None:
