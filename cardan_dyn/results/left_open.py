@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from ..arrays import Array
 from ..dynamics.reactions import UNIQUE_TOLERANCE
 from ..mechanism.undescribed import Undescribed, greatest_changes
-from .wrench import named_components
 
 
 class LeftOpen(NamedTuple):
@@ -87,3 +88,13 @@ class LeftOpen(NamedTuple):
 
 def _listed(opened: dict[str, str]) -> list[str]:
     return [f"{name} ({parts})" if parts else name for name, parts in opened.items()]
+
+
+def named_components(flags: Array) -> str:
+    """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
+    vectors = [
+        f"{name} {''.join(axis for axis, flag in zip('xyz', flagged, strict=True) if flag)}"
+        for name, flagged in (("force", flags[:3]), ("moment", flags[3:]))
+        if np.any(flagged)
+    ]
+    return ", ".join(vectors)

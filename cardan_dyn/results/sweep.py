@@ -64,7 +64,7 @@ from .motion import Motion
 from .prescribed import MotionResult
 from .source import Source
 from .table import Table, Variable
-from .wrench import WITHOUT_AXIS, JointWrench, named_components
+from .wrench import WITHOUT_AXIS, JointWrench
 
 if TYPE_CHECKING:
     from .element_results import ElementResults
@@ -584,6 +584,8 @@ class Sweep(MotionResult):
 
 def _greatest(wrench: JointWrench) -> tuple[str, ...]:
     """Return the greatest force, moment and shares of it in a joint, and what of them is unique."""
+    from .left_open import named_components  # Imported here: only notebooks show it.
+
     parts: list[Array] = [wrench.torsion, wrench.bending] if wrench.has_axis else []
     force, moment, *shares = (
         f"{float(np.nanmax(np.abs(values), initial=0.0)):.4g}"

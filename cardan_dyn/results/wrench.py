@@ -26,16 +26,6 @@ _Direction = tuple[tuple[int, float], ...]
 """A constant vector: the axes along which it has a component, with the components."""
 
 
-def named_components(flags: Array) -> str:
-    """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
-    vectors = [
-        f"{name} {''.join(axis for axis, flag in zip('xyz', flagged, strict=True) if flag)}"
-        for name, flagged in (("force", flags[:3]), ("moment", flags[3:]))
-        if np.any(flagged)
-    ]
-    return ", ".join(vectors)
-
-
 class Components(Protocol):
     """Where a wrench takes its components from: 0 … 2 of the force, 3 … 5 of the moment."""
 
@@ -281,6 +271,8 @@ class JointWrench(Hinting):
 
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])
+        from .left_open import named_components  # Imported here: few are shown.
+
         force, moment = self.magnitude
         acts = f"force {_up_to(force, 'N')}{self.unique_parts('force')}"
         acts += f", moment {_up_to(moment, 'N·m')}{self.unique_parts('moment')}{lost(force)}"

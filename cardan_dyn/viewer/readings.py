@@ -15,8 +15,8 @@ from ..errors import ModelError
 from ..figures.wrenches import QUANTITIES, determined, together, values_of
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
+from ..results.left_open import named_components
 from ..results.sweep import Sweep
-from ..results.wrench import named_components
 from .commands import Arrays, node_name
 from .still import Still
 
