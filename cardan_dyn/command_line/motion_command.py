@@ -309,21 +309,21 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
     unit = over.partition("[")[2].rstrip("]")
     rows, missing = [], np.zeros(len(places), dtype=bool)
-    length, whole = swept.mechanism.characteristic_length, np.zeros(len(places))
+    has_parts = False
     for name in swept.outputs:
         wrench = swept[name]
-        whole = np.fmax(whole, np.fmax(wrench.magnitude.force * length, wrench.magnitude.moment))
         cells = [name]
         for quantity in ("force", "moment"):
             told = known_part(wrench, quantity)
             sizes = np.abs(values_of(wrench, told))
             worst = _greatest(sizes)
             missing |= np.isnan(values_of(wrench, quantity))
-            greatest = _number(sizes[worst])
+            is_nothing = sizes[worst] < _NOTHING
             # What is but rounding has no place.
-            place = "–" if greatest == "0" else _number(places[worst])
-            part = "" if told == quantity or greatest == "0" else f" {told}"
-            cells += [f"{greatest}{part}{_star(wrench, told)}", place]
+            place = "–" if is_nothing else _number(places[worst])
+            part = "" if told == quantity or is_nothing else f" {told}"
+            has_parts |= bool(part)
+            cells += [f"{_number(sizes[worst])}{part}{_star(wrench, told)}", place]
         for quantity in ("torsion", "bending"):
             if wrench.has_axis:
                 values = values_of(wrench, quantity)
@@ -336,21 +336,14 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     caption = (
         f"Greatest of {len(places)} values that the parent exerts on the child, and where: {over}."
     )
-    if any(" " in row[index].removesuffix(MARK) for row in rows for index in (1, 3)):
+    if has_parts:
         caption += " Where statics leaves one open, its greatest part that is determined, by name."
-    opened = swept.left_open
-    if opened.chosen:
-        alike: dict[str, list[str]] = {}
-        for name, parts in opened.chosen.items():
-            alike.setdefault(parts or "moment", []).append(name)
-        listed = "; ".join(f"{parts} of {', '.join(names)}" for parts, names in alike.items())
-        caption += f" * Not determined by statics, chosen by {opened.rule}: {listed}."
-    if opened.silent:
-        caption += f" * Not known: {opened.told}."
+    if opened := swept.left_open.text:
+        caption += f" * {opened[0].upper()}{opened[1:]}."
     if missing.any():
         caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
     show(headings, rows, caption=caption)
-    singular = swept.near_singular(whole)
+    singular = swept.near_singular(*swept.values())
     if singular:
         say(f"{singular[0].upper()}{singular[1:]}.", "yellow")
     efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)

@@ -174,7 +174,7 @@ def forces_in_place(
     axes.set_ylabel(f"{plane[1]} [mm]")
     if greatest > 0.0:
         _scale_bar(axes, 1e3 * length, greatest)
-    return drawn.finish(title, 3, sign_note(turn, bool(opened)))
+    return drawn.finish(title, 3, sign_note(turn, opened))
 
 
 def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
@@ -224,14 +224,14 @@ def _diagrams(
         for name in ("force", "moment")
     )
     whole = together(force, moment, turn.mechanism.characteristic_length)[unit]
-    curves, opened = [], False
+    curves, opened = [], list[str]()
     for wrench in wrenches:
         in_plane = plane or across(wrench.axis if wrench.has_axis else np.eye(3)[2])
         columns_drawn = columns_of(in_plane)
         ends = getattr(wrench, quantity)[:, columns_drawn]
         is_rounding = np.max(np.abs(ends), initial=0.0) <= _ROUNDING * whole
         chosen = not determined(wrench, quantity, columns_drawn)
-        opened |= chosen
+        opened += [wrench.joint] * chosen
         curves.append(
             (in_plane, np.zeros(ends.shape) if is_rounding else ends, MARK if chosen else "")
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -91,16 +91,15 @@ def wrench_panels(
         settle(panel, whole[unit])
         label_peaks(panel, curves, unit, at.unit, peaks, whole[unit])
     drawn.over(at)
-    return drawn.finish(title, 4, sign_note(turn, bool(opened)))
+    return drawn.finish(title, 4, sign_note(turn, {joint for joint, _ in opened}))
 
 
-def sign_note(turn: Swept, opened: bool) -> str:
-    """Return whose wrenches are drawn, and what a star means if there is one."""
+def sign_note(turn: Swept, opened: Collection[str]) -> str:
+    """Return whose wrenches are drawn, and what a star means at those of the `opened`."""
     if not opened:
         return SIGN
     found = turn.left_open if hasattr(turn, "left_open") else turn.sweep.left_open
-    chosen = [f"not determined by statics, chosen by {found.rule}"] if found.chosen else []
-    return f"{SIGN}; * {'; '.join([*chosen, *(item.told() for item in found.couplings)])}"
+    return f"{SIGN}; * not determined by statics: {found.why(*opened)}"
 
 
 def determined(wrench: Any, quantity: str, components: Sequence[int] = (0, 1, 2)) -> bool:

@@ -12,6 +12,7 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..elements.link_loads import Wrench
 from ..errors import CardanError, ModelError
 from ..figures.wrenches import QUANTITIES, determined, values_of
+from ..results.lost_digits import lost_part
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
 from .panels import DEGREE, MOST, Known, Tolerance, greatest
@@ -99,14 +100,14 @@ class Extremes(NamedTuple):
 
     Attributes:
         rows: an extreme each, joint by joint.
-        ends: between which positions of the only drive they were sought [rad or m], or None.
+        search: over the range of the only drive; None if they were not sought between samples.
         covered: what they are the extremes of, if not of a range.
         unknown: why they may be exceeded; empty if they are not.
         rounding: of the greatest wrench, as a part of it, by the condition where it is great.
     """
 
     rows: tuple[Extreme, ...]
-    ends: tuple[float, float] | None
+    search: Search | None
     covered: str
     unknown: str
     rounding: float
@@ -138,7 +139,7 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
     at = np.reshape(sweep.position, (len(sweep), -1))
     samples = _values(quantities, sweep)
     rounding = _Rounding.of(sweep, quantities, samples)
-    error, ends, is_turn = np.full(len(quantities), np.nan), None, False
+    error, known_search = np.full(len(quantities), np.nan), None
     given, unknown = _fixed_case(sweep)
     covered = f"the {len(sweep)} samples"
     if np.isnan(samples).any():
@@ -149,12 +150,12 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
         error[:] = 0.0
     elif not unknown:
         try:
-            search = _Search(sweep, given, quantities)
-            at, samples, error, rounding = search.found(samples)
-            ends, is_turn, covered = search.ends, search.is_turn, ""
+            search = Search(sweep, given)
+            at, samples, error, rounding = search.found(quantities, samples)
+            known_search, covered = search, ""
         except CardanError as failure:
             unknown = f"positions between them cannot be solved: {failure}"
-    floor = rounding.floor
+    floor, is_turn = rounding.floor, known_search is not None and known_search.is_turn
     samples = np.where(np.abs(samples) <= floor, 0.0, samples)
     rows = []
     for index, item in enumerate(quantities):
@@ -182,20 +183,7 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
             f"{worst.quantity} of {worst.owner} may exceed what was found by {worst.error:.2g} "
             f"{worst.unit}, as it does not settle however close positions are to each other"
         )
-    return Extremes(tuple(rows), ends, covered, unknown, rounding.part)
-
-
-def evenly(sweep: Sweep, count: int, *, endpoint: bool = False) -> Sweep:
-    """Return a sweep at even steps over the range of its drive.
-
-    Args:
-        sweep: of which extremes were sought between the samples.
-        count: of positions.
-        endpoint: whether the end of the range is one of them.
-    """
-    (low, high), _, _ = _range(sweep)
-    at, (given, _) = np.linspace(low, high, count, endpoint=endpoint), _fixed_case(sweep)
-    return Scene._of(ProblemSolver(sweep.problem)).sweep(at, **given)
+    return Extremes(tuple(rows), known_search, covered, unknown, rounding.part)
 
 
 def _values(quantities: list[Quantity], sweep: Sweep) -> Array:
@@ -232,7 +220,7 @@ def _fixed_case(sweep: Sweep) -> tuple[dict[str, Any], str]:
     return {**rates, "gravity": gravity[0], **{k: part or None for k, part in given.items()}}, ""
 
 
-def _range(sweep: Sweep) -> tuple[tuple[float, float], int, bool]:
+def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], int, bool]:
     """Return between which positions a drive moves, a number of panels, and if it is a turn.
 
     Raises:
@@ -252,7 +240,7 @@ def _range(sweep: Sweep) -> tuple[tuple[float, float], int, bool]:
         high = low + turn * closes if np.ptp(steps) <= slack else high
     if high - low > turn * (1.0 - _SAME):
         try:
-            period = ProblemSolver(sweep.problem).assembly.period()
+            period = solver.assembly.period()
         except CardanError:
             period = None
         high = min(high, low + (period or np.inf))
@@ -327,20 +315,32 @@ def _of_wrench(sweep: Sweep, joint: str) -> Iterator[Quantity]:
         yield Quantity(joint, name, QUANTITIES[name], determined(wrench, name), values)
 
 
-class _Search:
-    """Looks for extremes over the range of a drive, all else being constant."""
+class Search:
+    """Looks for extremes over the range of a drive, all else being constant.
 
-    def __init__(self, sweep: Sweep, given: dict[str, Any], quantities: list[Quantity]) -> None:
-        self.ends, self._count, self.is_turn = _range(sweep)
-        self._scene, self._given = Scene._of(ProblemSolver(sweep.problem)), given
-        self._quantities = quantities
+    Attributes:
+        ends: between which positions of the drive [rad or m].
+        is_turn: whether the last position is the first one again.
+    """
+
+    def __init__(self, sweep: Sweep, given: dict[str, Any]) -> None:
+        """Begin with the arguments that all samples of a sweep have in common."""
+        solver = ProblemSolver(sweep.problem)
+        self.ends, self._count, self.is_turn = _range(sweep, solver)
+        self._scene, self._given = Scene._of(solver), given
         self._position = np.ravel(sweep.position)
-        self._is_size = np.array([item.name in SIZES for item in quantities])
 
-    def found(self, samples: Array) -> tuple[Array, Array, Array, _Rounding]:
+    def evenly(self, count: int, *, endpoint: bool = False) -> Sweep:
+        """Return a sweep at so many even steps over the range, with or without the end."""
+        return self._scene.sweep(np.linspace(*self.ends, count, endpoint=endpoint), **self._given)
+
+    def found(
+        self, quantities: list[Quantity], samples: Array
+    ) -> tuple[Array, Array, Array, _Rounding]:
         """Return where quantities are known, what they are there, and how much that may miss.
 
         Args:
+            quantities: K of them.
             samples: `(N, K)` of the sweep.
 
         Returns:
@@ -352,38 +352,40 @@ class _Search:
         """
         even = np.linspace(*self.ends, self._count * DEGREE // 2 + 1)
         first = self._scene.sweep(even, **self._given)
-        values = _values(self._quantities, first)
+        values, is_size = (
+            _values(quantities, first),
+            np.array([q.name in SIZES for q in quantities]),
+        )
+        rounding = _Rounding.of(first, quantities, values)
         inside = (self._position >= self.ends[0]) & (self._position <= self.ends[1])
         at = np.concatenate([self._position[inside], even])
         values = np.concatenate([samples[inside], values])
-        rounding = _Rounding.of(first, self._quantities, values)
         size = np.abs(values).max(axis=0)
         # The least size that is not zero is found as well as the greatest one by its square.
-        enough = np.where(self._is_size, (0.3 * RIGHT * size) ** 2, 1e-3 * RIGHT * size)
+        enough = np.where(is_size, (0.3 * RIGHT * size) ** 2, 1e-3 * RIGHT * size)
         tolerance = Tolerance(
-            np.tile(np.maximum(enough, np.where(self._is_size, 0.0, rounding.floor)), 2),
+            np.tile(np.maximum(enough, np.where(is_size, 0.0, rounding.floor)), 2),
             np.tile(rounding.each, 2),
-            np.tile(self._is_size, 2),
+            np.tile(is_size, 2),
         )
-        known, error = greatest(
-            self._both, self.ends, self._count, Known(at, self._smooth(values)), tolerance
-        )
-        quantities = known.values[:, : len(size)]
-        quantities = np.where(self._is_size, np.sqrt(np.abs(quantities)), quantities)
+
+        def smooth(values: Array) -> Array:
+            """Return `(N, 2 K)` quantities, of sizes their squares, with both signs."""
+            smooth = np.where(is_size, values**2, values)
+            return np.concatenate([smooth, -smooth], axis=1)
+
+        def both(at: Array) -> Array:
+            return smooth(_values(quantities, self._scene.sweep(at, **self._given)))
+
+        known, error = greatest(both, self.ends, self._count, Known(at, smooth(values)), tolerance)
+        values = known.values[:, : len(size)]
+        values = np.where(is_size, np.sqrt(np.abs(values)), values)
         more, less = np.split(error, 2)
         # A size is the root of what was looked for.
-        top, bottom = quantities.max(axis=0), quantities.min(axis=0)
-        more = np.where(self._is_size, np.sqrt(top**2 + more) - top, more)
-        less = np.where(self._is_size, bottom - np.sqrt(np.maximum(bottom**2 - less, 0.0)), less)
-        return known.at[:, None], quantities, np.maximum(more, less), rounding
-
-    def _both(self, at: Array) -> Array:
-        return self._smooth(_values(self._quantities, self._scene.sweep(at, **self._given)))
-
-    def _smooth(self, values: Array) -> Array:
-        """Return `(N, 2 K)` quantities, of sizes their squares, with both signs."""
-        smooth = np.where(self._is_size, values**2, values)
-        return np.concatenate([smooth, -smooth], axis=1)
+        top, bottom = values.max(axis=0), values.min(axis=0)
+        more = np.where(is_size, np.sqrt(top**2 + more) - top, more)
+        less = np.where(is_size, bottom - np.sqrt(np.maximum(bottom**2 - less, 0.0)), less)
+        return known.at[:, None], values, np.maximum(more, less), rounding
 
 
 def _uphill(
@@ -470,21 +472,16 @@ class _Rounding(NamedTuple):
 
     @classmethod
     def of(cls, sweep: Sweep, quantities: list[Quantity], values: Array) -> _Rounding:
-        """Return that of a sweep, whose quantities are the last ones of `values` `(N, K)`."""
+        """Return that of a sweep, whose quantities are `values` `(N, K)`."""
         length = sweep.mechanism.characteristic_length
         to_moment = np.array([length if item.unit == "N" else 1.0 for item in quantities])
-        sizes = np.max(np.abs(values[-len(sweep) :]) * to_moment, axis=1, initial=0.0)
+        sizes = np.max(np.abs(values) * to_moment, axis=1, initial=0.0)
         most = float(np.nanmax(sizes, initial=0.0))
         # Where wrenches vanish, what they are sums of is as great as ever, and so is its rounding.
-        is_known = np.isfinite(sweep.condition)
-        condition = np.where(is_known, sweep.condition, 1.0)
-        lost = 8.0 * _EPS * float(np.nanmax(condition * sizes, initial=0.0))
-        part = lost / (8.0 * most) if most else 0.0
-        return cls(
-            max(_ROUNDING * most, lost) / to_moment,
-            lost / to_moment,
-            1.0 if np.any(~is_known & (sizes > 0.0)) else part,
-        )
+        condition = np.where(np.isfinite(sweep.condition), sweep.condition, 1.0)
+        lost = 8.0 * most * lost_part(condition, sizes)
+        part = lost_part(sweep.condition, sizes)
+        return cls(max(_ROUNDING * most, lost) / to_moment, lost / to_moment, part)
 
 
 def _places(at: Array, values: Array, is_turn: bool) -> tuple[float, Array]:

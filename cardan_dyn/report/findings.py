@@ -9,17 +9,19 @@ import numpy as np
 
 from .._version import __version__
 from ..elements.joint_elements import Actuator
+from ..figures.orders import order_amplitudes
 from ..frozen import Frozen
 from ..mechanism.mechanism import Mechanism
 from ..results.axes import in_fixed_axes
+from ..results.lost_digits import WELL, digits, near_singular, right
 from ..results.result import Result
-from ..results.sweep import WELL, Sweep
+from ..results.sweep import Sweep
 from ..results.table import Table, Variable
 from ..scene.describe import describe
 from ..scene.mechanism_report import MechanismReport
 from .case import STANDING, Case
 from .described import fingerprint
-from .extremes import SIZES, Extreme, Extremes, evenly, extremes, quantities_of
+from .extremes import SIZES, Extreme, Extremes, extremes, quantities_of
 from .grids import number, place
 from .page import today
 
@@ -33,7 +35,6 @@ _DOUBLINGS = 7
 """How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
 _WIDTH = 10
 """Width of a column of numbers in a text."""
-_MOST_DIGITS = 15
 GOOD, POOR = 1e-12, 1e-9
 """Residuals: below the first, nothing but rounding; above the second, close to what is refused."""
 
@@ -89,15 +90,10 @@ class Findings(Result, Frozen):
         """Whether any wrench is different from zero."""
         return any(item.acts for item in self.extremes)
 
-    @cached_property
-    def chosen(self) -> tuple[str, ...]:
-        """What statics leaves open and a rule chooses: joints with components, and couplings."""
-        return () if self.sweep is None else tuple(self.sweep.left_open.rows)
-
-    @cached_property
-    def silent(self) -> str:
-        """Which couplings do not say how they press on their joints; empty if none."""
-        return "" if self.sweep is None else self.sweep.left_open.told
+    @property
+    def left_open(self) -> str:
+        """What is not unique and why, of joints and couplings by name; empty if all is."""
+        return "" if self.sweep is None else self.sweep.left_open.text
 
     @cached_property
     def orders(self) -> dict[tuple[str, str, str], np.ndarray]:
@@ -134,10 +130,10 @@ class Findings(Result, Frozen):
 
     def _orders_at(self, count: int) -> dict[tuple[str, str, str], np.ndarray]:
         """Return orders by a number of positions in each turn."""
-        if self.sweep is None:
+        if self._found.search is None:
             return {}
-        turns = round(self._turns)
-        turn, found = evenly(self.sweep, count * turns), {}
+        turns, found = round(self._turns), {}
+        turn = self._found.search.evenly(count * turns)
         size = {(item.owner, item.quantity): item.size for item in self.extremes if item.acts}
         for item in quantities_of(turn):
             if (item.owner, item.name) not in size:
@@ -149,9 +145,9 @@ class Findings(Result, Frozen):
                 for name, (values, _) in in_fixed_axes(turn, item.owner, vector).items():
                     if np.abs(values).max() > _LEAST_ORDER * size[item.owner, item.name]:
                         found[item.owner, name, item.unit] = values
-        twice = np.where(np.arange(_HIGHEST + 1), 2.0, 1.0)  # As orders ±k, but for the mean.
+        angle = 2.0 * np.pi / count * np.arange(len(turn))
         return {
-            key: twice * np.abs(np.fft.rfft(values, norm="forward"))[::turns][: _HIGHEST + 1]
+            key: order_amplitudes(angle, values)[1][::turns][: _HIGHEST + 1]
             for key, values in found.items()
         }
 
@@ -159,15 +155,16 @@ class Findings(Result, Frozen):
     def drawn(self) -> tuple[Sweep | None, str]:
         """What figures show, and what is to be said of it: the range, however few its samples."""
         sweep = self.sweep
-        if sweep is None or self._found.ends is None:
+        search = self._found.search
+        if sweep is None or search is None:
             told = "" if sweep is None else f" Of the {len(sweep)} samples alone."
             return sweep, told
-        return (sweep if len(sweep) >= _DRAWN else evenly(sweep, _DRAWN, endpoint=True)), ""
+        return (sweep if len(sweep) >= _DRAWN else search.evenly(_DRAWN, endpoint=True)), ""
 
     @property
     def _turns(self) -> float:
         """How many turns the drive makes."""
-        low, high = self._found.ends or (0.0, 0.0)
+        low, high = self._found.search.ends if self._found.search else (0.0, 0.0)
         return (high - low) / (2.0 * np.pi)
 
     @cached_property
@@ -180,7 +177,7 @@ class Findings(Result, Frozen):
             return "orders are those of one drive that turns, and several move"
         if sweep.mechanism.drivable[self.drives[0]].slides:
             return f"orders are those of a drive that turns, and {self.drives[0]} slides"
-        if self._found.ends is None:
+        if self._found.search is None:
             return f"orders are not known between samples: {self._found.unknown}"
         if abs(self._turns - round(self._turns)) > 1e-9 or not round(self._turns):
             return f"orders need whole turns, the angles cover {self._turns:.6g}"
@@ -199,35 +196,27 @@ class Findings(Result, Frozen):
         return (*rows, ("condition", condition, self._judged_condition(condition)))
 
     def _judged_condition(self, condition: float) -> str:
-        right = f"some {self.digits} digits of the greatest wrenches are right"
-        if self._is_singular:
-            return f"close to a singular configuration, or loops that nearly depend: {right}"
-        if condition < WELL:
-            return f"well conditioned: {right}"
-        return f"wrenches pass through zero, or nearly singular configurations: {right}"
-
-    @cached_property
-    def digits(self) -> int:
-        """How many digits of the greatest wrenches are right, by the condition where they are."""
-        part = max(self._found.rounding, float(np.finfo(float).eps))
-        return int(np.clip(-np.log10(part), 0, _MOST_DIGITS))
+        if self._near_singular:
+            return self._near_singular
+        zero = "wrenches pass through zero, or nearly singular configurations"
+        well = "well conditioned" if condition < WELL else zero
+        return f"{well}: {right(self._found.rounding)}"
 
     @property
-    def _is_singular(self) -> bool:
-        """Whether the greatest wrenches come from close to a singular configuration."""
-        return self._found.rounding > WELL * float(np.finfo(float).eps)
+    def digits(self) -> int:
+        """How many digits of the greatest wrenches are right, by the condition where they are."""
+        return digits(self._found.rounding)
+
+    @property
+    def _near_singular(self) -> str:
+        return near_singular(self._found.rounding)
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """What has to be known before any number is used; empty if all of them are right."""
         found = [self._found.doubt] if self.acts and self._found.unknown else []
-        if self._is_singular:
-            found.append(
-                f"Some {self.digits} digits of the greatest wrenches are right: the mechanism "
-                "comes close to a singular configuration, towards which wrenches grow without "
-                "limit, or loops nearly depend on each other, as where dimensions are written with "
-                "few digits."
-            )
+        if told := self._near_singular:
+            found.append(f"{told[0].upper()}{told[1:]}.")
         if self.acts and self.drives:
             # Whatever is looked at, such a function may be something else in between.
             given = [
@@ -245,10 +234,10 @@ class Findings(Result, Frozen):
     @property
     def covered(self) -> str:
         """What the extremes are the extremes of."""
-        if self._found.ends is None:
+        if self._found.search is None:
             return self._found.covered
         slides = self.mechanism.drivable[self.drives[0]].slides
-        low, high = (place(end, slides) for end in self._found.ends)
+        low, high = (place(end, slides) for end in self._found.search.ends)
         return f"the whole range from {low} to {high}"
 
     @cached_property
@@ -265,7 +254,7 @@ class Findings(Result, Frozen):
         rows, first = np.unique(np.concatenate(every), axis=0, return_index=True)
         return np.asarray(rows[np.argsort(first)])
 
-    def at(self, places: np.ndarray) -> str:
+    def at(self, places: np.ndarray, word: str = "place ") -> str:
         """Return drive positions `(n, d)` as a text: of several drives, which of the `places`."""
         if self.sweep is None or not self.drives:
             return ""
@@ -274,7 +263,7 @@ class Findings(Result, Frozen):
         if len(self.drives) == 1:
             slides = self.sweep.mechanism.drivable[self.drives[0]].slides
             return ", ".join(place(float(value), slides) for value in places[:, 0])
-        return f"place {int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
+        return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
 
     def table(self) -> Table:
         """Return the extremes as a table, a row each; positions are those of the first of several.
@@ -316,9 +305,8 @@ class Findings(Result, Frozen):
     def __repr__(self) -> str:
         count = 0 if self.sweep is None else len(self.sweep)
         loose = sum(item.acts and not item.settled for item in self.extremes)
-        doubt = f", {loose} extremes in doubt" * bool(loose) + ", nearly singular" * (
-            self._is_singular
-        )
+        doubt = f", {loose} extremes in doubt" if loose else ""
+        doubt += f", {self._near_singular}" if self._near_singular else ""
         return f"<{type(self).__name__} of {self.mechanism.name!r}: {count} samples{doubt}>"
 
     def __str__(self) -> str:
@@ -348,10 +336,8 @@ class Findings(Result, Frozen):
             lines.append("The page, and `places`, tell the positions of all drives at each place.")
         if not all(item.settled for item in acting):
             lines.append("? may be exceeded, see above")
-        if self.chosen:
-            lines.append(f"* not determined by statics, chosen by {self.sweep.rule}")
-        if self.silent:
-            lines.append(f"* {self.silent}")
+        if self.left_open:
+            lines.append(f"* {self.left_open}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
 

@@ -135,11 +135,15 @@ def _greatest(report: Findings) -> Iterator[str]:
         yield text + ("" if top.determined else ", not determined by statics")
     if not is_found:
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
-        known = all(item.determined for item in report.extremes)
-        yield "joints carry nothing" if known else "what joints carry is not known"
+        is_known = all(item.determined for item in report.extremes)
+        yield "joints carry nothing" if is_known else "what joints carry is not known"
         if acting:
             top = max(acting, key=lambda item: item.size)
             yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
+
+
+def _sentence(text: str) -> str:
+    return text and f"{text[0].upper()}{text[1:]}."
 
 
 def _count(count: int, name: str) -> str:
@@ -148,14 +152,9 @@ def _count(count: int, name: str) -> str:
 
 def _warnings(report: Findings) -> list[str]:
     """Return what has to be known before any number is used."""
-    found = []
-    if report.sweep is not None and report.chosen:
-        more = len(report.chosen) - 6
-        listed = ", ".join(report.chosen[:6]) + (f" and {more} more" if more > 0 else "")
-        found.append(f"Statics does not determine, so that {report.sweep.rule} chose: {listed}.")
-    if report.silent:
-        found.append(f"{report.silent[0].upper()}{report.silent[1:]}.")
-    found += report.doubts
+    found = list(report.doubts)
+    if report.sweep is not None and report.left_open:
+        found.insert(0, _sentence(report.sweep.left_open.brief))
     if report.description.is_counted:
         found.append("Ranks were counted, not measured.")
     return found
@@ -323,7 +322,7 @@ def _extremes(report: Findings) -> dict[str, Any]:
         if others
         else None,
         "located": text,
-        "rule": report.sweep.rule if report.sweep is not None and report.chosen else "",
+        "opened": _sentence(report.left_open),
         "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
         "places": _places(report),
     }
@@ -331,12 +330,9 @@ def _extremes(report: Findings) -> dict[str, Any]:
 
 def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
     mark = " *" * (not item.determined) + " ?" * (not item.settled)
-    ends = (item.greatest, report.at(item.greatest_at), item.least, report.at(item.least_at))
-    up, up_at, down, down_at = ends
-    if not report.drives:
-        return item.owner, f"{item.quantity}{mark}", item.unit, up, "", down, ""
-    plain = (text.removeprefix("place ") for text in (up_at, down_at))
-    return item.owner, f"{item.quantity}{mark}", item.unit, up, next(plain), down, next(plain)
+    up_at, down_at = (report.at(places, word="") for places in (item.greatest_at, item.least_at))
+    what = (item.owner, f"{item.quantity}{mark}", item.unit)
+    return *what, item.greatest, up_at, item.least, down_at
 
 
 def _places(report: Findings) -> Grid | None:
@@ -378,11 +374,7 @@ def _proof_remarks(report: Findings) -> list[str]:
             f"Not proven by a balance, as not all that acts on them was asked for: "
             f"{', '.join(sweep.unproven)}."
         )
-    if report.chosen:
-        found.append(f"Chosen by {sweep.rule}: {', '.join(report.chosen)}.")
-    if report.silent:
-        found.append(f"{report.silent[0].upper()}{report.silent[1:]}.")
-    elif sweep.outputs and not report.chosen:
+    if sweep.outputs and not report.left_open:
         found.append("All wrenches follow from the laws of motion alone.")
     return found
 

@@ -47,10 +47,6 @@ class Known(NamedTuple):
     at: Array
     values: Array
 
-    def and_of(self, at: Array, values: Array) -> Known:
-        """Return it with more positions."""
-        return Known(np.concatenate([self.at, at]), np.concatenate([self.values, values]))
-
 
 class Tolerance(NamedTuple):
     """What does not count.
@@ -166,7 +162,8 @@ def _asked(ask: Callable[[Array], Array], known: Known, at: Array) -> tuple[Know
     """Return what is known now, and functions `(..., F)` at positions of any shape."""
     distinct, back = np.unique(at, return_inverse=True)
     values = ask(distinct)
-    return known.and_of(distinct, values), values[back.reshape(at.shape)]
+    more = Known(np.concatenate([known.at, distinct]), np.concatenate([known.values, values]))
+    return more, values[back.reshape(at.shape)]
 
 
 def _fitted(ends: Array, values: Array, known: Known, tolerance: Tolerance) -> _Panels:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from ..arrays import Array
 from ..dynamics.reactions import UNIQUE_TOLERANCE
 from ..mechanism.undescribed import Undescribed, greatest_changes
-from .wrench import named_components
 
 
 class LeftOpen(NamedTuple):
@@ -54,31 +55,46 @@ class LeftOpen(NamedTuple):
         return LeftOpen(rule, chosen, silent, heard)
 
     @property
-    def rows(self) -> list[str]:
-        """What the rule has chosen: joints with their components in brackets, and couplings."""
-        return _listed(self.chosen)
-
-    @property
-    def told(self) -> str:
-        """Which couplings say nothing, and of which components; empty if none."""
-        if not self.silent:
-            return ""
-        said = "; ".join(item.told() for item in self.couplings)
-        return f"{said}: {', '.join(_listed(self.silent))}"
-
-    @property
     def text(self) -> str:
         """All that is open in one line; empty if nothing is."""
-        chosen = f"chosen by {self.rule}: {', '.join(self.rows)}" if self.chosen else ""
-        return "; ".join(filter(None, (chosen, self.told)))
-
-    def why(self, joint: str) -> str:
-        """Return why components of a joint's wrench are open; empty if none is."""
-        parts = [f"chosen by {self.rule}"] if joint in self.chosen else []
-        if joint in self.silent:
-            parts += [item.told() for item in self.couplings if joint in item.changes]
+        parts = [self._chosen(_listed(self.chosen))] if self.chosen else []
+        if self.silent:
+            said = "; ".join(item.told() for item in self.couplings)
+            parts.append(f"{said}: {', '.join(_listed(self.silent))}")
         return "; ".join(parts)
+
+    @property
+    def brief(self) -> str:
+        """What is open, by the first few names alone; empty if nothing is."""
+        names, parts = [*self.chosen], []
+        if names:
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            parts.append(f"{self._chosen(names[:3])}{more}")
+        if self.couplings:
+            more = f" (nor of {len(self.couplings) - 1} more)" if len(self.couplings) > 1 else ""
+            parts.append(f"{self.couplings[0].told()}{more}")
+        return "; ".join(parts)
+
+    def why(self, *names: str) -> str:
+        """Return why some joints' wrenches or couplings' moments are open; empty if none is."""
+        parts = [f"chosen by {self.rule}"] if self.chosen.keys() & set(names) else []
+        silent = self.silent.keys() & set(names)
+        parts += [item.told() for item in self.couplings if silent & item.changes.keys()]
+        return "; ".join(parts)
+
+    def _chosen(self, names: Sequence[str]) -> str:
+        return f"not determined by statics, chosen by {self.rule}: {', '.join(names)}"
 
 
 def _listed(opened: dict[str, str]) -> list[str]:
     return [f"{name} ({parts})" if parts else name for name, parts in opened.items()]
+
+
+def named_components(flags: Array) -> str:
+    """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
+    vectors = [
+        f"{name} {''.join(axis for axis, flag in zip('xyz', flagged, strict=True) if flag)}"
+        for name, flagged in (("force", flags[:3]), ("moment", flags[3:]))
+        if np.any(flagged)
+    ]
+    return ", ".join(vectors)

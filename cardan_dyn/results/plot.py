@@ -432,11 +432,12 @@ class MotionPlot(Plot):
         if len(units) != 1:
             raise ArgumentError(f"name columns of one unit, not of: {choices(sorted(units))}")
         unit, shown = units.pop(), {}
-        marked = self._marked(columns)
+        marked, opened = self._marked(columns), set()
         for name, (column, _) in values.items():
             joint, _, quantity = name.rpartition(".")
             if quantity not in _SIZES or joint not in self._result.outputs:
                 shown[f"{name} *" if name in marked else name] = column
+                opened |= {joint} if name in marked else set()
                 continue
             turn = getattr(self._result, "sweep", self._result)
             size = float(np.max(np.abs(column), initial=0.0))
@@ -444,7 +445,8 @@ class MotionPlot(Plot):
                 acts = bool(np.max(np.abs(component), initial=0.0) > _ROUNDING * size)
                 if acts or not size:
                     shown[f"{joint} {part}{'' if unique else ' *'}"] = component
-        note = self._note(columns, any(name.endswith(" *") for name in shown))
+                    opened |= set() if unique else {joint}
+        note = self._note(columns, opened)
         return order_spectrum(position, shown, unit=unit, note=note, **options)
 
     def _draw(
@@ -465,7 +467,7 @@ class MotionPlot(Plot):
         }
         found = self._marked(list(names.values()))
         marked = [label for label, name in names.items() if name in found]
-        note = self._note(list(names.values()), bool(marked))
+        note = self._note(list(names.values()), {name.rpartition(".")[0] for name in found})
         return super()._draw(at, drawn, known, marked=marked, note=note, **options)
 
     def _abscissa(
@@ -599,8 +601,8 @@ class MotionPlot(Plot):
                 marked.add(column)
         return marked
 
-    def _note(self, columns: Sequence[str], opened: bool) -> str:
-        """Return whose wrenches are drawn, if any is, and what a star means."""
+    def _note(self, columns: Sequence[str], opened: Collection[str]) -> str:
+        """Return whose wrenches are drawn, if any is, and what a star means at what is `opened`."""
         from ..figures.wrenches import sign_note
 
         owners = (column.rpartition(".")[0] for column in columns if self._is_of_wrench(column))

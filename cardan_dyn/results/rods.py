@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..errors import ModelError
 from ..frozen import Record
 from ..mechanism.mechanism import Mechanism
-from .wrench import JointWrench, Surroundings
+from .wrench import JointWrench, Surroundings, lost
 
 _ENDS = ("spherical", "universal")
 """Types of joints at the ends of a rod: what they pass on goes through their centre."""
@@ -54,10 +54,11 @@ class RodForce(Record):
     unique: bool
 
     def __repr__(self) -> str:
-        least, greatest = np.min(self.tension), np.max(self.tension)
+        known = self.tension[~np.isnan(self.tension)]
+        told = f"{known.min():.4g} to {known.max():.4g} N" if known.size else "nothing known"
         return (
             f"<RodForce of {self.link!r} between {' and '.join(map(repr, self.joints))}, tension "
-            f"positive: {least:.4g} to {greatest:.4g} N{'' if self.unique else ', not unique'}>"
+            f"positive: {told}{'' if self.unique else ', not unique'}{lost(self.tension)}>"
         )
 
 

@@ -59,11 +59,12 @@ from ..frozen import frozen, made, read_only
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
+from .lost_digits import WELL, lost_part, near_singular
 from .motion import Motion
 from .prescribed import MotionResult
 from .source import Source
 from .table import Table, Variable
-from .wrench import WITHOUT_AXIS, JointWrench, named_components
+from .wrench import WITHOUT_AXIS, JointWrench
 
 if TYPE_CHECKING:
     from .element_results import ElementResults
@@ -97,9 +98,6 @@ _SIGN = (
 """What a wrench is, in one sentence, wherever wrenches are written down."""
 _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
-WELL = 1e6
-"""Condition number of the greatest wrenches up to which nothing has to be said: ten digits are
-right."""
 _OF_MOMENTS = ("moment", "torsion", "bending")
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
@@ -350,38 +348,33 @@ class Sweep(MotionResult):
             checks.append(f"balance {self.balance_residual:.1e}")
         if not math.isnan(self.power_residual):
             checks.append(f"power {self.power_residual:.1e}")
+        beware = "".join(
+            f"; {text}" for text in (self.left_open.brief, self.near_singular()) if text
+        )
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
-            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{self._chosen()}"
-            f"{self._singular()}>"
+            f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{beware}>"
         )
 
-    def _singular(self) -> str:
-        """Return that wrenches come from close to a singular configuration, for `repr`."""
-        if not float(np.nanmax(self.condition)) > WELL or math.prod(self.shape) > _MOST_EVALUATED:
-            return ""
-        length, sizes = self.mechanism.characteristic_length, np.zeros(self.shape)
-        for wrench in self.values():
-            force, moment = wrench.magnitude
-            sizes = np.fmax(sizes, np.fmax(force, moment / length))
-        told = self.near_singular(sizes)
-        return f"; {told}, where forces reach {np.nanmax(sizes):.3g} N" if told else ""
+    def near_singular(self, *wrenches: JointWrench) -> str:
+        """Return in words that the greatest wrenches come from close to a singular configuration.
 
-    def near_singular(self, sizes: Array) -> str:
-        """Return in words that what is great comes from close to a singular configuration.
-
-        Nothing where it does not: where wrenches vanish their condition is great as well.
+        Nothing where they do not, nor, unless wrenches are given, of samples too many to be
+        evaluated for a text.
 
         Args:
-            sizes: `(N,)` of wrenches, of any unit.
+            wrenches: of the sweep; all of them if none is given.
         """
-        most = float(np.nanmax(sizes, initial=0.0))
-        condition = np.where(np.isnan(self.condition), np.inf, self.condition)
-        lost = float(np.max(np.where(sizes > 0.0, condition * sizes, 0.0), initial=0.0))
-        if not lost > WELL * most:
+        is_large = not wrenches and math.prod(self.shape) > _MOST_EVALUATED
+        if is_large or np.max(self.condition, initial=0.0) <= WELL:
             return ""
-        digits = max(0, int(-np.log10(np.finfo(float).eps * lost / most)))
-        return f"close to a singular configuration, some {digits} digits are right"
+        length, sizes, most = self.mechanism.characteristic_length, np.zeros(self.shape), 0.0
+        for wrench in wrenches or self.values():
+            force, moment = wrench.magnitude
+            sizes = np.fmax(sizes, np.fmax(force, moment / length))
+            most = max(most, float(np.nanmax(force, initial=0.0)))
+        told = near_singular(lost_part(self.condition, sizes))
+        return f"{told}, where forces reach {most:.3g} N" if told else ""
 
     def _driven(self) -> str:
         """Return over which range a single drive moves, for `repr`: it shows degrees as turns."""
@@ -406,19 +399,6 @@ class Sweep(MotionResult):
         """By which rule wrenches are chosen that statics leaves open."""
         return "least elastic energy" if self._problem.compliance else "least norm"
 
-    def _chosen(self) -> str:
-        """Return which wrenches are open, and whether a rule has chosen them, for `repr`."""
-        opened, text = self.left_open, ""
-        if names := [*opened.chosen]:
-            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            listed = ", ".join(names[:3]) + more
-            text = f"; not determined by statics, chosen by {self.rule}: {listed}"
-        if opened.couplings:
-            count = len(opened.couplings) - 1
-            more = f" (nor of {count} more)" if count else ""
-            text += f"; {opened.couplings[0].told()}{more}"
-        return text
-
     @cached_property
     def left_open(self) -> LeftOpen:
         """What of its outputs does not follow from the laws of motion, and why."""
@@ -426,10 +406,6 @@ class Sweep(MotionResult):
 
         unique = dict(zip(self.outputs, self.unique, strict=True))
         return LeftOpen.of(self.rule, self.mechanism.undescribed, unique, self.coupling_unique)
-
-    def why_open(self, joint: str) -> str:
-        """Return why components of an output are not unique; empty if all are."""
-        return self.left_open.why(joint)
 
     def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
         """Return the wrench exerted by a joint's parent on its child, at the joint origin.
@@ -589,9 +565,8 @@ class Sweep(MotionResult):
             quantities = ("force [N]", *(f"{name} [N·m]" for name in _OF_MOMENTS))
             header = ("joint", *quantities, "unique")
             told = f"Greatest values; wrenches are {_SIGN}."
-            if self.left_open.text:
-                told += f" Not determined: {self.left_open.text}."
-            told += self._singular().replace(";", " Beware:", 1)
+            for text in filter(None, (self.left_open.text, self.near_singular())):
+                told += f" {text[0].upper()}{text[1:]}."
             wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
             wrenches += element("p", told)
         # That of the power is left out as well where the outputs leave out part of its flow.
@@ -609,6 +584,8 @@ class Sweep(MotionResult):
 
 def _greatest(wrench: JointWrench) -> tuple[str, ...]:
     """Return the greatest force, moment and shares of it in a joint, and what of them is unique."""
+    from .left_open import named_components  # Imported here: only notebooks show it.
+
     parts: list[Array] = [wrench.torsion, wrench.bending] if wrench.has_axis else []
     force, moment, *shares = (
         f"{float(np.nanmax(np.abs(values), initial=0.0)):.4g}"

@@ -18,21 +18,12 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..mechanism.mechanism import Mechanism
+    from .left_open import LeftOpen
 
 WITHOUT_AXIS = frozenset({"spherical", "floating", "fixed"})
 """Types of joints that have no axis: what a description says of one means nothing."""
 _Direction = tuple[tuple[int, float], ...]
 """A constant vector: the axes along which it has a component, with the components."""
-
-
-def named_components(flags: Array) -> str:
-    """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
-    vectors = [
-        f"{name} {''.join(axis for axis, flag in zip('xyz', flagged, strict=True) if flag)}"
-        for name, flagged in (("force", flags[:3]), ("moment", flags[3:]))
-        if np.any(flagged)
-    ]
-    return ", ".join(vectors)
 
 
 class Components(Protocol):
@@ -85,8 +76,9 @@ class Placed(Protocol):
 class Surroundings(Protocol):
     """What a wrench asks of the sweep that it belongs to."""
 
-    def why_open(self, joint: str) -> str:
-        """Return why components of a joint's wrench are not unique; empty if all are."""
+    @property
+    def left_open(self) -> LeftOpen:
+        """What of its wrenches is not unique, and why."""
         ...
 
     @property
@@ -94,8 +86,8 @@ class Surroundings(Protocol):
         """Whose joint it is."""
         ...
 
-    def near_singular(self, sizes: Array) -> str:
-        """Return in words that what is great comes from close to a singular configuration."""
+    def near_singular(self, *wrenches: JointWrench) -> str:
+        """Return in words that wrenches come from close to a singular configuration."""
         ...
 
     def rotation_from_joint(self, joint: str, frame: str) -> Array:
@@ -167,7 +159,7 @@ class BearingForces(Record):
 
     def __repr__(self) -> str:
         loads = (
-            f"at {place:g} m up to {float(np.max(size, initial=0.0)):.4g} N{_not(unique)}"
+            f"at {place:g} m {_up_to(size, 'N')}{_not(unique)}"
             for place, size, unique in zip(
                 self.positions,
                 (self.radial_a, self.radial_b),
@@ -175,15 +167,28 @@ class BearingForces(Record):
                 strict=True,
             )
         )
-        axial = f"axial up to {float(np.max(np.abs(self.axial), initial=0.0)):.4g} N"
+        axial = f"axial {_up_to(np.abs(self.axial), 'N')}"
         return (
             f"<BearingForces on the child, {self.frame} axes: {', '.join(loads)}, "
-            f"{axial}{_not(self.unique_axial)}>"
+            f"{axial}{_not(self.unique_axial)}{lost(self.axial)}>"
         )
 
 
 def _not(unique: object) -> str:
     return "" if unique else " (not unique)"
+
+
+def _up_to(sizes: Array, unit: str) -> str:
+    known = sizes[~np.isnan(sizes)]
+    if sizes.size > known.size == 0:
+        return "not known"
+    return f"up to {float(np.max(known, initial=0.0)):.4g} {unit}"
+
+
+def lost(values: Array) -> str:
+    """Return at how many samples `(N,)` nothing is known, as near singular configurations."""
+    count = int(np.isnan(values).sum())
+    return f", not known at {count} of {values.size}" if count else ""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -266,26 +271,20 @@ class JointWrench(Hinting):
 
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])
-        # Near singular configurations of a trajectory, wrenches are not known.
-        known = [size[np.isfinite(size)] for size in self.magnitude]
-        force, moment = (f"{float(np.max(size, initial=0.0)):.4g}" for size in known)
-        acts = f"force up to {force} N{self.unique_parts('force')}"
-        acts += f", moment up to {moment} N·m{self.unique_parts('moment')}"
-        lost = self.magnitude.force.size - known[0].size
-        acts += f", not known at {lost} of them" * bool(lost)
+        from .left_open import named_components  # Imported here: few are shown.
+
+        force, moment = self.magnitude
+        acts = f"force {_up_to(force, 'N')}{self.unique_parts('force')}"
+        acts += f", moment {_up_to(moment, 'N·m')}{self.unique_parts('moment')}{lost(force)}"
         is_unique = bool(np.all(self.unique))
-        if force == moment == "0" and self.moment.size and is_unique:
+        if self.moment.size and is_unique and not (np.any(force) or np.any(moment)):
             acts = "nothing acts"
         about = "" if self.point is None else " about another point"
         chosen = "" if is_unique else f", not unique: {named_components(~self.unique)}"
         if chosen and self._sweep is not None:
-            chosen += f", {self._sweep.why_open(self.joint)}"
-        if self._sweep is not None and self.moment.size:
-            length = self._sweep.mechanism.characteristic_length
-            told = self._sweep.near_singular(
-                np.maximum(self.magnitude.force * length, self.magnitude.moment)
-            )
-            chosen += f", {told}" if told else ""
+            chosen += f", {self._sweep.left_open.why(self.joint)}"
+        if self._sweep is not None and (told := self._sweep.near_singular(self)):
+            chosen += f", {told}"
         return (
             f"<JointWrench of {self.joint!r} in {self.frame} axes{about}, of the parent on the "
             f"child: {shape} samples, {acts}{chosen}>"

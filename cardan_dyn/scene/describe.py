@@ -17,7 +17,7 @@ from ..kinematics.loops.structure import Structure
 from ..kinematics.tolerances import RANK_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
-from ..results.wrench import named_components
+from ..results.left_open import named_components
 from .drives import MOST_COORDINATES
 from .mechanism_report import ComponentReport, LoopReport, MechanismReport
 

@@ -15,8 +15,8 @@ from ..errors import ModelError
 from ..figures.wrenches import QUANTITIES, determined, together, values_of
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
+from ..results.left_open import named_components
 from ..results.sweep import Sweep
-from ..results.wrench import named_components
 from .commands import Arrays, node_name
 from .still import Still
 
@@ -205,7 +205,7 @@ class _Teller:
             wrench = self._sweep[name]
             if not np.all(wrench.unique):
                 opened = named_components(~wrench.unique)
-                told["open"] = f"Not unique: {opened}, {self._sweep.why_open(name)}."
+                told["open"] = f"Not unique: {opened}, {self._sweep.left_open.why(name)}."
             names = _WITH_AXIS if wrench.has_axis else _WITHOUT
             parts = [
                 (name, QUANTITIES[name], values_of(wrench, name), determined(wrench, name))

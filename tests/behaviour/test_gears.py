@@ -137,8 +137,8 @@ def test_why_it_is_open_is_told() -> None:
     assert "j0 (force xyz, moment xyz)" in turn.to_xarray().attrs["not_unique"]
     assert told in str(cd.describe(scene.mechanism))
     assert not turn.wrench("j1", "world").unique.any()
-    assert told in turn.why_open("j1")
-    assert turn.why_open("base") == ""
+    assert told in turn.left_open.why("j1")
+    assert turn.left_open.why("base") == ""
     assert "not unique" in repr(turn["j1"].bearing_forces((-0.1, 0.1)))
     response = scene.replace(loads={"j1": 3.0}).response(interval=(-2.0, 8.0))
     assert not response.sweep(POSITIONS)["j0"].unique.any()

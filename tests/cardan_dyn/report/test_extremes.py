@@ -145,7 +145,8 @@ def test_a_range_of_many_turns_is_that_of_a_period() -> None:
         turns.mechanism, drive="bearing_in", held=dict(turns.held), loads=dict(turns.loads)
     )
     many = extremes(scene.sweep(np.linspace(0.0, 2000.0 * np.pi, 9)))
-    assert many.ends == (0.0, pytest.approx(2.0 * np.pi)) and not many.unknown
+    assert many.search is not None and not many.unknown
+    assert many.search.ends == (0.0, pytest.approx(2.0 * np.pi))
     item = next(row for row in many.rows if row.quantity == "torsion")
     assert item.greatest == pytest.approx(100.0 / np.cos(0.6), rel=1e-12)
 

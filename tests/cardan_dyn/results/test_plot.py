@@ -207,7 +207,7 @@ def test_stars_mark_what_statics_leaves_open(turn: cd.Sweep) -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["main_shaft *"]
     told = legend.get_title().get_text().replace("\n", " ")
     assert told.startswith("what the parent link exerts on the child link")
-    assert "* not determined by statics, chosen by least norm" in told
+    assert "* not determined by statics: chosen by least norm" in told
     (legend,) = drive.plot("main_shaft.bending", "main_shaft.torsion").legends
     assert [text.get_text() for text in legend.get_texts()] == [
         "main_shaft.bending *",

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import cardan_dyn as cd
-from cardan_dyn.results.wrench import JointWrench, StoredComponents, named_components
+from cardan_dyn.results.left_open import named_components
+from cardan_dyn.results.rods import RodForce
+from cardan_dyn.results.wrench import JointWrench, StoredComponents
 
 AXES = {
     "x": (1.0, 0.0, 0.0),
@@ -156,3 +158,19 @@ def test_signs_are_those_of_the_parent_on_the_child() -> None:
     # At a quarter turn the mass stands at (0.4, 0): the parent holds it with +8 N·m about z.
     np.testing.assert_allclose(swing["hinge"].torsion, [0.0, 8.0], atol=1e-14)
     np.testing.assert_allclose(swing.drive_effort, [0.0, 8.0], atol=1e-14)
+
+
+def test_texts_tell_what_is_known_of_trajectories_and_what_is_not() -> None:
+    values = np.full((4, 6), np.nan)
+    values[:3] = [[3.0, 4.0, 0.0, 0.0, 0.0, 2.0], [0.0] * 6, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]
+    for known in (4, 1):
+        item = wrench(values[-known:], np.array([0.0, 0.0, 1.0]))
+        bearings, tension = item.bearing_forces((0.0, 0.1)), item.force[:, 2]
+        rod = RodForce("rod", ("a", "b"), tension, np.stack([tension] * 2, 1), tension, True)
+        for told in map(repr, (item, bearings, rod)):
+            assert f"not known at 1 of {known}" in told
+            assert "nan" not in told and "nothing acts" not in told
+        if known == 4:
+            assert "force up to 5 N, moment up to 2 N·m" in repr(item)
+            assert "at 0 m up to 5 N" in repr(bearings)
+            assert "0 to 1 N" in repr(rod)
