@@ -502,19 +502,9 @@ class ComparedReversal:
     simulated: Array
 
     @property
-    def rigid(self) -> float:
-        """Greatest force without clearance until the next reversal [N]."""
-        return self.reversal.rigid_ahead
-
-    @property
-    def estimate(self) -> float:
-        """Greatest force until then, see `ForceReversal.estimate` [N]."""
-        return self.reversal.estimate
-
-    @property
     def error(self) -> float:
-        """Estimate over the mean of the simulated peaks, less 1."""
-        return float(self.estimate / np.mean(self.simulated) - 1.0)
+        """Estimate of the reversal over the mean of the simulated peaks, less 1."""
+        return float(self.reversal.estimate / np.mean(self.simulated) - 1.0)
 
     def row(self) -> dict[str, Any]:
         """Return its numbers by name, and the doubts of the estimate as text."""
@@ -522,8 +512,8 @@ class ComparedReversal:
         return {
             "joint": self.joint,
             "position": item.position,
-            "rigid": self.rigid,
-            "estimate": self.estimate,
+            "rigid": item.rigid_ahead,
+            "estimate": item.estimate,
             "peak": item.peak,
             "simulated": float(np.mean(self.simulated)),
             "simulated_least": float(np.min(self.simulated)),
@@ -554,8 +544,8 @@ class ScanComparison(Result, tuple[ComparedReversal, ...]):
             lines.append(
                 f"- {item.joint} at {found.position:.3f} rad: simulated "
                 f"{np.min(item.simulated):.4g} to {np.max(item.simulated):.4g}, beside "
-                f"{interval if found.passages else ''}an estimate of {item.estimate:.4g} "
-                f"({100.0 * item.error:+.1f} %); rigid {item.rigid:.4g}"
+                f"{interval if found.passages else ''}an estimate of {found.estimate:.4g} "
+                f"({100.0 * item.error:+.1f} %); rigid {found.rigid_ahead:.4g}"
                 f"{'; ' + doubts if doubts else ''}"
             )
         return "\n".join(lines)

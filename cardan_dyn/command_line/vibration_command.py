@@ -299,9 +299,9 @@ def _cells(row: CriticalSpeed) -> tuple[str, ...]:
         for value in (row.speed, row.lower, row.upper)
     )
     if row.kind != "resonance":
-        return speed, row.kind, "", "", f"{row.size} 1/s", lower, upper
+        return speed, row.kind, "", "", f"{row.severity_text} 1/s", lower, upper
     whirl = "" if row.whirl == "planar" else f" {row.whirl}"
     what = f"{_name(row)}{whirl}"
     quality = f"{row.amplification:.3g}"
     hertz = f"{row.frequency / (2.0 * np.pi):.4g}"
-    return speed, what, hertz, quality, row.size, lower, upper
+    return speed, what, hertz, quality, row.severity_text, lower, upper

@@ -430,8 +430,7 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
         for row in rows:
             if row.value is None:
                 place = ", ".join(filter(None, [row.where, wording.sentence(row.quantity)]))
-                why = row.note.removeprefix("open: ").removeprefix("does not apply: ")
-                without[row.status].append((place, wording.sentence(why)))
+                without[row.status].append((place, wording.sentence(row.note)))
         found.append(
             Group(
                 wording(RULES[rule].title),

@@ -182,5 +182,5 @@ def test_bild_6_by_simulation(story: SimpleNamespace) -> None:
     assert len(story.compared) == 2
     for item in story.compared:
         assert abs(item.error) < 0.05
-        assert np.mean(item.simulated) > 2.0 * item.rigid
+        assert np.mean(item.simulated) > 2.0 * item.reversal.rigid_ahead
     assert np.max(story.played["needle_pin"].depth) < 0.5e-4

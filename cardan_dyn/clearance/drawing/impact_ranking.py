@@ -49,9 +49,11 @@ def impact_ranking(
     peaks = [joint.peak for joint in joints]
     solid, open_bar = line_style(0)["color"], line_style(1)["color"]
     forces.barh(places - _BAR / 2, peaks, _BAR, color=solid, label="with clearance: peak")
-    below = [np.nan_to_num(joint.peak - joint.least) for joint in joints]
-    interval = {"xerr": [below, np.zeros(len(joints))], "fmt": "none", "ecolor": "0.3"}
-    forces.errorbar(peaks, places - _BAR / 2, **interval, capsize=3.0, label="its interval")
+    ends = [joint.greatest for joint in joints]
+    widths = [joint.greatest - joint.least for joint in joints]
+    # The peak may lie above its interval: a force without clearance, or one that was simulated.
+    interval = {"xerr": [widths, np.zeros(len(joints))], "fmt": "none", "ecolor": "0.3"}
+    forces.errorbar(ends, places - _BAR / 2, **interval, capsize=3.0, label="its interval")
     forces.barh(
         places + _BAR / 2,
         rigid,

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...frozen import read_only
-from .fields import Entry, flag, part, parts, quantity, settle, text
+from .fields import flag, implausible, part, parts, quantity, settle, text
 from .geometry import Geometry, Zero, called, geometry, zero
 from .parts import Bearing, DutyPoint, Shaft, ShaftJoint, TitleBlock
 
@@ -88,11 +88,7 @@ class LineData:
         lengths, last = self.geometry.lengths, len(self.shafts) - 1
         for index, (shaft, length) in enumerate(zip(self.shafts, lengths, strict=True)):
             at = called(self.shafts, index)
-            if (
-                wrong := ""
-                if math.isnan(length)
-                else Entry("", "length").implausible(float(length))
-            ):
+            if wrong := implausible(float(length), "length"):
                 raise ModelError(f"the length of {at} between its ends is {wrong}")
             places = [bearing.distance for bearing in shaft.bearings]
             if len(set(places)) < len(places):

@@ -94,15 +94,22 @@ class Entry(NamedTuple):
             and (self.below is None or value < self.below)
         )
 
-    def implausible(self, value: float) -> str:
-        """Return in words what lines have instead of a value [SI units]; empty if they have it."""
-        found = self.plausible or PLAUSIBLE.get(self.dimension)
-        if found is None or not value or found[0] <= abs(value) <= found[1]:
-            return ""
-        low, high, unit = *found, si(self.dimension)
-        is_meant = self.dimension == "length" and low <= abs(value) / 1e3 <= high
-        meant = f"; {value:.6g} mm are {value / 1e3:.6g} m" if is_meant else "; is its unit right?"
-        return f"{value:.6g} {unit}, but lines have {low:g} to {high:g} {unit}{meant}"
+
+def implausible(value: float, dimension: str, plausible: tuple[float, float] | None = None) -> str:
+    """Return in words what lines have instead of a value; empty if they have it.
+
+    Args:
+        value: in SI units; NaN if it is not known.
+        dimension: of it.
+        plausible: the least and greatest size of it; that of the dimension, if it has one, without.
+    """
+    found = plausible or PLAUSIBLE.get(dimension)
+    if found is None or not value or math.isnan(value) or found[0] <= abs(value) <= found[1]:
+        return ""
+    low, high, unit = *found, si(dimension)
+    is_meant = dimension == "length" and low <= abs(value) / 1e3 <= high
+    meant = f"; {value:.6g} mm are {value / 1e3:.6g} m" if is_meant else "; is its unit right?"
+    return f"{value:.6g} {unit}, but lines have {low:g} to {high:g} {unit}{meant}"
 
 
 def _field(entry: Entry, default: Any) -> Any:
@@ -200,8 +207,8 @@ def number(value: object, entry: Entry, at: str, error: type[CardanError] = Mode
     if not entry.holds(plain):
         shown = shortened(repr(value) if isinstance(value, int) else repr(plain))
         raise error(f"{at} is {shown}, expected {entry.allowed()}")
-    if entry.implausible(plain):
-        raise error(f"{at} is {entry.implausible(plain)}")
+    if wrong := implausible(plain, entry.dimension, entry.plausible):
+        raise error(f"{at} is {wrong}")
     return plain
 
 

@@ -74,24 +74,6 @@ class Geometry:
         forward = np.where(self.directions[:, :1] > 0.0, self.directions[:, :1], np.nan)
         return np.diff(np.arctan(self.directions[:, 1:] / forward), axis=0)
 
-    @property
-    def compound_directions(self) -> Array:
-        """Directions p of the bending planes at both ends of each intermediate shaft, `(n - 1, 2)`.
-
-        p = atan2(horizontal, vertical) of the bend seen along the shaft, from up to the left
-        [rad], as the catalogue counts them (chapter 6.3); 0 at straight joints. Forks of the shaft
-        stand in their planes together if its fork offset is p of the front minus p of the rear
-        joint, up to half turns.
-        """
-        result = np.zeros((len(self.centres) - 1, 2))
-        for k, axis in enumerate(self.directions[1:-1]):
-            left = leftwards(axis)
-            up = np.cross(axis, left)
-            for end, other in enumerate((-self.directions[k], self.directions[k + 2])):
-                if self.joint_angles[k + end] > 0.0:
-                    result[k, end] = math.atan2(other @ left, other @ up)
-        return result
-
 
 def geometry(shafts: Sequence[Shaft]) -> Geometry:
     """Return the geometry of the shafts of a line.

@@ -162,6 +162,18 @@ class Case:
             return _of_one_angle(name, self._limits[other])
         return LIMITS[name] if _APPLICATION[name] in ("", self.line.application) else None
 
+    def of_application(self, name: str) -> str:
+        """Return which limit of a kind decides, of any line or of one application.
+
+        Those that the caller gave come first, then that of the line's application.
+
+        Args:
+            name: of the one of any line, with which the others' begin.
+        """
+        kind = {of: other for other, of in _APPLICATION.items() if other.startswith(name)}
+        own = kind.get(self.line.application, name)
+        return next((one for one in (name, own, *kind.values()) if one in self._limits), own)
+
     def held(self, row: VerdictRow, name: str) -> VerdictRow:
         """Return a row held against the limit of a name; a stated one if that does not apply."""
         limit = self.limit(name)

@@ -133,8 +133,8 @@ def _life(case: Case, k: int) -> Iterator[VerdictRow]:
         yield stated(row, "the rule is that of joints with a cross; ask the maker of the joint")
         return
     if not kinds or not points:
-        missing = "speed and torque" if kinds else "rated_torque or capacity of the joint"
-        yield opened(row, f"give {missing}")
+        missing = "give speed and torque" if kinds else "give rated_torque or capacity of the joint"
+        yield opened(row, missing)
         return
     limit = None if line.life is None else Limit(line.life, "s", "life of the line", "least")
     missing = "give life of the line"

@@ -157,7 +157,7 @@ def judged(row: VerdictRow, limit: Limit | None, missing: str) -> VerdictRow:
 
 def opened(row: VerdictRow, reason: str) -> VerdictRow:
     """Return a row of which nobody can tell whether it passes; the reason says what to give."""
-    return replace(_noted(row, f"open: {reason}"), status=OPEN)
+    return replace(_noted(row, reason), status=OPEN)
 
 
 def withheld(row: VerdictRow, reason: str) -> VerdictRow:
@@ -167,7 +167,7 @@ def withheld(row: VerdictRow, reason: str) -> VerdictRow:
 
 def stated(row: VerdictRow, reason: str = "") -> VerdictRow:
     """Return a row that counts for nothing, and why the rule does not apply, if that is so."""
-    return _noted(row, f"does not apply: {reason}" if reason else "")
+    return _noted(row, reason)
 
 
 def _noted(row: VerdictRow, text: str) -> VerdictRow:

@@ -212,11 +212,7 @@ def _bending_speed(case: Case, found: _Critical | str) -> Iterator[VerdictRow]:
     if isinstance(found, str) or fastest is None or fastest.speed is None:
         yield opened(row, found if isinstance(found, str) else "give speed")
         return
-    name = {
-        "industrial": "bending_speed_share_industrial",
-        "vehicle": "bending_speed_share_automotive",
-    }.get(line.application, "bending_speed_share")
-    name = "bending_speed_share" if "bending_speed_share" in case.given else name
+    name = case.of_application("bending_speed_share")
     row = replace(
         row,
         where=line.shaft_names[found.shaft],

@@ -109,7 +109,7 @@ class CriticalSpeed(NamedTuple):
     falling_severity: float = np.nan
 
     @property
-    def size(self) -> str:
+    def severity_text(self) -> str:
         """The severity as a text, with what is known of it."""
         if self.outcome == UNBOUNDED:
             return "without bound"
@@ -239,14 +239,15 @@ class CriticalSpeeds(VibrationResult):
             if row.kind == "resonance":
                 lines.append(
                     f"- {row.speed:.6g} rad/s: order {row.order:g} meets mode {row.mode} "
-                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {row.size}, "
+                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {row.severity_text}, "
                     f"Q {row.amplification:.3g}"
                 )
                 if jumps := row.jumps("rad/s"):
                     lines[-1] += f"; {jumps}"
             else:
                 lines.append(
-                    f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, growth {row.size}/s"
+                    f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, "
+                    f"growth {row.severity_text}/s"
                 )
         if not self.rows:
             lines.append("none")

@@ -152,7 +152,7 @@ def test_what_is_not_known_of_a_spline_passes_no_bearing() -> None:
     for row in rows(unknown, "bearing_forces"):
         assert row.status == "open"
     (row,) = rows(unknown, "axial_force")
-    assert row.note == "open: give friction and radius of the spline"
+    assert row.note == "give friction and radius of the spline"
     free = unknown.replace(shafts=[frictionless(shaft) for shaft in unknown.shafts])
     assert {r.status for r in rows(free, "bearing_forces") if "along" in r.quantity} == {"pass"}
 

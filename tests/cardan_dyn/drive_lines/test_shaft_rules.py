@@ -73,6 +73,20 @@ def test_share_by_application(application: str, limit: float) -> None:
     assert rows(case, "bending_speed")[0].limit.value == limit
 
 
+@pytest.mark.parametrize(
+    ("own", "other"), [("industrial", "automotive"), ("automotive", "industrial")]
+)
+def test_share_that_the_caller_gives(own: str, other: str) -> None:
+    """That of any line comes first, then that of the line's own application; none is passed by."""
+    application = {"automotive": "vehicle"}.get(own, own)
+    case = line().replace(speed=1.0, application=application)
+    general = "bending_speed_share"
+    own, other = f"{general}_{own}", f"{general}_{other}"
+    for given in ({own: 0.4, general: 0.5}, {other: 0.4, own: 0.5}, {other: 0.5}):
+        row = rows(case, "bending_speed", **given)[0]
+        assert (row.limit.value, row.source) == (0.5, "the caller")
+
+
 @pytest.mark.slow
 def test_centre_bearing_shortens_and_softens() -> None:
     tube = Tube(outer_diameter=0.08, wall=0.003)
