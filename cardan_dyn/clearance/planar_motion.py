@@ -438,11 +438,15 @@ class Passages(NamedTuple):
         return (1.0 + self.margin) * float(np.max(self.forces))
 
     @property
+    def are_alike(self) -> bool:
+        """Whether turns differ by no more than the margin."""
+        return bool(np.max(self.forces) <= (1.0 + self.margin) * np.min(self.forces))
+
+    @property
     def doubts(self) -> tuple[str, ...]:
         """What speaks against this interval."""
         doubts = []
-        least, most = float(np.min(self.forces)), float(np.max(self.forces))
-        if most > (1.0 + self.margin) * least:
+        if not self.are_alike:
             doubts.append("no two turns are alike, and others may lie outside")
         if self.margin > _LOOSE:
             doubts.append("clearance and deflection are no longer small beside the mechanism")

@@ -398,7 +398,12 @@ class JointScan(Result):
         """What there is to say, in one line."""
         text = f"{self.peak:.4g} N estimated"
         if self._passages:
-            text = f"{self.peak:.4g} N at most ({self.least:.4g} to {self.greatest:.4g} N)"
+            text = f"{self.peak:.4g} N at most"
+            if not all(item.are_alike for item in self._passages):
+                # Others may be greater: that of some turns is no bound.
+                turns = min(len(item.forces) for item in self._passages)
+                text = f"up to {self.peak:.4g} N in {turns} turns"
+            text += f" ({self.least:.4g} to {self.greatest:.4g} N)"
         text += f"; {self.rigid_peak:.4g} N without clearance; {self.verdict}"
         if self.impacts:
             text += f", {self.impact_power:.3g} W"

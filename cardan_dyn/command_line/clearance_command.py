@@ -132,9 +132,10 @@ def _cells(joint: JointScan) -> list[str]:
         *cells,
         f"{worst.turn_through:.2f}",
         f"{worst.tau:.2f}",
-        f"{worst.strike_speed:.3g}",
+        # What only brushes along its wall has a speed and a power, and strikes nothing.
+        _text(worst.strike_speed if worst.strikes else math.nan, ".3g"),
         f"{joint.impacts_per_turn:g}",
-        f"{joint.impact_power:.3g}",
+        _text(joint.impact_power if joint.impacts else math.nan, ".3g"),
     ]
 
 

@@ -114,7 +114,13 @@ def run(
         is_whole = made.damage.empty
         if not is_whole:
             show(tuple(made.damage), made.damage.astype(str).values.tolist(), texts=(0, 2, 3))
-            say(f"{plan.damaged:,} cases are damaged; --resume computes them again")
+            goes_on = not (dry_run or verify)
+            if plan.damaged:
+                again = "they are" if goes_on and not retry else "with --resume they are"
+                say(f"{plan.damaged:,} cases are damaged; {again} computed again")
+            else:
+                again = "it is" if goes_on else "with --resume it is"
+                say(f"no case is damaged with it; {again} written anew")
         elif verify:
             say(f"all that is there can be read: {plan.done:,} of {plan.cases:,} cases")
         if verify and not is_whole:
@@ -123,7 +129,7 @@ def run(
             return
         try:
             with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", message=".*makes it again")  # See above.
+                warnings.filterwarnings("ignore", message=".*(again|anew)$")  # See above.
                 made.run(retry=retry)
         except KeyboardInterrupt:
             raise Interrupted(

@@ -227,7 +227,8 @@ def print_table(found: CriticalSpeeds) -> None:
     texts += found.remarks
     texts.append(
         "severity: greatest amplitude of a resonance [rad, of slides m], growth of an instability; "
-        "from, to: half power of a resonance, edges of an instability"
+        "from, to: half power of a resonance, or the fold before it at which it jumps; edges of an "
+        "instability"
     )
     for text in texts:
         say(text)

@@ -46,7 +46,7 @@ def by_quadrature(setup: Setup) -> Trajectory:
     """Simulate one conservative free coordinate by its energy integral."""
     functions = energy_functions(setup.solver, setup.forces)
     integral = EnergyIntegral(functions, *setup.drive_start)
-    refuse_distances(integral.fastest / min(integral.reach, 1.0), setup.duration)
+    refuse_distances(integral.fastest, setup.duration, integral.reach)
     count = 1 + _SAMPLES_PER_PERIOD
     if np.isfinite(integral.period):
         count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)

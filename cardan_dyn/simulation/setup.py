@@ -201,22 +201,26 @@ def setup_of(
     )
 
 
-def refuse_distances(fastest: float, duration: float) -> None:
+def refuse_distances(fastest: float, duration: float, reach: float = 1.0) -> None:
     """Refuse speeds at which coordinates would lose their digits within a duration.
 
     Args:
-        fastest: speed [rad/s, or lengths of the mechanism per second]; of a swing of less than a
-            radian to either side, as a fraction of that [1/s].
+        fastest: speed [rad/s, or lengths of the mechanism per second].
         duration: of the simulation [s].
+        reach: of a swing to either side, if less than 1 [rad, or lengths of the mechanism]: places
+            within it are told apart.
 
     Raises:
         ArgumentError: the way is too long.
     """
-    if not fastest <= _FARTHEST / duration:
+    reach = min(reach, 1.0)
+    if not fastest <= _FARTHEST * reach / duration:
+        swing = f" in a swing of {reach:.3g} rad" if reach < 1.0 else ""
         raise ArgumentError(
-            f"a joint moves at up to {fastest:.3g} rad/s (lengths of the mechanism, or of a swing, "
-            f"per second); within {duration:g} s that is more than {_FARTHEST:g}, of which numbers "
-            "keep no place within a turn or swing: simulate a shorter time or a lower speed"
+            f"a joint moves at up to {fastest:.3g} rad/s{swing} (of slides, rad are lengths of the "
+            f"mechanism); within {duration:g} s that is a way of more than "
+            f"{_FARTHEST * reach:.3g} rad, of which numbers keep no place within a turn or swing: "
+            "simulate a shorter time or a lower speed"
         )
 
 

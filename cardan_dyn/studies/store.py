@@ -1,7 +1,8 @@
 """Store: results of a study in Zarr, an array per variable, a chunk of each per chunk of cases.
 
 The variable `state` says what is done, case by case. It is written last, and a chunk of it is one
-object that appears at once: what it does not tell of does not count, and is computed again.
+object that appears at once: what it does not tell of does not count, and is computed again. Where
+it is not there though all results of a chunk are, that is damage: it was lost, or almost written.
 
 All else that a store holds follows from what its group says of the study: shapes, types and
 attributes of the arrays, and the values of parameters. Chunks end with a checksum, and so does what
@@ -11,9 +12,11 @@ gives that up.
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import hashlib
 import json
+import math
 import os
 import platform
 import shutil
@@ -139,6 +142,8 @@ class Store:
                         f"{self}: there is something, but no study; name another store"
                     ) from None
                 return None
+            except (json.JSONDecodeError, UnicodeDecodeError) as error:
+                raise self._unreadable from error
             said = {
                 name.removeprefix(_MARK): item
                 for name, item in group.attrs.items()
@@ -152,16 +157,20 @@ class Store:
                 f"{_FORMAT}; use the version of cardan_dyn that wrote it"
             )
         if said.pop("digest", "") != _digest(said):
-            raise CardanError(
-                f"{self}: what is said there of the study is damaged; put a copy of its zarr.json "
-                "back, or name another store"
-            )
+            raise self._unreadable
         told = {name: item if name in _WORDS else json.loads(item) for name, item in said.items()}
         # Where it was killed before everything was made, nothing was computed.
         if not told["made"]:
             return None
         self.open(told, writable=False)
         return told
+
+    @property
+    def _unreadable(self) -> CardanError:
+        return CardanError(
+            f"{self}: what is said there of the study is damaged; put a copy of its zarr.json "
+            "back, or name another store"
+        )
 
     def _group(self, mode: str, **more: Any) -> Any:
         return _zarr().open_group(
@@ -260,6 +269,14 @@ class Store:
                     yield Damage("state", box, states.size, said)
                 else:
                     every.append((box, states))
+            # States are written last: without one, results that are there do not count.
+            blank = [box for box, states in every if not np.any(states)]
+            blank = [box for box, is_there in _are_there(whole["state"], blank) if not is_there]
+            for name in schema.variables:
+                blank = [box for box, is_there in _are_there(whole[name], blank) if is_there]
+            for box in blank:
+                size = math.prod(span.stop - span.start for span in box)
+                yield Damage("state", box, size, "it is missing, and results are there")
             for name in (*schema.variables, "failure"):
                 least = FAILED if name == "failure" else 1
                 # What does not count may be missing, and is read all the same: it would be shown.
@@ -548,6 +565,21 @@ def _whole(store: Any) -> Any:
             return found
 
     return Whole(store)
+
+
+def _are_there(array: Any, every: Sequence[Box]) -> list[tuple[Box, bool]]:
+    """Return boxes of cases, each with whether there is a chunk of it; asked all together."""
+    from zarr.core.sync import sync
+
+    def key(box: Box) -> str:
+        place = [span.start // size for span, size in zip(box, array.chunks, strict=False)]
+        place += [0] * (array.ndim - len(place))  # What is of a case is never parted.
+        return str(array.metadata.encode_chunk_key(tuple(place)))
+
+    async def asked() -> list[bool]:
+        return await asyncio.gather(*((array.store_path / key(box)).exists() for box in every))
+
+    return list(zip(every, sync(asked()) if every else [], strict=True))
 
 
 def _tried(array: Any, box: Box) -> tuple[Array, str]:

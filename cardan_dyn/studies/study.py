@@ -131,8 +131,10 @@ class Study:
             raise CardanError("nothing was computed, so that nothing failed: run() without retry")
         if there is not None and self._damaged:
             self.store.mend(there, self.parameters, self._damaged)
-            again = "run() makes" if retry else "this run makes"
-            warnings.warn(f"{self._damage_in_words()}; {again} it again", stacklevel=2)
+            again = "this run writes it anew"
+            if self._damaged_cases:
+                again = f"{'run()' if retry else 'this run'} makes it again"
+            warnings.warn(f"{self._damage_in_words()}; {again}", stacklevel=2)
             self._damaged = []
         done, failed = self._count()
         left = failed if retry else self.parameters.count - done
@@ -257,20 +259,25 @@ class Study:
     @property
     def _damaged_cases(self) -> int:
         """Number of cases that have to be computed again, since they are damaged."""
-        return sum({str(item.box): item.cases for item in self._damaged}.values())
+        found: dict[str, int] = {}
+        for item in self._damaged:
+            found[str(item.box)] = max(item.cases, found.get(str(item.box), 0))
+        return sum(found.values())
 
     def _damage_in_words(self) -> str:
         first = self._damaged[0]
         more = f" and {len(self._damaged) - 1} more" if len(self._damaged) > 1 else ""
         where = " ".join(filter(None, (first.array, self._place(first))))
         count = self._damaged_cases
-        return f"{self.store} is damaged in {count} cases ({where}: {first.message}{more})"
+        lost = f"in {count} cases" if count else "beside its cases"
+        return f"{self.store} is damaged {lost} ({where}: {first.message}{more})"
 
     def _refuse_damage(self) -> None:
         """Refuse to show what is not what was computed."""
         if self._damaged:
             raise CardanError(
-                f"{self._damage_in_words()}; study.damage lists all of it, run() computes it again"
+                f"{self._damage_in_words()}; study.damage lists all of it, run() "
+                f"{'computes it again' if self._damaged_cases else 'writes it anew'}"
             )
 
     def _kept(self, task: Task, found: Computed | Exception) -> Computed:

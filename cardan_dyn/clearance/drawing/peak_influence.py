@@ -83,7 +83,7 @@ def peak_influence(
             held = np.where(found.holds, found.peak, np.nan)
             panel.plot(value, held, **line_style(index), label=label or "peak")
         panel.set_xlabel(axis)
-        panel.set_ylabel("peak [N]")
+        panel.set_ylabel("two-mass peak [N]")
         panel.set_xlim(left=0.0)
         panel.set_ylim(bottom=0.0)
     return drawn.finish(title, 3)

@@ -483,13 +483,9 @@ class _Stretch:
         """
         notes = []
         if not stays(peak.motions)[0]:
-            lasting = (
-                f"; of those that a rig stays at, {self._own[at]:.3g} was found"
-                for at in np.argsort(-self._own).tolist()
-                if stays(self._points[at].motions)[0]
-            )
-            text = "its greatest amplitude is that of an unstable motion"
-            notes.append(text + next(lasting, ""))
+            most = self._greatest_lasting()
+            more = "" if most is None else f"; of those that a rig stays at, {most:.3g} was found"
+            notes.append(f"its greatest amplitude is that of an unstable motion{more}")
         error = max(item.error for item in (peak, *(fold.point for fold in self._branch.folds)))
         if error:
             notes.append(
@@ -504,6 +500,21 @@ class _Stretch:
         if others:
             notes.append(f"its branch turns back at {', '.join(others)} as well")
         return notes
+
+    def _greatest_lasting(self) -> float | None:
+        """Return the greatest share of motions that a rig stays at, None without any.
+
+        Folds are the ends of stretches of such motions: those beside which there is one count.
+        """
+        found = [(share, [at]) for at, share in enumerate(self._own.tolist())]
+        found += [
+            (self.share(fold.point), [fold.place - 1, fold.place, fold.place + 1])
+            for fold in self._branch.folds
+        ]
+        for share, places in sorted(found, reverse=True):
+            if any(stays(self._points[at].motions)[0] for at in places):
+                return share
+        return None
 
     def half_power(self, peak: Point) -> tuple[float, float, list[str]]:
         """Return least and greatest speed of the stretch about the peak above half power.

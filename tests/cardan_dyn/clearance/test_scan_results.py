@@ -145,15 +145,25 @@ def test_the_greatest_interval_of_all_is_the_summary(last: int, rho: float) -> N
     assert joint.greatest == joint.peak == pytest.approx(1.05 * 5100.0)
     assert joint.least == pytest.approx(5000.0 / 1.05)
     assert joint.worst is joint.reversals[last] and joint.peak_position == last + 0.5
-    assert joint.summary.startswith("5355 N at most (4762 to 5355 N); 3000 N without clearance; no")
+    said = "5355 N at most" if last == 1 else "up to 5355 N in 3 turns"  # They differ at number 1.
+    assert joint.summary.startswith(f"{said} (4762 to 5355 N); 3000 N without clearance; no")
     table = Scan({"pin": joint}, 1.0, {}).table().columns()
     assert max(table["peak"][0]) == joint.peak
 
 
 def test_turns_that_differ_are_a_doubt() -> None:
     assert followed([5000.0, 5100.0, 5050.0]).doubts == ()
-    (doubt,) = followed([5000.0, 5100.0, 7050.0]).doubts
+    joint = followed([5000.0, 5100.0, 7060.0])
+    (doubt,) = joint.doubts
     assert "no two turns are alike" in doubt
+    # The greatest of some turns is no bound, whichever reversal they differ at.
+    assert joint.summary.startswith("up to 7413 N in 3 turns (4762 to 7413 N)")
+    for forces in (
+        ([5000.0, 5100.0, 7060.0], [9000.0] * 3),
+        ([9000.0] * 3, [5000.0, 5100.0, 7060.0]),
+    ):
+        assert followed(*forces).summary.startswith("up to 9450 N in 3 turns")
+    assert "5355 N at most" in followed([5000.0, 5100.0, 5050.0]).summary
 
 
 def test_the_force_without_clearance_is_never_above_the_peak() -> None:

@@ -45,6 +45,11 @@ def test_prints_joints_by_their_peaks_doubts_and_what_was_not_scanned() -> None:
     assert f"{worst.tau:.2f}" in first and f"{np.degrees(joint.peak_position):.1f}" in first
     assert "3000 1/min" in result.output
     assert "main_shaft: no impact: the pin slides round along its wall" in result.output
+    # What strikes nothing has neither the speed of a strike nor the power of one.
+    calm = [name for name in found.ranking if not found[name].impacts and found[name].worst]
+    cells = {line.split()[0]: line.split() for line in lines if line.split()}
+    assert calm and all(cells[name][-3:] == ["–", "0", "–"] for name in calm)
+    assert joint.impacts and cells["rocker_bearing"][-1] == f"{joint.impact_power:.3g}"
     assert "needle_guide: not scanned, it has no pin" in result.output
 
 

@@ -191,15 +191,33 @@ def test_a_store_is_verified(file: Path) -> None:
     damaged = invoke(file, "--verify", "--workers", "1")
     said = " ".join(damaged.output.split())
     assert damaged.exit_code == 1, damaged.output
-    assert "6 cases are damaged; --resume computes them again" in said
+    assert "6 cases are damaged; with --resume they are computed again" in said
     assert "peak" in said and "held.joint_angle 0 to 2, speed 0 to 1" in said
     assert chunk.read_bytes() == b""
     # A dry run and a run that goes on say so as well.
     assert "6 damaged" in invoke(file, "--dry-run", "--workers", "1").output
     again = invoke(file, "--resume", "--workers", "1")
     assert again.exit_code == 0
-    assert "6 cases are damaged" in again.output
+    assert "6 cases are damaged; they are computed again" in " ".join(again.output.split())
     assert {path: path.read_bytes() for path in before} == before
+    # Without states, results do not count; without coordinates they do.
+    for name, said, does in (
+        ("state", "6 cases are damaged", "they are computed again"),
+        ("speed", "no case is damaged with it", "it is written anew"),
+    ):
+        for path in (store / name / "c").rglob("*"):
+            if path.is_file():
+                path.unlink()
+        lost = invoke(file, "--verify", "--workers", "1")
+        assert lost.exit_code == 1, lost.output
+        assert f"{said}; with --resume {does}" in " ".join(lost.output.split())
+        again = invoke(file, "--resume", "--workers", "1")
+        assert f"{said}; {does}" in " ".join(again.output.split())
+        assert {path: path.read_bytes() for path in before} == before
+    (store / "zarr.json").write_bytes(before[store / "zarr.json"][:-9])
+    torn = invoke(file, "--verify", "--workers", "1")
+    assert torn.exit_code == 2
+    assert "put a copy of its zarr.json back, or name another" in " ".join(torn.output.split())
 
 
 def test_the_table_of_results_counts_what_is_known(file: Path) -> None:

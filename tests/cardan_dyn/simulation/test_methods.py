@@ -191,8 +191,10 @@ def test_what_rounding_makes_of_late_times_is_in_the_residual() -> None:
         with pytest.raises(cd.ArgumentError, match="keep no place within a turn or swing"):
             scene.simulate(late, position=reach)
     # However short the way of a swing is, and for as long as anyone likes at rest.
-    with pytest.raises(cd.ArgumentError, match="keep no place within a turn or swing"):
+    with pytest.raises(cd.ArgumentError, match="keep no place within a turn or swing") as refused:
         scene.simulate(1e14, position=1e-9)
+    # Small swings are harmonic: the speed that is told is ω times the reach, not ω.
+    assert f"moves at up to {1e-9 * rate:.3g} rad/s in a swing of 1e-09 rad" in str(refused.value)
     rest = scene.simulate(1e300)
     assert rest.position[-1] == rest.effort_residual == 0.0
 

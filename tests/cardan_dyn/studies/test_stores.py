@@ -298,7 +298,7 @@ def test_an_extension_that_was_killed_goes_on(tmp_path: Path, monkeypatch: Any) 
     killed("update_attributes", within)
     study = cd.study(half, longer, store=place, workers=1)
     assert study.plan().done == 10
-    with pytest.warns(UserWarning, match=r"damaged in 0 cases \(half: .*another shape"):
+    with pytest.warns(UserWarning, match=r"damaged beside its cases \(half: .*another shape"):
         data = study.run().dataset
     np.testing.assert_array_equal(data.half, np.arange(14.0) / 2.0)
 
