@@ -183,10 +183,7 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
     help="Torque of the input shaft [N·m], likewise.",
 )
 @options.repeated(
-    "--limit",
-    "limits",
-    "NAME=VALUE",
-    "Another value of a limit with its unit, as residual_angle=2deg",
+    "--limit", "limits", "NAME=VALUE", "Another limit with its unit, as residual_angle=3deg"
 )
 @click.option("--optimise-phases", is_flag=True, help="Judge the line with its best forks.")
 @click.option("--teeth", type=click.IntRange(2), help="Forks can be turned by 360°/TEETH alone.")

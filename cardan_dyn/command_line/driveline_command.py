@@ -11,7 +11,8 @@ from types import MappingProxyType
 import click
 import numpy as np
 
-from ..drive_lines import DriveLine, TitleBlock
+from ..drive_lines import DriveLine, TitleBlock, VerdictRow
+from ..drive_lines.verdict.rows import OPEN, STATED
 from ..drive_lines.wording import Wording
 from ..errors import ArgumentError
 from ..report.drive_line_page import LineReport, save_figures, scene, write
@@ -128,11 +129,9 @@ def print_report(report: LineReport) -> None:
     _print_verdict(report)
     say(f"Verdict: {report.verdict.summary}")
     for row in report.verdict.failed:
-        place = row.where or "line"
-        say(
-            f"FAIL {place}: {row.quantity} {row.texts[3]}, limit {row.texts[5]} ({row.source})",
-            "red",
-        )
+        place, at = row.where or "line", f" at {row.condition}" if row.condition else ""
+        limit = f", limit {row.texts[5]}" if row.limit else ""
+        say(f"FAIL {place}: {_told(row)} {row.texts[3]}{at}{limit} ({row.source})", "red")
     for row in report.verdict.open:
         say(f"OPEN {row.where or 'line'}: {row.quantity}: {row.note}", "yellow")
 
@@ -149,16 +148,26 @@ def _print_verdict(report: LineReport) -> None:
     rows: list[tuple[str | Text, ...] | str] = []
     title = ""
     for row in report.verdict:
-        if row.value is None:
-            continue
         if row.texts[0] != title:
             title = row.texts[0]
             rows.append(title)
-        _, where, quantity, *numbers, status = row.texts[:8]
-        place = f"{quantity}, {where}" if where else quantity
-        rows.append((place, *numbers, Text(status, _MARKS[row.status])))
-    headings = ("quantity, where", "value", "by the\nrule", "limit", "margin", "verdict")
+        _, where, _, value, by_rule, limit, margin, status = row.texts[:8]
+        place = ", ".join(filter(None, [_told(row), where, row.condition]))
+        # More may act than the values of open rows are of, so that they have no room.
+        room = "" if row.status == OPEN else margin
+        rows.append((place, value, by_rule, limit, room, Text(status, _MARKS[row.status])))
+    headings = ("quantity, where, at", "value", "by the\nrule", "limit", "margin", "verdict")
     show(headings, rows, title="verdict")
+
+
+def _told(row: VerdictRow) -> str:
+    """Return the quantity of a row, with what it takes to know what is meant."""
+    # Distances and damping of torsional speeds say nothing without the order and the speed.
+    notes = row.remarks if row.rule == "torsional_speed" else ()
+    listed = [text for text in notes if not text.startswith(("!", "open: "))]
+    if row.value is None and row.status == STATED:
+        listed = [row.note]
+    return f"{row.quantity} ({'; '.join(listed)})" if listed else row.quantity
 
 
 def as_json(report: LineReport) -> str:

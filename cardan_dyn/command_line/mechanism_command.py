@@ -11,6 +11,7 @@ from rich.text import Text
 
 from ..errors import CardanError, as_text, choices
 from ..mechanism.mechanism import Mechanism, load
+from ..mechanism.undescribed import REMEDY
 from ..scene.describe import describe
 from ..scene.drives import Drive, Drives
 from ..scene.mechanism_report import MechanismReport
@@ -115,6 +116,8 @@ def _determined(report: MechanismReport) -> list[str]:
     for loop in report.loops:
         open_at |= loop.indeterminate or {}
     lines += report.silent
+    if report.silent:
+        lines.append(f"  {REMEDY}")
     counted = [loop.name for loop in report.loops if loop.indeterminate is None]
     if counted:
         lines.append("too large to tell which wrenches statics determine")

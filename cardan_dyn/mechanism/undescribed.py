@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from .welds import Coupling, Loop
 
 REMEDY = (
-    'write forces="mesh" in it for the teeth of two gears, or forces="none" where nothing but '
-    "moments about the axes of its joints acts"
+    'write forces="mesh" and pressure_angle in it for the teeth of two gears on parallel axes, or '
+    'forces="none" where nothing but moments about the axes of its joints acts'
 )
 """What the author of a coupling can do."""
 

@@ -56,6 +56,7 @@ class LineReport:
         """
         wording = wording or Wording()
         analysis = self.analysis
+        alone = " " + wording("Splines do not slide; without service factor and weight.")
         at = {
             "speed": wording.quantity(analysis.speed, "speed"),
             "torque": wording.quantity(self.torque, "torque"),
@@ -80,7 +81,8 @@ class LineReport:
                     "Bending moments of the shafts before and behind each joint, and forces of the "
                     "bearings across their shafts, over a turn at {speed} and {torque}.",
                     **at,
-                ),
+                )
+                + alone,
                 drawn.forces(analysis, wording),
             ),
         ]
@@ -90,7 +92,7 @@ class LineReport:
                 "{torque}.",
                 **at,
             )
-            found.append(("orders", caption, drawn.orders(analysis, wording)))
+            found.append(("orders", caption + alone, drawn.orders(analysis, wording)))
         return found
 
 
@@ -166,7 +168,7 @@ def write(
         found=[
             tables.motion_listing(analysis, wording),
             tables.moment_listing(analysis, wording),
-            tables.extreme_listing(analysis, wording),
+            tables.extreme_listing(analysis, verdict, wording),
         ],
         phasing=None if report.phasing is None else tables.phasing_listing(report.phasing, wording),
         headline=tables.phasing_text(report.phasing, wording),

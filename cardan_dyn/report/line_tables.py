@@ -264,9 +264,15 @@ def moment_listing(analysis: Analysis, wording: Wording) -> Listing:
     return Listing(wording("Greatest moments over a turn"), header, rows)
 
 
-def extreme_listing(analysis: Analysis, wording: Wording) -> Listing:
-    """Return a row per bearing: greatest force across, mean force across, greatest along."""
+def extreme_listing(analysis: Analysis, verdict: Verdict, wording: Wording) -> Listing:
+    """Return a row per bearing: forces at the operating point of the analysis, and of all cases.
+
+    At this point, those are the greatest across, the mean across and the greatest along; of all
+    load cases the greatest across and along, as the verdict has them.
+    """
     forces = analysis.total
+    worst = {(row.where, row.quantity): row.value for row in verdict}
+    kinds = ("force across the shaft", "force along the shaft")
     sizes = np.array(
         [
             forces.bearing_radial.max(axis=0),
@@ -275,11 +281,15 @@ def extreme_listing(analysis: Analysis, wording: Wording) -> Listing:
         ]
     )
     factor = wording.measure("force").factor
-    rows = [
-        (name, *(wording.number(float(size) * factor) for size in column))
-        for name, column in zip(analysis.bearings, _cleared(sizes).T, strict=True)
-    ]
-    titles = ("greatest across", "mean across", "greatest along")
+    rows = []
+    for name, column in zip(analysis.bearings, _cleared(sizes).T, strict=True):
+        found = [*column.tolist(), *(worst.get((name, kind)) for kind in kinds)]
+        cells = (NONE if size is None else wording.number(size * factor) for size in found)
+        rows.append((name, *cells))
+    titles = (
+        *("greatest across", "mean across", "greatest along"),
+        *("across, all load cases", "along, all load cases"),
+    )
     header = (wording("bearing"), *(wording(title) + wording.unit("force") for title in titles))
     return Listing(wording("Bearing forces over a turn"), header, rows)
 
@@ -361,8 +371,8 @@ class Group(NamedTuple):
         title: of the rule.
         shared: assumptions that fail for all of its rows.
         rows: rows that have a value, each with its own remarks.
-        open: places and notes of the rows without a value that are open.
-        idle: likewise of those that do not apply.
+        open: places and notes of all rows that are open, with a value or without.
+        idle: likewise of those without a value that do not apply.
     """
 
     title: str
@@ -407,9 +417,12 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
 
 
 def reserve(row: VerdictRow, wording: Wording) -> str:
-    """Return a margin in whole percents with its sign; from a limit of 0, the room itself."""
+    """Return a margin in whole percents with its sign; from a limit of 0, the room itself.
+
+    Open rows have none: more may act than their values are of.
+    """
     margin = row.margin
-    if margin is None or row.limit is None:
+    if margin is None or row.limit is None or row.status == OPEN:
         return ""
     sign = "+" if margin >= 0.0 else ""
     if not row.limit.value:
@@ -426,18 +439,18 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
         valued = [row for row in rows if row.value is not None]
         broken = valued[0].broken if len(valued) > 1 else ()
         shared = [text for text in broken if all(text in row.broken for row in valued)]
-        without: dict[str, list[tuple[str, str]]] = {OPEN: [], STATED: []}
+        listed: dict[str, list[tuple[str, str]]] = {OPEN: [], STATED: []}
         for row in rows:
-            if row.value is None:
+            if row.value is None or row.status == OPEN:
                 place = ", ".join(filter(None, [row.where, wording.sentence(row.quantity)]))
-                without[row.status].append((place, wording.sentence(row.note)))
+                listed[row.status].append((place, wording.sentence(row.note)))
         found.append(
             Group(
                 wording(RULES[rule].title),
                 tuple(wording.sentence(text) for text in shared),
                 [judged(row, wording, shared) for row in valued],
-                without[OPEN],
-                without[STATED],
+                listed[OPEN],
+                listed[STATED],
             )
         )
     return found

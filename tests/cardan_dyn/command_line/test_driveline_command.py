@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from collections import Counter
 from pathlib import Path
 
 import jsonschema
@@ -63,6 +65,53 @@ def test_a_check_has_three_outcomes(
     assert run(str(file), "--check", *options).exit_code == code
 
 
+def table_of(output: str) -> list[str]:
+    """Lines of the verdict's table that are rows of a rule."""
+    lines = output[output.index("quantity, where, at") : output.index("Verdict: ")].splitlines()
+    return [line for line in lines if re.search(r" (pass|fail|open|stated)$", line)]
+
+
+@pytest.mark.parametrize(
+    "lost", ["", ", travel_mm = 110", "friction = 0.1, radius_mm = 25, ", "inertia_kgm2 = 25\n"]
+)
+def test_the_table_has_every_row_and_no_margin_of_open_ones(
+    lost: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    file = tmp_path / "fan.toml"
+    file.write_text(FAN.replace(lost, ""), encoding="utf-8")
+    verdict = DriveLine.from_toml(file).verdict()
+    output = run(str(file)).output
+    rows = table_of(output)
+    assert Counter(line.split()[-1] for line in rows) == Counter(row.status for row in verdict)
+    assert output.count("\nOPEN ") == len(verdict.open) == sum(row.endswith("open") for row in rows)
+    for line, row in zip(rows, verdict, strict=True):
+        assert line.startswith(row.quantity)
+        assert row.texts[6] == "" or (row.texts[6] in line) == (row.status != "open")
+    has_limit = [row for row in verdict.open if row.margin is not None]
+    assert bool(has_limit) == ("friction" in lost)
+
+
+def test_torsional_speeds_are_told_with_order_speed_and_point(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    file = tmp_path / "fan.toml"
+    file.write_text(FAN, encoding="utf-8")
+    # Two inertias and the tube between them, each order at its part of their natural frequency.
+    outer, inner = 0.045, 0.042
+    stiff = 80.8e9 * np.pi / 2.0 * (outer**4 - inner**4) / 1.2
+    natural = 30.0 / np.pi * np.sqrt(stiff * (1.0 / 0.5 + 1.0 / 25.0))
+    told = f"(order 2 {natural / 2.0:.0f} 1/min; order 4 {natural / 4.0:.0f} 1/min; "
+    output = run(str(file), "--limit", "torsional_distance=0.5").output
+    joined = " ".join(output.split())
+    rule = "distance from a torsional critical speed "
+    assert f"FAIL line: {rule}{told}" in joined
+    assert "nearest: order 4) 0.1113 at rated, limit ≥ 0.5" in joined
+    (row,) = [line for line in table_of(output) if line.startswith(rule)]
+    assert told in row and ", rated " in row
+
+
 @pytest.mark.campaign
 @pytest.mark.slow
 def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
@@ -93,6 +142,13 @@ def test_json_with_other_speed_limits_and_forks() -> None:
     assert np.allclose(np.mod(teeth["phasing"]["fork_offsets"], np.pi / 2), 0.0)
     speeds = [row["value"] for row in plain["rows"] if row["quantity"] == "speed"]
     assert speeds == pytest.approx([100 * np.pi] * 3)
+
+
+def test_the_help_names_a_limit_that_there_is() -> None:
+    (named,) = re.findall(
+        r"as (\w+=\w+)", " ".join(run("--help").output.split("--limit")[1].split())
+    )
+    assert run("truck", "--limit", named).exit_code == 0
 
 
 def test_schema_holds_what_is_written() -> None:

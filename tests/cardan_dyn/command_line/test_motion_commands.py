@@ -300,6 +300,7 @@ def test_couplings_that_state_no_forces_are_told(
         file.write_text(gears(coupling("teeth", "a", "b", -2.5, stated)), encoding="utf-8")
         checked = run("check", file).output
         assert (told in checked) == opened
+        assert checked.count('write forces="mesh" and pressure_angle in it') == opened
         assert ("statics determine all wrenches" in checked) != opened
         swept = run("sweep", file, "--drive", "a", "--samples", 3, "--load", "b=5").output
         assert (f"* {told[0].upper()}{told[1:]}: a (" in swept) == opened

@@ -17,7 +17,7 @@ import pytest
 pytest.importorskip("matplotlib", reason="the page has figures")
 pytest.importorskip("meshcat", reason="the page has a scene")
 
-from testkit.line_data import double_shaft, random_line
+from testkit.line_data import FAN, double_shaft, random_line
 
 from cardan_dyn.command_line.driveline_command import as_json
 from cardan_dyn.drive_lines import DriveLine, ShaftJoint, TitleBlock
@@ -193,7 +193,9 @@ def test_numbers_of_the_verdict(
                 assert decimal not in told and " " not in told.lstrip("≤≥ ")
         if row.limit is not None:
             assert limit[0] == {"least": "≥"}.get(row.limit.bound, "≤")
-        if row.margin is not None and row.limit and row.limit.value:
+        if row.status == "open":
+            assert reserve == ""
+        elif row.margin is not None and row.limit and row.limit.value:
             assert read(reserve) == pytest.approx(row.margin, abs=0.00501)
         elif row.margin is not None:
             assert read(reserve) == pytest.approx(row.margin, rel=FOUR)
@@ -241,6 +243,21 @@ def test_numbers_of_the_geometry_and_the_analysis(
     along = np.array(column(tables[words("Bearing forces over a turn")], 3))
     expected = np.abs(forces.bearing_axial).max(axis=0)
     assert along == pytest.approx(expected, rel=FOUR, abs=force)
+    # Those of all load cases are the verdict's, and no smaller than at one of them.
+    one = line.analyse(
+        speed=analysis.speed, torque=judged.torque, gravity=[0.0, 0.0, -9.81], slipping="out"
+    ).total
+    for index, kind, least in (
+        (4, "across", one.bearing_radial.max(axis=0)),
+        (5, "along", np.abs(one.bearing_axial).max(axis=0)),
+    ):
+        worst = {
+            row.where: row.value for row in judged.verdict if f"force {kind} the" in row.quantity
+        }
+        told = [worst.get(name, math.nan) for name in analysis.bearings]
+        agrees("Bearing forces over a turn", index, told)
+        assert kind == "along" or not np.isnan(told).any()
+        assert not np.any(told < least * (1.0 - FOUR) - force)
 
 
 FIELDS = {
@@ -379,14 +396,57 @@ def test_forks_in_words(report: page.LineReport) -> None:
 def test_what_all_rows_of_a_rule_say_is_said_once(report: page.LineReport) -> None:
     words = Wording()
     groups = line_tables.verdict_groups(report.verdict, words)
-    assert sum(len(group.rows) + len(group.open) + len(group.idle) for group in groups) == len(
-        report.verdict
-    )
+    valued = sum(len(group.rows) for group in groups)
+    assert valued == sum(row.value is not None for row in report.verdict)
+    idle = sum(len(group.idle) for group in groups)
+    assert idle == sum(row.value is None and row.status == "stated" for row in report.verdict)
     told = {text for group in groups for text in group.shared}
     assert told
     for group in groups:
         for row in group.rows:
             assert not {f"! {text}" for text in group.shared} & set(row.remarks)
+
+
+@pytest.mark.usefixtures("plain")
+def test_every_open_row_is_listed_with_what_to_give(
+    judged: page.LineReport, tmp_path: Path
+) -> None:
+    text = html.unescape(written(judged, tmp_path))
+    listed = text[text.index("<h3>What is open") : text.index("<h3>What does not apply")]
+    items = re.findall(r"<li>(.*?)</li>", listed)
+    assert len(items) == len(judged.verdict.open)
+    for item, row in zip(items, judged.verdict.open, strict=True):
+        assert f"{row.where}, {row.quantity}: ".removeprefix(", ") in item
+        # Without what the value stands for.
+        assert not re.search("open: |slides|at rest", item.replace("leaves it open: ", ""))
+        _, _, reason = row.note.partition("open: ")
+        assert Wording().sentence(reason) in item
+
+
+def test_open_rows_have_no_reserve() -> None:
+    silent = FAN.replace("friction = 0.1, radius_mm = 25, ", "")
+    rows = [row for row in DriveLine.from_toml(silent).verdict() if row.limit]
+    opened = [row for row in rows if row.status == "open"]
+    assert any(row.margin is not None and row.margin > 0.0 for row in opened)
+    assert len(opened) < len(rows)
+    for row in rows:
+        assert (line_tables.reserve(row, Wording()) == "") == (row.status == "open")
+
+
+@pytest.mark.usefixtures("plain")
+def test_says_of_what_the_forces_over_a_turn_are(judged: page.LineReport, tmp_path: Path) -> None:
+    text = html.unescape(written(judged, tmp_path))
+    section = text[text.index("<h2>Motion and forces") : text.index('<h2 class="sheet">')]
+    words = Wording()
+    at = words.quantity(judged.analysis.speed, "speed"), words.quantity(judged.torque, "torque")
+    assert f"operating point of the analysis alone, {at[0]} and {at[1]}, without weight" in section
+    assert "splines do not slide" in section and "service factor" in section
+
+
+def test_figures_of_forces_say_what_they_leave_out(report: page.LineReport) -> None:
+    captions = {name: caption for name, caption, _ in report.drawn()}
+    for name in ("forces", "orders"):
+        assert "Splines do not slide; without service factor and weight." in captions[name]
 
 
 @pytest.mark.usefixtures("plain")
