@@ -153,9 +153,7 @@ def _print_verdict(report: LineReport) -> None:
             rows.append(title)
         _, where, _, value, by_rule, limit, margin, status = row.texts[:8]
         place = ", ".join(filter(None, [_told(row), where, row.condition]))
-        # More may act than the values of open rows are of, so that they have no room.
-        room = "" if row.status == OPEN else margin
-        rows.append((place, value, by_rule, limit, room, Text(status, _MARKS[row.status])))
+        rows.append((place, value, by_rule, limit, margin, Text(status, _MARKS[row.status])))
     headings = ("quantity, where, at", "value", "by the\nrule", "limit", "margin", "verdict")
     show(headings, rows, title="verdict")
 

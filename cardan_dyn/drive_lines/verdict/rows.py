@@ -104,7 +104,10 @@ class VerdictRow:
         """What tables show of it, in the units that engineers use."""
         margin, is_zero = self.margin, self.limit is not None and self.limit.value == 0.0
         room = "" if margin is None else f"{100.0 * margin:+.0f} %"
-        if margin is not None and is_zero:
+        # More may act than the values of open rows are of, so that they have no room.
+        if self.status == OPEN:
+            room = ""
+        elif margin is not None and is_zero:
             room = "+" * (margin >= 0.0) + _text_or_none(margin, self.unit)
         bound = "" if self.limit is None else {"least": "≥ "}.get(self.limit.bound, "≤ ")
         return (
