@@ -12,7 +12,7 @@ import click
 import numpy as np
 
 from ..drive_lines import DriveLine, TitleBlock, VerdictRow
-from ..drive_lines.verdict.rows import OPEN, STATED
+from ..drive_lines.verdict.rows import STATED
 from ..drive_lines.wording import Wording
 from ..errors import ArgumentError
 from ..report.drive_line_page import LineReport, save_figures, scene, write
