@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -33,7 +33,14 @@ _ORDERS = np.arange(_DEGREE + 1)
 _ROUNDED = 1e-12
 """Error of an event's values, as a fraction of the greatest in a step: that of closed loops."""
 _MOST_PARTS = 1024
-"""Parts of a step that are looked at before the function is given up as faster than that."""
+"""Parts of a step that are looked at before the function is given up as faster than that, and those
+that are halved because it is constant."""
+_NEAR = 0.01
+"""Part of what a function reads has moved so far that lies between two places at most, where the
+function is constant..."""
+_STILL = float(np.sqrt(np.finfo(float).eps))
+"""...if it has moved by this part of its greatest value, or of 1 rad, m, rad/s, m/s: by less,
+smooth functions may be constant but for rounding as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +50,13 @@ class Event:
     Zero at the start does not count, nor where the function touches zero and turns back. Parts of
     each step are halved until a polynomial through nine values of the function tells for certain,
     by its own error, how often it passes through zero: as finely as the function needs, not the
-    motion. A function that changes still faster is told of in `Trajectory.notes`. What is constant
-    but for a pulse between all these places is not seen; `simulate(step=)` narrows them.
+    motion. A function that changes still faster is told of in `Trajectory.notes`.
+
+    Where it is constant while what it reads of the state moves, as switches and saturated functions
+    are, nothing tells what is between: there it is looked at wherever what it reads has moved by a
+    hundredth of its way so far, or of 1 rad or m if that is less. What passes zero and returns
+    between such places may be missed, which the notes say. What falls to zero in a pulse between
+    all places, but varies smoothly at these, is not seen; `simulate(step=)` narrows them.
 
     Attributes:
         function: of time, or of time, positions and speeds by joint names.
@@ -134,12 +146,31 @@ def watched(events: Any) -> list[Watched]:
     return result
 
 
+class _Read(Named):
+    """Positions or speeds of one state, of which is kept which were read, and between what."""
+
+    def __init__(self, given: Named, ranges: dict[str, tuple[float, float]]) -> None:
+        self._given, self._ranges = given, ranges
+
+    def __getitem__(self, name: str) -> float:
+        value = self._given[name]
+        low, high = self._ranges.get(name, (value, value))
+        self._ranges[name] = min(low, value), max(high, value)
+        return value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._given)
+
+    def __len__(self) -> int:
+        return len(self._given)
+
+
 class EventSearch:
     """Locates events, step after step.
 
     Attributes:
         happened: those that were found, in order of time.
-        notes: of events that change faster than they were followed.
+        notes: of events that change faster than they were followed, or are constant between.
     """
 
     def __init__(self, events: list[Watched], reading: Reading) -> None:
@@ -149,7 +180,7 @@ class EventSearch:
             events: to be located.
             reading: of the state at time 0.
         """
-        self._tracks = [_Track(event, event.value(0.0, *reading([0.0]))) for event in events]
+        self._tracks = [_Track(event, *reading([0.0])) for event in events]
         self.happened: list[Happened] = []
         self.notes: list[str] = []
 
@@ -170,7 +201,7 @@ class EventSearch:
 
         found: list[tuple[float, Watched]] = []
         for track in self._tracks:
-            was_lost = track.is_lost
+            was_lost, was_constant = track.is_lost, track.is_constant
             found += [(time, track.event) for time in track.passes(start, end, states)]
             if track.is_lost and not was_lost:
                 self.notes.append(
@@ -178,6 +209,14 @@ class EventSearch:
                     f"that {_MOST_PARTS} parts of that time do not tell how often it passes "
                     "through zero: from there on some of its times may be missing; give a "
                     "smoother function"
+                )
+            if track.is_constant and not was_constant:
+                self.notes.append(
+                    f"event {track.event.name!r} is constant between {start:.6g} and {end:.6g} s "
+                    "while what it reads moves, as a switch or a saturated function is: passages "
+                    "through zero and back that are closer than about a hundredth of that way may "
+                    "be missing; give a function that passes through zero smoothly, such as "
+                    "abs(position) - width, or shorter steps by step="
                 )
         for time, event in sorted(found, key=lambda item: item[0]):
             self.happened.append(Happened(event.name, time))
@@ -211,20 +250,26 @@ class _Track:
         event: the event.
         parts: number of equal parts in which the next step is looked at first.
         is_lost: whether parts were too many to tell how often it passes through zero.
+        is_constant: whether it was constant where what it reads moved.
     """
 
-    def __init__(self, event: Watched, value: float) -> None:
-        self.event, self.parts, self.is_lost = event, 1, False
-        self._last, self._is_first = value, True
+    def __init__(self, event: Watched, start: State) -> None:
+        self.event, self.parts, self.is_lost, self.is_constant = event, 1, False, False
+        self._ranges: tuple[dict[str, tuple[float, float]], ...] = {}, {}
+        self._last, self._is_first = self._value(0.0, start), True
+
+    def _value(self, time: float, state: State) -> float:
+        position, speed = map(_Read, state, self._ranges)
+        return self.event.value(time, (position, speed))
 
     def passes(self, start: float, end: float, states: Reading) -> list[float]:
         """Return when the function passes through zero within a step [s]."""
 
         def look(times: Array) -> Array:
             pairs = zip(times.tolist(), states(times.tolist()), strict=True)
-            return np.array([self.event.value(*pair) for pair in pairs])
+            return np.array([self._value(*pair) for pair in pairs])
 
-        times, values = self._seen(start, end, look)
+        times, values = self._seen(start, end, look, states)
         # Rounding alone decides on which side of zero it begins.
         if self._is_first and abs(self._last) <= _ROUNDED * float(np.max(np.abs(values))):
             self._last = 0.0
@@ -239,21 +284,27 @@ class _Track:
         return _zeros(look, *ends).tolist()
 
     def _seen(
-        self, start: float, end: float, look: Callable[[Array], Array]
+        self, start: float, end: float, look: Callable[[Array], Array], states: Reading
     ) -> tuple[Array, Array]:
         """Return times, ascending, and values of the function, which passes zero once between two.
 
         Or not at all, if they have one sign; but for rounding, and where it is lost.
         """
         low, high = _divided(start, end, self.parts)
-        found, looked, is_even, greatest = [], 0, True, 0.0
+        found, looked, halved, is_even, greatest = [], 0, 0, True, 0.0
         shortest = INSTANT * end
         while low.size:
             times = _places(low, high)
             values = look(times.ravel()).reshape(times.shape)
             greatest = max(greatest, float(np.max(np.abs(values))))
             is_known, dips = _settled(times, values, _ROUNDED * greatest, shortest)
-            looked += len(low)
+            constant = np.nonzero(is_known & _constant(values))[0]
+            looked += len(low) - len(constant)
+            moves = [self._moves(times[part], end, states) for part in constant]
+            if any(moves):
+                self.is_constant = True
+                halved += sum(moves)
+                is_known[constant[moves]] = halved > _MOST_PARTS
             self.is_lost |= looked > _MOST_PARTS and not np.all(is_known)
             if self.is_lost:
                 # As far as nine places tell: what is finer could be noise without end.
@@ -263,7 +314,7 @@ class _Track:
             found += [(times[is_known].ravel(), values[is_known].ravel()), (dips, look(dips))]
             if is_even:
                 # Another step may need no more than this.
-                self.parts = len(low) if looked > len(low) else max(1, 3 * len(low) // 4)
+                self.parts = len(low) if found[2:] else max(1, 3 * len(low) // 4)
                 is_even = not np.any(is_known)
             low, high = low[~is_known], high[~is_known]
             middle = 0.5 * (low + high)
@@ -272,6 +323,22 @@ class _Track:
         times, values = (np.concatenate(parts) for parts in zip(*found, strict=True))
         order = np.argsort(times, kind="stable")
         return times[order], values[order]
+
+    def _moves(self, times: Array, end: float, states: Reading) -> bool:
+        """Return whether what the function reads moves far between neighbouring times `(n,)`.
+
+        Time alone moves where it reads nothing of the state, from 0 to the end of the step.
+        """
+        if not any(self._ranges):
+            return bool(np.max(np.diff(times)) > _NEAR * end)
+        rows = states(times.tolist())
+        for kind, most in enumerate((1.0, np.inf)):
+            for name, (low, high) in self._ranges[kind].items():
+                if high - low > _STILL * max(1.0, -low, high):
+                    steps = np.abs(np.diff([state[kind][name] for state in rows]))
+                    if np.max(steps) > _NEAR * min(high - low, most):
+                        return True
+        return False
 
 
 def _divided(start: float, end: float, count: int) -> tuple[Array, Array]:
@@ -285,6 +352,15 @@ def _places(low: Array, high: Array) -> Array:
     times = low[:, None] + 0.5 * (high - low)[:, None] * (1.0 + _NODES)
     times[:, -1] = high
     return times
+
+
+def _constant(values: Array) -> Array:
+    """Return which parts `(P, n)` have three equal values in a row, of which no series can tell.
+
+    But for rounding; a smooth function has two, on both sides of where it turns back.
+    """
+    equal = np.abs(np.diff(values)) <= 2.0 * np.spacing(np.abs(values[:, 1:]))
+    return np.asarray(np.any(equal[:, 1:] & equal[:, :-1], axis=1))
 
 
 def _settled(times: Array, values: Array, rounding: float, shortest: float) -> tuple[Array, Array]:

@@ -87,15 +87,100 @@ def test_two_zeros_close_together_are_both_found(apart: float) -> None:
 
 
 def test_what_touches_zero_has_not_passed_it() -> None:
-    for event in (
-        lambda t: (t - 1.234) ** 2,
-        lambda t: -abs(t - 1.234),
-        lambda t: max(0.0, t - 1.0),
-        lambda t: max(0.0, abs(t - 2.0) - 0.5),  # Exactly zero for a while.
+    for event, is_constant in (
+        (lambda t: (t - 1.234) ** 2, False),
+        (lambda t: -abs(t - 1.234), False),
+        (lambda t: max(0.0, t - 1.0), True),
+        (lambda t: max(0.0, abs(t - 2.0) - 0.5), True),  # Exactly zero for a while.
     ):
         search = EventSearch(watched(event), reading)
         assert search.step(0.0, 4.0, reading) is None
-        assert (search.happened, search.notes) == ([], [])
+        assert search.happened == []
+        assert [" is constant between 0 and 4 s" in note for note in search.notes] == (
+            [True] * is_constant
+        )
+
+
+@pytest.mark.parametrize("width", [0.02, 0.15])
+@pytest.mark.parametrize("steps", [5, 17])
+@pytest.mark.parametrize("what", ["switch", "tanh", "speed"])
+def test_what_is_constant_is_looked_at_as_what_it_reads_moves(
+    what: str, width: float, steps: int
+) -> None:
+    """Of the way of 2 from side to side, a window of 0.04 is wider than a hundredth."""
+    function, phase = {
+        "switch": (lambda t, x, v: 1.0 if abs(x["a"]) < width else -1.0, 0.0),
+        "tanh": (lambda t, x, v: math.tanh(3e4 * (width**2 - x["a"] ** 2)), 0.0),
+        "speed": (lambda t, x, v: -1.0 if abs(v["a"]) < width else 1.0, 0.5),
+    }[what]
+    search = EventSearch(watched(cd.Event(function, name="e")), reading)
+    for first, last in pairwise(np.linspace(0.0, 20.3, steps + 1).tolist()):
+        search.step(first, last, reading)
+    half_width = math.asin(width)
+    middles = math.pi * (np.arange(8) + phase)
+    edges = np.sort(np.concatenate([middles - half_width, middles + half_width]))
+    expected = edges[(edges > 0.0) & (edges < 20.3)]
+    assert len(expected) >= 12
+    np.testing.assert_allclose([item.time for item in search.happened], expected, rtol=1e-12)
+    (note,) = search.notes
+    assert "event 'e' is constant between" in note and "abs(position) - width" in note
+
+
+def test_what_is_constant_costs_no_more_than_its_parts_and_is_told_once() -> None:
+    counts = {"of nothing": 0, "of a switch": 0}
+
+    def counted(name: str, value: float) -> float:
+        counts[name] += 1
+        return value
+
+    events = [
+        cd.Event(lambda t, x, v: counted("of nothing", 1.0), name="of nothing"),
+        cd.Event(lambda t, x, v: counted("of a switch", float(x["a"] < 3.0)), name="of a switch"),
+    ]
+    search = EventSearch(watched(events), reading)
+    for step in range(4):
+        search.step(step * math.pi, (step + 1) * math.pi, reading)
+    assert search.happened == []
+    assert [note.split("'")[1] for note in search.notes] == ["of nothing", "of a switch"]
+    # A way of 1 there and back, in hundredths: 200 places at least, of parts that are halved.
+    assert counts["of nothing"] < 4 * 500
+    assert 4 * 200 < counts["of a switch"] < 4 * 1500
+    # Faster than any parts could follow: told as well, and bounded.
+    fast = [(Named({"a": 0}, np.array([time * 1e9])), Named({}, np.zeros(0))) for time in (0.0,)]
+    search, before = EventSearch(watched(events[1]), lambda times: fast), counts["of a switch"]
+
+    def far(times: list[float]) -> list[tuple[Named, Named]]:
+        return [(Named({"a": 0}, np.array([-1e9 * t])), fast[0][1]) for t in times]
+
+    search.step(0.0, 1.0, far)
+    assert counts["of a switch"] - before < 9 * 2 * 1024 + 2
+    assert len(search.notes) == 1
+
+
+def test_what_is_constant_because_what_it_reads_rests_is_not_told_of() -> None:
+    """A joint that trembles by rounding, a speed that stays, and functions that are smooth."""
+
+    def resting(times: list[float]) -> list[tuple[Named, Named]]:
+        return [
+            (
+                Named({"rest": 0, "turn": 1}, np.array([1e-13 * math.sin(1e3 * time), 9.0 * time])),
+                Named({"rest": 0, "turn": 1}, np.array([1e-10 * math.cos(1e3 * time), 9.0])),
+            )
+            for time in times
+        ]
+
+    events = [
+        lambda t, x, v: 1.0 if abs(x["rest"]) < 0.1 else -1.0,
+        lambda t, x, v: 1.0 if abs(v["rest"]) < 0.1 else -1.0,
+        lambda t, x, v: v["turn"] - 5.0,
+        lambda t, x, v: x["rest"] - 5.0,
+        lambda t, x, v: x["turn"] - 5000.0,
+        lambda t, x, v: abs(math.sin(x["turn"])) - 0.1,
+    ]
+    search = EventSearch(watched(events), resting)
+    for step in range(5):
+        search.step(step * 0.7, (step + 1) * 0.7, resting)
+    assert search.notes == []
 
 
 def test_the_finer_parts_of_one_step_begin_the_next() -> None:

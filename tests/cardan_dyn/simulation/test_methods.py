@@ -155,6 +155,34 @@ def test_events_of_many_zeros_are_all_found_by_each_method(method: str) -> None:
     assert found.notes == ()
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_limit_switch_is_found_at_each_passage(method: str) -> None:
+    """A pendulum passes its lowest point at T/4 + k T/2, the edges beside it so much earlier."""
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
+    reach, width, rate = 2.0, 0.02, np.sqrt(WEIGHT / ABOUT_PIN)
+
+    def switch(time: float, x: Named, v: Named) -> float:
+        return 1.0 if abs(x["pin"]) < width else -1.0
+
+    modulus = np.sin(0.5 * reach) ** 2
+    quarter = ellipk(modulus)
+    beside = ellipkinc(np.arcsin(np.sin(0.5 * width) / np.sqrt(modulus)), modulus)
+    middles = quarter * (1.0 + 2.0 * np.arange(4))
+    expected = np.sort(np.concatenate([middles - beside, middles + beside])) / rate
+    event = cd.Event(switch, name="switch")
+    end = 8.0 * quarter / rate
+    found = scene.simulate(end, position=reach, method=method, rtol=1e-10, events=event)
+    np.testing.assert_allclose([item.time for item in found.events], expected, atol=1e-6)
+    assert sum("event 'switch' is constant between" in note for note in found.notes) == 1
+    stop = cd.Event(switch, terminal=True, name="switch")
+    ended = scene.simulate(end, position=reach, method=method, rtol=1e-10, events=stop)
+    assert ended.time[-1] == pytest.approx(expected[0], abs=1e-6)
+    smooth = cd.Event(lambda time, x, v: abs(x["pin"]) - width, name="smooth")
+    found = scene.simulate(end, position=reach, method=method, rtol=1e-10, events=smooth)
+    np.testing.assert_allclose([item.time for item in found.events], expected, atol=1e-6)
+    assert found.notes == ()
+
+
 def test_an_event_that_is_too_fast_is_told_of() -> None:
     scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
     for method in ("quadrature", "response"):
