@@ -1,8 +1,8 @@
-"""Torsional natural frequency of a drive and the speeds it makes dangerous.
+"""Torsional natural frequencies of a drive and the speeds they make dangerous.
 
 A joint excites torsion at twice and, weakly, four times the speed of rotation, and its ratio makes
 the stiffness and inertia of what stands behind it vary at twice the speed. SI units, all arguments
-broadcast.
+broadcast; those of `chain_frequencies` along all axes but the last.
 
 References:
     Dana industrial drive shafts catalogue, critical torsional speed; A. J. Mazzei, R. A. Scott,
@@ -22,10 +22,10 @@ from ._checks import FloatArray, joint_angle, positive, real, refuse, same_shape
 __all__ = [
     "ParametricZone",
     "TorsionalSpeeds",
+    "chain_frequencies",
     "critical_speeds",
     "parametric_speed",
     "parametric_zone",
-    "two_inertia_frequency",
 ]
 
 
@@ -47,31 +47,49 @@ class ParametricZone(NamedTuple):
     damping: FloatArray
 
 
-def two_inertia_frequency(
-    inertia_1: ArrayLike, inertia_2: ArrayLike, stiffness: ArrayLike
-) -> FloatArray:
-    """Natural frequency of two inertias on a shaft, omega^2 = c (J_1 + J_2) / (J_1 J_2).
+def chain_frequencies(inertias: ArrayLike, stiffnesses: ArrayLike) -> FloatArray:
+    """Natural frequencies of inertias in a row with springs between them.
+
+    Two inertias have one, omega^2 = c (J_1 + J_2) / (J_1 J_2).
 
     Args:
-        inertia_1: J_1 at one end [kg m^2], greater than 0; inf where the motion is prescribed.
-        inertia_2: J_2 at the other end [kg m^2], greater than 0; inf likewise.
-        stiffness: torsional stiffness c [N m/rad], greater than 0.
+        inertias: J of n >= 2 inertias `(..., n)` [kg m^2], greater than 0; inf where the motion is
+            prescribed.
+        stiffnesses: torsional stiffness c of what lies between them `(..., n - 1)` [N m/rad],
+            greater than 0.
 
     Returns:
-        omega [rad/s], 2 pi f, in the broadcast shape.
+        omega `(..., n - 1)` [rad/s] from the lowest on, without the turning of all together. Each
+        is exact but for the rounding of the highest one. Each infinite inertia but one leaves an
+        omega of 0, as nothing moves.
 
     Raises:
         ValueError: an argument out of range or shapes that do not match.
 
     Source:
-        f = sqrt(c (J_1 + J_2) / (J_1 J_2)) / (2 pi) of two inertias (textbooks); Dana leaves it to
-        the builder of the machine to stay clear of it.
+        The twists of the springs swing with M^-1 K in coordinates in which it is D^T D: D has
+        1/sqrt(J c^-1) twice in each column, and its singular values are omega (textbooks of torsion
+        in crankshafts); Dana leaves it to the builder of the machine to stay clear of it.
+
+    >>> chain_frequencies([0.1, 0.2, 0.1], [2e4, 2e4]).round(2).tolist()
+    [447.21, 632.46]
     """
-    first = positive("inertia_1", inertia_1, unlimited=True)
-    second = positive("inertia_2", inertia_2, unlimited=True)
-    stiffness = positive("stiffness", stiffness)
-    same_shape(inertia_1=first, inertia_2=second, stiffness=stiffness)
-    return np.sqrt(stiffness * (1.0 / first + 1.0 / second))
+    inertia = positive("inertias", inertias, unlimited=True)
+    stiffness = positive("stiffnesses", stiffnesses)
+    count = inertia.shape[-1] if np.ndim(inertia) else 0
+    if count < 2 or np.shape(stiffness)[-1:] != (count - 1,):
+        raise ValueError(
+            f"stiffnesses of shape {np.shape(stiffness)} do not match inertias of shape "
+            f"{np.shape(inertia)}: expected (..., n - 1) and (..., n) with n of 2 or more"
+        )
+    before, behind = (np.sqrt(stiffness / part) for part in (inertia[..., :-1], inertia[..., 1:]))
+    unknown = np.isnan(before + behind).any(axis=-1, keepdims=True)
+    difference = np.zeros((*before.shape[:-1], count, count - 1))
+    at = np.arange(count - 1)
+    difference[..., at, at] = np.where(unknown, 0.0, before)
+    difference[..., at + 1, at] = np.where(unknown, 0.0, -behind)
+    found = np.linalg.svd(difference, compute_uv=False)[..., ::-1]
+    return np.where(unknown, np.nan, found)
 
 
 def critical_speeds(frequency: ArrayLike) -> TorsionalSpeeds:

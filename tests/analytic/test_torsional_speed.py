@@ -81,14 +81,30 @@ def test_damping_closes_the_zone():
     assert growth == pytest.approx(ts.parametric_zone(beta, share).damping, rel=0.03)
 
 
-def test_two_inertias_are_an_eigenvalue():
+def test_two_and_three_inertias_in_closed_form():
     J_1, J_2, c = 0.7, 0.2, 4e4
-    stiffness = np.array([[c, -c], [-c, c]]) / np.array([[J_1], [J_2]])
-    greatest = np.sqrt(np.max(np.linalg.eigvals(stiffness)))
-    assert ts.two_inertia_frequency(J_1, J_2, c) == pytest.approx(greatest, rel=1e-13)
     f = np.sqrt(c * (J_1 + J_2) / (J_1 * J_2)) / (2 * np.pi)
-    assert ts.two_inertia_frequency(J_1, J_2, c) == pytest.approx(2 * np.pi * f, rel=1e-14)
-    assert ts.two_inertia_frequency(np.inf, 0.2, c) == pytest.approx(np.sqrt(c / 0.2))
+    assert ts.chain_frequencies([J_1, J_2], [c]) == pytest.approx([2 * np.pi * f], rel=1e-14)
+    assert ts.chain_frequencies([np.inf, 0.2], [c]) == pytest.approx([np.sqrt(c / 0.2)])
+    # Holzer: J_1 J_2 J_3 x^2 - p x + c_1 c_2 (J_1 + J_2 + J_3) = 0 without the root 0.
+    rng = np.random.default_rng(4)
+    J, c = rng.uniform(0.05, 5.0, (20, 3)), 10 ** rng.uniform(3, 5, (20, 2))
+    first, second, third = J.T
+    p = c[:, 0] * third * (first + second) + c[:, 1] * first * (second + third)
+    product = J.prod(axis=1)
+    root = np.sqrt(p**2 - 4 * product * c.prod(axis=1) * J.sum(axis=1))
+    squares = np.stack([p - root, p + root], axis=1) / (2 * product)[:, None]
+    assert ts.chain_frequencies(J, c) == pytest.approx(np.sqrt(squares), rel=1e-9)
+
+
+def test_light_inertias_cost_no_digits_of_the_low_modes():
+    """A chain of equal parts between walls, omega_k = 2 sqrt(c / J) sin(k pi / 2 (n + 1))."""
+    modes = np.arange(1, 8)
+    wave = 2 * np.sqrt(3e4 / 0.2) * np.sin(modes * np.pi / 16)
+    found = ts.chain_frequencies([np.inf, *[0.2] * 7, np.inf], [3e4] * 8)
+    assert found == pytest.approx([0.0, *wave], rel=1e-12, abs=1e-9)
+    light = ts.chain_frequencies([0.5, 1e-9, 0.3], [8e4, 8e4])
+    assert light[0] == pytest.approx(np.sqrt(4e4 * (1 / 0.5 + 1 / 0.3)), rel=1e-8)
 
 
 def test_orders_of_the_joint():
@@ -109,10 +125,13 @@ def test_shapes_nan_and_bad_arguments():
     zone = ts.parametric_zone([[0.1], [np.nan]], np.linspace(0, 1, 3))
     assert all(value.shape == (2, 3) for value in zone)
     assert np.isnan(zone.least).tolist() == [[False] * 3, [True] * 3]
-    assert isinstance(ts.two_inertia_frequency(1, 2, 3), float)
+    chains = ts.chain_frequencies([[1.0, 2.0, 3.0], [1.0, np.nan, 3.0]], [1.0, 2.0])
+    assert np.isnan(chains).tolist() == [[False] * 2, [True] * 2]
     assert np.isnan(ts.parametric_speed(1.0, [1, np.nan])).tolist() == [False, True]
     for call, message in (
-        (lambda: ts.two_inertia_frequency(0.0, 1.0, 1.0), r"inertia_1 = 0\.0 .*\(0, inf\]"),
+        (lambda: ts.chain_frequencies([0.0, 1.0], [1.0]), r"inertias\[0\] = 0\.0 .*\(0, inf\]"),
+        (lambda: ts.chain_frequencies([1.0, 1.0], [1.0, 1.0]), r"stiffnesses of shape \(2,\)"),
+        (lambda: ts.chain_frequencies([1.0], []), r"n of 2 or more"),
         (lambda: ts.critical_speeds(-1.0), "frequency"),
         (lambda: ts.parametric_speed(1.0, 1.5), r"zone = 1\.5 .*1, 2, 3"),
         (lambda: ts.parametric_zone(0.1, 1.5), r"share = 1\.5"),

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from line_equilibrium import Equilibrium
-from scipy.linalg import eigh
+from scipy.linalg import eigh, null_space
 from testkit.line_statics import pins
 
 from cardan_dyn import CardanError
@@ -422,24 +422,56 @@ def judged(line: DriveLine, worst: Worst) -> Judged:
     inner = [k for k in range(1, line.count) if line.shafts[k].centring is None]
     if inner and speed is None:
         found.open.add(("bending_speed", ""))
+    for k in (0, line.count):
+        if line.shafts[k].tube is not None:
+            _bends(line, found, running, end_critical(line, k))
     soft = [item.stiffness for k in inner for item in line.shafts[k].bearings]
     for k in range(1, line.count):
         if line.shafts[k].tube is None and not line.shafts[k].mass:
             found.open.add(("balancing", line.shaft_names[k]))
     if speed is not None:
-        share = {"industrial": 0.65, "vehicle": 0.7}.get(line.application, 0.75)
-        found.most("bending_speed", "", fastest / speed, share)
-        uneven = [b for b, j in zip(betas, line.joints, strict=True) if j.kind == "cross"]
-        if max(uneven, default=0.0) >= np.radians(3.0):
-            gaps = [abs(n / speed - 0.5) for n, _ in running]
-            found.least("bending_speed", "", min(gaps), 0.08)
+        _bends(line, found, running, speed)
         if None in soft:
             found.open.add(("bending_speed", ""))
     return found
 
 
+def _bends(
+    line: DriveLine, found: Judged, running: list[tuple[float, float]], speed: float
+) -> None:
+    share = {"industrial": 0.65, "vehicle": 0.7}.get(line.application, 0.75)
+    found.most("bending_speed", "", max(n for n, _ in running) / speed, share)
+    uneven = [b for b, j in zip(line.joint_angles, line.joints, strict=True) if j.kind == "cross"]
+    if max(uneven, default=0.0) >= np.radians(3.0):
+        found.least("bending_speed", "", min(abs(n / speed - 0.5) for n, _ in running), 0.08)
+
+
+def end_critical(line: DriveLine, k: int) -> float:
+    """Critical bending speed of an end shaft on rigid bearings, by polynomials that are 0 there."""
+    shaft, tube = line.shafts[k], line.shafts[k].tube
+    length = float(line.geometry.lengths[k])
+    D, d = tube.outer_diameter, tube.inner_diameter
+    bend = 2.1e11 * np.pi / 64 * (D**4 - d**4)
+    heavy = 7850 * np.pi / 4 * (D**2 - d**2) if shaft.mass is None else shaft.mass / length
+    points, weights = np.polynomial.legendre.leggauss(60)
+    shapes = [np.polynomial.Legendre.basis(n) for n in range(40)]
+    values, curved, held = (
+        np.array([of(shape) for shape in shapes])
+        for of in (
+            lambda shape: shape(points),
+            lambda shape: shape.deriv(2)(points) * 4 / length**2,
+            lambda shape: shape(2 * np.array([b.distance for b in shaft.bearings]) / length - 1),
+        )
+    )
+    joint = line.joints[0 if k == 0 else -1].cross_mass * np.outer(*[[s(-1.0) for s in shapes]] * 2)
+    M = heavy * (values * weights) @ values.T * length / 2 + joint
+    K = bend * (curved * weights) @ curved.T * length / 2
+    free = null_space(held.T)
+    return float(np.sqrt(eigh(free.T @ K @ free, free.T @ M @ free, eigvals_only=True)[0]))
+
+
 def _torsion(line: DriveLine, found: Judged, running: list[tuple[float, float]]) -> None:
-    """Orders 2 and 4 of two inertias, and the first zone in which they may shake themselves up."""
+    """Orders 2 and 4 of all inertias, and the first zone in which they may shake themselves up."""
     uneven = [b for b, j in zip(line.joint_angles, line.joints, strict=True) if j.kind == "cross"]
     if not uneven:
         return
@@ -449,17 +481,33 @@ def _torsion(line: DriveLine, found: Judged, running: list[tuple[float, float]])
     if not all(ends) or not springs or not {*inner} <= {*springs}:
         found.open.add(("torsional_speed", ""))
         return
-    soft = 0.0
-    for k in springs:
-        D, d = line.shafts[k].tube.outer_diameter, line.shafts[k].tube.inner_diameter
-        soft += float(line.geometry.lengths[k]) * 32 / (8.08e10 * np.pi * (D**4 - d**4))
-    natural = np.sqrt((1 / ends[0] + 1 / ends[1]) / soft)
-    for order in (2, 4):
-        gap = min(abs(n * order / natural - 1) for n, _ in running)
-        found.least("torsional_speed", "", gap, 0.1)
-    half = ends[1] / sum(ends) * max(uneven) ** 2 / 4
-    for n, _ in running:
-        found.least("torsional_speed", "", abs(n / natural - 1), half)
+    # By how much the line up to a place twists under a unit torque, and the inertia there.
+    twist, at = 0.0, [(0.0, ends[0])]
+    for k, shaft in enumerate(line.shafts):
+        length, own, soft = float(line.geometry.lengths[k]), 0.0, 0.0
+        if shaft.tube is not None:
+            D, d = shaft.tube.outer_diameter, shaft.tube.inner_diameter
+            soft = length * 32 / (8.08e10 * np.pi * (D**4 - d**4))
+            mass = 7850 * np.pi / 4 * (D**2 - d**2) * length if shaft.mass is None else shaft.mass
+            own = mass * (D**2 + d**2) / 8 * (0 < k < line.count)
+        if k > 0:
+            cross = line.joints[k - 1]
+            at.append((twist, cross.cross_mass * cross.cross_span**2 / 12))
+        at.append((twist + soft / 2, own))
+        twist += soft
+    at.append((twist, ends[1]))
+    places = sorted({place for place, inertia in at if inertia})
+    J = np.array([sum(inertia for place, inertia in at if place == one) for one in places])
+    c = 1 / np.diff(places)
+    K = np.diag([*c, 0.0]) + np.diag([0.0, *c]) - np.diag(c, 1) - np.diag(c, -1)
+    modes = np.sqrt(eigh(K, np.diag(J), eigvals_only=True)[1:])
+    half = (1 - J[0] / J.sum()) * max(uneven) ** 2 / 4
+    for natural in modes:
+        for order in (2, 4):
+            gap = min(abs(n * order / natural - 1) for n, _ in running)
+            found.least("torsional_speed", "", gap, 0.1)
+        for n, _ in running:
+            found.least("torsional_speed", "", abs(n / natural - 1), half)
 
 
 def _forces(line: DriveLine, found: Judged, worst: Worst) -> None:

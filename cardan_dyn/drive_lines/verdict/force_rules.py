@@ -16,7 +16,7 @@ from ..line.parts import Shaft
 from ..line.supports import supports
 from .case import Case
 from .extremes import greatest
-from .rows import Inverse, VerdictRow, opened, stated
+from .rows import Inverse, VerdictRow, opened
 
 
 def force_rules(case: Case) -> Iterator[VerdictRow]:
@@ -113,7 +113,7 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
             if most is not None and size:
                 row = _with_inverse(case, row, abs(where.point.torque or 0.0) * most / size)
             if bearing is None:
-                yield stated(row, "a bearing at the joint itself; give the shaft's own bearings")
+                yield opened(row, "a bearing at the joint itself; give the shaft's own bearings")
                 continue
             limit = None if most is None else Limit(most, "N", field)
             yield case.of_forces(row, limit, f"give {field} of the bearing", of, index)

@@ -11,7 +11,10 @@ import numpy as np
 from cardan_dyn.analytic import bending_speed, installation, shaft_design, torsional_speed
 from cardan_dyn.analytic.limits import Limit
 
+from ...arrays import Array
 from ...errors import ModelError
+from ..line.closed_chain import cross_inertia, shaft_bodies
+from ..line.data import LineData
 from ..line.geometry import centring_places
 from ..line.parts import Shaft
 from ..line.supports import Support, supports
@@ -27,7 +30,11 @@ def shaft_rules(case: Case) -> Iterator[VerdictRow]:
     for k in range(case.line.count + 1):
         yield from _tube(case, k)
     critical = _critical(case)
-    yield from _bending_speed(case, critical)
+    if any(shaft.centring is None for shaft in case.line.shafts[1:-1]):
+        yield from _bending_speed(case, critical)
+    for k in (0, case.line.count):
+        if case.line.shafts[k].tube is not None:
+            yield from _bending_speed(case, _end_critical(case, k), case.line.shaft_names[k])
     for k in range(1, case.line.count):
         yield from _lengths(case, k)
     yield from _torsional_speed(case)
@@ -161,6 +168,38 @@ def _critical(case: Case) -> _Critical | str:
     return _Critical(found, at, by_rule, span, single, tuple(soft))
 
 
+def _end_critical(case: Case, k: int) -> _Critical | str:
+    """Return the critical bending speed of an end shaft with a tube; in words why there is none.
+
+    It is a beam on its bearings, as stiff as they are said to be. Its ends are free: two bearings
+    hold the joint too. A shaft with one bearing hangs by its joint, which is rigid then.
+    """
+    line, shaft, tube = case.line, case.line.shafts[k], case.line.shafts[k].tube
+    if tube is None or not shaft.bearings:
+        return f"give bearings of {line.shaft_names[k]}"
+    given = float(line.geometry.lengths[k])
+    length = np.fmax(given, max(item.distance for item in shaft.bearings))
+    heavy = shaft.mass / length if shaft.mass else tube.density * tube.area
+    rigidity = tube.modulus * tube.area * np.hypot(*_diameters(shaft)) ** 2 / 16.0
+    bearings = [
+        bending_speed.LineBearing(0, item.distance, item.stiffness or np.inf)
+        for item in shaft.bearings
+    ]
+    masses = [line.joints[0 if k == 0 else -1].cross_mass, 0.0]
+    ends = [np.inf if len(bearings) == 1 else 0.0, 0.0]
+    try:
+        found = bending_speed.line_bending([length], [rigidity], [heavy], masses, ends, bearings)
+    except ValueError as error:
+        return str(error)
+    span, both = _span(case, k), _diameters(shaft)
+    by_rule = float(shaft_design.critical_speed(*both, span, tube.modulus, tube.density))
+    constant, speed = case.critical_constant, found.speed
+    if constant is not None:
+        by_maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
+        speed, by_rule = speed * by_maker / by_rule, by_maker
+    return _Critical(speed, k, by_rule, span, single=False, soft=())
+
+
 def _bearings(case: Case) -> tuple[Support, ...]:
     """Return the bearings of a line; none if they do not hold it."""
     try:
@@ -204,11 +243,10 @@ def _joint_masses(case: Case) -> list[float]:
     return result
 
 
-def _bending_speed(case: Case, found: _Critical | str) -> Iterator[VerdictRow]:
+def _bending_speed(case: Case, found: _Critical | str, where: str = "") -> Iterator[VerdictRow]:
+    """Yield the rows of the shafts between joints, or of the end shaft of a name."""
     fastest, line = case.fastest, case.line
-    row = VerdictRow(rule="bending_speed", where="", quantity="share of the critical speed")
-    if all(shaft.centring is not None for shaft in line.shafts[1:-1]):
-        return
+    row = VerdictRow(rule="bending_speed", where=where, quantity="share of the critical speed")
     if isinstance(found, str) or fastest is None or fastest.speed is None:
         yield opened(row, found if isinstance(found, str) else "give speed")
         return
@@ -243,7 +281,9 @@ def _critical_text(case: Case, found: _Critical) -> str:
     by = "" if constant is None else f" by {constant.source}"
     rpm = found.speed * 30.0 / np.pi
     of = f"free length {found.span * 1e3:.0f} mm"
-    if not found.single:
+    if found.shaft in (0, case.line.count):
+        of = "; ".join([of, "on its own bearings"])
+    elif not found.single:
         of = "of all shafts together with joints and bearings"
     return f"critical speed {rpm:.0f} 1/min{by}, {of}"
 
@@ -265,7 +305,12 @@ def _greatest_length(case: Case, found: _Critical, limit: Limit | None) -> tuple
 def _not_a_beam(case: Case, found: _Critical) -> tuple[str, ...]:
     section = case.line.shafts[found.shaft].tube
     broken = []
-    if not found.single:
+    if found.shaft in (0, case.line.count):
+        broken.append(
+            "one shaft on rigid supports at its ends: the value counts with its bearings where "
+            "they are, and with what overhangs"
+        )
+    elif not found.single:
         broken.append(
             "one shaft on rigid supports close to its joints: the value counts with all shafts, "
             "joints and bearings"
@@ -317,35 +362,39 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
         return
     ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]
     names = [name for name, inertia in zip(("input", "output"), ends, strict=True) if not inertia]
-    soft, lacking = _softness(case)
+    soft = _compliances(case)
+    lacking = [name for name, value in zip(line.shaft_names, soft, strict=True) if value is None]
+    if not lacking and not any(soft):  # One of them has to twist, if nothing else can.
+        lacking = [line.shaft_names[0], line.shaft_names[-1]]
     missing = [f"inertia of the {name} shaft" for name in names]
     missing += [f"tube or torsional_stiffness of {'/'.join(lacking)}"] if lacking else []
     missing += [] if fastest is not None else ["speed"]
     if missing or fastest is None:
         yield opened(row, "give " + ", ".join(missing))
         return
-    frequency = float(torsional_speed.two_inertia_frequency(ends[0], ends[1], 1.0 / soft))
-    orders = torsional_speed.critical_speeds(frequency)
-    critical = {"order 2": float(orders.order_2), "order 4": float(orders.order_4)}
-    points = [point for point in case.points if point.speed is not None]
+    inertias, stiffnesses = _chain(line, [value or 0.0 for value in soft])
+    modes = torsional_speed.chain_frequencies(inertias, stiffnesses)
+    speeds = torsional_speed.critical_speeds(modes)
     found = [
-        (abs((point.speed or 0.0) / speed - 1.0), name, point)
-        for point in points
-        for name, speed in critical.items()
+        (abs((point.speed or 0.0) / float(speed) - 1.0), name, mode, point)
+        for point in case.points
+        if point.speed is not None
+        for name, by_order in (("order 2", speeds.order_2), ("order 4", speeds.order_4))
+        for mode, speed in enumerate(by_order)
     ]
-    distance, nearest, point = min(found, key=lambda item: item[0])
+    distance, nearest, mode, point = min(found, key=lambda item: item[0])
+    critical = {"order 2": speeds.order_2[mode], "order 4": speeds.order_4[mode]}
+    rpm = critical[nearest] * 30.0 / np.pi
     row = replace(
         row,
         value=distance,
         condition=point.name,
-        inverses=tuple(Inverse(name, speed, "rad/s") for name, speed in critical.items()),
-        broken=("two inertias alone: shafts and joints between them are taken as massless",)
-        if case.is_heavy
-        else (),
-        note=f"natural frequency {frequency / (2 * np.pi):.4g} Hz, nearest: {nearest}",
+        inverses=tuple(Inverse(name, float(speed), "rad/s") for name, speed in critical.items()),
+        note=f"natural frequency {modes[mode] / (2 * np.pi):.4g} Hz, nearest: {nearest} at "
+        f"{rpm:.4g} 1/min",
     )
     yield withheld(case.held(row, "torsional_distance"), _unknown_speed(case))
-    yield _zone(case, frequency, beta, ends[1] / (ends[0] + ends[1]))
+    yield _zone(case, modes, beta, 1.0 - inertias[0] / sum(inertias))
 
 
 def _unknown_speed(case: Case) -> str:
@@ -353,44 +402,83 @@ def _unknown_speed(case: Case) -> str:
     return "give speed" if any(point.speed is None for point in case.points) else ""
 
 
-def _zone(case: Case, frequency: float, beta: float, share: float) -> VerdictRow:
-    """Return the row of the first zone of parametric instability."""
+def _zone(case: Case, modes: Array, beta: float, share: float) -> VerdictRow:
+    """Return the row of the first zone of parametric instability of a mode.
+
+    It is the mode in whose zone a point is; the lowest one if there is none.
+    """
     zone = torsional_speed.parametric_zone(beta, share)
-    low, high = float(zone.least) * frequency, float(zone.greatest) * frequency
-    inside = [point for point in case.points if point.speed and low <= point.speed <= high]
+    lows, highs = float(zone.least) * modes, float(zone.greatest) * modes
+    held = [
+        (point, mode)
+        for point in case.points
+        for mode in range(len(modes))
+        if point.speed and lows[mode] <= point.speed <= highs[mode]
+    ]
+    mode = held[0][1] if held else 0
+    low, high = float(lows[mode]), float(highs[mode])
     row = VerdictRow(
         rule="torsional_speed",
         where="",
         quantity="damping that closes the first parametric zone",
         value=float(zone.damping),
-        condition=inside[0].name if inside else "",
+        condition=held[0][0].name if held else "",
         inverses=(Inverse("zone from", low, "rad/s"), Inverse("zone to", high, "rad/s")),
         broken=("of one joint with the spring in front of it: the greatest joint angle is taken",),
     )
-    if not inside or low == high:
+    if not held or low == high:
         return stated(replace(row, note="no operating point is in the zone"))
     note = "in the zone: damping has to exceed the value"
     return replace(stated(row), status=FAIL, note=note)
 
 
-def _softness(case: Case) -> tuple[float, list[str]]:
-    """Return the torsional softness of all shafts in a row [rad/(N·m)], and which do not tell it.
+def _chain(line: LineData, compliances: list[float]) -> tuple[list[float], list[float]]:
+    """Return inertias of a line in a row [kg·m²], and the stiffness between them [N·m/rad].
 
-    End shafts count as far as they tell it: one of them has to, if nothing else can twist. A
-    coupling piece is rigid unless it tells otherwise.
+    Each shaft between joints has its inertia in its middle, the end shafts have it at their ends,
+    and crosses are at the joints. What has no inertia, or is rigid, leaves no place of its own.
     """
-    line, soft, lacking = case.line, 0.0, []
+    ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]
+    # In the order of the flow: the softness in front of an inertia, and the inertia.
+    row = [(0.0, ends[0])]
+    before = compliances[0]
+    for k in range(1, line.count):
+        half = compliances[k] / 2.0
+        inertia = sum(body.inertia for body in shaft_bodies(line, k) if body is not None)
+        row += [(before, cross_inertia(line.joints[k - 1])[1]), (half, inertia)]
+        before = half
+    row += [(before, cross_inertia(line.joints[-1])[1]), (compliances[-1], ends[1])]
+    inertias, stiffnesses, soft = [row[0][1]], [], 0.0
+    for compliance, inertia in row[1:]:
+        soft += compliance
+        if not inertia:
+            continue
+        if soft:
+            inertias.append(inertia)
+            stiffnesses.append(1.0 / soft)
+        else:
+            inertias[-1] += inertia
+        soft = 0.0
+    return inertias, stiffnesses
+
+
+def _compliances(case: Case) -> list[float | None]:
+    """Return the torsional softness of each shaft [rad/(N·m)]; None where it does not tell it.
+
+    An end shaft or a coupling piece is rigid unless it tells otherwise.
+    """
+    line = case.line
+    found: list[float | None] = []
     for k, shaft in enumerate(line.shafts):
         length = float(line.geometry.lengths[k])
         if shaft.torsional_stiffness is not None:
-            soft += 1.0 / shaft.torsional_stiffness
+            found.append(1.0 / shaft.torsional_stiffness)
         elif shaft.tube is not None and np.isfinite(length):
-            soft += 1.0 / shaft.tube.torsional_stiffness(length)
-        elif 0 < k < line.count and shaft.centring is None:
-            lacking.append(line.shaft_names[k])
-    if not soft and not lacking:
-        lacking = [line.shaft_names[0], line.shaft_names[-1]]
-    return soft, lacking
+            found.append(1.0 / shaft.tube.torsional_stiffness(length))
+        else:
+            is_rigid = k in (0, line.count) or shaft.centring is not None
+            found.append(0.0 if is_rigid else None)
+    return found
 
 
 def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:

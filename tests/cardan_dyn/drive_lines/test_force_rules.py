@@ -261,3 +261,12 @@ def test_an_analysis_counts_besides_the_worst_case() -> None:
     worst = [row for row in line.verdict(analysis=pulled) if "along" in row.quantity]
     most = np.abs(pulled.static.bearing_axial).max()
     assert max(row.value for row in worst if row.rule == "bearing_forces") >= most * (1 - 1e-12)
+
+
+def test_a_bearing_that_stands_for_those_of_an_end_shaft_passes_nothing() -> None:
+    given = double_shaft((0.0, 0.0, 0.0), (0.0, 0.1, 0.0))
+    bare = dataclasses.replace(given.shafts[0], bearings=())
+    case = given.replace(shafts=[bare, *given.shafts[1:]], torque=100.0)
+    assumed = [row for row in rows(case, "bearing_forces") if row.where not in ("E", "F")]
+    assert assumed and {row.status for row in assumed} == {"open"}
+    assert all("give the shaft's own bearings" in row.note for row in assumed)

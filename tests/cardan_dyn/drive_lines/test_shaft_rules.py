@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.drive_lines import (
@@ -137,7 +138,8 @@ def massive(line: DriveLine, first: float, second: float) -> DriveLine:
 
 
 def test_torsional_speeds_are_eigenvalues() -> None:
-    case = massive(line(torsional_stiffness=4e4), 0.5, 0.2).replace(speed=90.0)
+    """Of two inertias, as nothing between them has any."""
+    case = massive(line(torsional_stiffness=4e4, tube=None), 0.5, 0.2).replace(speed=90.0)
     stiffness = 4e4 * np.array([[1.0, -1.0], [-1.0, 1.0]])
     natural = np.sqrt(np.linalg.eigvals(stiffness / np.array([[0.5], [0.2]])).real.max())
     row, zone = rows(case, "torsional_speed")
@@ -153,6 +155,75 @@ def test_torsional_speeds_are_eigenvalues() -> None:
     assert taken_out[0].status == "stated"
     inside = rows(case.replace(speed=natural), "torsional_speed")
     assert [row.status for row in inside] == ["pass", "fail"]
+
+
+@pytest.mark.parametrize(
+    ("first", "middle", "last", "stiffness", "hertz"),
+    [
+        (0.1, 0.2, 0.1, 10459.0, (72.79, 102.943)),
+        # A flywheel on the middle shaft, by the closed form of three inertias.
+        (1.0, 50.0, 1.0, 10459.0, (23.0186, 23.4744)),
+        (0.3, 0.02, 2.0, 4e4, (61.9945, 454.4964)),
+    ],
+)
+def test_every_mode_of_the_chain_is_judged(
+    first: float, middle: float, last: float, stiffness: float, hertz: tuple[float, float]
+) -> None:
+    """The inertia of the middle shaft between two springs of twice its stiffness."""
+    soft = 2 * stiffness
+    p = soft * (last * (first + middle) + first * (middle + last))
+    q = first * middle * last
+    root = np.sqrt(p**2 - 4 * q * soft**2 * (first + middle + last))
+    modes = np.sqrt([(p - root) / (2 * q), (p + root) / (2 * q)])
+    assert modes / (2 * np.pi) == pytest.approx(hertz, rel=2e-5)
+    inner = {"torsional_stiffness": stiffness, "mass": 20.0, "inertia": middle, "tube": None}
+    case = massive(line(angle=4.0, **inner), first, last)
+    rng = np.random.default_rng(7)
+    for mode, order in ((0, 2), (0, 4), (1, 2), (1, 4)):
+        speed = modes[mode] / order
+        row = rows(case.replace(speed=speed), "torsional_speed")[0]
+        assert row.value < 1e-9 and row.status == "fail"
+        assert f"{modes[mode] / 2 / np.pi:.4g} Hz" in row.note and f"order {order} at" in row.note
+    for _ in range(4):
+        speeds = rng.uniform(0.1, 0.7, 3) * modes[1]
+        shares = [0.2, 0.3, 0.5]
+        cycle = [
+            DutyPoint(share=q, speed=n, torque=1.0, name=f"point {i}")
+            for i, (q, n) in enumerate(zip(shares, speeds, strict=True))
+        ]
+        gaps = np.abs(speeds[:, None] / np.outer([0.5, 0.25], modes).ravel() - 1)
+        row, _ = rows(case.replace(duty_cycle=cycle), "torsional_speed")
+        assert row.value == pytest.approx(gaps.min(), rel=1e-9)
+        assert row.condition == f"point {gaps.min(axis=1).argmin()}"
+        assert row.status == ("pass" if gaps.min() >= 0.1 else "fail")
+    for mode in modes:
+        assert rows(case.replace(speed=mode), "torsional_speed")[1].status == "fail"
+
+
+def test_tubes_and_crosses_are_inertias_of_the_chain() -> None:
+    tube = Tube(outer_diameter=0.1, wall=0.004)
+    given = random_line(3, 2)
+    lengths, shafts = given.geometry.lengths, list(given.shafts)
+    for k, fields in (
+        (0, {"inertia": 0.04, "mass": 9.0, "torsional_stiffness": 9e4}),
+        (1, {"tube": tube}),
+        (2, {"tube": tube, "mass": 60.0}),
+        (3, {"inertia": 0.06, "mass": 9.0, "torsional_stiffness": 7e4}),
+    ):
+        shafts[k] = dataclasses.replace(shafts[k], **fields)
+    joints = [ShaftJoint(cross_mass=m, cross_span=0.2) for m in (3.0, 4.0, 5.0)]
+    case = given.replace(shafts=shafts, joints=joints)
+    area, inner = np.pi / 4 * (0.1**2 - 0.092**2), 0.092
+    polar = 8.08e10 * np.pi / 32 * (0.1**4 - inner**4)
+    of_mass = (0.1**2 + inner**2) / 8
+    J = [0.04, 3 * 0.04 / 12, 7850 * area * lengths[1] * of_mass, 4 * 0.04 / 12]
+    J += [60 * of_mass, 5 * 0.04 / 12, 0.06]
+    c = [9e4, *[2 * polar / lengths[1]] * 2, *[2 * polar / lengths[2]] * 2, 7e4]
+    K = np.diag([*c, 0.0]) + np.diag([0.0, *c]) - np.diag(c, 1) - np.diag(c, -1)
+    modes = np.sqrt(np.maximum(eigh(K, np.diag(J), eigvals_only=True), 0.0))[1:]
+    for mode in modes:
+        row = rows(case.replace(speed=mode / 2), "torsional_speed")[0]
+        assert row.value < 1e-8 and row.inverses[0].value == pytest.approx(mode / 2, rel=1e-8)
 
 
 @pytest.mark.parametrize("kind", ["constant_velocity", "cross"])
@@ -182,9 +253,71 @@ def test_a_line_of_one_joint_twists_in_its_end_shafts() -> None:
     bare = [dataclasses.replace(shaft, tube=None) for shaft in ends]
     (row,) = rows(case.replace(shafts=bare), "torsional_speed")
     assert row.status == "open" and "torsional_stiffness of input/output" in row.note
-    assert not rows(case, "bending_speed") and not [
-        r for r in rows(case, "tube") if r.where == "output"
-    ]
+    assert not [r for r in rows(case, "tube") if r.where == "output"]
+    (row,) = rows(case, "bending_speed")
+    assert (row.where, row.status) == ("input", "open") and "give bearings of input" in row.note
+
+
+def end_shaft(
+    places: tuple[float, ...], length: float | None = None, k: int = 0, **shaft: object
+) -> list[VerdictRow]:
+    """Rows of an end shaft with a tube 40 x 3 mm that turns at 1400/min, of a line of one joint."""
+    tube = Tube(outer_diameter=0.04, wall=0.003)
+    bearings = [Bearing(distance=place) for place in places]
+    ends = [Shaft(slope_plan=slope, length=0.4) for slope in (0.0, 0.1)]
+    ends[k] = dataclasses.replace(
+        ends[k], **{"length": length, "tube": tube, "bearings": bearings, **shaft}
+    )
+    case = DriveLine(shafts=ends, speed=1400 * RPM)
+    return [row for row in rows(case, "bending_speed") if row.where == case.shaft_names[k]]
+
+
+@pytest.mark.parametrize("k", [0, -1])
+def test_a_long_end_shaft_bends(k: int) -> None:
+    share, half = end_shaft((0.06, 3.9), 4.0, k)
+    # n = 1.2187e8 sqrt(D² + d²) / L² with L in mm: 434/min.
+    assert share.rule_value == pytest.approx(1400 * 3840**2 / (1.2187e8 * np.hypot(40, 34)), 1e-4)
+    assert 1400 / share.rule_value == pytest.approx(434, abs=0.5)
+    assert share.value == pytest.approx(share.rule_value, rel=0.02) and share.status == "fail"
+    assert half.quantity.startswith("distance from half")
+    # A third bearing in the middle makes two spans that swing against each other: four times it.
+    thrice = end_shaft((0.06, 1.98, 3.9), 3.9, k)[0]
+    assert share.value / thrice.value == pytest.approx(4.0, rel=0.03)
+    elbe = DriveLine(
+        shafts=[
+            Shaft(
+                length=4.0,
+                tube=Tube(outer_diameter=0.04, wall=0.003),
+                bearings=[Bearing(distance=0.06), Bearing(distance=3.9)],
+            ),
+            Shaft(slope_plan=0.1, length=0.4),
+        ],
+        speed=1400 * RPM,
+    )
+    by_maker = rows(elbe, "bending_speed", critical_constant="elbe")[0]
+    assert by_maker.rule_value == pytest.approx(
+        1400 * 3840**2 / (1.21e8 * np.hypot(40, 34)), rel=1e-3
+    )
+
+
+def test_what_overhangs_its_bearings_bends_too() -> None:
+    """The first eigenvalue of a rod with a free end: 3.516 for one that is clamped, at most."""
+    section = np.sqrt(2.1e11 / 7850 * (0.04**2 + 0.034**2) / 16)
+    clamped = 3.5160 * section / 2.0**2
+    for places, length in (((2.0, 2.001), 2.001), ((0.001, 0.002), 2.002)):
+        share = end_shaft(places, length)[0]
+        assert 1400 * RPM / share.value == pytest.approx(clamped, rel=5e-3)
+    heavy = end_shaft((0.06, 3.9), 4.0, mass=4 * 4.0 * 7850 * np.pi / 4 * (0.04**2 - 0.034**2))
+    assert heavy[0].value == pytest.approx(2 * end_shaft((0.06, 3.9), 4.0)[0].value, rel=1e-6)
+
+
+def test_an_end_shaft_without_a_tube_is_part_of_its_machine() -> None:
+    assert not end_shaft((0.06, 3.9), 4.0, tube=None)
+    (row,) = end_shaft((), 4.0)
+    assert row.status == "open" and "give bearings of input" in row.note
+    # One bearing: the joint is the other support.
+    share = end_shaft((3.84,), 3.84)[0]
+    assert 1400 / share.value == pytest.approx(434, abs=0.5)
 
 
 @pytest.mark.parametrize(
