@@ -370,7 +370,9 @@ class _Writer:
 
     def mimic(self, element: ElementTree.Element, of: str) -> None:
         """Let a joint follow another one of the tree."""
-        ElementTree.SubElement(element, "mimic", joint=of, multiplier="1", offset="0")
+        # Both halves of a joint of constant velocity turn alike, which takes moments alone.
+        following = {"joint": of, "multiplier": "1", "offset": "0", "forces": "none"}
+        ElementTree.SubElement(element, "mimic", following)
 
     def adjustable(
         self,
