@@ -26,7 +26,7 @@ PACKAGES = (
     "cardan_dyn.studies",
     "cardan_dyn.vibration",
 )
-OTHERS = {"np", "plt", "axes", "stats", "data", "dir", "cos", "max", "dict"}
+OTHERS = {"np", "plt", "axes", "stats", "data", "dir", "cos", "max", "abs", "dict"}
 """Names of others that messages say, by themselves or in front of a point."""
 OTHER_OPTIONS = {"--expand-auto-inertials"}
 OTHER_PARAMETERS = {"subplot_kw", "charset"}

@@ -59,7 +59,6 @@ from ..frozen import frozen, made, read_only
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
-from .lost_digits import WELL, lost_part, near_singular
 from .motion import Motion
 from .prescribed import MotionResult
 from .source import Source
@@ -365,6 +364,12 @@ class Sweep(MotionResult):
         Args:
             wrenches: of the sweep; all of them if none is given.
         """
+        from .lost_digits import (  # Imported here: only texts tell it.
+            WELL,
+            lost_part,
+            near_singular,
+        )
+
         is_large = not wrenches and math.prod(self.shape) > _MOST_EVALUATED
         if is_large or np.max(self.condition, initial=0.0) <= WELL:
             return ""

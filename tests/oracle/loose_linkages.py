@@ -301,7 +301,7 @@ def misprinted(loose: Loose, found: clearance.Scan) -> list[str]:
                 known[f"estimate at {item.position:.2f} rad"] = item.estimate
         known["interval"] = joint.greatest
         known["table"] = max(row["peak"] for row in rows if row["joint"] == name)
-        top = _number(lines[name], r": (\S+) N (?:at most|estimated)")
+        top = _number(lines[name], r": (?:up to )?(\S+) N (?:at most|in |estimated)")
         tops.append(top)
         for what, force in known.items():
             if force > 1.001 * top:

@@ -98,10 +98,13 @@ def test_torsional_speeds_are_told_with_order_speed_and_point(
     monkeypatch.setenv("COLUMNS", "400")
     file = tmp_path / "fan.toml"
     file.write_text(FAN, encoding="utf-8")
-    # Two inertias and the tube between them, each order at its part of their natural frequency.
+    # Two inertias and that of the tube in the middle: the lower root of three in a row.
     outer, inner = 0.045, 0.042
     stiff = 80.8e9 * np.pi / 2.0 * (outer**4 - inner**4) / 1.2
-    natural = 30.0 / np.pi * np.sqrt(stiff * (1.0 / 0.5 + 1.0 / 25.0))
+    half, middle = 2.0 * stiff, 7850.0 * np.pi / 2.0 * (outer**4 - inner**4) * 1.2
+    mean = 0.5 * half * (1.0 / 0.5 + 2.0 / middle + 1.0 / 25.0)
+    product = half**2 * (0.5 + middle + 25.0) / (0.5 * middle * 25.0)
+    natural = 30.0 / np.pi * np.sqrt(product / (mean + np.sqrt(mean**2 - product)))
     told = f"(order 2 {natural / 2.0:.0f} 1/min; order 4 {natural / 4.0:.0f} 1/min; "
     output = run(str(file), "--limit", "torsional_distance=0.5").output
     joined = " ".join(output.split())

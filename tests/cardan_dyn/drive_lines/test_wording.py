@@ -122,7 +122,6 @@ def test_both_languages_have_the_same_places() -> None:
 PUT_TOGETHER = {
     "bending moment before the joint",
     "bending moment behind the joint",
-    "force along the shaft",
     "balancing needed: limit {quantity}",
     "balancing not needed: limit {quantity}",
     "{name} is held across its axis at {number} places, joints included, and 2 decide its forces",
