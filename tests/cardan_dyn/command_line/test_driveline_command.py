@@ -110,7 +110,9 @@ def test_torsional_speeds_are_told_with_order_speed_and_point(
     joined = " ".join(output.split())
     rule = "distance from a torsional critical speed "
     assert f"FAIL line: {rule}{told}" in joined
-    assert "nearest: order 4) 0.1113 at rated, limit ≥ 0.5" in joined
+    distance = 1.0 - 980.0 / (natural / 4.0)
+    nearest = f"nearest: order 4 at {natural / 4.0:.0f} 1/min) {distance:.4g} at rated"
+    assert f"{nearest}, limit ≥ 0.5" in joined
     (row,) = [line for line in table_of(output) if line.startswith(rule)]
     assert told in row and ", rated " in row
 
