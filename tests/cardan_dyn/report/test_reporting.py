@@ -7,7 +7,8 @@ import csv
 import hashlib
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -215,6 +216,25 @@ def test_grid_keeps_all_digits() -> None:
     assert rows[0] == ["x", "y [m]"] and float(rows[1][1]) == 1.0 / 3.0
 
 
+def four_bars() -> Report:
+    head = {"project": "Press <7>", "author": "A. B.", "date": "2026-01-02", "revision": "C"}
+    return Report(cd.load("four_bar"), title="Four bars", **head)
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Return what writes the page of a mechanism, once: figures and ranges take their time."""
+    pytest.importorskip("matplotlib", reason="the page has figures")
+    pytest.importorskip("jinja2", reason="the page is a template")
+
+    @cache
+    def page(name: str) -> Path:
+        report = four_bars() if name == "four_bar" else Report(cd.load(name))
+        return report.save(tmp_path_factory.mktemp("new") / "new" / "page.html", scene=False)
+
+    return page
+
+
 class TestPage:
     @pytest.fixture(autouse=True)
     def _drawn(self) -> None:
@@ -222,17 +242,18 @@ class TestPage:
         pytest.importorskip("jinja2", reason="the page is a template")
 
     def page(self, report: Report, tmp_path: Path, scene: bool = False) -> str:
-        return report.save(tmp_path / "new" / "page.html", scene=scene).read_text("utf-8")
+        return report.save(tmp_path / "page.html", scene=scene).read_text("utf-8")
 
-    def test_stands_alone_and_is_reproducible(self, tmp_path: Path) -> None:
-        head = {"project": "Press <7>", "author": "A. B.", "date": "2026-01-02", "revision": "C"}
-        report = Report(cd.load("four_bar"), title="Four bars", **head)
-        text = self.page(report, tmp_path)
+    def test_stands_alone_and_is_reproducible(
+        self, pages: Callable[[str], Path], tmp_path: Path
+    ) -> None:
+        report = four_bars()
+        text = pages("four_bar").read_text("utf-8")
         assert "Press &lt;7&gt;" in text and "2026-01-02" in text and "<h1>Four bars</h1>" in text
         assert not re.search(r'(src|href)="(?!data:)', text)
         assert report.sha256 in text and cd.__version__ in text
         assert "Moving scene" not in text
-        assert text == self.page(Report(cd.load("four_bar"), title="Four bars", **head), tmp_path)
+        assert text == self.page(report, tmp_path)
         for link in ("links", "joints", "loops", "extremes", "efforts", "orders", "drives"):
             assert f'download="four_bar_{link}.csv"' in text
 
@@ -255,13 +276,13 @@ class TestPage:
         assert "damping or friction of 1 joint (pivot) left out" in text
         assert "a&lt;b" in text and "<b>" not in text
 
-    def test_what_was_chosen_is_marked(self, tmp_path: Path) -> None:
-        text = self.page(Report(cd.load("four_bar")), tmp_path)
+    def test_what_was_chosen_is_marked(self, pages: Callable[[str], Path]) -> None:
+        text = pages("four_bar").read_text("utf-8")
         assert (
             "force *" in text
             and "</span> Not determined by statics, chosen by least norm: " in text
         )
-        text = self.page(Report(cd.load("stewart_platform")), tmp_path)
+        text = pages("stewart_platform").read_text("utf-8")
         assert "All wrenches follow from the laws of motion alone." in text
         assert '<th scope="col">place</th>' in text or ">place<" in text
         assert "Positions of the drives at these places" in text
@@ -277,11 +298,11 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("name", ["four_bar", "stewart_platform"])
-def test_in_a_browser(browser: Any, tmp_path: Path, name: str) -> None:
+def test_in_a_browser(browser: Any, pages: Callable[[str], Path], name: str) -> None:
     """No sideways scrolling at any width, nothing serious that axe finds, no network."""
     from testkit.accessibility import grave
 
-    path = Report(cd.load(name)).save(tmp_path / "page.html", scene=False)
+    path = pages(name)
     for width, scheme in ((1280, "light"), (390, "dark")):
         view = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
         asked: list[str] = []
