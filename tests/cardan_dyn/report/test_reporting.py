@@ -21,6 +21,7 @@ from cardan_dyn.report.grids import Grid, place
 from cardan_dyn.report.mechanism_page import bearings
 from cardan_dyn.report.reporting import Report
 
+SLOW = pytest.mark.slow  # Six drives: extremes over all ranges, and a page that takes as long.
 ROOF = """<robot name="roof"><link name="ground"/>
 <link name="left"><inertial><origin xyz="0.5 0 0.5"/><mass value="2"/>
 <inertia ixx="0.1" iyy="0.2" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -38,6 +39,23 @@ PENDULUM = """<robot name="a&lt;b"><link name="ground"/><link name="rod"><inerti
 <joint name="pivot" type="revolute"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>
 <limit lower="-1" upper="2" effort="1" velocity="1"/><dynamics damping="0.1" friction="0.5"/>
 </joint></robot>"""
+TABLE = """<robot name="table"><link name="ground"/>
+<link name="left"/><link name="right"/><link name="hanger"/>
+<link name="top"><inertial><origin xyz="0.5 0 0"/><mass value="100"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="a" type="prismatic"><parent link="ground"/><child link="left"/><axis xyz="0 0 1"/>
+<limit lower="0" upper="2" effort="0" velocity="0"/></joint>
+<joint name="b" type="prismatic"><parent link="ground"/><child link="right"/>
+<origin xyz="1.03 0 0.1"/><axis xyz="0 0 1"/><limit lower="0" upper="2" effort="0" velocity="0"/>
+</joint>
+<joint name="hinge" type="continuous"><parent link="left"/><child link="top"/><axis xyz="0 1 0"/>
+</joint>
+<joint name="swing" type="continuous"><parent link="right"/><child link="hanger"/>
+<axis xyz="0 1 0"/></joint>
+<loop name="pin" type="continuous"><predecessor link="top"><origin xyz="1 0 0"/></predecessor>
+<successor link="hanger"><origin xyz="-0.03 0 -0.1"/></successor><axis xyz="0 1 0"/></loop>
+</robot>"""
+"""A table of 100 kg on two lifting columns; a hanger lets them differ by a part of the stroke."""
 
 
 def by_name(report: Report) -> dict[tuple[str, str], Any]:
@@ -217,6 +235,11 @@ def test_grid_keeps_all_digits() -> None:
     assert rows[0] == ["x", "y [m]"] and float(rows[1][1]) == 1.0 / 3.0
 
 
+def lifted() -> Report:
+    mechanism = cd.load(TABLE)
+    return Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
+
+
 def four_bars() -> Report:
     head = {"project": "Press <7>", "author": "A. B.", "date": "2026-01-02", "revision": "C"}
     return Report(cd.load("four_bar"), title="Four bars", **head)
@@ -230,7 +253,8 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 
     @cache
     def page(name: str) -> Path:
-        report = four_bars() if name == "four_bar" else Report(cd.load(name))
+        made = {"four_bar": four_bars, "table": lifted}.get(name)
+        report = made() if made else Report(cd.load(name))
         return report.save(tmp_path_factory.mktemp(name) / "new" / "page.html", scene=False)
 
     return page
@@ -273,6 +297,8 @@ class TestPage:
             text = self.page(report, tmp_path)
             assert ("Nothing acts" in text) == (gravity is None)
             assert "There are none" in text
+            determined = "All wrenches follow from the laws of motion alone." in text
+            assert determined == (description is PENDULUM)
 
     @pytest.mark.usefixtures("without_pictures")
     def test_what_is_left_out_is_said(self, tmp_path: Path) -> None:
@@ -286,8 +312,14 @@ class TestPage:
             "force *" in text
             and "</span> Not determined by statics, chosen by least norm: " in text
         )
-        text = pages("stewart_platform").read_text("utf-8")
-        assert "All wrenches follow from the laws of motion alone." in text
+
+    @pytest.mark.parametrize("name", [pytest.param("stewart_platform", marks=SLOW), "table"])
+    def test_places_of_several_drives_are_a_table(
+        self, pages: Callable[[str], Path], name: str
+    ) -> None:
+        text = pages(name).read_text("utf-8")
+        determined = "All wrenches follow from the laws of motion alone." in text
+        assert determined == (name == "stewart_platform")
         assert '<th scope="col">place</th>' in text or ">place<" in text
         assert "Positions of the drives at these places" in text
         assert "there are doubts" in text and "of a grid over all ranges" in text
@@ -301,7 +333,9 @@ def browser() -> Iterator[Any]:
         yield found
 
 
-@pytest.mark.parametrize("name", ["four_bar", "stewart_platform"])
+@pytest.mark.parametrize(
+    "name", ["four_bar", "table", pytest.param("stewart_platform", marks=SLOW)]
+)
 def test_in_a_browser(browser: Any, pages: Callable[[str], Path], name: str) -> None:
     """No sideways scrolling at any width, nothing serious that axe finds, no network."""
     from testkit.accessibility import grave
@@ -414,28 +448,8 @@ def test_orders_are_those_of_components_in_axes_that_stand_still() -> None:
         assert kinked[8] > 10.0 * max(item[8] for item in own)
 
 
-TABLE = """<robot name="table"><link name="ground"/>
-<link name="left"/><link name="right"/><link name="hanger"/>
-<link name="top"><inertial><origin xyz="0.5 0 0"/><mass value="100"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="a" type="prismatic"><parent link="ground"/><child link="left"/><axis xyz="0 0 1"/>
-<limit lower="0" upper="2" effort="0" velocity="0"/></joint>
-<joint name="b" type="prismatic"><parent link="ground"/><child link="right"/>
-<origin xyz="1.03 0 0.1"/><axis xyz="0 0 1"/><limit lower="0" upper="2" effort="0" velocity="0"/>
-</joint>
-<joint name="hinge" type="continuous"><parent link="left"/><child link="top"/><axis xyz="0 1 0"/>
-</joint>
-<joint name="swing" type="continuous"><parent link="right"/><child link="hanger"/>
-<axis xyz="0 1 0"/></joint>
-<loop name="pin" type="continuous"><predecessor link="top"><origin xyz="1 0 0"/></predecessor>
-<successor link="hanger"><origin xyz="-0.03 0 -0.1"/></successor><axis xyz="0 1 0"/></loop>
-</robot>"""
-"""A table of 100 kg on two lifting columns; a hanger lets them differ by a part of the stroke."""
-
-
 def test_several_drives_go_over_their_common_stroke() -> None:
-    mechanism = cd.load(TABLE)
-    report = Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
+    report = lifted()
     sweep = report.sweep
     assert sweep is not None
     together = np.abs(sweep.position[:, 0] - sweep.position[:, 1]) < 1e-12
@@ -443,7 +457,7 @@ def test_several_drives_go_over_their_common_stroke() -> None:
     assert "together over 100% of their ranges" in report.said[0]
     assert "of a grid over all ranges" in report.covered
     # Own search: all that the hanger lets be, on a fine grid of strokes.
-    scene = cd.Scene(mechanism, drive=["a", "b"], gravity=(0.0, 0.0, -9.81))
+    scene = cd.Scene(cd.load(TABLE), drive=["a", "b"], gravity=(0.0, 0.0, -9.81))
     pairs = np.stack(
         [np.repeat(np.linspace(0.3, 1.7, 3), 81), np.tile(np.linspace(-0.2, 0.2, 81), 3)], 1
     )
