@@ -23,7 +23,7 @@ CONSTANTS = {
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
     ("checks", "compiled", "frozen", "markup", "time_left", "units"),
-    ("figures",),
+    ("figures", "tape"),
     ("description",),
     ("mechanism",),
     ("elements",),

@@ -1,0 +1,92 @@
+"""On arrays: a graph computed by NumPy, operation by operation, for a block of lanes at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from .graph import Graph, leaves
+from .operations import CONSTANT, INPUT, ON_ARRAYS
+
+
+class ArrayBlock:
+    """A graph bound to arrays of a number of lanes: all that is left to do is to call functions.
+
+    Attributes:
+        inputs: by name, the array `(lanes,)` that holds an input, `()` of a uniform one; to be
+            filled before a pass.
+        outputs: results of the last pass `(outputs, lanes)`.
+    """
+
+    def __init__(self, graph: Graph, lanes: int) -> None:
+        rows, places = _registers(graph)
+        registers = np.empty((rows, lanes))
+        held: list[Array] = [
+            np.empty(()) if uniform else registers[places[node]]
+            for node, uniform in enumerate(graph.uniform)
+        ]
+        self.inputs: dict[str, Array] = {}
+        self.outputs: Array = registers[: len(graph.outputs)]
+        self._once: list[tuple[Callable[..., Any], list[Array]]] = []
+        self._each: list[tuple[Callable[..., Any], list[Array]]] = []
+        for node, operation in enumerate(graph.operations):
+            arguments = graph.arguments[node]
+            if operation == CONSTANT:
+                held[node][...] = graph.constants[node]
+            elif operation == INPUT:
+                self.inputs[graph.inputs[arguments[0]]] = held[node]
+            else:
+                steps = self._once if graph.uniform[node] else self._each
+                steps.append((ON_ARRAYS[operation], [*[held[k] for k in arguments], held[node]]))
+        for row, node in enumerate(graph.outputs):
+            if graph.uniform[node] or places[node] != row:
+                self._each.append((np.copyto, [registers[row], held[node]]))
+
+    def begin(self) -> None:
+        """Compute what depends on uniform inputs alone: once these are filled."""
+        for function, arrays in self._once:
+            function(*arrays)
+
+    def run(self) -> None:
+        """Compute the outputs from the inputs."""
+        for function, arrays in self._each:
+            function(*arrays)
+
+
+def _registers(graph: Graph) -> tuple[int, dict[int, int]]:
+    """Return how many arrays of lanes are needed, and which one each node is in.
+
+    Outputs come first, each in the row that it is returned in, and keep theirs, as inputs do.
+    An operation may write over its own arguments, where nothing reads them later.
+    """
+    kept: dict[int, int] = {}
+    for row, node in enumerate(graph.outputs):
+        if graph.operations[node] != INPUT:
+            kept.setdefault(node, row)
+    last = {}
+    for node in range(len(graph.operations)):
+        for argument in leaves(graph, node):
+            last[argument] = node
+    rows = len(graph.outputs)
+    places = dict(kept)
+    free: list[int] = []
+    for node, operation in enumerate(graph.operations):
+        if graph.uniform[node]:
+            continue
+        free.extend(
+            places[k]
+            for k in set(leaves(graph, node))
+            if last[k] == node and k not in kept and not graph.uniform[k]
+        )
+        if node not in places:
+            if operation == INPUT:
+                kept[node] = rows
+            if operation == INPUT or not free:
+                places[node] = rows
+                rows += 1
+            else:
+                places[node] = free.pop()
+    return rows, places
