@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from ..tape.scalars import absolute, greater, select
+from ..tape import absolute, greater, select
 from .bodies import Tree
 from .elimination import Row
 from .placements import Motion, Placed

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..tape.scalars import absolute, greater, is_zero
+from ..tape import absolute, greater, is_zero
 from .vectors import Scalar
 
 Row = Mapping[int, Scalar]
@@ -175,7 +175,8 @@ def _suitable(
     rows = sorted(owners)
     if not rows:
         return []
-    sizes = np.abs([left[row][column] + np.zeros(1) for row in rows])
+    sizes = np.abs(np.array(np.broadcast_arrays(*(left[row][column] for row in rows))))
+    sizes = sizes.reshape(len(rows), -1)
     most = sizes.max(axis=0)
     if most.min() <= _REDUNDANT:
         return []

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..tape.scalars import cos, sin, sqrt
+from ..tape import cos, sin, sqrt
 from .bodies import Body, End, Tree
 from .vectors import (
     UNTURNED,

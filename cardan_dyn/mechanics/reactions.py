@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
-from ..tape.scalars import is_zero
+from ..tape import is_zero
 from .bodies import Mass, Tree
 from .elimination import Eliminated, Unsuitable, eliminated, pivots
 from .placements import Motion, Placed

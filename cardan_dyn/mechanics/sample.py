@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..tape.scalars import absolute, greater, is_zero
+from ..tape import absolute, greater, is_zero
 from . import closure
 from .bodies import Tree
 from .elimination import Eliminated, Pivot, Row, eliminated
