@@ -291,6 +291,11 @@ class InverseDynamics:
         return exerted_plan(self._mechanism, reactions.size, reactions.along, self._prescribed)
 
     @property
+    def depends(self) -> Array | None:
+        """Which velocity ratios may differ from zero, see `JointRates`."""
+        return self._kinematics.depends
+
+    @property
     def claimed(self) -> list[int]:
         """Indices of the wrenches that are solved, ascending."""
         return np.arange(self._reactions.size)[self._claimed_indices].tolist()

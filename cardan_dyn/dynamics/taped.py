@@ -16,8 +16,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..elements.link_loads import LinkLoad
-from ..errors import CardanError
-from ..frozen import read_only
+from ..errors import AssemblyError, SingularConfigurationError
 from ..mechanics.bodies import Tree, slides, tree_of
 from ..mechanics.elimination import Pivot, Unsuitable, pivots
 from ..mechanics.placements import placed
@@ -127,9 +126,13 @@ class Tape:
         self._size, self._nv = problem.mechanism.coordinates.size, problem.mechanism.model.nv
         self._count = len(tree.bodies) + sum(loop.is_fixed for loop in tree.loops)
         trace = Trace()
-        per_sample = {body.column + k for body in tree.bodies if set(body.rates) <= {*roles.passives, *roles.drives} for k in range(4 if body.kind == "spherical" else 1)} | set(varied)
+        moving = {*roles.passives, *roles.drives}
+        self._per_sample = {
+            *varied,
+            *(column for body in tree.bodies if moving.issuperset(body.rates) for column in body.columns),
+        }
         x = {
-            column: trace.input(f"x{column}", values, uniform=column not in per_sample)
+            column: trace.input(f"x{column}", values, uniform=column not in self._per_sample)
             for column, values in shadows.items()
         }
 
@@ -180,8 +183,7 @@ class Tape:
         passives = set(roles.passives)
         self._constant: list[int] = []
         for body in tree.bodies:
-            for k in range(4 if body.kind == "spherical" else 1):
-                column = body.column + k
+            for column in body.columns:
                 if passives.issuperset(body.rates):
                     unit = length if body.kind == "prismatic" else 1.0
                     put(self._x, column, found.x[column], unit)
@@ -230,13 +232,13 @@ class Tape:
         length = self._tree.length
         inputs = dict(given)
         for body in self._tree.bodies:
-            for k in range(4 if body.kind == "spherical" else 1):
-                row = x[body.column + k]
-                inputs[f"x{body.column + k}"] = row / length if body.kind == "prismatic" else row
+            for column in body.columns:
+                row = x[column] if column in self._per_sample else x[column, 0]
+                inputs[f"x{column}"] = row / length if body.kind == "prismatic" else row
         outputs = self._program.run(inputs, count)
 
         def rows(where: list[tuple[int, int]], size: int) -> Array:
-            if where == [(k, where[0][1] + k) for k in range(size)]:
+            if where and where == [(k, where[0][1] + k) for k in range(size)]:
                 return outputs[where[0][1] : where[0][1] + size]
             result = np.zeros((size, count))
             for index, row in where:
@@ -374,7 +376,7 @@ class TapedSolver:
                 return None
             if len(left):
                 _write(found, left, in_general(left), moved)
-        except (Unsuitable, CardanError):
+        except (Unsuitable, AssemblyError, SingularConfigurationError):
             return None
         ratios = np.zeros((len(x), *moved.shape))
         rates, drives = np.nonzero(moved >= 0)
@@ -392,7 +394,7 @@ class TapedSolver:
             x=found.x,
             v=found.v,
             a=found.a,
-            velocity_ratios=VelocityRatios(read_only(found.ratios), moved),
+            velocity_ratios=VelocityRatios.of(ratios, dynamics.depends),
             wrenches=found.wrenches,
             efforts=found.efforts,
             coupling_moments=found.couplings,
@@ -410,9 +412,8 @@ class TapedSolver:
         roles, length = self._roles, tree.length
         shadows = {}
         for body in tree.bodies:
-            for k in range(4 if body.kind == "spherical" else 1):
-                row = rows[body.column + k]
-                shadows[body.column + k] = row / length if body.kind == "prismatic" else row
+            for column in body.columns:
+                shadows[column] = rows[column] / length if body.kind == "prismatic" else rows[column]
         at = placed(tree, shadows)
         moving = {*roles.drives, *roles.passives}
         order = pivots(passive_rows(closure_rows(tree, at, moving), roles))

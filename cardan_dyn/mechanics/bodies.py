@@ -60,6 +60,11 @@ class Body(NamedTuple):
     rates: tuple[int, ...]
     masses: tuple[Mass, ...]
 
+    @property
+    def columns(self) -> range:
+        """Columns of coordinate rows that are its coordinates."""
+        return range(self.column, self.column + (4 if self.kind == "spherical" else 1))
+
 
 class End(NamedTuple):
     """Where a loop is welded.

@@ -22,9 +22,9 @@ Row = Mapping[int, Scalar]
 THRESHOLD = 0.1
 """Part of the greatest entry of its column that a pivot has at least, at all samples at which the
 order is chosen: the usual compromise of threshold pivoting (Davis 2006, section 6.3)."""
-_REDUNDANT = 1e-9
-"""Greatest entry, in units of the length and of one, of a row that counts as none: the rank
-tolerance of the kinematics."""
+_NOTHING = 1e-9
+"""Entry, in units of the length and of one, that counts as none: the rank tolerance of the
+kinematics."""
 
 
 class Pivot(NamedTuple):
@@ -122,11 +122,14 @@ class Unsuitable(Exception):
 def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
     """Choose an order of elimination at S samples, by Markowitz's count among large enough pivots.
 
+    Where no pivot is large enough at all samples, the one that is largest on the average is taken:
+    samples at which it is small show it by their growth.
+
     Args:
         rows: column to entries `(S,)`.
 
     Raises:
-        Unsuitable: a column has no entry that is large enough at all samples.
+        Unsuitable: a column vanishes at all samples.
     """
     left = {index: dict(row) for index, row in enumerate(rows)}
     columns: dict[int, set[int]] = {}
@@ -134,19 +137,21 @@ def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
         for column in row:
             columns.setdefault(column, set()).add(index)
     order: list[Pivot] = []
-    judged: dict[int, list[tuple[int, float]]] = {}
+    judged: dict[int, list[_Candidate]] = {}
     while columns:
-        best: tuple[int, float, int, int] | None = None
+        best: tuple[bool, float, float, int, int] | None = None
         for column, owners in columns.items():
             if column not in judged:
-                judged[column] = _suitable(column, owners, left)
-            for row, part in judged[column]:
+                judged[column] = _candidates(column, owners, left)
+            for row, least, mean in judged[column]:
                 cost = (len(left[row]) - 1) * (len(owners) - 1)
-                if best is None or (cost, -part) < best[:2]:
-                    best = cost, -part, row, column
-        if best is None:
+                is_small = least < THRESHOLD
+                key = is_small, -mean if is_small else float(cost), -least, row, column
+                if best is None or key < best:
+                    best = key
+        if best is None or best[0] and best[1] == 0.0:
             raise Unsuitable
-        _, _, row, column = best
+        *_, row, column = best
         pivot_row = left.pop(row)
         pivot = pivot_row.pop(column)
         order.append(Pivot(row, column, float(np.abs(pivot).max())))
@@ -156,32 +161,42 @@ def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
         for other in pivot_row:
             columns[other].discard(row)
             judged.pop(other, None)
-        for owner in owners:
-            target = left[owner]
-            factor = target.pop(column) / pivot
-            for other, entry in pivot_row.items():
-                target[other] = target[other] - factor * entry if other in target else -factor * entry
-                columns[other].add(owner)
-    rest = max((np.abs(entry).max() for row in left.values() for entry in row.values()), default=0.0)
-    if rest > _REDUNDANT:
-        raise Unsuitable
+        with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
+            for owner in owners:
+                target = left[owner]
+                factor = target.pop(column) / pivot
+                for other, entry in pivot_row.items():
+                    target[other] = target.get(other, 0.0) - factor * entry
+                    columns[other].add(owner)
     return order
 
 
-def _suitable(
+class _Candidate(NamedTuple):
+    """An entry of a column that may be its pivot.
+
+    Attributes:
+        row: where it stands.
+        least, mean: of its parts of the greatest entry of the column, over all samples.
+    """
+
+    row: int
+    least: float
+    mean: float
+
+
+def _candidates(
     column: int, owners: set[int], left: Mapping[int, Mapping[int, Array]]
-) -> list[tuple[int, float]]:
-    """Return the rows whose entries in a column can be pivots, with their least share."""
+) -> list[_Candidate]:
+    """Return the entries of a column."""
     rows = sorted(owners)
-    if not rows:
-        return []
     sizes = np.abs(np.array(np.broadcast_arrays(*(left[row][column] for row in rows))))
     sizes = sizes.reshape(len(rows), -1)
+    # Samples at which an earlier pivot vanished, or the whole column does, tell nothing.
+    sizes = np.where(np.isfinite(sizes), sizes, 0.0)
     most = sizes.max(axis=0)
-    if most.min() <= _REDUNDANT:
-        return []
-    shares = (sizes / most).min(axis=1)
-    return [(row, share) for row, share in zip(rows, shares.tolist(), strict=True) if share >= THRESHOLD]
+    parts = np.where(most > _NOTHING, sizes / np.where(most > _NOTHING, most, 1.0), 0.0)
+    each = zip(rows, parts.min(axis=1).tolist(), parts.mean(axis=1).tolist(), strict=True)
+    return [_Candidate(*entry) for entry in each]
 
 
 def eliminated(rows: Sequence[Row], order: Sequence[Pivot]) -> Eliminated:
