@@ -43,16 +43,9 @@ def live_part(trace: Trace, outputs: Iterable[Scalar]) -> Graph:
         ArgumentError: an output is of another trace.
     """
     ends = [trace.node(x) for x in outputs]
-    found: set[int] = set()
-    waiting = list(ends)
-    while waiting:
-        node = waiting.pop()
-        if node not in found:
-            found.add(node)
-            waiting.extend(trace.arguments[node])
-    live = sorted(found)
+    live = reached(trace, ends)
     number = {node: k for k, node in enumerate(live)}
-    names = [name for name, node in trace.inputs.items() if node in found]
+    names = [name for name, node in trace.inputs.items() if node in number]
     arguments = [tuple([number[k] for k in trace.arguments[node]]) for node in live]
     for place, name in enumerate(names):
         arguments[number[trace.inputs[name]]] = (place,)
@@ -60,11 +53,23 @@ def live_part(trace: Trace, outputs: Iterable[Scalar]) -> Graph:
         operations=tuple([trace.operations[node] for node in live]),
         arguments=tuple(arguments),
         uniform=tuple([trace.uniform[node] for node in live]),
-        constants={number[k]: x for k, x in trace.constants.items() if k in found},
+        constants={number[k]: x for k, x in trace.constants.items() if k in number},
         inputs=tuple(names),
         uniform_inputs=frozenset(name for name in names if trace.uniform[trace.inputs[name]]),
         outputs=tuple([number[node] for node in ends]),
     )
+
+
+def reached(trace: Trace, ends: Iterable[int]) -> list[int]:
+    """Return the nodes that some depend on, with these, each after its arguments."""
+    found: set[int] = set()
+    waiting = list(ends)
+    while waiting:
+        node = waiting.pop()
+        if node not in found:
+            found.add(node)
+            waiting.extend(trace.arguments[node])
+    return sorted(found)
 
 
 def leaves(graph: Graph, node: int) -> tuple[int, ...]:

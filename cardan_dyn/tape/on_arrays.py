@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,7 @@ class ArrayBlock:
     """A graph bound to arrays of a number of lanes: all that is left to do is to call functions.
 
     Attributes:
-        inputs: by name, the array `(lanes,)` that holds an input, `()` of a uniform one; to be
-            filled before a pass.
+        inputs: by name, the array `(lanes,)` that holds an input, `()` of a uniform one.
         outputs: results of the last pass `(outputs, lanes)`.
     """
 
@@ -45,8 +44,17 @@ class ArrayBlock:
             if graph.uniform[node] or places[node] != row:
                 self._each.append((np.copyto, [registers[row], held[node]]))
 
-    def begin(self) -> None:
-        """Compute what depends on uniform inputs alone: once these are filled."""
+    def begin(self, values: Mapping[str, Array], part: slice) -> None:
+        """Fill inputs, and compute what depends on uniform ones alone.
+
+        Args:
+            values: of inputs by name, each `()` or `(count,)`; those left out are filled later.
+            part: which lanes of them are these.
+        """
+        for name, array in self.inputs.items():
+            if name in values:
+                value = values[name]
+                array[...] = value[part] if value.ndim else value
         for function, arrays in self._once:
             function(*arrays)
 
@@ -54,6 +62,13 @@ class ArrayBlock:
         """Compute the outputs from the inputs."""
         for function, arrays in self._each:
             function(*arrays)
+
+
+def parts(count: int, lanes: int) -> Iterator[slice]:
+    """Yield the lanes of each block; the last overlaps the one before it, so that all are full."""
+    for first in range(0, count, lanes):
+        start = min(first, count - lanes)
+        yield slice(start, start + lanes)
 
 
 def _registers(graph: Graph) -> tuple[int, dict[int, int]]:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from .. import compiled
 from ..arrays import BLOCK_SIZE, Array
 from ..errors import ArgumentError, choices
 from .graph import Graph, live_part
-from .on_arrays import ArrayBlock
+from .instructions import Code, code_of
+from .on_arrays import ArrayBlock, parts
+from .on_machine import block_for, filled, is_at_hand, spread
 from .trace import Scalar, Trace
 
 
@@ -20,6 +24,7 @@ class Program:
     It is plain data: it can be pickled, and does not need the trace any more.
 
     Attributes:
+        graph: what is computed.
         inputs: names of the inputs that outputs depend on.
         outputs: number of outputs.
     """
@@ -34,10 +39,11 @@ class Program:
         Raises:
             ArgumentError: an output is neither a variable of the trace nor a number.
         """
-        self._graph: Graph = live_part(trace, outputs)
-        self.inputs = self._graph.inputs
+        self.graph: Graph = live_part(trace, outputs)
+        self.inputs = self.graph.inputs
         self.outputs = len(outputs)
         self._blocks: dict[int, ArrayBlock] = {}
+        self._rows: dict[int, tuple[Array, Array]] = {}
 
     def run(self, inputs: Mapping[str, Any], count: int, threads: int = 1) -> Array:
         """Return the outputs `(outputs, count)`.
@@ -51,7 +57,20 @@ class Program:
         Raises:
             ArgumentError: an input is missing, or has another shape.
         """
-        return self.run_on_arrays(inputs, count)
+        if not count or not is_at_hand():
+            return self.run_on_arrays(inputs, count)
+        block = block_for(count)
+        lanes = max(block, count)
+        values = self.checked(inputs, count)
+        arrays = [filled(values[name], lanes) for name in self.inputs]
+        outputs = np.empty((self.outputs, lanes))
+        program = self.for_machine(block)
+
+        def part(first: int, last: int) -> None:
+            compiled.kernel.run_program(*program, arrays, outputs, block, first, last)
+
+        spread(part, lanes, block, threads)
+        return outputs[:, :count]
 
     def run_on_arrays(
         self, inputs: Mapping[str, Any], count: int, block: int = BLOCK_SIZE
@@ -73,34 +92,47 @@ class Program:
         lanes = min(block, count)
         bound = self.array_block(lanes)
         with np.errstate(all="ignore"):
-            for name in self._graph.uniform_inputs:
-                bound.inputs[name][...] = values[name]
-            bound.begin()
-            for first in range(0, count, lanes):
-                # The last block overlaps the one before it, so that all are of one size.
-                part = slice(min(first, count - lanes), min(first + lanes, count))
-                for name, array in bound.inputs.items():
-                    if array.ndim:
-                        value = values[name]
-                        array[...] = value[part] if value.ndim else value
+            for part in parts(count, lanes):
+                bound.begin(values, part)
                 bound.run()
                 outputs[:, part] = bound.outputs
         return outputs
 
+    @cached_property
+    def code(self) -> Code:
+        """Instructions of the machine."""
+        return code_of(self.graph)
+
+    @property
+    def lines(self) -> int:
+        """How many instructions run for each block of lanes."""
+        return len(self.code.body) - 1
+
+    def for_machine(self, block: int) -> tuple[Array, Array, Array, int]:
+        """Return prologue, constants, body and number of registers for blocks of so many lanes."""
+        if block not in self._rows:
+            self._rows[block] = self.code.for_lanes(block)
+        prologue, body = self._rows[block]
+        return prologue, self.code.constants, body, self.code.registers
+
     def array_block(self, lanes: int) -> ArrayBlock:
         """Return the program bound to NumPy arrays of a number of lanes; it is kept."""
         if lanes not in self._blocks:
-            self._blocks[lanes] = ArrayBlock(self._graph, lanes)
+            self._blocks[lanes] = ArrayBlock(self.graph, lanes)
         return self._blocks[lanes]
 
-    def checked(self, inputs: Mapping[str, Any], count: int) -> dict[str, Array]:
-        """Return the values of all inputs, each `()` or `(count,)`.
+    def checked(
+        self, inputs: Mapping[str, Any], count: int, left_out: Container[str] = ()
+    ) -> dict[str, Array]:
+        """Return the values of all inputs but those left out, each `()` or `(count,)`.
 
         Raises:
             ArgumentError: one is missing, or has another shape.
         """
         values = {}
         for name in self.inputs:
+            if name in left_out:
+                continue
             if name not in inputs:
                 raise ArgumentError(
                     f"no value of the input {name!r}; given are: {choices(inputs, name)}"
@@ -108,10 +140,10 @@ class Program:
             value = np.asarray(inputs[name], dtype=float)
             if value.size == 1:
                 value = value.reshape(())
-            elif value.shape != (count,) or name in self._graph.uniform_inputs:
+            elif value.shape != (count,) or name in self.graph.uniform_inputs:
                 wanted = (
                     "it is one number for all lanes"
-                    if name in self._graph.uniform_inputs
+                    if name in self.graph.uniform_inputs
                     else f"give a number, or one for each of {count} lanes"
                 )
                 raise ArgumentError(f"the input {name!r} has the shape {value.shape}; {wanted}")
@@ -119,5 +151,5 @@ class Program:
         return values
 
     def __getstate__(self) -> dict[str, Any]:
-        # Arrays of blocks are made again where they are needed.
-        return {**self.__dict__, "_blocks": {}}
+        # What is bound to blocks is made again where it is needed.
+        return {**self.__dict__, "_blocks": {}, "_rows": {}}
