@@ -510,7 +510,7 @@ class ProblemSolver(Frozen):
         found = []
         for span in assembled.spans:
             state = assembled.kinematics.evaluate(x[span])
-            ratios = assembled.kinematics.velocity_ratios(state)
+            ratios = self._kinematics.velocity_ratios(state)
             found.append(self.inverse_dynamics.condition(state, ratios))
         return np.concatenate(found)
 
