@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
-_FEWEST_TAPED = 2048
+FEWEST_TAPED = 2048
 """Samples of a sweep from which on it pays to trace the equations."""
 _BLOCK_NUMBERS = 6_000_000
 """About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
@@ -581,7 +581,7 @@ class _Work:
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
         inputs = dynamics.inputs_of(solver.problem, targets, acting, turns, self._has_rates)
         solution = None
-        if len(assembled) >= _FEWEST_TAPED and solver.taped is not None:
+        if len(assembled) >= FEWEST_TAPED and solver.taped is not None:
             solution = self._by_tape(index, inputs)
         if solution is None:
             solution = dynamics.solve(assembled.blocks[index], inputs)

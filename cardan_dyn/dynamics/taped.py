@@ -18,9 +18,10 @@ from ..arrays import Array
 from ..elements.link_loads import LinkLoad
 from ..errors import AssemblyError, SingularConfigurationError
 from ..mechanics.bodies import Tree, slides, tree_of
-from ..mechanics.elimination import Pivot, Unsuitable, pivots
+from ..mechanics.elimination import THRESHOLD, Pivot, Unsuitable, pivots
 from ..mechanics.placements import placed
 from ..mechanics.closure import rows as closure_rows
+from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.sample import Given, LinkForce, Roles, passive_rows, solved
 from ..problem.problem import Problem
 from ..tape import Program, Trace
@@ -33,8 +34,9 @@ if TYPE_CHECKING:
 
 SHADOWS = 16
 """Samples at which an order of elimination is chosen."""
-_GROWTH = 100.0
-"""Growth of an elimination up to which a sample is handed out: it costs two digits at most."""
+_GROWTH = 1.0 / THRESHOLD
+"""Growth of an elimination up to which a sample is handed out: what its order has where it was
+chosen. A sample with more loses digits in proportion."""
 _STEP = 1e-3
 """Error [rad, or lengths of the mechanism] of a guess that Newton's method is left to take off."""
 _EXACT_STEP = float(np.sqrt(np.finfo(float).eps))
@@ -168,7 +170,8 @@ class Tape:
         length = tree.length
         units = np.ones(self._nv)
         units[list(slides(tree))] = length
-        outputs: list[Any] = [found.step, found.error / tree.norm_length, found.growth]
+        judged = found.step, found.error / tree.norm_length, found.growth, found.narrowness
+        outputs: list[Any] = list(judged)
         self._x: list[tuple[int, int]] = []
         self._v: list[tuple[int, int]] = []
         self._a: list[tuple[int, int]] = []
@@ -227,7 +230,7 @@ class Tape:
             count: number of samples.
 
         Returns:
-            What is found, and `(3, count)` steps, errors and growths.
+            What is found; and `(4, count)` step, error, growth and narrowness, see `Solved`.
         """
         length = self._tree.length
         inputs = dict(given)
@@ -262,7 +265,7 @@ class Tape:
             moments.T,
             outputs[1],
         )
-        return found, outputs[:3]
+        return found, outputs[:4]
 
 
 class TapedSolver:
@@ -485,19 +488,20 @@ def _closed_by(
     """Return what a tape finds of some lanes, and which of them it holds for."""
     is_all = len(lanes) == count
     own = given if is_all else _of(given, lanes, count)
-    found, (step, error, growth) = tape.run(own, rows if is_all else rows[:, lanes], len(lanes))
-    is_stable = (growth <= _GROWTH) & (step <= _STEP)
+    found, judged = tape.run(own, rows if is_all else rows[:, lanes], len(lanes))
+    step, error, growth, narrowness = judged
+    is_stable = (growth <= _GROWTH) & (narrowness <= REGULAR_CONDITION) & (step <= _STEP)
     for _ in range(_PASSES):
         (again,) = np.nonzero(is_stable & (step > _EXACT_STEP))
         if not len(again):
             break
-        better, (steps, errors, growths) = tape.run(
+        better, judged[:, again] = tape.run(
             _of(own, again, len(lanes)), np.ascontiguousarray(found.x[again].T), len(again)
         )
         for all_rows, some in zip(found, better, strict=True):
             all_rows[again] = some
-        step[again], error[again], growth[again] = steps, errors, growths
-    return found, (step <= _EXACT_STEP) & (error <= tape.rounding) & (growth <= _GROWTH)
+        is_stable &= (growth <= _GROWTH) & (narrowness <= REGULAR_CONDITION)
+    return found, is_stable & (step <= _EXACT_STEP) & (error <= tape.rounding)
 
 
 def _write(found: Found, samples: Array, general: Solution, moved: Array) -> None:

@@ -15,7 +15,7 @@ import pinocchio
 
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.tree import link_inertia
+from ..mechanism.tree import placed_inertia
 from .vectors import UNTURNED, Rotation, Vector
 
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
@@ -170,7 +170,7 @@ def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
             for name in factored:
                 carrier, frame = mechanism.link(name)
                 if carrier == index:
-                    inertia = pinocchio.Inertia(link_inertia(links[name], frame))
+                    inertia = placed_inertia(links[name], frame)
                     masses.append(_mass(inertia, length, name))
         part = parts[index]
         start = model.idx_vs[index]

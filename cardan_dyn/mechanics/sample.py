@@ -148,7 +148,7 @@ class Solved(NamedTuple):
         couplings: moments at their successors' joints.
         step: greatest part of the last step of Newton's method.
         error: greatest error of the closure rows.
-        growth: see `Eliminated`.
+        growth, narrowness: see `Eliminated`.
     """
 
     x: Mapping[int, Scalar]
@@ -162,6 +162,7 @@ class Solved(NamedTuple):
     step: Scalar
     error: Scalar
     growth: Scalar
+    narrowness: Scalar
 
 
 def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> Solved:
@@ -223,6 +224,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
         step,
         position.error,
         greater(guess.factors.growth, factors.growth),
+        factors.narrowness,
     )
 
 
