@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,8 @@ class ArrayBlock:
         ]
         self.inputs: dict[str, Array] = {}
         self.outputs: Array = registers[: len(graph.outputs)]
-        self._once: list[tuple[Callable[..., Any], list[Array]]] = []
-        self._each: list[tuple[Callable[..., Any], list[Array]]] = []
+        self._once: list[Callable[[], Any]] = []
+        self._each: list[Callable[[], Any]] = []
         for node, operation in enumerate(graph.operations):
             arguments = graph.arguments[node]
             if operation == CONSTANT:
@@ -39,10 +40,11 @@ class ArrayBlock:
                 self.inputs[graph.inputs[arguments[0]]] = held[node]
             else:
                 steps = self._once if graph.uniform[node] else self._each
-                steps.append((ON_ARRAYS[operation], [*[held[k] for k in arguments], held[node]]))
+                taken = [held[k] for k in arguments]
+                steps.append(partial(ON_ARRAYS[operation], *taken, out=held[node]))
         for row, node in enumerate(graph.outputs):
             if graph.uniform[node] or places[node] != row:
-                self._each.append((np.copyto, [registers[row], held[node]]))
+                self._each.append(partial(np.copyto, registers[row], held[node]))
 
     def begin(self, values: Mapping[str, Array], part: slice) -> None:
         """Fill inputs, and compute what depends on uniform ones alone.
@@ -55,13 +57,13 @@ class ArrayBlock:
             if name in values:
                 value = values[name]
                 array[...] = value[part] if value.ndim else value
-        for function, arrays in self._once:
-            function(*arrays)
+        for step in self._once:
+            step()
 
     def run(self) -> None:
         """Compute the outputs from the inputs."""
-        for function, arrays in self._each:
-            function(*arrays)
+        for step in self._each:
+            step()
 
 
 def parts(count: int, lanes: int) -> Iterator[slice]:
