@@ -65,7 +65,11 @@
     WITH(EXP, "ds")      /* exp a */ \
     WITH(LOG, "ds")      /* natural logarithm of a */ \
     WITH(TANH, "ds")     /* tanh a */ \
-    WITH(ATAN2, "dss")   /* the angle of a point with the ordinate a and the abscissa b */
+    WITH(ATAN2, "dss")   /* the angle of a point with the ordinate a and the abscissa b */ \
+    WITH(PMP, "dssssss") /* a b - c d + e f */ \
+    WITH(PMM, "dssssss") /* a b - c d - e f */ \
+    WITH(PMA, "dsssss")  /* a b - c d + e */ \
+    WITH(SA, "dsssss")   /* a - b c + d e */
 
 /* Where an input lies: numbers of all lanes of the run, one after the other (step 1), or of the
    lanes of any block (step 0). */
