@@ -43,7 +43,7 @@ class Program:
         self.inputs = self.graph.inputs
         self.outputs = len(outputs)
         self._blocks: dict[int, ArrayBlock] = {}
-        self._rows: dict[int, tuple[Array, Array]] = {}
+        self._handles: dict[int, Any] = {}
 
     def run(self, inputs: Mapping[str, Any], count: int, threads: int = 1) -> Array:
         """Return the outputs `(outputs, count)`.
@@ -64,10 +64,10 @@ class Program:
         values = self.checked(inputs, count)
         arrays = [filled(values[name], lanes) for name in self.inputs]
         outputs = np.empty((self.outputs, lanes))
-        program = self.for_machine(block)
+        handle = self.handle(block)
 
         def part(first: int, last: int) -> None:
-            compiled.kernel.run_program(*program, arrays, outputs, block, first, last)
+            compiled.kernel.run_program(handle, arrays, outputs, first, last)
 
         spread(part, lanes, block, threads)
         return outputs[:, :count]
@@ -108,12 +108,14 @@ class Program:
         """How many instructions run for each block of lanes."""
         return len(self.code.body) - 1
 
-    def for_machine(self, block: int) -> tuple[Array, Array, Array, int]:
-        """Return prologue, constants, body and number of registers for blocks of so many lanes."""
-        if block not in self._rows:
-            self._rows[block] = self.code.for_lanes(block)
-        prologue, body = self._rows[block]
-        return prologue, self.code.constants, body, self.code.registers
+    def handle(self, block: int) -> Any:
+        """Return the program as the machine keeps it, for blocks of so many lanes."""
+        if block not in self._handles:
+            code = self.code
+            self._handles[block] = compiled.kernel.program(
+                *code.for_lanes(block), code.registers, len(self.inputs), self.outputs, block
+            )
+        return self._handles[block]
 
     def array_block(self, lanes: int) -> ArrayBlock:
         """Return the program bound to NumPy arrays of a number of lanes; it is kept."""
@@ -152,4 +154,4 @@ class Program:
 
     def __getstate__(self) -> dict[str, Any]:
         # What is bound to blocks is made again where it is needed.
-        return {**self.__dict__, "_blocks": {}, "_rows": {}}
+        return {**self.__dict__, "_blocks": {}, "_handles": {}}

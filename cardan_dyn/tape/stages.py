@@ -86,7 +86,7 @@ class Stages:
         Raises:
             ArgumentError: an input is missing, or has another shape.
         """
-        if not count or not is_at_hand():
+        if not (count and self.stages and is_at_hand()):
             return self.run_on_arrays(inputs, count)
         block = block_for(count)
         lanes = max(block, count)
@@ -100,9 +100,8 @@ class Stages:
                 for among in (stage.carried, stage.taken)
             )
             until = -1 if stage.until is None else stage.until
-            ends = (carried, taken, until, stage.within, stage.most)
-            code = (*program.for_machine(block), arrays, program.outputs)
-            fields.append((*code, *ends, None, rows))
+            ends = (until, stage.within, stage.most)
+            fields.append((program.handle(block), arrays, carried, taken, *ends, None, rows))
 
         def part(first: int, last: int) -> None:
             compiled.kernel.run_stages(fields, lanes, block, first, last)

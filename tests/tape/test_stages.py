@@ -142,6 +142,7 @@ def test_no_lanes_and_no_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     stages = Stages([newton(kept=True)])
     inputs: list[dict[str, object]] = [{"square": 2.0, "guess": 1.0}]
     assert stages.run(inputs, 0)[0].shape == (2, 0)
+    assert Stages([]).run([], 5) == []
     expected = stages.run(inputs, 5)
     copy = pickle.loads(pickle.dumps(stages))
     monkeypatch.setattr(compiled, "kernel", None)
