@@ -12,6 +12,9 @@ from ..arrays import Array
 from .graph import Graph, leaves
 from .operations import CONSTANT, INPUT, ON_ARRAYS
 
+_FEW = 32
+"""Lanes of a block for a few samples: NumPy takes as long for them as for one."""
+
 
 class ArrayBlock:
     """A graph bound to arrays of a number of lanes: all that is left to do is to call functions.
@@ -66,10 +69,23 @@ class ArrayBlock:
             step()
 
 
+def lanes_of_block(count: int, most: int) -> int:
+    """Return how many lanes blocks have where so many are to run.
+
+    There are few sizes, and the last lane is repeated where it takes: to bind a graph takes longer
+    than to run it once, and one lane as long as many.
+
+    Args:
+        count: number of lanes.
+        most: greatest number of lanes of a block.
+    """
+    return min(size for size in (1, _FEW, most) if size >= min(count, most))
+
+
 def parts(count: int, lanes: int) -> Iterator[slice]:
     """Yield the lanes of each block; the last overlaps the one before it, so that all are full."""
     for first in range(0, count, lanes):
-        start = min(first, count - lanes)
+        start = max(0, min(first, count - lanes))
         yield slice(start, start + lanes)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,15 @@ def test_programs_without_a_machine_run_on_arrays(monkeypatch: pytest.MonkeyPatc
     expected = program.run(inputs, 1000)
     monkeypatch.setattr(compiled, "kernel", None)
     np.testing.assert_array_equal(program.run(inputs, 1000), expected)
+
+
+def test_threads_may_run_one_program_on_arrays_at_once() -> None:
+    program, inputs = random_program(8)
+    expected = program.run_on_arrays(inputs, 1000)
+    with ThreadPoolExecutor(4) as pool:
+        found = pool.map(lambda _: program.run_on_arrays(inputs, 1000), range(40))
+        for rows in found:
+            np.testing.assert_array_equal(rows, expected)
 
 
 def test_no_lanes_and_no_outputs() -> None:

@@ -57,6 +57,7 @@ FOLDED: list[tuple[str, Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] =
     ("x -y", lambda x, y: x * -y, lambda x, y: -(x * y)),
     ("-x -y", lambda x, y: -x * -y, lambda x, y: x * y),
     ("-2 x", lambda x, y: -2.0 * x, lambda x, y: -(x * 2)),
+    ("-0.5 x", lambda x, y: x * -0.5, lambda x, y: -(0.5 * x)),
     ("-x / y", lambda x, y: -x / y, lambda x, y: -(x / y)),
     ("x / -y", lambda x, y: x / -y, lambda x, y: -(x / y)),
     ("x / -2", lambda x, y: x / -2.0, lambda x, y: -(x / 2.0)),
