@@ -213,6 +213,9 @@ def test_uniform_values_are_computed_once() -> None:
     program = Program(trace, [x * (tape.sqrt(m) + 2.0), m * m])
     assert names(program.code) == ["MUL"]
     assert program.run({"x": [1.0, 2.0], "m": 4.0}, 2).tolist() == [[4.0, 8.0], [16.0, 16.0]]
+    # Nor are they a part of what each lane computes.
+    assert names(Program(trace, [x + m * m]).code) == ["ADD"]
+    assert names(Program(trace, [tape.greater(x, tape.absolute(m - 1.0))]).code) == ["MAX"]
 
 
 def test_registers_are_used_again() -> None:
