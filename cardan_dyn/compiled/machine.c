@@ -1,10 +1,11 @@
 /* Tapes run on blocks of lanes: one program, or several as stages that hand on their results.
 
    A program is a prologue, which runs once in a call, its constants, and its code, which runs for
-   each block; both work on the same registers. All that they say is checked before anything runs:
-   no instruction reads or writes what is not the call's. Blocks begin at the first lane of a call
-   and every so many further on. The last block of the arrays lies over lanes of the one before it,
-   but only writes its own, so that nothing depends on how calls share the lanes among them. */
+   each block; both work on the same registers. It is checked and copied when it is made, and calls
+   check their arrays, so that no instruction reads or writes what is not the call's. Blocks begin
+   at the first lane of a call and every so many further on. The last block of the arrays lies over
+   lanes of the one before it, but only writes its own, so that nothing depends on how calls share
+   the lanes among them. */
 
 #include "kernels.h"
 
@@ -75,12 +76,19 @@
 
 /* Registers start with a line of the cache, in bytes. */
 #define ALIGNED 64
-#define STAGE_FIELDS 13
+
+static const char PROGRAM[] = "cardan_dyn.program";
 
 typedef struct {
+    int lanes; /* of a block */
+    Py_ssize_t registers, inputs, rows;
     const int32_t *prologue, *code;
     const double *constants;
-    Py_ssize_t prologue_rows, code_rows, constant_count, registers, inputs, rows;
+    const char *uniform; /* for each input whether it has to be one number for all lanes */
+} Program;
+
+typedef struct {
+    const Program *program;
     /* Where each input is; which row of the own last pass, and of the stage before, it is instead,
        -1 if none. NULL: none at all. */
     Input *given;
@@ -94,7 +102,7 @@ typedef struct {
     Py_ssize_t apart;
     int streaming;
     /* Work space: registers, inputs of a pass, outputs of a block by this pass and the last. */
-    double *bank;
+    double *registers;
     Input *input;
     double *results, *earlier;
 } Stage;
@@ -122,7 +130,7 @@ static void write_outputs(const Call *call, const Stage *stage, Py_ssize_t block
     const int lanes = call->machine->lanes;
     const int skipped = (int)(from - block);
     const int end = call->last - block < lanes ? (int)(call->last - block) : lanes;
-    for (Py_ssize_t row = 0; row < stage->rows; row++)
+    for (Py_ssize_t row = 0; row < stage->program->rows; row++)
         call->machine->write(stage->outputs + row * stage->apart + block,
                              stage->results + row * lanes, skipped, end, stage->streaming);
 }
@@ -143,17 +151,18 @@ static int is_done(const Stage *stage, int lanes)
 static Py_ssize_t run_passes(const Machine *machine, Stage *stage, const double *before,
                              Py_ssize_t block)
 {
-    for (Py_ssize_t k = 0; k < stage->inputs; k++)
+    const Program *program = stage->program;
+    for (Py_ssize_t k = 0; k < program->inputs; k++)
         if (stage->taken && stage->taken[k] >= 0)
             stage->input[k] = (Input){before + stage->taken[k] * machine->lanes, 0};
         else
             stage->input[k] = stage->given[k];
     for (Py_ssize_t passes = 1;; passes++) {
-        machine->run(stage->code, stage->constants, (char *)stage->bank, stage->input,
+        machine->run(program->code, program->constants, (char *)stage->registers, stage->input,
                      stage->results, block);
         if (passes >= stage->most || is_done(stage, machine->lanes))
             return passes;
-        for (Py_ssize_t k = 0; stage->carried && k < stage->inputs; k++)
+        for (Py_ssize_t k = 0; stage->carried && k < program->inputs; k++)
             if (stage->carried[k] >= 0)
                 stage->input[k] =
                     (Input){stage->results + stage->carried[k] * machine->lanes, 0};
@@ -167,12 +176,13 @@ static void run_call(const Call *call)
 {
     const Machine *machine = call->machine;
     for (Py_ssize_t s = 0; s < call->count; s++) {
-        Stage *stage = &call->stages[s];
-        machine->run(stage->prologue, stage->constants, (char *)stage->bank, stage->given, NULL, 0);
+        const Stage *stage = &call->stages[s];
+        machine->run(stage->program->prologue, stage->program->constants, (char *)stage->registers,
+                     stage->given, NULL, 0);
     }
     for (Py_ssize_t from = call->first; from < call->last; from += machine->lanes) {
-        Py_ssize_t block =
-            from + machine->lanes <= call->lanes ? from : call->lanes - machine->lanes;
+        const Py_ssize_t end = from + machine->lanes;
+        const Py_ssize_t block = end <= call->lanes ? from : call->lanes - machine->lanes;
         const double *before = NULL;
         for (Py_ssize_t s = 0; s < call->count; s++) {
             Stage *stage = &call->stages[s];
@@ -190,93 +200,9 @@ static void run_call(const Call *call)
 #endif
 }
 
-/* ------------------------------------------------------------------------------ checking */
+/* ------------------------------------------------------------------------------ arrays */
 
-/* Checks return 0, or -1 with an error set. */
-
-/* Whether a number is the same in all lanes and passes. */
-static int is_uniform(const Stage *stage, int64_t input)
-{
-    return stage->given[input].at && !stage->given[input].step &&
-           !(stage->carried && (stage->carried[input] >= 0 || stage->taken[input] >= 0));
-}
-
-/* Whether each operand of an instruction is one that there is. */
-static int is_instruction(const Stage *stage, const int32_t *row, int64_t size, int is_prologue)
-{
-#define OPERANDS(name, operands) operands,
-    static const char *const operands[] = {EVERY_OPERATION(OPERANDS)};
-#undef OPERANDS
-    if (row[0] < 0 || row[0] >= (int32_t)(sizeof(operands) / sizeof(*operands)))
-        return 0;
-    int is_one = 1;
-    for (const char *kind = operands[*row++]; *kind; kind++, row++) {
-        int64_t at = *row, end = size * stage->registers;
-        if (*kind == 'm' && at == -1)
-            continue;
-        if (*kind == 'i' || *kind == 'u')
-            end = stage->inputs;
-        if (*kind == 'k')
-            end = stage->constant_count;
-        if (*kind == 'r')
-            end = stage->rows;
-        if (at < 0 || at >= end)
-            return 0;
-        if (*kind == 'd' || *kind == 'm' || *kind == 's')
-            is_one &= at % size == 0;
-        if (*kind == 'i' || *kind == 'r')
-            is_one &= !is_prologue;
-        if (*kind == 'u')
-            is_one &= is_uniform(stage, at);
-    }
-    return is_one;
-}
-
-/* Check that a tape ends, and all its instructions. */
-static int check_tape(const Call *call, const Stage *stage, int is_prologue)
-{
-    const char *name = is_prologue ? "prologue" : "code";
-    const int32_t *tape = is_prologue ? stage->prologue : stage->code;
-    Py_ssize_t rows = is_prologue ? stage->prologue_rows : stage->code_rows;
-    if (!rows || tape[ROW * (rows - 1)] != 0) {
-        PyErr_Format(PyExc_ValueError, "the %s of a program does not end", name);
-        return -1;
-    }
-    for (Py_ssize_t k = 0; k < rows; k++)
-        if (!is_instruction(stage, tape + ROW * k, 8 * call->machine->lanes, is_prologue)) {
-            PyErr_Format(PyExc_ValueError, "instruction %zd in the %s of a program does not fit", k,
-                         name);
-            return -1;
-        }
-    return 0;
-}
-
-/* Check that each input comes from somewhere, and both tapes. */
-static int check_program(const Call *call, const Stage *stage)
-{
-    for (Py_ssize_t k = 0; k < stage->inputs; k++)
-        if (!stage->given[k].at && !(stage->taken && stage->taken[k] >= 0)) {
-            PyErr_Format(PyExc_ValueError, "input %zd is not given", k);
-            return -1;
-        }
-    return check_tape(call, stage, 1) < 0 ? -1 : check_tape(call, stage, 0);
-}
-
-/* Check rows of outputs that inputs are instead. */
-static int check_rows(const int32_t *rows, Py_ssize_t count, Py_ssize_t end)
-{
-    for (Py_ssize_t k = 0; k < count; k++)
-        if (rows[k] < -1 || rows[k] >= end) {
-            PyErr_Format(PyExc_ValueError, "input %zd cannot be row %d of %zd", k, (int)rows[k],
-                         end);
-            return -1;
-        }
-    return 0;
-}
-
-/* -------------------------------------------------------------------------------- taking */
-
-/* Functions return NULL or -1 with an error set. */
+/* From here on, functions return NULL or -1 with an error set. */
 
 static void release_call(Call *call)
 {
@@ -335,64 +261,6 @@ static int32_t *take_integers(Call *call, PyObject *object, Py_ssize_t count, in
     return buffer->buf;
 }
 
-static const int32_t *take_tape(Call *call, PyObject *object, Py_ssize_t *rows)
-{
-    const Py_buffer *buffer = take_array(call, object, 'i', PyBUF_C_CONTIGUOUS);
-    if (!buffer)
-        return NULL;
-    if (buffer->ndim != 2 || buffer->shape[1] != ROW) {
-        PyErr_Format(PyExc_ValueError, "instructions are rows of %d integers", ROW);
-        return NULL;
-    }
-    *rows = buffer->shape[0];
-    return buffer->buf;
-}
-
-/* Take inputs: one number, one for each lane, or None. */
-static int take_inputs(Call *call, Stage *stage, PyObject *inputs)
-{
-    stage->inputs = PyTuple_Size(inputs);
-    stage->given = calloc(2 * (size_t)stage->inputs + 1, sizeof(Input));
-    if (!stage->given) {
-        PyErr_NoMemory();
-        return -1;
-    }
-    stage->input = stage->given + stage->inputs;
-    for (Py_ssize_t k = 0; k < stage->inputs; k++) {
-        PyObject *input = PyTuple_GetItem(inputs, k);
-        if (input == Py_None)
-            continue;
-        const Py_buffer *buffer = take_array(call, input, 'd', PyBUF_C_CONTIGUOUS);
-        if (!buffer)
-            return -1;
-        Py_ssize_t size = buffer->len / 8;
-        if (size != 1 && size != call->lanes) {
-            PyErr_Format(PyExc_ValueError, "input %zd has %zd numbers instead of 1 or %zd", k, size,
-                         call->lanes);
-            return -1;
-        }
-        stage->given[k] = (Input){buffer->buf, size != 1};
-    }
-    return 0;
-}
-
-/* Take an array for outputs, of which numbers of a row lie side by side. */
-static const Py_buffer *take_outputs(Call *call, Stage *stage, PyObject *object)
-{
-    const Py_buffer *buffer = take_array(call, object, 'd', PyBUF_STRIDES | PyBUF_WRITABLE);
-    if (!buffer)
-        return NULL;
-    if (buffer->ndim != 2 || (buffer->shape[1] > 1 && buffer->strides[1] != 8) ||
-        buffer->strides[0] % 8) {
-        PyErr_SetString(PyExc_ValueError, "outputs are rows of numbers side by side");
-        return NULL;
-    }
-    stage->outputs = buffer->buf;
-    stage->apart = buffer->strides[0] / 8;
-    stage->streaming = 1;
-    return buffer;
-}
-
 /* Take an integer within bounds. */
 static int take_count(PyObject *object, Py_ssize_t least, Py_ssize_t most, Py_ssize_t *count)
 {
@@ -406,17 +274,159 @@ static int take_count(PyObject *object, Py_ssize_t least, Py_ssize_t most, Py_ss
     return 0;
 }
 
-/* Take the number of lanes in a block, and find the machine for it. CARDAN_DYN_AVX2=0 in the
-   environment does without these instructions. */
-static int take_machine(Call *call, PyObject *object)
+/* Take an array for outputs, of which numbers of a row lie side by side. */
+static const Py_buffer *take_outputs(Call *call, Stage *stage, PyObject *object)
 {
-    long lanes = PyLong_AsLong(object);
-    if (lanes == -1 && PyErr_Occurred())
-        return -1;
-    if (lanes != 4 && lanes != 32) {
-        PyErr_Format(PyExc_ValueError, "blocks have 4 lanes or 32, not %ld", lanes);
+    const Py_buffer *buffer = take_array(call, object, 'd', PyBUF_STRIDES | PyBUF_WRITABLE);
+    if (!buffer)
+        return NULL;
+    if (buffer->ndim != 2 || buffer->shape[0] != stage->program->rows ||
+        (buffer->shape[1] > 1 && buffer->strides[1] != 8) || buffer->strides[0] % 8) {
+        PyErr_Format(PyExc_ValueError, "outputs have %zd rows, of numbers side by side",
+                     stage->program->rows);
+        return NULL;
+    }
+    stage->outputs = buffer->buf;
+    stage->apart = buffer->strides[0] / 8;
+    stage->streaming = 1;
+    return buffer;
+}
+
+/* ---------------------------------------------------------------------------- programs */
+
+static void free_program(PyObject *capsule)
+{
+    free(PyCapsule_GetPointer(capsule, PROGRAM));
+}
+
+/* Whether each operand of an instruction is one that there is. Marks inputs that have to be one
+   number. */
+static int is_instruction(const Program *program, const int32_t *row, int is_prologue,
+                          Py_ssize_t constant_count, char *uniform)
+{
+#define OPERANDS(name, operands) operands,
+    static const char *const operands[] = {EVERY_OPERATION(OPERANDS)};
+#undef OPERANDS
+    if (row[0] < 0 || row[0] >= (int32_t)(sizeof(operands) / sizeof(*operands)))
+        return 0;
+    const int64_t size = 8 * program->lanes;
+    for (const char *kind = operands[*row++]; *kind; kind++, row++) {
+        int64_t at = *row, end = size * program->registers, step = size;
+        if (*kind == 'm' && at == -1)
+            continue;
+        if (strchr("iukr", *kind)) {
+            end = *kind == 'k' ? constant_count : *kind == 'r' ? program->rows : program->inputs;
+            step = 1;
+        }
+        if (at < 0 || at >= end || at % step || (is_prologue && strchr("ir", *kind)))
+            return 0;
+        if (*kind == 'u')
+            uniform[at] = 1;
+    }
+    return 1;
+}
+
+/* Check that a tape ends, and all its instructions. */
+static int check_tape(const Program *program, int is_prologue, Py_ssize_t rows,
+                      Py_ssize_t constant_count, char *uniform)
+{
+    const char *name = is_prologue ? "prologue" : "code";
+    const int32_t *tape = is_prologue ? program->prologue : program->code;
+    if (!rows || tape[ROW * (rows - 1)] != 0) {
+        PyErr_Format(PyExc_ValueError, "the %s of a program does not end", name);
         return -1;
     }
+    for (Py_ssize_t k = 0; k < rows; k++)
+        if (!is_instruction(program, tape + ROW * k, is_prologue, constant_count, uniform)) {
+            PyErr_Format(PyExc_ValueError, "instruction %zd in the %s of a program does not fit", k,
+                         name);
+            return -1;
+        }
+    return 0;
+}
+
+static const Py_buffer *take_tape(Call *call, PyObject *object)
+{
+    const Py_buffer *buffer = take_array(call, object, 'i', PyBUF_C_CONTIGUOUS);
+    if (buffer && (buffer->ndim != 2 || buffer->shape[1] != ROW)) {
+        PyErr_Format(PyExc_ValueError, "instructions are rows of %d integers", ROW);
+        return NULL;
+    }
+    return buffer;
+}
+
+/* Copy a program's arrays behind it, and check what they say. */
+static Program *copied_program(const Program *sizes, const Py_buffer *prologue,
+                               const Py_buffer *constants, const Py_buffer *code)
+{
+    Program *made = calloc(1, sizeof(Program) + constants->len + prologue->len + code->len +
+                                  sizes->inputs);
+    if (!made) {
+        PyErr_NoMemory();
+        return NULL;
+    }
+    *made = *sizes;
+    char *at = (char *)(made + 1);
+    made->constants = memcpy(at, constants->buf, constants->len);
+    made->prologue = memcpy(at += constants->len, prologue->buf, prologue->len);
+    made->code = memcpy(at += prologue->len, code->buf, code->len);
+    made->uniform = at += code->len;
+    Py_ssize_t count = constants->len / 8;
+    if (check_tape(made, 1, prologue->shape[0], count, at) < 0 ||
+        check_tape(made, 0, code->shape[0], count, at) < 0) {
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+
+/* program(prologue, constants, code, registers, inputs, outputs, block)
+
+   Returns a handle of a program for blocks of 4 or 32 lanes, with so many registers, inputs and
+   outputs. `prologue` and `code` are instructions (n, 8); registers stand in them as offsets in
+   bytes, so many that each has a number for every lane of a block. */
+PyObject *program(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 7)
+    Py_ssize_t lanes;
+    Program sizes = {0};
+    if (take_count(given[6], 4, 32, &lanes) < 0)
+        return NULL;
+    if (lanes != 4 && lanes != 32) {
+        PyErr_Format(PyExc_ValueError, "blocks have 4 lanes or 32, not %zd", lanes);
+        return NULL;
+    }
+    sizes.lanes = (int)lanes;
+    /* 32 bits tell where registers are. */
+    const Py_ssize_t most = INT32_MAX / (8 * lanes);
+    if (take_count(given[3], 0, most, &sizes.registers) < 0 ||
+        take_count(given[4], 0, most, &sizes.inputs) < 0 ||
+        take_count(given[5], 0, most, &sizes.rows) < 0)
+        return NULL;
+    Call call = {0};
+    const Py_buffer *prologue = take_tape(&call, given[0]);
+    const Py_buffer *constants =
+        prologue ? take_array(&call, given[1], 'd', PyBUF_C_CONTIGUOUS) : NULL;
+    const Py_buffer *code = constants ? take_tape(&call, given[2]) : NULL;
+    Program *made = code ? copied_program(&sizes, prologue, constants, code) : NULL;
+    release_call(&call);
+    PyObject *capsule = made ? PyCapsule_New(made, PROGRAM, free_program) : NULL;
+    if (!capsule)
+        free(made);
+    return capsule;
+}
+
+/* ------------------------------------------------------------------------------- calls */
+
+/* Take the program of a stage, and the machine for it. CARDAN_DYN_AVX2=0 in the environment does
+   without these instructions. */
+static int take_program(Call *call, Stage *stage, PyObject *handle)
+{
+    stage->program = PyCapsule_GetPointer(handle, PROGRAM);
+    if (!stage->program)
+        return -1;
+    const int lanes = stage->program->lanes;
     call->machine = lanes == 4 ? &machine_4 : &machine_32;
 #ifdef __x86_64__
     const char *wanted = getenv("CARDAN_DYN_AVX2");
@@ -444,27 +454,50 @@ static int take_lanes(Call *call, PyObject *const *span)
     return 0;
 }
 
-/* How many registers or rows there may be, so that 32 bits tell their places in bytes. */
-static Py_ssize_t most_rows(const Call *call)
+/* Take inputs: one number, one for each lane, or None where they are rows of the stage before. */
+static int take_inputs(Call *call, Stage *stage, PyObject *sequence)
 {
-    return INT32_MAX / (8 * call->machine->lanes);
-}
-
-/* Take the five fields of a program: prologue, constants, code, registers, inputs. */
-static int take_program(Call *call, Stage *stage, PyObject *const *fields)
-{
-    const Py_buffer *constants = take_array(call, fields[1], 'd', PyBUF_C_CONTIGUOUS);
-    if (!constants)
+    const Py_ssize_t count = stage->program->inputs;
+    PyObject *inputs = PySequence_Tuple(sequence);
+    if (!inputs)
         return -1;
-    stage->constants = constants->buf;
-    stage->constant_count = constants->len / 8;
-    stage->prologue = take_tape(call, fields[0], &stage->prologue_rows);
-    stage->code = stage->prologue ? take_tape(call, fields[2], &stage->code_rows) : NULL;
-    if (!stage->code || take_count(fields[3], 0, most_rows(call), &stage->registers) < 0)
-        return -1;
-    PyObject *inputs = PySequence_Tuple(fields[4]);
-    int failed = inputs ? take_inputs(call, stage, inputs) : -1;
-    Py_XDECREF(inputs);
+    int failed = -1;
+    if (PyTuple_Size(inputs) != count) {
+        PyErr_Format(PyExc_ValueError, "%zd inputs are needed, not %zd", count,
+                     PyTuple_Size(inputs));
+        goto done;
+    }
+    stage->given = calloc(2 * (size_t)count + 1, sizeof(Input));
+    if (!stage->given) {
+        PyErr_NoMemory();
+        goto done;
+    }
+    stage->input = stage->given + count;
+    for (Py_ssize_t k = 0; k < count; k++) {
+        PyObject *input = PyTuple_GetItem(inputs, k);
+        int is_taken = stage->taken && stage->taken[k] >= 0;
+        int is_carried = stage->carried && stage->carried[k] >= 0;
+        Py_ssize_t size = 0;
+        if (!is_taken || input != Py_None) {
+            const Py_buffer *buffer = take_array(call, input, 'd', PyBUF_C_CONTIGUOUS);
+            if (!buffer)
+                goto done;
+            size = buffer->len / 8;
+            if (size != 1 && size != call->lanes) {
+                PyErr_Format(PyExc_ValueError, "input %zd has %zd numbers instead of 1 or %zd", k,
+                             size, call->lanes);
+                goto done;
+            }
+            stage->given[k] = (Input){buffer->buf, size != 1};
+        }
+        if (stage->program->uniform[k] && (size != 1 || is_taken || is_carried)) {
+            PyErr_Format(PyExc_ValueError, "input %zd has to be one number for all lanes", k);
+            goto done;
+        }
+    }
+    failed = 0;
+done:
+    Py_DECREF(inputs);
     return failed;
 }
 
@@ -474,8 +507,8 @@ static int make_room(Call *call)
     const Py_ssize_t lanes = call->machine->lanes;
     Py_ssize_t numbers = ALIGNED / 8;
     for (Py_ssize_t s = 0; s < call->count; s++) {
-        const Stage *stage = &call->stages[s];
-        int64_t more = (stage->registers + 2 * (int64_t)stage->rows + stage->inputs) * lanes;
+        const Program *program = call->stages[s].program;
+        int64_t more = (program->registers + 2 * (int64_t)program->rows + program->inputs) * lanes;
         if (more > PY_SSIZE_T_MAX / 8 - numbers) {
             PyErr_NoMemory();
             return -1;
@@ -492,11 +525,11 @@ static int make_room(Call *call)
     at += (-(uintptr_t)at % ALIGNED) / 8;
     for (Py_ssize_t s = 0; s < call->count; s++) {
         Stage *stage = &call->stages[s];
-        stage->bank = at;
-        stage->results = stage->bank + stage->registers * lanes;
-        stage->earlier = stage->results + stage->rows * lanes;
-        at = stage->earlier + stage->rows * lanes;
-        for (Py_ssize_t k = 0; k < stage->inputs; k++, at += lanes) {
+        stage->registers = at;
+        stage->results = stage->registers + stage->program->registers * lanes;
+        stage->earlier = stage->results + stage->program->rows * lanes;
+        at = stage->earlier + stage->program->rows * lanes;
+        for (Py_ssize_t k = 0; k < stage->program->inputs; k++, at += lanes) {
             if (!stage->given[k].at || stage->given[k].step)
                 continue;
             for (Py_ssize_t l = 0; l < lanes; l++)
@@ -507,99 +540,171 @@ static int make_room(Call *call)
     return 0;
 }
 
-static PyObject *run_and_release(Call *call)
+/* Run a call that was taken, unless this failed, and release it. */
+static PyObject *finished(Call *call, int failed)
 {
-    Py_BEGIN_ALLOW_THREADS
-    run_call(call);
-    Py_END_ALLOW_THREADS
+    if (!failed && make_room(call) == 0) {
+        Py_BEGIN_ALLOW_THREADS
+        run_call(call);
+        Py_END_ALLOW_THREADS
+    }
     release_call(call);
+    if (PyErr_Occurred())
+        return NULL;
     Py_RETURN_NONE;
 }
 
-/* run_program(prologue, constants, code, registers, inputs, outputs, block, first, last)
-
-   Runs a program on lanes from `first`, which starts a block, up to `last`. `prologue` and `code`
-   are instructions; `inputs` are arrays of one number or of one for each lane; `outputs` has the
-   shape (rows, lanes); a block has 4 lanes or 32, and there are at least as many lanes. */
-PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
+/* Make the program of a call that has its arrays: prologue, constants, code, registers. */
+static PyObject *made_program(PyObject *const *fields, PyObject *inputs, Py_ssize_t rows,
+                              PyObject *block)
 {
-    (void)module;
-    EXACTLY(nargs, 9)
-    Call call = {.count = 1, .stages = calloc(1, sizeof(Stage))};
-    if (!call.stages)
-        return PyErr_NoMemory();
-    Stage *stage = call.stages;
-    stage->until = -1;
-    stage->most = 1;
-    if (take_machine(&call, given[6]) < 0)
-        goto failed;
-    const Py_buffer *outputs = take_outputs(&call, stage, given[5]);
-    if (!outputs)
-        goto failed;
-    stage->rows = outputs->shape[0];
-    call.lanes = outputs->shape[1];
-    if (stage->rows > most_rows(&call)) {
-        PyErr_SetString(PyExc_ValueError, "there are too many outputs");
-        goto failed;
+    Py_ssize_t count = rows < 0 ? -1 : PySequence_Size(inputs);
+    if (count < 0)
+        return NULL;
+    PyObject *sizes[] = {PyLong_FromSsize_t(count), PyLong_FromSsize_t(rows)}, *made = NULL;
+    if (sizes[0] && sizes[1]) {
+        PyObject *all[] = {fields[0], fields[1], fields[2], fields[3], sizes[0], sizes[1], block};
+        made = program(NULL, all, 7);
     }
-    if (take_lanes(&call, given + 7) == 0 && take_program(&call, stage, given) == 0 &&
-        check_program(&call, stage) == 0 && make_room(&call) == 0)
-        return run_and_release(&call);
-failed:
-    release_call(&call);
-    return NULL;
+    Py_XDECREF(sizes[0]);
+    Py_XDECREF(sizes[1]);
+    return made;
 }
 
-/* Take the fields of a stage. After those of a program these are: how many outputs it has; for each
-   input the row of its own last pass, and that of the stage before, or -1; the row that ends
-   passes, or -1; its bound; how many passes there are at most; an array for the passes of each
-   block, or None; an array for its outputs, or None. */
-static int take_stage(Call *call, Stage *stage, PyObject *const *fields, const Stage *before)
+/* run_program(program, inputs, outputs, first, last)
+   run_program(prologue, constants, code, registers, inputs, outputs, block, first, last)
+
+   Runs a program on lanes from `first`, which starts a block, up to `last`. Inputs are arrays of
+   one number or of one for each lane; `outputs` has the shape (rows, lanes). There are as many
+   lanes as a block has, or more. */
+PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
-    if (take_count(fields[5], 0, most_rows(call), &stage->rows) < 0 ||
-        take_program(call, stage, fields) < 0)
+    if (nargs == 9) {
+        PyObject *handle = made_program(given, given[4], PyObject_Size(given[5]), given[6]);
+        if (!handle)
+            return NULL;
+        PyObject *rest[] = {handle, given[4], given[5], given[7], given[8]};
+        PyObject *result = run_program(module, rest, 5);
+        Py_DECREF(handle);
+        return result;
+    }
+    EXACTLY(nargs, 5)
+    Stage *stage = calloc(1, sizeof(Stage));
+    if (!stage)
+        return PyErr_NoMemory();
+    Call call = {.stages = stage, .count = 1};
+    stage->until = -1;
+    stage->most = 1;
+    int failed = take_program(&call, stage, given[0]);
+    const Py_buffer *outputs = failed ? NULL : take_outputs(&call, stage, given[2]);
+    if (outputs) {
+        call.lanes = outputs->shape[1];
+        failed = take_lanes(&call, given + 3) < 0 || take_inputs(&call, stage, given[1]) < 0;
+    }
+    return finished(&call, failed || !outputs);
+}
+
+/* Fields of a stage. */
+enum { HANDLE, INPUTS, CARRIED, TAKEN, UNTIL, WITHIN, MOST, PASSES, OUTPUTS, FIELDS };
+
+/* Take a stage, whose handle is taken already. */
+static int take_stage(Call *call, Stage *stage, PyObject *const *fields, const Program *before)
+{
+    const Program *program = stage->program;
+    stage->carried = take_integers(call, fields[CARRIED], program->inputs, 0);
+    stage->taken =
+        stage->carried ? take_integers(call, fields[TAKEN], program->inputs, 0) : NULL;
+    if (!stage->taken)
         return -1;
-    stage->carried = take_integers(call, fields[6], stage->inputs, 0);
-    stage->taken = stage->carried ? take_integers(call, fields[7], stage->inputs, 0) : NULL;
-    if (!stage->taken || check_rows(stage->carried, stage->inputs, stage->rows) < 0 ||
-        check_rows(stage->taken, stage->inputs, before ? before->rows : 0) < 0 ||
-        take_count(fields[8], -1, stage->rows - 1, &stage->until) < 0 ||
-        take_count(fields[10], 1, INT32_MAX, &stage->most) < 0)
+    const Py_ssize_t rows = before ? before->rows : 0;
+    for (Py_ssize_t k = 0; k < program->inputs; k++)
+        if (stage->carried[k] < -1 || stage->carried[k] >= program->rows || stage->taken[k] < -1 ||
+            stage->taken[k] >= rows) {
+            PyErr_Format(PyExc_ValueError, "input %zd is no row of %zd, or of %zd before", k,
+                         program->rows, rows);
+            return -1;
+        }
+    stage->within = PyFloat_AsDouble(fields[WITHIN]);
+    if ((stage->within == -1.0 && PyErr_Occurred()) ||
+        take_count(fields[UNTIL], -1, program->rows - 1, &stage->until) < 0 ||
+        take_count(fields[MOST], 1, INT32_MAX, &stage->most) < 0 ||
+        take_inputs(call, stage, fields[INPUTS]) < 0)
         return -1;
-    stage->within = PyFloat_AsDouble(fields[9]);
-    if (stage->within == -1.0 && PyErr_Occurred())
-        return -1;
-    if (fields[11] != Py_None) {
-        Py_ssize_t blocks = (call->lanes - 1) / call->machine->lanes + 1;
-        stage->passes = take_integers(call, fields[11], blocks, PyBUF_WRITABLE);
+    if (fields[PASSES] != Py_None) {
+        Py_ssize_t blocks = (call->lanes - 1) / program->lanes + 1;
+        stage->passes = take_integers(call, fields[PASSES], blocks, PyBUF_WRITABLE);
         if (!stage->passes)
             return -1;
     }
-    if (fields[12] != Py_None) {
-        const Py_buffer *outputs = take_outputs(call, stage, fields[12]);
+    if (fields[OUTPUTS] != Py_None) {
+        const Py_buffer *outputs = take_outputs(call, stage, fields[OUTPUTS]);
         if (!outputs)
             return -1;
-        if (outputs->shape[0] != stage->rows || outputs->shape[1] != call->lanes) {
-            PyErr_Format(PyExc_ValueError,
-                         "outputs have the shape (%zd, %zd) instead of (%zd, %zd)",
-                         outputs->shape[0], outputs->shape[1], stage->rows, call->lanes);
+        if (outputs->shape[1] != call->lanes) {
+            PyErr_Format(PyExc_ValueError, "outputs have %zd lanes instead of %zd",
+                         outputs->shape[1], call->lanes);
             return -1;
         }
     }
-    return check_program(call, stage);
+    return 0;
 }
 
-static int take_stages(Call *call, PyObject *stages)
+/* Find the fields of a stage; a program that is made of its arrays goes to a list of them. */
+static int find_fields(PyObject *stage, PyObject *block, PyObject *made, PyObject **fields)
 {
+    /* Before the fields from CARRIED on: arrays and registers, inputs, number of outputs. */
+    enum { SPELT_OUT = 6 + FIELDS - CARRIED };
+    Py_ssize_t size = PyTuple_Check(stage) ? PyTuple_Size(stage) : 0;
+    if (size != FIELDS && size != SPELT_OUT) {
+        PyErr_Format(PyExc_TypeError, "a stage is a tuple of %d or %d fields", FIELDS, SPELT_OUT);
+        return -1;
+    }
+    for (int k = 0; k < FIELDS; k++)
+        fields[k] = PyTuple_GetItem(stage, size - FIELDS + k);
+    if (size == FIELDS)
+        return 0;
+    PyObject *arrays[4];
+    for (int k = 0; k < 4; k++)
+        arrays[k] = PyTuple_GetItem(stage, k);
+    fields[INPUTS] = PyTuple_GetItem(stage, 4);
+    Py_ssize_t rows;
+    if (take_count(PyTuple_GetItem(stage, 5), 0, PY_SSIZE_T_MAX, &rows) < 0)
+        return -1;
+    fields[HANDLE] = made_program(arrays, fields[INPUTS], rows, block);
+    int failed = fields[HANDLE] ? PyList_Append(made, fields[HANDLE]) : -1;
+    Py_XDECREF(fields[HANDLE]);
+    return failed;
+}
+
+/* Take stages, and the arguments after them: lanes, block, first, last. */
+static int take_stages(Call *call, PyObject *stages, PyObject *made, PyObject *const *rest)
+{
+    Py_ssize_t block;
+    if (!call->stages || !made) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    if (!call->count) {
+        PyErr_SetString(PyExc_ValueError, "there are no stages");
+        return -1;
+    }
+    if (take_count(rest[0], 0, PY_SSIZE_T_MAX, &call->lanes) < 0 ||
+        take_count(rest[1], 4, 32, &block) < 0)
+        return -1;
     for (Py_ssize_t s = 0; s < call->count; s++) {
-        PyObject *fields[STAGE_FIELDS], *stage = PyTuple_GetItem(stages, s);
-        if (!PyTuple_Check(stage) || PyTuple_Size(stage) != STAGE_FIELDS) {
-            PyErr_Format(PyExc_TypeError, "a stage is a tuple of %d fields", STAGE_FIELDS);
+        Stage *stage = &call->stages[s];
+        const Program *before = s ? stage[-1].program : NULL;
+        PyObject *fields[FIELDS];
+        if (find_fields(PyTuple_GetItem(stages, s), rest[1], made, fields) < 0 ||
+            take_program(call, stage, fields[HANDLE]) < 0)
+            return -1;
+        if (stage->program->lanes != block) {
+            PyErr_Format(PyExc_ValueError, "the program of stage %zd is for blocks of %d, not %zd",
+                         s, stage->program->lanes, block);
             return -1;
         }
-        for (int k = 0; k < STAGE_FIELDS; k++)
-            fields[k] = PyTuple_GetItem(stage, k);
-        if (take_stage(call, &call->stages[s], fields, s ? &call->stages[s - 1] : NULL) < 0)
+        if ((!before && take_lanes(call, rest + 2) < 0) ||
+            take_stage(call, stage, fields, before) < 0)
             return -1;
     }
     return 0;
@@ -607,30 +712,36 @@ static int take_stages(Call *call, PyObject *stages)
 
 /* run_stages(stages, lanes, block, first, last)
 
-   Runs stages one after the other on each block. A stage is a tuple: prologue, constants, code,
-   registers and inputs as for `run_program`, and what `take_stage` says. An input that is a row of
-   the stage before may be None; one that is carried is given for the first pass. */
+   Runs stages, one after the other on each block, on lanes from `first`, which starts a block, up
+   to `last`. A stage is a tuple of
+
+     program   its handle
+     inputs    arrays of one number or of one for each lane; None where they are taken
+     carried   for each input the row of the own last pass that it is, from the second pass on; or -1
+     taken     for each input the row of the stage before that it is, in the first pass if it is
+               carried, else in all; or -1
+     until     passes end when this row is at most `within` in all lanes of the block; -1 for none
+     within
+     most      there are at most so many passes
+     passes    array for the number of passes of each block, or None
+     outputs   array (rows, lanes), or None
+
+   or begins with prologue, constants, code, registers, inputs, number of outputs. */
 PyObject *run_stages(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 5)
-    PyObject *stages = PySequence_Tuple(given[0]);
-    if (!stages)
-        return NULL;
-    Call call = {.count = PyTuple_Size(stages)};
-    call.stages = calloc(call.count + 1, sizeof(Stage));
-    int failed = -1;
-    if (!call.stages)
-        PyErr_NoMemory();
-    else if (take_machine(&call, given[2]) == 0 &&
-             take_count(given[1], 0, PY_SSIZE_T_MAX, &call.lanes) == 0 &&
-             take_lanes(&call, given + 3) == 0 && take_stages(&call, stages) == 0)
-        failed = make_room(&call);
-    Py_DECREF(stages);
-    if (!failed)
-        return run_and_release(&call);
-    release_call(&call);
-    return NULL;
+    /* Both keep handles while other threads may change what was given. */
+    PyObject *stages = PySequence_Tuple(given[0]), *made = PyList_New(0);
+    Call call = {0};
+    if (stages) {
+        call.count = PyTuple_Size(stages);
+        call.stages = calloc(call.count + 1, sizeof(Stage));
+    }
+    PyObject *result = finished(&call, !stages || take_stages(&call, stages, made, given + 1) < 0);
+    Py_XDECREF(stages);
+    Py_XDECREF(made);
+    return result;
 }
 
 #endif

@@ -106,9 +106,13 @@ class Code:
     constants: Array
     registers: int
 
-    def for_lanes(self, lanes: int) -> tuple[Array, Array]:
-        """Return prologue and body with registers as offsets in bytes, for so many lanes each."""
-        return _offsets(self.prologue, lanes), _offsets(self.body, lanes)
+    def for_lanes(self, lanes: int) -> tuple[Array, Array, Array]:
+        """Return prologue, constants and body, with registers as offsets in bytes.
+
+        Args:
+            lanes: that a register holds a number for.
+        """
+        return _offsets(self.prologue, lanes), self.constants, _offsets(self.body, lanes)
 
 
 _Term: TypeAlias = tuple[str, tuple[int, ...]]
@@ -143,7 +147,8 @@ class _Lowering:
     def result(self) -> tuple[list[Instruction], list[Instruction], list[float]]:
         """Return the prologue, for uniform values, the body, for the others, and constants."""
         graph = self.graph
-        prologue, body = [], []
+        prologue: list[list[Instruction]] = []
+        body: list[list[Instruction]] = []
         constants: list[float] = []
         # From the outputs on: a node is asked for its parts before these are written down.
         for node in reversed(range(len(graph.operations))):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,9 @@ import numpy as np
 from ..arrays import Array
 from .graph import Graph, leaves
 from .operations import CONSTANT, INPUT, ON_ARRAYS
+
+_FEW = 32
+"""Lanes of a block for a few samples: NumPy takes as long for them as for one."""
 
 
 class ArrayBlock:
@@ -29,8 +33,8 @@ class ArrayBlock:
         ]
         self.inputs: dict[str, Array] = {}
         self.outputs: Array = registers[: len(graph.outputs)]
-        self._once: list[tuple[Callable[..., Any], list[Array]]] = []
-        self._each: list[tuple[Callable[..., Any], list[Array]]] = []
+        self._once: list[Callable[[], Any]] = []
+        self._each: list[Callable[[], Any]] = []
         for node, operation in enumerate(graph.operations):
             arguments = graph.arguments[node]
             if operation == CONSTANT:
@@ -39,10 +43,11 @@ class ArrayBlock:
                 self.inputs[graph.inputs[arguments[0]]] = held[node]
             else:
                 steps = self._once if graph.uniform[node] else self._each
-                steps.append((ON_ARRAYS[operation], [*[held[k] for k in arguments], held[node]]))
+                taken = [held[k] for k in arguments]
+                steps.append(partial(ON_ARRAYS[operation], *taken, out=held[node]))
         for row, node in enumerate(graph.outputs):
             if graph.uniform[node] or places[node] != row:
-                self._each.append((np.copyto, [registers[row], held[node]]))
+                self._each.append(partial(np.copyto, registers[row], held[node]))
 
     def begin(self, values: Mapping[str, Array], part: slice) -> None:
         """Fill inputs, and compute what depends on uniform ones alone.
@@ -55,19 +60,32 @@ class ArrayBlock:
             if name in values:
                 value = values[name]
                 array[...] = value[part] if value.ndim else value
-        for function, arrays in self._once:
-            function(*arrays)
+        for step in self._once:
+            step()
 
     def run(self) -> None:
         """Compute the outputs from the inputs."""
-        for function, arrays in self._each:
-            function(*arrays)
+        for step in self._each:
+            step()
+
+
+def lanes_of_block(count: int, most: int) -> int:
+    """Return how many lanes blocks have where so many are to run.
+
+    There are few sizes, and the last lane is repeated where it takes: to bind a graph takes longer
+    than to run it once, and one lane as long as many.
+
+    Args:
+        count: number of lanes.
+        most: greatest number of lanes of a block.
+    """
+    return min(size for size in (1, _FEW, most) if size >= min(count, most))
 
 
 def parts(count: int, lanes: int) -> Iterator[slice]:
     """Yield the lanes of each block; the last overlaps the one before it, so that all are full."""
     for first in range(0, count, lanes):
-        start = min(first, count - lanes)
+        start = max(0, min(first, count - lanes))
         yield slice(start, start + lanes)
 
 

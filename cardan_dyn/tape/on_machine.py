@@ -25,10 +25,10 @@ def block_for(count: int) -> int:
 
 
 def filled(value: Array, lanes: int) -> Array:
-    """Return values as the machine reads them: side by side, the last repeated to so many lanes."""
-    if value.ndim and len(value) < lanes:
+    """Return values side by side, the last repeated to so many lanes; one for all as it is."""
+    if value.ndim and 0 < len(value) < lanes:
         value = np.pad(value, (0, lanes - len(value)), mode="edge")
-    return np.ascontiguousarray(value)
+    return np.ascontiguousarray(value) if value.ndim else value
 
 
 def spread(part: Callable[[int, int], object], count: int, block: int, threads: int) -> None:

@@ -47,7 +47,8 @@ def as_c(program: Program, name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
         raise ArgumentError(f"{name!r} is no name of a function in C; use letters, digits and _")
     graph = program.graph
-    once, each = [], []
+    once: list[str] = []
+    each: list[str] = []
     for node, uniform in enumerate(graph.uniform):
         (once if uniform else each).append(f"const double x{node} = {_value(graph, node)};")
     stores = [f"outputs[{row} * count + lane] = x{node};" for row, node in enumerate(graph.outputs)]

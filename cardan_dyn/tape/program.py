@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +14,7 @@ from ..arrays import BLOCK_SIZE, Array
 from ..errors import ArgumentError, choices
 from .graph import Graph, live_part
 from .instructions import Code, code_of
-from .on_arrays import ArrayBlock, parts
+from .on_arrays import ArrayBlock, lanes_of_block, parts
 from .on_machine import block_for, filled, is_at_hand, spread
 from .trace import Scalar, Trace
 
@@ -43,7 +44,7 @@ class Program:
         self.inputs = self.graph.inputs
         self.outputs = len(outputs)
         self._blocks: dict[int, ArrayBlock] = {}
-        self._rows: dict[int, tuple[Array, Array]] = {}
+        self._handles: dict[int, Any] = {}
 
     def run(self, inputs: Mapping[str, Any], count: int, threads: int = 1) -> Array:
         """Return the outputs `(outputs, count)`.
@@ -64,10 +65,10 @@ class Program:
         values = self.checked(inputs, count)
         arrays = [filled(values[name], lanes) for name in self.inputs]
         outputs = np.empty((self.outputs, lanes))
-        program = self.for_machine(block)
+        handle = self.handle(block)
 
         def part(first: int, last: int) -> None:
-            compiled.kernel.run_program(*program, arrays, outputs, block, first, last)
+            compiled.kernel.run_program(handle, arrays, outputs, first, last)
 
         spread(part, lanes, block, threads)
         return outputs[:, :count]
@@ -80,23 +81,23 @@ class Program:
         Args:
             inputs: as for `run`.
             count: number of lanes.
-            block: how many of them are computed at a time.
+            block: how many of them are computed at a time, at most.
 
         Raises:
             ArgumentError: as `run`.
         """
-        values = self.checked(inputs, count)
-        outputs = np.empty((self.outputs, count))
-        if not count:
-            return outputs
-        lanes = min(block, count)
-        bound = self.array_block(lanes)
-        with np.errstate(all="ignore"):
+        lanes = lanes_of_block(count, block)
+        padded = max(count, lanes)
+        values = {
+            name: filled(value, padded) for name, value in self.checked(inputs, count).items()
+        }
+        outputs = np.empty((self.outputs, padded))
+        with self.array_block(lanes) as bound, np.errstate(all="ignore"):
             for part in parts(count, lanes):
                 bound.begin(values, part)
                 bound.run()
                 outputs[:, part] = bound.outputs
-        return outputs
+        return outputs[:, :count]
 
     @cached_property
     def code(self) -> Code:
@@ -108,18 +109,26 @@ class Program:
         """How many instructions run for each block of lanes."""
         return len(self.code.body) - 1
 
-    def for_machine(self, block: int) -> tuple[Array, Array, Array, int]:
-        """Return prologue, constants, body and number of registers for blocks of so many lanes."""
-        if block not in self._rows:
-            self._rows[block] = self.code.for_lanes(block)
-        prologue, body = self._rows[block]
-        return prologue, self.code.constants, body, self.code.registers
+    def handle(self, block: int) -> Any:
+        """Return the program as the machine keeps it, for blocks of so many lanes."""
+        if block not in self._handles:
+            code = self.code
+            self._handles[block] = compiled.kernel.program(
+                *code.for_lanes(block), code.registers, len(self.inputs), self.outputs, block
+            )
+        return self._handles[block]
 
-    def array_block(self, lanes: int) -> ArrayBlock:
-        """Return the program bound to NumPy arrays of a number of lanes; it is kept."""
-        if lanes not in self._blocks:
-            self._blocks[lanes] = ArrayBlock(self.graph, lanes)
-        return self._blocks[lanes]
+    @contextmanager
+    def array_block(self, lanes: int) -> Iterator[ArrayBlock]:
+        """Lend the program bound to NumPy arrays of a number of lanes.
+
+        It is kept for the next call; meanwhile others, of other threads, get one of their own.
+        """
+        block = self._blocks.pop(lanes, None) or ArrayBlock(self.graph, lanes)
+        try:
+            yield block
+        finally:
+            self._blocks[lanes] = block
 
     def checked(
         self, inputs: Mapping[str, Any], count: int, left_out: Container[str] = ()
@@ -139,7 +148,7 @@ class Program:
                 )
             value = np.asarray(inputs[name], dtype=float)
             if value.size == 1:
-                value = value.reshape(())
+                value = value.reshape(()) if value.ndim else value
             elif value.shape != (count,) or name in self.graph.uniform_inputs:
                 wanted = (
                     "it is one number for all lanes"
@@ -152,4 +161,4 @@ class Program:
 
     def __getstate__(self) -> dict[str, Any]:
         # What is bound to blocks is made again where it is needed.
-        return {**self.__dict__, "_blocks": {}, "_rows": {}}
+        return {**self.__dict__, "_blocks": {}, "_handles": {}}

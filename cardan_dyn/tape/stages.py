@@ -7,6 +7,7 @@ small in all lanes of the block, so that its lanes should be left as they are wh
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 from .. import compiled
 from ..arrays import BLOCK_SIZE, Array
 from ..errors import ArgumentError
-from .on_arrays import ArrayBlock, parts
+from .on_arrays import ArrayBlock, lanes_of_block, parts
 from .on_machine import block_for, filled, is_at_hand, spread
 from .program import Program
 
@@ -86,7 +87,7 @@ class Stages:
         Raises:
             ArgumentError: an input is missing, or has another shape.
         """
-        if not count or not is_at_hand():
+        if not (count and self.stages and is_at_hand()):
             return self.run_on_arrays(inputs, count)
         block = block_for(count)
         lanes = max(block, count)
@@ -94,15 +95,14 @@ class Stages:
         fields = []
         for stage, values, rows in zip(self.stages, given, outputs, strict=True):
             program, names = stage.program, stage.program.inputs
-            arrays = [filled(values[x], lanes) if x in values else None for x in names]
+            arrays = [values.get(name) for name in names]
             carried, taken = (
                 np.array([among.get(name, -1) for name in names], dtype=np.int32)
                 for among in (stage.carried, stage.taken)
             )
             until = -1 if stage.until is None else stage.until
-            ends = (carried, taken, until, stage.within, stage.most)
-            code = (*program.for_machine(block), arrays, program.outputs)
-            fields.append((*code, *ends, None, rows))
+            ends = (until, stage.within, stage.most)
+            fields.append((program.handle(block), arrays, carried, taken, *ends, None, rows))
 
         def part(first: int, last: int) -> None:
             compiled.kernel.run_stages(fields, lanes, block, first, last)
@@ -118,35 +118,39 @@ class Stages:
         Args:
             inputs: as for `run`.
             count: number of lanes.
-            block: how many of them are computed at a time.
+            block: how many of them are computed at a time, at most.
 
         Raises:
             ArgumentError: as `run`.
         """
-        given, outputs = self._checked(inputs, count, count)
-        lanes = min(block, count)
-        with np.errstate(all="ignore"):
-            for part in parts(count, lanes) if count else ():
+        lanes = lanes_of_block(count, block)
+        given, outputs = self._checked(inputs, count, max(count, lanes))
+        with ExitStack() as lent, np.errstate(all="ignore"):
+            bound = [lent.enter_context(x.program.array_block(lanes)) for x in self.stages]
+            for part in parts(count, lanes):
                 before = np.empty((0, lanes))
-                for stage, values, rows in zip(self.stages, given, outputs, strict=True):
-                    bound = stage.program.array_block(lanes)
-                    _run_passes(stage, bound, values, before, part)
-                    # The next stage may run the same program, on the same arrays.
-                    before = bound.outputs.copy()
+                for stage, block_of, values, rows in zip(
+                    self.stages, bound, given, outputs, strict=True
+                ):
+                    _run_passes(stage, block_of, values, before, part)
+                    before = block_of.outputs
                     if rows is not None:
                         rows[:, part] = before
-        return [rows for rows in outputs if rows is not None]
+        return [rows[:, :count] for rows in outputs if rows is not None]
 
     def _checked(
         self, inputs: Sequence[Mapping[str, Any]], count: int, lanes: int
     ) -> tuple[list[dict[str, Array]], list[Array | None]]:
-        """Return values of the inputs of each stage, and arrays for outputs that are kept."""
+        """Return values of the inputs of each stage, and arrays for outputs that are kept.
+
+        Both have so many lanes.
+        """
         if len(inputs) != len(self.stages):
             raise ArgumentError(f"give inputs of {len(self.stages)} stages, not of {len(inputs)}")
-        given = [
-            stage.program.checked(values, count, left_out=stage.taken)
-            for stage, values in zip(self.stages, inputs, strict=True)
-        ]
+        given = []
+        for stage, values in zip(self.stages, inputs, strict=True):
+            checked = stage.program.checked(values, count, left_out=stage.taken)
+            given.append({name: filled(value, lanes) for name, value in checked.items()})
         outputs = [
             np.empty((stage.program.outputs, lanes)) if stage.kept else None
             for stage in self.stages

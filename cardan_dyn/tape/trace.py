@@ -21,6 +21,7 @@ Zeros and ones are numbers here, known while the trace is made: values of inputs
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -288,13 +289,12 @@ class Trace:
         return x if kind is Variable or kind is float else self._number(x)
 
     def _number(self, x: Any) -> float:
-        try:
-            return float(x)
-        except (TypeError, ValueError) as error:
+        if not isinstance(x, Real):
             raise ArgumentError(
                 f"a traced variable meets {type(x).__name__}; it takes numbers and variables,"
                 " arrays are given to the program"
-            ) from error
+            )
+        return float(x)
 
     def _without_sign(self, x: Scalar) -> tuple[bool, Scalar]:
         """Return whether a scalar is the negative of another, and that one; else the scalar."""
