@@ -26,7 +26,7 @@ FLOORS = (
     ("figures", "tape"),
     ("description",),
     ("mechanism",),
-    ("elements",),
+    ("elements", "mechanics"),
     ("problem", "proof"),
     ("kinematics",),
     ("dynamics",),

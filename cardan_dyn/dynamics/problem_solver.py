@@ -26,7 +26,7 @@ from ..problem.problem import Problem
 from ..problem.samples import Targets
 
 if TYPE_CHECKING:
-    from .inverse_dynamics import InverseDynamics, Inputs, Solution
+    from .inverse_dynamics import Inputs, InverseDynamics, Solution
     from .reactions import ReactionSolver
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
@@ -225,10 +225,21 @@ class ProblemSolver(Frozen):
 
     @cached_property
     def taped(self) -> TapedSolver | None:
-        """Solves blocks of many samples; None where a scene has what tapes do not know."""
-        from .taped import taped_solver  # Sweeps of few samples need none.
+        """Solves many samples; None where a scene has what tapes do not know.
 
-        return taped_solver(self)
+        That is elements, teeth, compliances, rods that spin idly, and outputs that leave loops out.
+        """
+        assembly, problem = self.assembly, self.problem
+        groups, needed = assembly.groups, assembly.needed
+        closing = {index for index, group in enumerate(groups) if group.loops or group.couplings}
+        is_whole = len(needed.motion) == len(groups) and closing <= needed.forces
+        is_unknown = problem.elements or problem.compliance or problem.mechanism.teeth
+        if is_unknown or self.unsolved or not is_whole or assembly.kinematics.idle_columns.size:
+            return None
+        from .taped import TapedSolver  # Sweeps of few samples need none.
+
+        claimed = self.inverse_dynamics.claimed
+        return TapedSolver(problem, self.varied, assembly.decided, claimed)
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""

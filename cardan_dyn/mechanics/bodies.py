@@ -1,8 +1,8 @@
 """Bodies: a mechanism's tree, loops and couplings as plain numbers, read from Pinocchio's model.
 
 Numbers are in the mechanism's own units: lengths in a power of two near its length, so that no
-rounding is added, and axes in which the first joint on the world stands at its zero, so that what is
-planar or parallel there shows exact zeros however the mechanism stands in the world.
+rounding is added, and axes in which the first joint on the world stands at its zero, so that what
+is planar or parallel there shows exact zeros however the mechanism stands in the world.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import pinocchio
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import placed_inertia
+from ..mechanism.welds import Coupling as Stated
 from .vectors import UNTURNED, Rotation, Vector
 
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
@@ -98,11 +99,12 @@ class Coupling(NamedTuple):
     """Ratio times the predecessor's displacement plus an offset is the successor's.
 
     Attributes:
-        ratio: see above.
+        ratio, offset: see above.
         predecessors, successors: velocity coordinates that are summed up.
     """
 
     ratio: float
+    offset: float
     predecessors: tuple[int, ...]
     successors: tuple[int, ...]
 
@@ -117,6 +119,7 @@ class Tree(NamedTuple):
         origin: `(3,)` of the tree in the world [m].
         bodies: in Pinocchio's order.
         loops, couplings: as the mechanism has them.
+        units: `(nv,)` of velocity coordinates: the length for slides, else 1.
     """
 
     length: float
@@ -126,6 +129,12 @@ class Tree(NamedTuple):
     bodies: tuple[Body, ...]
     loops: tuple[Loop, ...]
     couplings: tuple[Coupling, ...]
+    units: Array
+
+    @property
+    def effort_units(self) -> Array:
+        """Units `(nv,)` of what acts along velocity coordinates [N·m, N per unit]."""
+        return np.asarray(self.length**2 / self.units)
 
     def in_axes(self, vector: Array) -> Array:
         """Return vectors `(..., 3)` in world axes in those of the tree."""
@@ -153,9 +162,7 @@ def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
         (model.jointPlacements[k] for k in range(1, model.njoints) if not model.parents[k]),
         pinocchio.SE3.Identity(),
     )
-    column_of = dict(
-        zip((part.id for part in coordinates.parts), coordinates.starts, strict=True)
-    )
+    column_of = dict(zip((part.id for part in coordinates.parts), coordinates.starts, strict=True))
     parts = {part.id: part for part in coordinates.parts}
     auxiliary = set(mechanism.auxiliary_bodies)
     links = {link.name: link for link in mechanism.description.links}
@@ -192,16 +199,14 @@ def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
             (loop.predecessor, loop.predecessor_placement),
             (loop.successor, loop.successor_placement),
         ):
-            ends.append(End(body - 1, *_placed(placement if body else base.actInv(placement), length)))
+            ends.append(
+                End(body - 1, *_placed(placement if body else base.actInv(placement), length))
+            )
         loops.append(Loop(loop.joint, *ends, loop.is_fixed))
-    couplings = [
-        Coupling(
-            _in_units(item.ratio, item.predecessor_columns, item.successor_columns, bodies, length),
-            item.predecessor_columns,
-            item.successor_columns,
-        )
-        for item in mechanism.couplings
-    ]
+    units = np.ones(model.nv)
+    for body in bodies:
+        if body.kind == "prismatic":
+            units[list(body.rates)] = length
     return Tree(
         length,
         mechanism.characteristic_length / length,
@@ -209,29 +214,23 @@ def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
         np.array(base.translation),
         tuple(bodies),
         tuple(loops),
-        tuple(couplings),
+        tuple(_coupling(item, units) for item in mechanism.couplings),
+        units,
     )
 
 
-def slides(tree: Tree) -> set[int]:
-    """Return the velocity coordinates that are slides."""
-    return {rate for body in tree.bodies if body.kind == "prismatic" for rate in body.rates}
-
-
-def _in_units(
-    ratio: float,
-    predecessors: tuple[int, ...],
-    successors: tuple[int, ...],
-    bodies: list[Body],
-    length: float,
-) -> float:
-    """Return a coupling's ratio between displacements in units of the length."""
-    of = {rate for body in bodies if body.kind == "prismatic" for rate in body.rates}
-    if predecessors and predecessors[0] in of:
-        ratio *= length
-    if successors and successors[0] in of:
-        ratio /= length
-    return ratio
+def _coupling(stated: Stated, units: Array) -> Coupling:
+    """Return a coupling of displacements in units of the length."""
+    first, second = (
+        units[columns[0]] if columns else 1.0
+        for columns in (stated.predecessor_columns, stated.successor_columns)
+    )
+    return Coupling(
+        stated.ratio * first / second,
+        stated.offset / second,
+        stated.predecessor_columns,
+        stated.successor_columns,
+    )
 
 
 def _placed(placement: pinocchio.SE3, length: float) -> tuple[Rotation, Vector]:
@@ -267,4 +266,3 @@ def _exact(value: float) -> float:
     """Return an entry of a unit vector, exactly 0, 1 or -1 where it is that but for rounding."""
     nearest = float(round(value))
     return nearest if abs(value - nearest) <= _ROUNDING else value
-

@@ -116,7 +116,7 @@ class Eliminated(NamedTuple):
             result[step.row] = value
 
 
-class Unsuitable(Exception):
+class UnsuitableError(Exception):
     """No order suits all samples."""
 
 
@@ -130,7 +130,7 @@ def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
         rows: column to entries `(S,)`.
 
     Raises:
-        Unsuitable: a column vanishes at all samples.
+        UnsuitableError: a column vanishes at all samples.
     """
     left = {index: dict(row) for index, row in enumerate(rows)}
     columns: dict[int, set[int]] = {}
@@ -150,8 +150,8 @@ def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
                 key = is_small, -mean if is_small else float(cost), -least, row, column
                 if best is None or key < best:
                     best = key
-        if best is None or best[0] and best[1] == 0.0:
-            raise Unsuitable
+        if best is None or (best[0] and best[1] == 0.0):
+            raise UnsuitableError
         *_, row, column = best
         pivot_row = left.pop(row)
         pivot = pivot_row.pop(column)

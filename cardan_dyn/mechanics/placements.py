@@ -120,7 +120,8 @@ def moving(
     Args:
         tree: the bodies.
         at: where they are.
-        v, a: velocity coordinate to joint velocity and acceleration; what is missing is zero.
+        v: velocity coordinate to joint velocity; what is missing is zero.
+        a: likewise to joint acceleration.
         base: acceleration of the world, which is that of free fall with its sign changed where
             weight is to be counted.
     """

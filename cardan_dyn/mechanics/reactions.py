@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ..tape import is_zero
 from .bodies import Mass, Tree
-from .elimination import Eliminated, Unsuitable, eliminated, pivots
+from .elimination import Eliminated, eliminated, pivots
 from .placements import Motion, Placed
 from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
 
@@ -55,7 +55,7 @@ class Wrenches(NamedTuple):
             self.moments[push.body] = less(self.moments[push.body], moment)
 
     def passed_on(self, tree: Tree, at: Placed) -> Wrenches:
-        """Return what joints carry that hold bodies by these wrenches and all that hang from them."""
+        """Return what joints carry where these wrenches act on bodies and all that hang there."""
         forces, moments = list(self.forces), list(self.moments)
         for index in range(len(tree.bodies) - 1, -1, -1):
             parent = tree.bodies[index].parent
@@ -196,7 +196,7 @@ def closed(
         counted: bodies whose joints the norm counts, then `fixed` loops from the number of bodies.
 
     Raises:
-        Unsuitable: samples do not tell which self-stresses are independent.
+        UnsuitableError: samples do not tell which self-stresses are independent.
     """
     along = open_tree.along(tree, at, passives)
     multipliers = factors.solve_transposed(missing(along, loads, passives))
@@ -209,7 +209,9 @@ def closed(
         exchanged,
         couplings,
     )
-    stresses = [Closed(*of_multipliers(tree, at, factors.dependence(row))) for row in factors.redundant]
+    stresses = [
+        Closed(*of_multipliers(tree, at, factors.dependence(row))) for row in factors.redundant
+    ]
     loading = [(item, _entries(tree, item, counted)) for item in stresses]
     # Moments of a closed train of couplings load no joint: none is added.
     loading = [(item, entries) for item, entries in loading if entries]
@@ -221,7 +223,9 @@ def closed(
         for _, entries in loading
     ]
     right = [-_product(entries, own) for _, entries in loading]
-    order = pivots([{k: _seen(entry) for k, entry in row.items() if not is_zero(entry)} for row in normal])
+    order = pivots(
+        [{k: _seen(entry) for k, entry in row.items() if not is_zero(entry)} for row in normal]
+    )
     amounts = eliminated(normal, order).solve(right)
     for column, (item, _) in enumerate(loading):
         base = base.with_added(amounts[column], item)

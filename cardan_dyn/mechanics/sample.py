@@ -140,7 +140,8 @@ class Solved(NamedTuple):
 
     Attributes:
         x: closed coordinates.
-        ratios: per drive, velocity coordinate to its rate where that drive alone moves at unit speed.
+        ratios: per drive, velocity coordinate to its rate where that drive alone moves at unit
+            speed.
         v, a: velocity coordinate to velocity and acceleration.
         wrenches: body to force and moment on it, in its frame.
         fixed: likewise per `fixed` loop.
@@ -175,7 +176,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
         order: of the elimination.
 
     Raises:
-        Unsuitable: see `reactions.closed`.
+        UnsuitableError: see `reactions.closed`.
     """
     guess = Position.of(tree, roles, given.x, given.offsets, order)
     x, step = guess.corrected(tree, roles)
@@ -194,7 +195,9 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
         drifting = moving(tree, at, v, known, (0.0, 0.0, 0.0))
         drifts = closure.drifts(tree, at, drifting)
         for row in position.rows[6 * len(tree.loops) :]:
-            drifts.append(sum((row[rate] * value for rate, value in known.items() if rate in row), 0.0))
+            drifts.append(
+                sum((row[rate] * value for rate, value in known.items() if rate in row), 0.0)
+            )
         a |= factors.solve([-drift for drift in drifts])
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
     carried = momentum_rates(tree, at, motion, given.factors)
@@ -260,5 +263,3 @@ def _exerted(
             if rate in result:
                 result[rate] = result[rate] + coupling.ratio * moment
     return result
-
-

@@ -54,7 +54,10 @@ def assert_same(first: cd.Sweep, second: cd.Sweep) -> None:
         assert np.all(np.max(np.abs(one - other), axis=-1) <= allowed * size), rate
     size = np.max([wrench.magnitude for wrench in first.values()], axis=(0, 1))
     for name, wrench in first.items():
-        for one, other in ((wrench.force, second[name].force), (wrench.moment, second[name].moment)):
+        for one, other in (
+            (wrench.force, second[name].force),
+            (wrench.moment, second[name].moment),
+        ):
             assert np.all(np.abs(one - other).max(axis=-1) <= allowed * size + 1e-300), name
         assert np.array_equal(wrench.unique, second[name].unique), name
     for residual, one in first.proven.residuals.items():
@@ -63,8 +66,14 @@ def assert_same(first: cd.Sweep, second: cd.Sweep) -> None:
         assert np.isnan(one) or abs(one - other) <= np.max(allowed), residual
     for one, other in (
         (first.drive_effort, second.drive_effort),
-        *((first.holding_effort[name], second.holding_effort[name]) for name in first.holding_effort),
-        *((first.coupling_moment[name], second.coupling_moment[name]) for name in first.coupling_moment),
+        *(
+            (first.holding_effort[name], second.holding_effort[name])
+            for name in first.holding_effort
+        ),
+        *(
+            (first.coupling_moment[name], second.coupling_moment[name])
+            for name in first.coupling_moment
+        ),
     ):
         scale = np.max(np.abs(one), initial=1e-300) + np.max(size)
         assert np.max(np.abs(one - other), initial=0.0) <= np.max(allowed) * scale
