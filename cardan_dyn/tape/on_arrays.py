@@ -74,8 +74,8 @@ class ArrayBlock:
 def lanes_of_block(count: int, most: int) -> int:
     """Return how many lanes blocks have where so many are to run.
 
-    There are few sizes, since to bind a graph takes longer than to run it; the last lane is repeated
-    where a block has more.
+    There are few sizes, since to bind a graph takes longer than to run it. Where a block has more,
+    the last lane is repeated.
 
     Args:
         count: number of lanes.
