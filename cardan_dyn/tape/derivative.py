@@ -35,7 +35,7 @@ def derivatives(outputs: Sequence[Scalar], wrt: Sequence[Variable]) -> list[list
     for start in starts:
         tangents: dict[int, Scalar] = {start: 1.0}
         for node in order:
-            if node != start and any(k in tangents for k in trace.arguments[node]):
+            if any(k in tangents for k in trace.arguments[node]):
                 tangent: Scalar = 0.0
                 factors = _factors(trace, node)
                 for argument, times in zip(trace.arguments[node], factors, strict=True):

@@ -282,7 +282,7 @@ def with_rotations(body: list[Instruction]) -> list[Instruction]:
     made: dict[int, Instruction] = {}
     dropped: set[int] = set()
     for place, instruction in enumerate(body):
-        if instruction.operation != "M2" or len(set(instruction.read)) < 4:
+        if instruction.operation != "M2":
             continue
         x, c, y, s = instruction.read
         for other in sums.get(frozenset(instruction.read), ()):

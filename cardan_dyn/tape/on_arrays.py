@@ -12,8 +12,10 @@ from ..arrays import Array
 from .graph import Graph, leaves
 from .operations import CONSTANT, INPUT, ON_ARRAYS
 
-_FEW = 32
-"""Lanes of a block for a few samples: NumPy takes as long for them as for one."""
+MOST_LANES = 4096
+"""Lanes of the greatest block: fewer cost more for each, as NumPy takes its time for each call."""
+_FEWER_LANES = (1, 32, 512)
+"""Lanes of smaller ones, for fewer samples: each takes a third of the next one's time, or less."""
 
 
 class ArrayBlock:
@@ -72,14 +74,14 @@ class ArrayBlock:
 def lanes_of_block(count: int, most: int) -> int:
     """Return how many lanes blocks have where so many are to run.
 
-    There are few sizes, and the last lane is repeated where it takes: to bind a graph takes longer
-    than to run it once, and one lane as long as many.
+    There are few sizes, since to bind a graph takes longer than to run it. Where a block has more,
+    the last lane is repeated.
 
     Args:
         count: number of lanes.
         most: greatest number of lanes of a block.
     """
-    return min(size for size in (1, _FEW, most) if size >= min(count, most))
+    return min(size for size in (*_FEWER_LANES, most) if size >= min(count, most))
 
 
 def parts(count: int, lanes: int) -> Iterator[slice]:

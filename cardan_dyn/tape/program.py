@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from .. import compiled
-from ..arrays import BLOCK_SIZE, Array
+from ..arrays import Array
 from ..errors import ArgumentError, choices
 from .graph import Graph, live_part
 from .instructions import Code, code_of
-from .on_arrays import ArrayBlock, lanes_of_block, parts
+from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
 from .on_machine import block_for, filled, is_at_hand, spread
 from .trace import Scalar, Trace
 
@@ -74,7 +74,7 @@ class Program:
         return outputs[:, :count]
 
     def run_on_arrays(
-        self, inputs: Mapping[str, Any], count: int, block: int = BLOCK_SIZE
+        self, inputs: Mapping[str, Any], count: int, block: int = MOST_LANES
     ) -> Array:
         """Return what `run` returns, computed by NumPy alone.
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from .. import compiled
-from ..arrays import BLOCK_SIZE, Array
+from ..arrays import Array
 from ..errors import ArgumentError
-from .on_arrays import ArrayBlock, lanes_of_block, parts
+from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
 from .on_machine import block_for, filled, is_at_hand, spread
 from .program import Program
 
@@ -111,7 +111,7 @@ class Stages:
         return [rows[:, :count] for rows in outputs if rows is not None]
 
     def run_on_arrays(
-        self, inputs: Sequence[Mapping[str, Any]], count: int, block: int = BLOCK_SIZE
+        self, inputs: Sequence[Mapping[str, Any]], count: int, block: int = MOST_LANES
     ) -> list[Array]:
         """Return what `run` returns, computed by NumPy alone.
 

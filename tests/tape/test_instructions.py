@@ -206,6 +206,23 @@ def test_turns_of_random_numbers_round_as_written(seed: int) -> None:
     np.testing.assert_array_equal(program.run(inputs, 40), text(list(values)))
 
 
+def test_turns_may_have_equal_numbers() -> None:
+    trace = Trace()
+    a, b, c = (trace.input(name, 1.0) for name in "abc")
+    values = dict(zip("abc", np.random.default_rng(2).normal(size=(3, 9)), strict=True))
+
+    def texts(a: Any, b: Any, c: Any) -> list[list[Any]]:
+        return [
+            [a * a - b * c, a * c + a * b],
+            [a * b - a * c, a * c + a * b],
+            [a * b - a * c, a * a + b * c],
+            [a * a - b * b, a * b + a * b],
+        ]
+
+    for text, expected in zip(texts(a, b, c), texts(*values.values()), strict=True):
+        np.testing.assert_array_equal(Program(trace, text).run(values, 9), expected)
+
+
 def test_uniform_values_are_computed_once() -> None:
     trace = Trace()
     x = trace.input("x", 1.0)

@@ -101,6 +101,10 @@ def test_passes_are_counted_and_end_within_a_bound_but_never_at_nan() -> None:
     stages = Stages([Stage(program, carried=carried, until=1, most=9, kept=True)])
     for (rows,) in both(stages, [{"count": 0.0, "left": [1.0, 6.0, 2.0, 3.0]}], 4):
         assert rows[0].tolist() == [6.0] * 4
+    # Lanes that fill up a block do not make others wait.
+    stages = Stages([Stage(program, carried=carried, until=1, most=9, within=-3.0, kept=True)])
+    for (rows,) in both(stages, [{"count": 0.0, "left": [-5.0, -6.0, -7.0]}], 3):
+        assert rows[0].tolist() == [1.0] * 3
     # Without a row that ends them, passes are as many as may be.
     for (rows,) in both(
         Stages([Stage(program, carried=carried, most=3, kept=True)]),
