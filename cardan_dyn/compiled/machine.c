@@ -130,9 +130,8 @@ static void write_outputs(const Call *call, const Stage *stage, Py_ssize_t block
     const int lanes = call->machine->lanes;
     const int skipped = (int)(from - block);
     const int end = call->last - block < lanes ? (int)(call->last - block) : lanes;
-    for (Py_ssize_t row = 0; row < stage->program->rows; row++)
-        call->machine->write(stage->outputs + row * stage->apart + block,
-                             stage->results + row * lanes, skipped, end, stage->streaming);
+    call->machine->write(stage->outputs + block, stage->apart, stage->results, stage->program->rows,
+                         skipped, end, stage->streaming);
 }
 
 /* Whether a row of the outputs is within the bound in all lanes; NaN is not. */

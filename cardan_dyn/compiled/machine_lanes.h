@@ -235,18 +235,18 @@ TARGET static void NAMED(run)(const int32_t *row, const double *constants, char 
     return;
 }
 
-TARGET static void NAMED(write)(double *restrict to, const double *restrict row, int from, int end,
-                                int streaming)
+TARGET static void NAMED(write)(double *to, Py_ssize_t apart, const double *rows, Py_ssize_t count,
+                                int from, int end, int streaming)
 {
-    if (from > 0 || end < LANES) {
-        memcpy(to + from, row + from, sizeof(double) * (end - from));
-        return;
+    for (; count > 0; count--, to += apart, rows += LANES) {
+        const Numbers *row = (const Numbers *)rows;
+        if (from > 0 || end < LANES)
+            memcpy(to + from, rows + from, sizeof(double) * (end - from));
+        else if (streaming && (uintptr_t)to % sizeof(Numbers) == 0)
+            EACH_VECTOR STREAM(to + i * WIDTH, row[i]);
+        else
+            EACH_VECTOR ((Unaligned *)to)[i] = row[i];
     }
-    const Numbers *vector = (const Numbers *)row;
-    if (streaming && (uintptr_t)to % sizeof(Numbers) == 0)
-        EACH_VECTOR STREAM(to + i * WIDTH, vector[i]);
-    else
-        EACH_VECTOR ((Unaligned *)to)[i] = vector[i];
 }
 
 static const Machine NAMED(machine) = {LANES, NAMED(run), NAMED(write)};
