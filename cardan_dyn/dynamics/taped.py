@@ -22,7 +22,7 @@ from ..mechanics.elimination import THRESHOLD, UnsuitableError, pivots
 from ..mechanics.placements import placed
 from ..mechanics.sample import Roles, passive_rows
 from ..problem.problem import Problem
-from .inverse_dynamics import InverseDynamics, Inputs, JointRates, Solution
+from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
 from .tape import Found, Kind, LinkKind, Tape
 from .velocity_ratios import VelocityRatios
