@@ -228,19 +228,21 @@ class ProblemSolver(Frozen):
     def taped(self) -> TapedSolver | None:
         """Solves many samples; None where a scene has what tapes do not know.
 
-        That is elements, teeth, compliances, rods that spin idly, and outputs that leave loops out.
+        That is teeth, compliances, rods that spin idly, drive efforts alone, and loops whose forces
+        are not wanted where others are crossed.
         """
-        assembly, problem = self.assembly, self.problem
-        groups, needed = assembly.groups, assembly.needed
-        closing = {index for index, group in enumerate(groups) if group.loops or group.couplings}
-        is_whole = len(needed.motion) == len(groups) and closing <= needed.forces
-        is_unknown = problem.elements or problem.compliance or problem.mechanism.teeth
-        if is_unknown or self.unsolved or not is_whole or assembly.kinematics.idle_columns.size:
+        problem, needed = self.problem, self.assembly.needed
+        groups = [(self.assembly.groups[k], k in needed.forces) for k in needed.motion]
+        is_crossed = any(group.crossed for group, _ in groups) and not all(
+            wanted for _, wanted in groups
+        )
+        has_rods = self.assembly.kinematics.idle_columns.size > 0
+        is_unknown = problem.compliance or problem.mechanism.teeth or needed.efforts_alone
+        if is_unknown or has_rods or is_crossed:
             return None
         from .taped import TapedSolver  # Sweeps of few samples need none.
 
-        claimed = self.inverse_dynamics.claimed
-        return TapedSolver(problem, self.varied, assembly.decided, claimed)
+        return TapedSolver(problem, self.varied, groups, self.inverse_dynamics.claimed)
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""

@@ -43,6 +43,7 @@ class Kind(NamedTuple):
         loads: loaded velocity coordinates.
         links: of the wrenches on links.
         factored: links with factors on their mass.
+        moves_alone: whether the motion is wanted without forces.
     """
 
     speeds: tuple[bool, ...]
@@ -51,6 +52,7 @@ class Kind(NamedTuple):
     loads: tuple[int, ...]
     links: tuple[LinkKind, ...]
     factored: tuple[str, ...]
+    moves_alone: bool
 
 
 class Found(NamedTuple):
@@ -127,6 +129,7 @@ class Tape:
         tree: Tree,
         roles: Roles,
         kind: Kind,
+        sizes: tuple[int, int],
         wrenches: Sequence[int],
         order: Sequence[Pivot],
         shadows: Mapping[int, Array],
@@ -138,6 +141,7 @@ class Tape:
             tree: the mechanism.
             roles: of its coordinates.
             kind: what is traced.
+            sizes: numbers of all wrenches and couplings of the mechanism.
             wrenches: indices of those that are wanted: of bodies, then of `fixed` loops.
             order: of the elimination.
             shadows: column of coordinate rows to values `(S,)` at which orders are chosen, in the
@@ -160,7 +164,7 @@ class Tape:
         } | set(varied)
         trace = Trace()
         found = solved(tree, roles, self._traced(trace, kind, shadows), order)
-        self._lay_out(trace, roles, found, wrenches)
+        self._lay_out(trace, roles, found, () if kind.moves_alone else wrenches, sizes)
 
     def _traced(self, trace: Trace, kind: Kind, shadows: Mapping[int, Array]) -> Given:
         """Return what is given at a sample, as inputs of a trace."""
@@ -189,27 +193,25 @@ class Tape:
                 for index, link in enumerate(kind.links)
             ],
             factors={name: trace.input(f"i{name}", 1.5) for name in kind.factored},
-            offsets=[trace.input(f"o{index}", 0.0) for index in range(len(self._tree.couplings))],
+            offsets=[trace.input(f"o{item.index}", 0.0) for item in self._tree.couplings],
         )
 
-    def _lay_out(self, trace: Trace, roles: Roles, found: Solved, wrenches: Sequence[int]) -> None:
-        """Make a program whose outputs are what is found."""
+    def _lay_out(
+        self,
+        trace: Trace,
+        roles: Roles,
+        found: Solved,
+        wrenches: Sequence[int],
+        sizes: tuple[int, int],
+    ) -> None:
+        """Make a program whose outputs are what is found; without forces where none is wanted."""
         tree, drives = self._tree, len(roles.drives)
         length, units, nv = tree.length, tree.units, len(tree.units)
         judged = found.step, found.error / tree.norm_length, found.growth, found.narrowness
         outputs: list[Scalar] = list(judged)
         size = max((body.columns.stop for body in tree.bodies), default=0)
-        fixed = dict(enumerate(found.fixed, len(tree.bodies)))
-        sizes = (
-            size,
-            nv,
-            nv,
-            nv * drives,
-            6 * (len(tree.bodies) + len(fixed)),
-            nv,
-            len(tree.couplings),
-        )
-        self._rows = [_Rows(size, outputs) for size in sizes]
+        every = size, nv, nv, nv * drives, 6 * sizes[0], nv, sizes[1]
+        self._rows = [_Rows(size, outputs) for size in every]
         x, v, a, ratios, of_wrenches, efforts, couplings = self._rows
         passives = set(roles.passives)
         for body in tree.bodies:
@@ -224,19 +226,20 @@ class Tape:
         for rate, drive in product(range(nv), range(drives)):
             ratio = found.ratios[drive].get(rate, 0.0)
             ratios.put(rate * drives + drive, ratio, units[rate] / units[roles.drives[drive]])
-        for rate in range(nv):
+        for rate in range(nv) if wrenches else ():
             efforts.put(rate, found.exerted.get(rate, 0.0), tree.effort_units[rate])
         for index in wrenches:
-            force, moment = fixed[index] if index in fixed else found.wrenches[index]
+            force, moment = (found.fixed if index in found.fixed else found.wrenches)[index]
             for component in range(3):
                 of_wrenches.put(6 * index + component, force[component], length)
             for component in range(3):
                 of_wrenches.put(6 * index + 3 + component, moment[component], length**2)
-        for index, (coupling, moment) in enumerate(
-            zip(tree.couplings, found.couplings, strict=True)
+        for coupling, moment in (
+            zip(tree.couplings, found.couplings, strict=True) if wrenches else ()
         ):
             joint = coupling.successors[:1]
-            couplings.put(index, moment, tree.effort_units[joint[0]] if joint else length**2)
+            unit = tree.effort_units[joint[0]] if joint else length**2
+            couplings.put(coupling.index, moment, unit)
         self._program = Program(trace, outputs)
 
     def run(self, given: Mapping[str, Any], x: Array) -> tuple[Found, Array]:

@@ -8,19 +8,21 @@ general path, which judges ranks and singular positions and says what is wrong.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, generic
+from ..elements.link_loads import LinkLoad
 from ..errors import AssemblyError, SingularConfigurationError
+from ..kinematics.loops.groups import Group
 from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree, tree_of
 from ..mechanics.closure import rows as closure_rows
-from ..mechanics.elimination import THRESHOLD, UnsuitableError, pivots
+from ..mechanics.elimination import THRESHOLD, UnsuitableError
 from ..mechanics.placements import placed
-from ..mechanics.sample import Roles, passive_rows
+from ..mechanics.sample import Block, Roles
 from ..problem.problem import Problem
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
@@ -47,25 +49,38 @@ class TapedSolver:
     """Solves samples of a problem by tapes, which are made when a kind of samples is first met."""
 
     def __init__(
-        self, problem: Problem, varied: Sequence[str], passives: Array, wrenches: Sequence[int]
+        self,
+        problem: Problem,
+        varied: Sequence[str],
+        groups: Sequence[tuple[Group, bool]],
+        wrenches: Sequence[int],
     ) -> None:
         """Begin without tapes.
 
         Args:
             problem: of the scene.
             varied: names of the held joints that differ from sample to sample.
-            passives: velocity coordinates that the loops decide.
+            groups: those that are solved, and whether their forces are, too.
             wrenches: indices of those that are wanted.
         """
-        coordinates = problem.mechanism.coordinates
-        self._arguments = problem, varied, passives, wrenches
-        self._mechanism, self._wrenches = problem.mechanism, wrenches
+        mechanism = problem.mechanism
+        coordinates = mechanism.coordinates
+        self._arguments = problem, varied, groups, wrenches
+        self._problem, self._mechanism, self._wrenches = problem, mechanism, wrenches
         self._varied = coordinates.columns_of(varied)
+        self._solved = (
+            [index for group, _ in groups for index in group.loops],
+            [index for group, _ in groups for index in group.couplings],
+            # As in the general way, which counts what it leaves out with the forces of others.
+            {body for group, wanted in groups if wanted for body in group.inertial_bodies},
+        )
+        fixed = sum(loop.is_fixed for loop in mechanism.loops)
+        self._sizes = mechanism.model.njoints - 1 + fixed, len(mechanism.couplings)
         self._roles = Roles(
             tuple(coordinates.rates_of(problem.independent)),
             tuple(coordinates.rates_of(problem.held)),
-            tuple(passives.tolist()),
-            tuple(sorted(wrenches_in_norm(problem.mechanism))),
+            tuple(self._blocks(groups)),
+            tuple(sorted(wrenches_in_norm(mechanism))),
         )
         self._trees: dict[tuple[str, ...], Tree] = {}
         self._tapes: dict[Kind, list[Tape]] = {}
@@ -74,6 +89,14 @@ class TapedSolver:
 
     def __reduce__(self) -> tuple[object, ...]:
         return TapedSolver, self._arguments
+
+    def _blocks(self, groups: Sequence[tuple[Group, bool]]) -> Iterator[Block]:
+        """Yield the closure rows of groups: six of each loop in turn, then one of each coupling."""
+        loops, couplings, _ = self._solved
+        for group, is_balanced in groups:
+            rows = [6 * loops.index(loop) + row for loop in group.loops for row in range(6)]
+            rows += [6 * len(loops) + couplings.index(coupling) for coupling in group.couplings]
+            yield Block(tuple(rows), tuple(group.passives.tolist()), is_balanced)
 
     def solution(
         self,
@@ -94,7 +117,7 @@ class TapedSolver:
             None where the general way has to solve all of them, also to say why it cannot.
         """
         try:
-            found, holds = self._found(np.ascontiguousarray(x.T), inputs)
+            found, holds = self._with_elements(np.ascontiguousarray(x.T), inputs)
             if self._known is None:
                 self._known = in_general(_some(len(x)))
             (left,) = np.nonzero(~holds)
@@ -124,19 +147,43 @@ class TapedSolver:
             residuals=residuals,
         )
 
-    def _found(self, x: Array, inputs: Inputs) -> tuple[Found, Array]:
+    def _with_elements(self, x: Array, inputs: Inputs) -> tuple[Found, Array]:
+        """Return what `_found` does; elements exert what follows of the motion alone."""
+        elements = self._problem.element_forces
+        links = list(inputs.link_loads.values())
+        if elements is None:
+            return self._found(x, inputs, links)
+        moved, moves = self._found(x, inputs, [], moves_alone=True)
+        if not moves.any():
+            return moved, moves
+        # Where the motion is not known, elements exert what they do elsewhere.
+        moved.write(np.flatnonzero(~moves), [values[[moves.argmax()]] for values in moved])
+        acted = elements.at(moved.x + 2.0 * np.pi * inputs.turns, moved.v, inputs.time)
+        x = np.where(moves, moved.x.T, x)
+        inputs = inputs._replace(loads=inputs.loads + acted.efforts)
+        found, holds = self._found(x, inputs, links + acted.link_loads(self._mechanism))
+        return found, holds & moves
+
+    def _found(
+        self, x: Array, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool = False
+    ) -> tuple[Found, Array]:
         """Return what tapes find of n samples, and `(n,)` which of them it holds for.
 
-        With x `(size, n)`.
+        Args:
+            x: `(size, n)` coordinates near closed ones.
+            inputs: what is prescribed.
+            links: wrenches on links.
+            moves_alone: whether the motion is wanted without forces.
 
         Raises:
             UnsuitableError: no order suits the samples.
         """
         factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
         if factored not in self._trees:
-            self._trees[factored] = tree_of(self._mechanism, factored)
+            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
         tree = self._trees[factored]
-        kind, given = self._given(tree, inputs, factored)
+        kind, given = self._given(tree, inputs, links, factored)
+        kind = kind._replace(moves_alone=moves_alone)
         tapes = self._tapes.setdefault(kind, [])
         if not tapes:
             tapes.append(self._made(tree, kind, x[:, _some(x.shape[1])]))
@@ -164,11 +211,15 @@ class TapedSolver:
         }
         roles = self._roles
         rows = closure_rows(tree, placed(tree, shadows), {*roles.drives, *roles.passives})
-        order = pivots(passive_rows(rows, roles))
-        return Tape(tree, roles, kind, self._wrenches, order, shadows, self._varied)
+        wanted = self._sizes, self._wrenches
+        return Tape(tree, roles, kind, *wanted, roles.order(rows), shadows, self._varied)
 
     def _given(
-        self, tree: Tree, inputs: Inputs, factored: tuple[str, ...]
+        self,
+        tree: Tree,
+        inputs: Inputs,
+        stated: Sequence[LinkLoad],
+        factored: tuple[str, ...],
     ) -> tuple[Kind, dict[str, Any]]:
         """Return the kind of some samples, and the inputs of its tapes but for coordinates."""
         given: dict[str, Any] = {f"i{name}": inputs.inertia[name] for name in factored}
@@ -191,7 +242,7 @@ class TapedSolver:
         loaded = tuple(np.flatnonzero(loads.any(axis=0)).tolist())
         given |= {f"l{rate}": loads[:, rate] for rate in loaded}
         links = []
-        for load in inputs.link_loads.values():
+        for load in stated:
             if load.body < 0:
                 continue
             force, moment, rotation = load.force, load.moment, None
@@ -206,19 +257,19 @@ class TapedSolver:
             lever = tuple((load.place / tree.length).tolist())
             links.append(LinkKind(load.body, rotation, lever, *acts))
         given |= self._offsets(tree, inputs.turns)
-        return Kind(speeds, accelerations, gravity, loaded, tuple(links), factored), given
+        return Kind(speeds, accelerations, gravity, loaded, tuple(links), factored, False), given
 
     def _offsets(self, tree: Tree, turns: Array) -> dict[str, Array]:
         """Return the offsets of couplings, with the whole turns `(n, size)` coordinates lack."""
         columns = {item.rate: item.column for item in self._mechanism.coordinates.named.values()}
         result = {}
-        for index, coupling in enumerate(tree.couplings):
+        for coupling in tree.couplings:
             lacking = np.zeros(len(turns))
             for rate in coupling.predecessors:
                 lacking += coupling.ratio * turns[:, columns[rate]]
             for rate in coupling.successors:
                 lacking -= turns[:, columns[rate]]
-            result[f"o{index}"] = coupling.offset + 2.0 * np.pi * lacking
+            result[f"o{coupling.index}"] = coupling.offset + 2.0 * np.pi * lacking
         return result
 
 

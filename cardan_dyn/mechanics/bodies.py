@@ -8,6 +8,7 @@ is planar or parallel there shows exact zeros however the mechanism stands in th
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -84,25 +85,25 @@ class Loop(NamedTuple):
     """A weld of two bodies; the loop's joint is one of the tree.
 
     Attributes:
-        joint: its name.
         predecessor, successor: its ends.
-        is_fixed: whether the joint has no body.
+        wrench: index of its wrench, after those of all bodies, if its joint has no body; else -1.
     """
 
-    joint: str
     predecessor: End
     successor: End
-    is_fixed: bool
+    wrench: int
 
 
 class Coupling(NamedTuple):
     """Ratio times the predecessor's displacement plus an offset is the successor's.
 
     Attributes:
+        index: in the mechanism.
         ratio, offset: see above.
         predecessors, successors: velocity coordinates that are summed up.
     """
 
+    index: int
     ratio: float
     offset: float
     predecessors: tuple[int, ...]
@@ -118,7 +119,7 @@ class Tree(NamedTuple):
         axes: `(3, 3)` rotation of the tree's axes in the world.
         origin: `(3,)` of the tree in the world [m].
         bodies: in Pinocchio's order.
-        loops, couplings: as the mechanism has them.
+        loops, couplings: those that are solved.
         units: `(nv,)` of velocity coordinates: the length for slides, else 1.
     """
 
@@ -149,12 +150,21 @@ class Tree(NamedTuple):
         return path
 
 
-def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
+def tree_of(
+    mechanism: Mechanism,
+    factored: tuple[str, ...] = (),
+    loops: Sequence[int] | None = None,
+    couplings: Sequence[int] | None = None,
+    massive: Collection[int] | None = None,
+) -> Tree:
     """Return a mechanism as plain numbers.
 
     Args:
         mechanism: the mechanism.
         factored: links whose mass and inertia are multiplied by factors.
+        loops: indices of those that are solved, all of them if None.
+        couplings: likewise.
+        massive: likewise bodies whose mass counts.
     """
     model, coordinates = mechanism.model, mechanism.coordinates
     length = 2.0 ** round(math.log2(mechanism.characteristic_length))
@@ -172,7 +182,7 @@ def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
         if not parent:
             placement = base.actInv(placement)
         masses = []
-        if index not in auxiliary:
+        if index not in auxiliary and (massive is None or index - 1 in massive):
             masses.append(_mass(model.inertias[index], length, ""))
             for name in factored:
                 carrier, frame = mechanism.link(name)
@@ -192,17 +202,20 @@ def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
                 tuple(item for item in masses if item.mass > 0.0 or np.any(item.inertia)),
             )
         )
-    loops = []
-    for loop in mechanism.loops:
-        ends = []
-        for body, placement in (
-            (loop.predecessor, loop.predecessor_placement),
-            (loop.successor, loop.successor_placement),
-        ):
-            ends.append(
-                End(body - 1, *_placed(placement if body else base.actInv(placement), length))
+    fixed = [index for index, loop in enumerate(mechanism.loops) if loop.is_fixed]
+    welds = []
+    for index in range(len(mechanism.loops)) if loops is None else loops:
+        loop = mechanism.loops[index]
+        ends = [
+            End(body - 1, *_placed(placement if body else base.actInv(placement), length))
+            for body, placement in (
+                (loop.predecessor, loop.predecessor_placement),
+                (loop.successor, loop.successor_placement),
             )
-        loops.append(Loop(loop.joint, *ends, loop.is_fixed))
+        ]
+        wrench = len(bodies) + fixed.index(index) if loop.is_fixed else -1
+        welds.append(Loop(*ends, wrench))
+    solved = range(len(mechanism.couplings)) if couplings is None else couplings
     units = np.ones(model.nv)
     for body in bodies:
         if body.kind == "prismatic":
@@ -213,19 +226,20 @@ def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
         np.array(base.rotation),
         np.array(base.translation),
         tuple(bodies),
-        tuple(loops),
-        tuple(_coupling(item, units) for item in mechanism.couplings),
+        tuple(welds),
+        tuple(_coupling(index, mechanism.couplings[index], units) for index in solved),
         units,
     )
 
 
-def _coupling(stated: Stated, units: Array) -> Coupling:
+def _coupling(index: int, stated: Stated, units: Array) -> Coupling:
     """Return a coupling of displacements in units of the length."""
     first, second = (
         units[columns[0]] if columns else 1.0
         for columns in (stated.predecessor_columns, stated.successor_columns)
     )
     return Coupling(
+        index,
         stated.ratio * first / second,
         stated.offset / second,
         stated.predecessor_columns,

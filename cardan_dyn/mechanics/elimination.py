@@ -120,7 +120,10 @@ class UnsuitableError(Exception):
     """No order suits all samples."""
 
 
-def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
+def pivots(
+    rows: Sequence[Mapping[int, Array]],
+    blocks: tuple[Mapping[int, int], Mapping[int, int]] | None = None,
+) -> list[Pivot]:
     """Choose an order of elimination at S samples, by Markowitz's count among large enough pivots.
 
     Where no pivot is large enough at all samples, the one that is largest on the average is taken:
@@ -128,6 +131,8 @@ def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
 
     Args:
         rows: column to entries `(S,)`.
+        blocks: row and column to the block that each is in, where a pivot has to be in a row of its
+            column's block; then redundant rows are those of each block by itself.
 
     Raises:
         UnsuitableError: a column vanishes at all samples.
@@ -143,7 +148,10 @@ def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
         best: tuple[bool, float, float, int, int] | None = None
         for column, owners in columns.items():
             if column not in judged:
-                judged[column] = _candidates(column, owners, left)
+                own = owners
+                if blocks:
+                    own = {row for row in owners if blocks[0][row] == blocks[1][column]}
+                judged[column] = _candidates(column, own, left)
             for row, least, mean in judged[column]:
                 cost = (len(left[row]) - 1) * (len(owners) - 1)
                 is_small = least < THRESHOLD
@@ -190,6 +198,8 @@ def _candidates(
 ) -> list[_Candidate]:
     """Return the entries of a column."""
     rows = sorted(owners)
+    if not rows:
+        return []
     sizes = np.abs(np.array(np.broadcast_arrays(*(left[row][column] for row in rows))))
     sizes = sizes.reshape(len(rows), -1)
     # Samples at which an earlier pivot vanished, or the whole column does, tell nothing.

@@ -183,6 +183,7 @@ def closed(
     loads: Mapping[int, Scalar],
     passives: Collection[int],
     counted: Sequence[int],
+    balanced: Collection[int],
 ) -> Closed:
     """Return the wrenches of the closed chain; what statics leaves open has the least norm.
 
@@ -193,13 +194,18 @@ def closed(
         open_tree: what joints carry while all loops are open.
         loads: velocity coordinate to the effort added there.
         passives: velocity coordinates along which loads and couplings alone may act.
-        counted: bodies whose joints the norm counts, then `fixed` loops from the number of bodies.
+        counted: indices of the wrenches that the norm counts: of bodies, then of `fixed` loops.
+        balanced: closure rows whose forces are wanted; the others exert none.
 
     Raises:
         UnsuitableError: samples do not tell which self-stresses are independent.
     """
     along = open_tree.along(tree, at, passives)
-    multipliers = factors.solve_transposed(missing(along, loads, passives))
+    multipliers = {
+        row: value
+        for row, value in factors.solve_transposed(missing(along, loads, passives)).items()
+        if row in balanced
+    }
     taken, exchanged, couplings = of_multipliers(tree, at, multipliers)
     base = Closed(
         Wrenches(
@@ -210,7 +216,9 @@ def closed(
         couplings,
     )
     stresses = [
-        Closed(*of_multipliers(tree, at, factors.dependence(row))) for row in factors.redundant
+        Closed(*of_multipliers(tree, at, factors.dependence(row)))
+        for row in factors.redundant
+        if row in balanced
     ]
     loading = [(item, _entries(tree, item, counted)) for item in stresses]
     # Moments of a closed train of couplings load no joint: none is added.
@@ -234,13 +242,15 @@ def closed(
 
 def _entries(tree: Tree, of: Closed, counted: Sequence[int]) -> dict[int, Scalar]:
     """Return the components that a norm counts and that do not vanish everywhere."""
-    fixed = [index for index, loop in enumerate(tree.loops) if loop.is_fixed]
+    fixed = {loop.wrench: index for index, loop in enumerate(tree.loops)}
     result: dict[int, Scalar] = {}
     for index in counted:
         if index < len(tree.bodies):
             force, moment = of.wrenches.forces[index], of.wrenches.moments[index]
+        elif index in fixed:
+            force, moment = of.exchanged[fixed[index]]
         else:
-            force, moment = of.exchanged[fixed[index - len(tree.bodies)]]
+            continue
         for component, value in enumerate((*times(force, tree.norm_length), *moment)):
             if not is_zero(value):
                 result[6 * index + component] = value

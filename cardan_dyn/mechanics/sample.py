@@ -5,13 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from ..arrays import Array
 from ..tape import absolute, greater, is_zero
 from . import closure
 from .bodies import Tree
-from .elimination import Eliminated, Pivot, Row, eliminated
+from .elimination import Eliminated, Pivot, Row, eliminated, pivots
 from .placements import Placed, moving, placed, stepped
 from .reactions import Closed, Push, closed, momentum_rates
 from .vectors import Scalar, Vector, seen, times, turned
+
+
+class Block(NamedTuple):
+    """Closure rows, and the coordinates that they decide.
+
+    Attributes:
+        rows: their indices.
+        passives: velocity coordinates.
+        is_balanced: whether its forces are wanted.
+    """
+
+    rows: tuple[int, ...]
+    passives: tuple[int, ...]
+    is_balanced: bool
 
 
 class Roles(NamedTuple):
@@ -20,14 +35,27 @@ class Roles(NamedTuple):
     Attributes:
         drives: prescribed, with rates.
         held: prescribed, at rest.
-        passives: decided by the loops.
-        counted: bodies that the norm of indeterminate forces counts, see `reactions.closed`.
+        blocks: of what loops decide, each after those that it depends on.
+        counted: wrenches that the norm of indeterminate forces counts, see `reactions.closed`.
     """
 
     drives: tuple[int, ...]
     held: tuple[int, ...]
-    passives: tuple[int, ...]
+    blocks: tuple[Block, ...]
     counted: tuple[int, ...]
+
+    @property
+    def passives(self) -> tuple[int, ...]:
+        """Velocity coordinates that loops decide."""
+        return tuple(rate for block in self.blocks for rate in block.passives)
+
+    def order(self, rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
+        """Return an order of elimination for closure rows at samples, see `pivots`."""
+        of_rows = {row: index for index, block in enumerate(self.blocks) for row in block.rows}
+        columns = {
+            rate: index for index, block in enumerate(self.blocks) for rate in block.passives
+        }
+        return pivots(passive_rows(rows, self), (of_rows, columns))
 
 
 class LinkForce(NamedTuple):
@@ -144,7 +172,7 @@ class Solved(NamedTuple):
             speed.
         v, a: velocity coordinate to velocity and acceleration.
         wrenches: body to force and moment on it, in its frame.
-        fixed: likewise per `fixed` loop.
+        fixed: likewise of `fixed` loops, by the index of their wrench.
         exerted: prescribed velocity coordinate to what acts there beside loads and couplings.
         couplings: moments at their successors' joints.
         step: greatest part of the last step of Newton's method.
@@ -157,7 +185,7 @@ class Solved(NamedTuple):
     v: dict[int, Scalar]
     a: dict[int, Scalar]
     wrenches: dict[int, tuple[Vector, Vector]]
-    fixed: list[tuple[Vector, Vector]]
+    fixed: dict[int, tuple[Vector, Vector]]
     exerted: dict[int, Scalar]
     couplings: list[Scalar]
     step: Scalar
@@ -204,7 +232,14 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
     for link_force in given.link_forces:
         carried.against(at, link_force.push(at))
     result = closed(
-        tree, at, factors, carried.passed_on(tree, at), given.loads, roles.passives, roles.counted
+        tree,
+        at,
+        factors,
+        carried.passed_on(tree, at),
+        given.loads,
+        roles.passives,
+        roles.counted,
+        {row for block in roles.blocks if block.is_balanced for row in block.rows},
     )
     return Solved(
         x,
@@ -217,11 +252,14 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
                 zip(at.rotations, *result.wrenches, strict=True)
             )
         },
-        [
-            tuple(seen(at.end(loop.successor)[0], vector) for vector in exchanged)
-            for loop, exchanged in zip(tree.loops, result.exchanged, strict=True)
-            if loop.is_fixed
-        ],
+        {
+            loop.wrench: (
+                seen(at.end(loop.successor)[0], force),
+                seen(at.end(loop.successor)[0], moment),
+            )
+            for loop, (force, moment) in zip(tree.loops, result.exchanged, strict=True)
+            if loop.wrench >= 0
+        },
         _exerted(tree, at, roles, result, given.loads),
         result.couplings,
         step,
