@@ -4,8 +4,19 @@
 #define CARDAN_DYN_KERNELS_H
 
 #include "arrays.h"
+#include "machine.h"
+
+#ifdef HAS_MACHINE
+#define EVERY_MACHINE(WITH) \
+    WITH(program) \
+    WITH(run_program) \
+    WITH(run_stages)
+#else
+#define EVERY_MACHINE(WITH)
+#endif
 
 #define EVERY_FUNCTION(WITH) \
+    EVERY_MACHINE(WITH) \
     WITH(against_load) \
     WITH(all_finite) \
     WITH(branch) \

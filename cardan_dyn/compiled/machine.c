@@ -1,0 +1,746 @@
+/* Tapes run on blocks of lanes: one program, or several as stages that hand on their results.
+
+   A program is a prologue, which runs once in a call, its constants, and its code, which runs for
+   each block; both work on the same registers. It is checked and copied when it is made, and calls
+   check their arrays, so that no instruction reads or writes what is not the call's. Blocks begin
+   at the first lane of a call and every so many further on. The last block of the arrays lies over
+   lanes of the one before it, but only writes its own, so that nothing depends on how calls share
+   the lanes among them. */
+
+#include "kernels.h"
+
+#ifdef HAS_MACHINE
+
+#ifdef __x86_64__
+#include <immintrin.h>
+#endif
+
+/* Sines and cosines: angles are taken apart into k pi/2 and a rest. Products of k with the first
+   two parts of pi/2, of 33 bits each, are exact up to 2^20. The third is what is left, but for
+   1e-37; of the worst angle up to FARTHEST, which is 1e-16 from a multiple of pi/2, this leaves a
+   rest that is right to half a unit in the last place. */
+#define FARTHEST 1e5
+#define PI 3.141592653589793
+#define QUARTER_1 0x1.921fb544p+0
+#define QUARTER_2 0x1.0b4611a6p-34
+#define QUARTER_3 0x1.3198a2e037073p-69
+/* Added to a number, it leaves no bits behind the point. */
+#define UNITS 0x1.8p+52
+#define FACTORIAL_3 6.0
+#define FACTORIAL_4 24.0
+#define FACTORIAL_5 120.0
+#define FACTORIAL_6 720.0
+#define FACTORIAL_7 5040.0
+#define FACTORIAL_8 40320.0
+#define FACTORIAL_9 362880.0
+#define FACTORIAL_10 3628800.0
+#define FACTORIAL_11 39916800.0
+#define FACTORIAL_12 479001600.0
+#define FACTORIAL_13 6227020800.0
+#define FACTORIAL_14 87178291200.0
+#define FACTORIAL_15 1307674368000.0
+#define FACTORIAL_16 20922789888000.0
+#define FACTORIAL_17 355687428096000.0
+
+#define WIDTH 2
+#define TARGET
+#ifdef __x86_64__
+#define STREAM(to, vector) _mm_stream_pd(to, (__m128d)(vector))
+#else
+#define STREAM(to, vector) *(Numbers *)(to) = (vector)
+#endif
+#define LANES 4
+#define NAMED(name) name##_4
+#include "machine_lanes.h"
+#define LANES 32
+#define NAMED(name) name##_32
+#include "machine_lanes.h"
+#undef WIDTH
+#undef TARGET
+#undef STREAM
+
+#ifdef __x86_64__
+#define WIDTH 4
+#define TARGET __attribute__((target("avx2")))
+#define STREAM(to, vector) _mm256_stream_pd(to, (__m256d)(vector))
+#define LANES 4
+#define NAMED(name) name##_4_avx2
+#include "machine_lanes.h"
+#define LANES 32
+#define NAMED(name) name##_32_avx2
+#include "machine_lanes.h"
+#undef WIDTH
+#undef TARGET
+#undef STREAM
+#endif
+
+/* Registers start with a line of the cache, in bytes. */
+#define ALIGNED 64
+
+static const char PROGRAM[] = "cardan_dyn.program";
+
+typedef struct {
+    int lanes; /* of a block */
+    Py_ssize_t registers, inputs, rows;
+    const int32_t *prologue, *code;
+    const double *constants;
+    const char *uniform; /* for each input whether it has to be one number for all lanes */
+} Program;
+
+typedef struct {
+    const Program *program;
+    /* Where each input is; which row of the own last pass, and of the stage before, it is instead,
+       -1 if none. NULL: none at all. */
+    Input *given;
+    const int32_t *carried, *taken;
+    /* Passes: until a row is within a bound in all lanes (-1: no row is asked), at most so many. */
+    Py_ssize_t until, most;
+    double within;
+    /* Results, or NULL: how many passes each block took, and outputs, with rows so far apart. */
+    int32_t *passes;
+    double *outputs;
+    Py_ssize_t apart;
+    int streaming;
+    /* Work space: registers, inputs of a pass, outputs of a block by this pass and the last. */
+    double *registers;
+    Input *input;
+    double *results, *earlier;
+} Stage;
+
+/* An array that a call holds; they are a list. */
+typedef struct Taken {
+    Py_buffer buffer;
+    struct Taken *next;
+} Taken;
+
+typedef struct {
+    const Machine *machine;
+    Py_ssize_t lanes, first, last; /* of the arrays, and those that run */
+    Stage *stages;
+    Py_ssize_t count;
+    Taken *held;
+    void *room;
+} Call;
+
+/* ------------------------------------------------------------------------------- running */
+
+/* Bring the lanes of a block from one on, and before the last of the call, to the outputs. */
+static void write_outputs(const Call *call, const Stage *stage, Py_ssize_t block, Py_ssize_t from)
+{
+    const int lanes = call->machine->lanes;
+    const int skipped = (int)(from - block);
+    const int end = call->last - block < lanes ? (int)(call->last - block) : lanes;
+    call->machine->write(stage->outputs + block, stage->apart, stage->results, stage->program->rows,
+                         skipped, end, stage->streaming);
+}
+
+/* Whether a row of the outputs is within the bound in all lanes; NaN is not. */
+static int is_done(const Stage *stage, int lanes)
+{
+    if (stage->until < 0)
+        return 0;
+    const double *row = stage->results + stage->until * lanes;
+    int done = 1;
+    for (int l = 0; l < lanes; l++)
+        done &= row[l] <= stage->within;
+    return done;
+}
+
+/* Run a stage on the block that begins at a lane, on rows of the stage before. */
+static Py_ssize_t run_passes(const Machine *machine, Stage *stage, const double *before,
+                             Py_ssize_t block)
+{
+    const Program *program = stage->program;
+    for (Py_ssize_t k = 0; k < program->inputs; k++)
+        if (stage->taken && stage->taken[k] >= 0)
+            stage->input[k] = (Input){before + stage->taken[k] * machine->lanes, 0};
+        else
+            stage->input[k] = stage->given[k];
+    for (Py_ssize_t passes = 1;; passes++) {
+        machine->run(program->code, program->constants, (char *)stage->registers, stage->input,
+                     stage->results, block);
+        if (passes >= stage->most || is_done(stage, machine->lanes))
+            return passes;
+        for (Py_ssize_t k = 0; stage->carried && k < program->inputs; k++)
+            if (stage->carried[k] >= 0)
+                stage->input[k] =
+                    (Input){stage->results + stage->carried[k] * machine->lanes, 0};
+        double *results = stage->results;
+        stage->results = stage->earlier;
+        stage->earlier = results;
+    }
+}
+
+static void run_call(const Call *call)
+{
+    const Machine *machine = call->machine;
+    for (Py_ssize_t s = 0; s < call->count; s++) {
+        const Stage *stage = &call->stages[s];
+        machine->run(stage->program->prologue, stage->program->constants, (char *)stage->registers,
+                     stage->given, NULL, 0);
+    }
+    for (Py_ssize_t from = call->first; from < call->last; from += machine->lanes) {
+        const Py_ssize_t end = from + machine->lanes;
+        const Py_ssize_t block = end <= call->lanes ? from : call->lanes - machine->lanes;
+        const double *before = NULL;
+        for (Py_ssize_t s = 0; s < call->count; s++) {
+            Stage *stage = &call->stages[s];
+            Py_ssize_t passes = run_passes(machine, stage, before, block);
+            before = stage->results;
+            if (stage->passes)
+                stage->passes[from / machine->lanes] = (int32_t)passes;
+            if (stage->outputs)
+                write_outputs(call, stage, block, from);
+        }
+    }
+#ifdef __x86_64__
+    /* What passed by the caches is seen by whoever is told that the call is over. */
+    _mm_sfence();
+#endif
+}
+
+/* ------------------------------------------------------------------------------ arrays */
+
+/* From here on, functions return NULL or -1 with an error set. */
+
+static void release_call(Call *call)
+{
+    while (call->held) {
+        Taken *next = call->held->next;
+        PyBuffer_Release(&call->held->buffer);
+        free(call->held);
+        call->held = next;
+    }
+    for (Py_ssize_t s = 0; call->stages && s < call->count; s++)
+        free(call->stages[s].given);
+    free(call->stages);
+    free(call->room);
+}
+
+/* Take an array of doubles, "d", or of 32-bit integers, "i". */
+static const Py_buffer *take_array(Call *call, PyObject *object, char type, int flags)
+{
+    Taken *taken = malloc(sizeof(Taken));
+    if (!taken) {
+        PyErr_NoMemory();
+        return NULL;
+    }
+    if (PyObject_GetBuffer(object, &taken->buffer, flags | PyBUF_FORMAT) < 0) {
+        free(taken);
+        return NULL;
+    }
+    taken->next = call->held;
+    call->held = taken;
+    const Py_buffer *buffer = &taken->buffer;
+    const char *format = buffer->format;
+    /* Where a long has 32 bits, they are told by its letter. */
+    int has_type = format[0] == type || (type == 'i' && format[0] == 'l');
+    if (!has_type || format[1] || buffer->itemsize != (type == 'd' ? 8 : 4)) {
+        PyErr_Format(PyExc_TypeError, "an array of %s is needed",
+                     type == 'd' ? "numbers" : "32-bit integers");
+        return NULL;
+    }
+    if ((uintptr_t)buffer->buf % buffer->itemsize) {
+        PyErr_SetString(PyExc_ValueError, "numbers of an array lie across their boundaries");
+        return NULL;
+    }
+    return buffer;
+}
+
+/* Take so many integers. */
+static int32_t *take_integers(Call *call, PyObject *object, Py_ssize_t count, int flags)
+{
+    const Py_buffer *buffer = take_array(call, object, 'i', PyBUF_C_CONTIGUOUS | flags);
+    if (!buffer)
+        return NULL;
+    if (buffer->len / 4 != count) {
+        PyErr_Format(PyExc_ValueError, "%zd integers are needed, not %zd", count, buffer->len / 4);
+        return NULL;
+    }
+    return buffer->buf;
+}
+
+/* Take an integer within bounds. */
+static int take_count(PyObject *object, Py_ssize_t least, Py_ssize_t most, Py_ssize_t *count)
+{
+    *count = PyLong_AsSsize_t(object);
+    if (*count == -1 && PyErr_Occurred())
+        return -1;
+    if (*count < least || *count > most) {
+        PyErr_Format(PyExc_ValueError, "%zd is not between %zd and %zd", *count, least, most);
+        return -1;
+    }
+    return 0;
+}
+
+/* Take an array for outputs, of which numbers of a row lie side by side. */
+static const Py_buffer *take_outputs(Call *call, Stage *stage, PyObject *object)
+{
+    const Py_buffer *buffer = take_array(call, object, 'd', PyBUF_STRIDES | PyBUF_WRITABLE);
+    if (!buffer)
+        return NULL;
+    if (buffer->ndim != 2 || buffer->shape[0] != stage->program->rows ||
+        (buffer->shape[1] > 1 && buffer->strides[1] != 8) || buffer->strides[0] % 8) {
+        PyErr_Format(PyExc_ValueError, "outputs have %zd rows, of numbers side by side",
+                     stage->program->rows);
+        return NULL;
+    }
+    stage->outputs = buffer->buf;
+    stage->apart = buffer->strides[0] / 8;
+    stage->streaming = 1;
+    return buffer;
+}
+
+/* ---------------------------------------------------------------------------- programs */
+
+static void free_program(PyObject *capsule)
+{
+    free(PyCapsule_GetPointer(capsule, PROGRAM));
+}
+
+/* Whether each operand of an instruction is one that there is. Marks inputs that have to be one
+   number. */
+static int is_instruction(const Program *program, const int32_t *row, int is_prologue,
+                          Py_ssize_t constant_count, char *uniform)
+{
+#define OPERANDS(name, operands) operands,
+    static const char *const operands[] = {EVERY_OPERATION(OPERANDS)};
+#undef OPERANDS
+    if (row[0] < 0 || row[0] >= (int32_t)(sizeof(operands) / sizeof(*operands)))
+        return 0;
+    const int64_t size = 8 * program->lanes;
+    for (const char *kind = operands[*row++]; *kind; kind++, row++) {
+        int64_t at = *row, end = size * program->registers, step = size;
+        if (*kind == 'm' && at == -1)
+            continue;
+        if (strchr("iukr", *kind)) {
+            end = *kind == 'k' ? constant_count : *kind == 'r' ? program->rows : program->inputs;
+            step = 1;
+        }
+        if (at < 0 || at >= end || at % step || (is_prologue && strchr("ir", *kind)))
+            return 0;
+        if (*kind == 'u')
+            uniform[at] = 1;
+    }
+    return 1;
+}
+
+/* Check that a tape ends, and all its instructions. */
+static int check_tape(const Program *program, int is_prologue, Py_ssize_t rows,
+                      Py_ssize_t constant_count, char *uniform)
+{
+    const char *name = is_prologue ? "prologue" : "code";
+    const int32_t *tape = is_prologue ? program->prologue : program->code;
+    if (!rows || tape[ROW * (rows - 1)] != 0) {
+        PyErr_Format(PyExc_ValueError, "the %s of a program does not end", name);
+        return -1;
+    }
+    for (Py_ssize_t k = 0; k < rows; k++)
+        if (!is_instruction(program, tape + ROW * k, is_prologue, constant_count, uniform)) {
+            PyErr_Format(PyExc_ValueError, "instruction %zd in the %s of a program does not fit", k,
+                         name);
+            return -1;
+        }
+    return 0;
+}
+
+static const Py_buffer *take_tape(Call *call, PyObject *object)
+{
+    const Py_buffer *buffer = take_array(call, object, 'i', PyBUF_C_CONTIGUOUS);
+    if (buffer && (buffer->ndim != 2 || buffer->shape[1] != ROW)) {
+        PyErr_Format(PyExc_ValueError, "instructions are rows of %d integers", ROW);
+        return NULL;
+    }
+    return buffer;
+}
+
+/* Copy a program's arrays behind it, and check what they say. */
+static Program *copied_program(const Program *sizes, const Py_buffer *prologue,
+                               const Py_buffer *constants, const Py_buffer *code)
+{
+    Program *made = calloc(1, sizeof(Program) + constants->len + prologue->len + code->len +
+                                  sizes->inputs);
+    if (!made) {
+        PyErr_NoMemory();
+        return NULL;
+    }
+    *made = *sizes;
+    char *at = (char *)(made + 1);
+    made->constants = memcpy(at, constants->buf, constants->len);
+    made->prologue = memcpy(at += constants->len, prologue->buf, prologue->len);
+    made->code = memcpy(at += prologue->len, code->buf, code->len);
+    made->uniform = at += code->len;
+    Py_ssize_t count = constants->len / 8;
+    if (check_tape(made, 1, prologue->shape[0], count, at) < 0 ||
+        check_tape(made, 0, code->shape[0], count, at) < 0) {
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+
+/* program(prologue, constants, code, registers, inputs, outputs, block)
+
+   Returns a handle of a program for blocks of 4 or 32 lanes, with so many registers, inputs and
+   outputs. `prologue` and `code` are instructions (n, 8); registers stand in them as offsets in
+   bytes, so many that each has a number for every lane of a block. */
+PyObject *program(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 7)
+    Py_ssize_t lanes;
+    Program sizes = {0};
+    if (take_count(given[6], 4, 32, &lanes) < 0)
+        return NULL;
+    if (lanes != 4 && lanes != 32) {
+        PyErr_Format(PyExc_ValueError, "blocks have 4 lanes or 32, not %zd", lanes);
+        return NULL;
+    }
+    sizes.lanes = (int)lanes;
+    /* 32 bits tell where registers are. */
+    const Py_ssize_t most = INT32_MAX / (8 * lanes);
+    if (take_count(given[3], 0, most, &sizes.registers) < 0 ||
+        take_count(given[4], 0, most, &sizes.inputs) < 0 ||
+        take_count(given[5], 0, most, &sizes.rows) < 0)
+        return NULL;
+    Call call = {0};
+    const Py_buffer *prologue = take_tape(&call, given[0]);
+    const Py_buffer *constants =
+        prologue ? take_array(&call, given[1], 'd', PyBUF_C_CONTIGUOUS) : NULL;
+    const Py_buffer *code = constants ? take_tape(&call, given[2]) : NULL;
+    Program *made = code ? copied_program(&sizes, prologue, constants, code) : NULL;
+    release_call(&call);
+    PyObject *capsule = made ? PyCapsule_New(made, PROGRAM, free_program) : NULL;
+    if (!capsule)
+        free(made);
+    return capsule;
+}
+
+/* ------------------------------------------------------------------------------- calls */
+
+/* Take the program of a stage, and the machine for it. CARDAN_DYN_AVX2=0 in the environment does
+   without these instructions. */
+static int take_program(Call *call, Stage *stage, PyObject *handle)
+{
+    stage->program = PyCapsule_GetPointer(handle, PROGRAM);
+    if (!stage->program)
+        return -1;
+    const int lanes = stage->program->lanes;
+    call->machine = lanes == 4 ? &machine_4 : &machine_32;
+#ifdef __x86_64__
+    const char *wanted = getenv("CARDAN_DYN_AVX2");
+    if (__builtin_cpu_supports("avx2") && !(wanted && strcmp(wanted, "0") == 0))
+        call->machine = lanes == 4 ? &machine_4_avx2 : &machine_32_avx2;
+#endif
+    return 0;
+}
+
+/* Take which lanes are to run: the first, which starts a block, and the one after the last. */
+static int take_lanes(Call *call, PyObject *const *span)
+{
+    const int block = call->machine->lanes;
+    if (call->lanes < block) {
+        PyErr_Format(PyExc_ValueError, "%zd lanes are fewer than a block of %d", call->lanes, block);
+        return -1;
+    }
+    if (take_count(span[1], 0, call->lanes, &call->last) < 0 ||
+        take_count(span[0], 0, call->last, &call->first) < 0)
+        return -1;
+    if (call->first % block) {
+        PyErr_Format(PyExc_ValueError, "lane %zd does not start a block of %d", call->first, block);
+        return -1;
+    }
+    return 0;
+}
+
+/* Take inputs: one number, one for each lane, or None where they are rows of the stage before. */
+static int take_inputs(Call *call, Stage *stage, PyObject *sequence)
+{
+    const Py_ssize_t count = stage->program->inputs;
+    PyObject *inputs = PySequence_Tuple(sequence);
+    if (!inputs)
+        return -1;
+    int failed = -1;
+    if (PyTuple_Size(inputs) != count) {
+        PyErr_Format(PyExc_ValueError, "%zd inputs are needed, not %zd", count,
+                     PyTuple_Size(inputs));
+        goto done;
+    }
+    stage->given = calloc(2 * (size_t)count + 1, sizeof(Input));
+    if (!stage->given) {
+        PyErr_NoMemory();
+        goto done;
+    }
+    stage->input = stage->given + count;
+    for (Py_ssize_t k = 0; k < count; k++) {
+        PyObject *input = PyTuple_GetItem(inputs, k);
+        int is_taken = stage->taken && stage->taken[k] >= 0;
+        int is_carried = stage->carried && stage->carried[k] >= 0;
+        Py_ssize_t size = 0;
+        if (!is_taken || input != Py_None) {
+            const Py_buffer *buffer = take_array(call, input, 'd', PyBUF_C_CONTIGUOUS);
+            if (!buffer)
+                goto done;
+            size = buffer->len / 8;
+            if (size != 1 && size != call->lanes) {
+                PyErr_Format(PyExc_ValueError, "input %zd has %zd numbers instead of 1 or %zd", k,
+                             size, call->lanes);
+                goto done;
+            }
+            stage->given[k] = (Input){buffer->buf, size != 1};
+        }
+        if (stage->program->uniform[k] && (size != 1 || is_taken || is_carried)) {
+            PyErr_Format(PyExc_ValueError, "input %zd has to be one number for all lanes", k);
+            goto done;
+        }
+    }
+    failed = 0;
+done:
+    Py_DECREF(inputs);
+    return failed;
+}
+
+/* Give a call its work space, and numbers for all lanes a place in each lane of a block. */
+static int make_room(Call *call)
+{
+    const Py_ssize_t lanes = call->machine->lanes;
+    Py_ssize_t numbers = ALIGNED / 8;
+    for (Py_ssize_t s = 0; s < call->count; s++) {
+        const Program *program = call->stages[s].program;
+        int64_t more = (program->registers + 2 * (int64_t)program->rows + program->inputs) * lanes;
+        if (more > PY_SSIZE_T_MAX / 8 - numbers) {
+            PyErr_NoMemory();
+            return -1;
+        }
+        numbers += (Py_ssize_t)more;
+    }
+    /* What a program reads or hands out without having set it is zero. */
+    call->room = calloc(numbers, 8);
+    if (!call->room) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    double *at = call->room;
+    at += (-(uintptr_t)at % ALIGNED) / 8;
+    for (Py_ssize_t s = 0; s < call->count; s++) {
+        Stage *stage = &call->stages[s];
+        stage->registers = at;
+        stage->results = stage->registers + stage->program->registers * lanes;
+        stage->earlier = stage->results + stage->program->rows * lanes;
+        at = stage->earlier + stage->program->rows * lanes;
+        for (Py_ssize_t k = 0; k < stage->program->inputs; k++, at += lanes) {
+            if (!stage->given[k].at || stage->given[k].step)
+                continue;
+            for (Py_ssize_t l = 0; l < lanes; l++)
+                at[l] = *stage->given[k].at;
+            stage->given[k].at = at;
+        }
+    }
+    return 0;
+}
+
+/* Run a call that was taken, unless this failed, and release it. */
+static PyObject *finished(Call *call, int failed)
+{
+    if (!failed && make_room(call) == 0) {
+        Py_BEGIN_ALLOW_THREADS
+        run_call(call);
+        Py_END_ALLOW_THREADS
+    }
+    release_call(call);
+    if (PyErr_Occurred())
+        return NULL;
+    Py_RETURN_NONE;
+}
+
+/* Make the program of a call that has its arrays: prologue, constants, code, registers. */
+static PyObject *made_program(PyObject *const *fields, PyObject *inputs, Py_ssize_t rows,
+                              PyObject *block)
+{
+    Py_ssize_t count = rows < 0 ? -1 : PySequence_Size(inputs);
+    if (count < 0)
+        return NULL;
+    PyObject *sizes[] = {PyLong_FromSsize_t(count), PyLong_FromSsize_t(rows)}, *made = NULL;
+    if (sizes[0] && sizes[1]) {
+        PyObject *all[] = {fields[0], fields[1], fields[2], fields[3], sizes[0], sizes[1], block};
+        made = program(NULL, all, 7);
+    }
+    Py_XDECREF(sizes[0]);
+    Py_XDECREF(sizes[1]);
+    return made;
+}
+
+/* run_program(program, inputs, outputs, first, last)
+   run_program(prologue, constants, code, registers, inputs, outputs, block, first, last)
+
+   Runs a program on lanes from `first`, which starts a block, up to `last`. Inputs are arrays of
+   one number or of one for each lane; `outputs` has the shape (rows, lanes). There are as many
+   lanes as a block has, or more. */
+PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    if (nargs == 9) {
+        PyObject *handle = made_program(given, given[4], PyObject_Size(given[5]), given[6]);
+        if (!handle)
+            return NULL;
+        PyObject *rest[] = {handle, given[4], given[5], given[7], given[8]};
+        PyObject *result = run_program(module, rest, 5);
+        Py_DECREF(handle);
+        return result;
+    }
+    EXACTLY(nargs, 5)
+    Stage *stage = calloc(1, sizeof(Stage));
+    if (!stage)
+        return PyErr_NoMemory();
+    Call call = {.stages = stage, .count = 1};
+    stage->until = -1;
+    stage->most = 1;
+    int failed = take_program(&call, stage, given[0]);
+    const Py_buffer *outputs = failed ? NULL : take_outputs(&call, stage, given[2]);
+    if (outputs) {
+        call.lanes = outputs->shape[1];
+        failed = take_lanes(&call, given + 3) < 0 || take_inputs(&call, stage, given[1]) < 0;
+    }
+    return finished(&call, failed || !outputs);
+}
+
+/* Fields of a stage. */
+enum { HANDLE, INPUTS, CARRIED, TAKEN, UNTIL, WITHIN, MOST, PASSES, OUTPUTS, FIELDS };
+
+/* Take a stage, whose handle is taken already. */
+static int take_stage(Call *call, Stage *stage, PyObject *const *fields, const Program *before)
+{
+    const Program *program = stage->program;
+    stage->carried = take_integers(call, fields[CARRIED], program->inputs, 0);
+    stage->taken =
+        stage->carried ? take_integers(call, fields[TAKEN], program->inputs, 0) : NULL;
+    if (!stage->taken)
+        return -1;
+    const Py_ssize_t rows = before ? before->rows : 0;
+    for (Py_ssize_t k = 0; k < program->inputs; k++)
+        if (stage->carried[k] < -1 || stage->carried[k] >= program->rows || stage->taken[k] < -1 ||
+            stage->taken[k] >= rows) {
+            PyErr_Format(PyExc_ValueError, "input %zd is no row of %zd, or of %zd before", k,
+                         program->rows, rows);
+            return -1;
+        }
+    stage->within = PyFloat_AsDouble(fields[WITHIN]);
+    if ((stage->within == -1.0 && PyErr_Occurred()) ||
+        take_count(fields[UNTIL], -1, program->rows - 1, &stage->until) < 0 ||
+        take_count(fields[MOST], 1, INT32_MAX, &stage->most) < 0 ||
+        take_inputs(call, stage, fields[INPUTS]) < 0)
+        return -1;
+    if (fields[PASSES] != Py_None) {
+        Py_ssize_t blocks = (call->lanes - 1) / program->lanes + 1;
+        stage->passes = take_integers(call, fields[PASSES], blocks, PyBUF_WRITABLE);
+        if (!stage->passes)
+            return -1;
+    }
+    if (fields[OUTPUTS] != Py_None) {
+        const Py_buffer *outputs = take_outputs(call, stage, fields[OUTPUTS]);
+        if (!outputs)
+            return -1;
+        if (outputs->shape[1] != call->lanes) {
+            PyErr_Format(PyExc_ValueError, "outputs have %zd lanes instead of %zd",
+                         outputs->shape[1], call->lanes);
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* Find the fields of a stage; a program that is made of its arrays goes to a list of them. */
+static int find_fields(PyObject *stage, PyObject *block, PyObject *made, PyObject **fields)
+{
+    /* Before the fields from CARRIED on: arrays and registers, inputs, number of outputs. */
+    enum { SPELT_OUT = 6 + FIELDS - CARRIED };
+    Py_ssize_t size = PyTuple_Check(stage) ? PyTuple_Size(stage) : 0;
+    if (size != FIELDS && size != SPELT_OUT) {
+        PyErr_Format(PyExc_TypeError, "a stage is a tuple of %d or %d fields", FIELDS, SPELT_OUT);
+        return -1;
+    }
+    for (int k = 0; k < FIELDS; k++)
+        fields[k] = PyTuple_GetItem(stage, size - FIELDS + k);
+    if (size == FIELDS)
+        return 0;
+    PyObject *arrays[4];
+    for (int k = 0; k < 4; k++)
+        arrays[k] = PyTuple_GetItem(stage, k);
+    fields[INPUTS] = PyTuple_GetItem(stage, 4);
+    Py_ssize_t rows;
+    if (take_count(PyTuple_GetItem(stage, 5), 0, PY_SSIZE_T_MAX, &rows) < 0)
+        return -1;
+    fields[HANDLE] = made_program(arrays, fields[INPUTS], rows, block);
+    int failed = fields[HANDLE] ? PyList_Append(made, fields[HANDLE]) : -1;
+    Py_XDECREF(fields[HANDLE]);
+    return failed;
+}
+
+/* Take stages, and the arguments after them: lanes, block, first, last. */
+static int take_stages(Call *call, PyObject *stages, PyObject *made, PyObject *const *rest)
+{
+    Py_ssize_t block;
+    if (!call->stages || !made) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    if (!call->count) {
+        PyErr_SetString(PyExc_ValueError, "there are no stages");
+        return -1;
+    }
+    if (take_count(rest[0], 0, PY_SSIZE_T_MAX, &call->lanes) < 0 ||
+        take_count(rest[1], 4, 32, &block) < 0)
+        return -1;
+    for (Py_ssize_t s = 0; s < call->count; s++) {
+        Stage *stage = &call->stages[s];
+        const Program *before = s ? stage[-1].program : NULL;
+        PyObject *fields[FIELDS];
+        if (find_fields(PyTuple_GetItem(stages, s), rest[1], made, fields) < 0 ||
+            take_program(call, stage, fields[HANDLE]) < 0)
+            return -1;
+        if (stage->program->lanes != block) {
+            PyErr_Format(PyExc_ValueError, "the program of stage %zd is for blocks of %d, not %zd",
+                         s, stage->program->lanes, block);
+            return -1;
+        }
+        if ((!before && take_lanes(call, rest + 2) < 0) ||
+            take_stage(call, stage, fields, before) < 0)
+            return -1;
+    }
+    return 0;
+}
+
+/* run_stages(stages, lanes, block, first, last)
+
+   Runs stages, one after the other on each block, on lanes from `first`, which starts a block, up
+   to `last`. A stage is a tuple of
+
+     program   its handle
+     inputs    arrays of one number or of one for each lane; None where they are taken
+     carried   for each input the row of the own last pass that it is, from the second pass on; or -1
+     taken     for each input the row of the stage before that it is, in the first pass if it is
+               carried, else in all; or -1
+     until     passes end when this row is at most `within` in all lanes of the block; -1 for none
+     within
+     most      there are at most so many passes
+     passes    array for the number of passes of each block, or None
+     outputs   array (rows, lanes), or None
+
+   or begins with prologue, constants, code, registers, inputs, number of outputs. */
+PyObject *run_stages(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 5)
+    /* Both keep handles while other threads may change what was given. */
+    PyObject *stages = PySequence_Tuple(given[0]), *made = PyList_New(0);
+    Call call = {0};
+    if (stages) {
+        call.count = PyTuple_Size(stages);
+        call.stages = calloc(call.count + 1, sizeof(Stage));
+    }
+    PyObject *result = finished(&call, !stages || take_stages(&call, stages, made, given + 1) < 0);
+    Py_XDECREF(stages);
+    Py_XDECREF(made);
+    return result;
+}
+
+#endif

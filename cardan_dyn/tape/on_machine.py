@@ -1,0 +1,50 @@
+"""On the machine: which blocks of lanes compiled code runs, on which threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from .. import compiled
+from ..arrays import Array
+
+_LARGE_BLOCK, _SMALL_BLOCK = 32, 4
+"""Lanes of a block, as the machine is compiled for them."""
+
+
+def is_at_hand() -> bool:
+    """Return whether there is a compiled machine."""
+    return hasattr(compiled.kernel, "run_program")
+
+
+def block_for(count: int) -> int:
+    """Return how many lanes a block has where so many are to run."""
+    return _LARGE_BLOCK if count >= _LARGE_BLOCK else _SMALL_BLOCK
+
+
+def filled(value: Array, lanes: int) -> Array:
+    """Return values side by side, the last repeated to so many lanes; one for all as it is."""
+    if value.ndim and 0 < len(value) < lanes:
+        value = np.pad(value, (0, lanes - len(value)), mode="edge")
+    return np.ascontiguousarray(value) if value.ndim else value
+
+
+def spread(part: Callable[[int, int], object], count: int, block: int, threads: int) -> None:
+    """Let threads run parts of all lanes.
+
+    Args:
+        part: runs the lanes from a first one, which begins a block, to one before the last.
+        count: number of lanes.
+        block: lanes of a block.
+        threads: how many there are at most.
+    """
+    blocks = -(-count // block)
+    shares = max(1, min(threads, blocks))
+    bounds = [*(blocks * k // shares * block for k in range(shares)), count]
+    if shares == 1:
+        part(0, count)
+        return
+    with ThreadPoolExecutor(shares) as pool:
+        list(pool.map(part, bounds[:-1], bounds[1:]))

@@ -1,0 +1,164 @@
+"""Program: what was traced, run for as many samples as there are."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .. import compiled
+from ..arrays import Array
+from ..errors import ArgumentError, choices
+from .graph import Graph, live_part
+from .instructions import Code, code_of
+from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
+from .on_machine import block_for, filled, is_at_hand, spread
+from .trace import Scalar, Trace
+
+
+class Program:
+    """Outputs of a trace as functions of its inputs, for any number of lanes side by side.
+
+    It is plain data: it can be pickled, and does not need the trace any more.
+
+    Attributes:
+        graph: what is computed.
+        inputs: names of the inputs that outputs depend on.
+        outputs: number of outputs.
+    """
+
+    def __init__(self, trace: Trace, outputs: Sequence[Scalar]) -> None:
+        """Take what outputs depend on out of a trace.
+
+        Args:
+            trace: the trace.
+            outputs: variables of the trace, and numbers. The same one may be given several times.
+
+        Raises:
+            ArgumentError: an output is neither a variable of the trace nor a number.
+        """
+        self.graph: Graph = live_part(trace, outputs)
+        self.inputs = self.graph.inputs
+        self.outputs = len(outputs)
+        self._blocks: dict[int, ArrayBlock] = {}
+        self._handles: dict[int, Any] = {}
+
+    def run(self, inputs: Mapping[str, Any], count: int, threads: int = 1) -> Array:
+        """Return the outputs `(outputs, count)`.
+
+        Args:
+            inputs: values by name, at least of `inputs`: a number, or `(count,)`, which uniform
+                inputs do not take.
+            count: number of lanes.
+            threads: how many of them compute, each a part of the lanes. The results are the same.
+
+        Raises:
+            ArgumentError: an input is missing, or has another shape.
+        """
+        if not count or not is_at_hand():
+            return self.run_on_arrays(inputs, count)
+        block = block_for(count)
+        lanes = max(block, count)
+        values = self.checked(inputs, count)
+        arrays = [filled(values[name], lanes) for name in self.inputs]
+        outputs = np.empty((self.outputs, lanes))
+        handle = self.handle(block)
+
+        def part(first: int, last: int) -> None:
+            compiled.kernel.run_program(handle, arrays, outputs, first, last)
+
+        spread(part, lanes, block, threads)
+        return outputs[:, :count]
+
+    def run_on_arrays(
+        self, inputs: Mapping[str, Any], count: int, block: int = MOST_LANES
+    ) -> Array:
+        """Return what `run` returns, computed by NumPy alone.
+
+        Args:
+            inputs: as for `run`.
+            count: number of lanes.
+            block: how many of them are computed at a time, at most.
+
+        Raises:
+            ArgumentError: as `run`.
+        """
+        lanes = lanes_of_block(count, block)
+        padded = max(count, lanes)
+        values = {
+            name: filled(value, padded) for name, value in self.checked(inputs, count).items()
+        }
+        outputs = np.empty((self.outputs, padded))
+        with self.array_block(lanes) as bound, np.errstate(all="ignore"):
+            for part in parts(count, lanes):
+                bound.begin(values, part)
+                bound.run()
+                outputs[:, part] = bound.outputs
+        return outputs[:, :count]
+
+    @cached_property
+    def code(self) -> Code:
+        """Instructions of the machine."""
+        return code_of(self.graph)
+
+    @property
+    def lines(self) -> int:
+        """How many instructions run for each block of lanes."""
+        return len(self.code.body) - 1
+
+    def handle(self, block: int) -> Any:
+        """Return the program as the machine keeps it, for blocks of so many lanes."""
+        if block not in self._handles:
+            code = self.code
+            self._handles[block] = compiled.kernel.program(
+                *code.for_lanes(block), code.registers, len(self.inputs), self.outputs, block
+            )
+        return self._handles[block]
+
+    @contextmanager
+    def array_block(self, lanes: int) -> Iterator[ArrayBlock]:
+        """Lend the program bound to NumPy arrays of a number of lanes.
+
+        It is kept for the next call; meanwhile others, of other threads, get one of their own.
+        """
+        block = self._blocks.pop(lanes, None) or ArrayBlock(self.graph, lanes)
+        try:
+            yield block
+        finally:
+            self._blocks[lanes] = block
+
+    def checked(
+        self, inputs: Mapping[str, Any], count: int, left_out: Container[str] = ()
+    ) -> dict[str, Array]:
+        """Return the values of all inputs but those left out, each `()` or `(count,)`.
+
+        Raises:
+            ArgumentError: one is missing, or has another shape.
+        """
+        values = {}
+        for name in self.inputs:
+            if name in left_out:
+                continue
+            if name not in inputs:
+                raise ArgumentError(
+                    f"no value of the input {name!r}; given are: {choices(inputs, name)}"
+                )
+            value = np.asarray(inputs[name], dtype=float)
+            if value.size == 1:
+                value = value.reshape(()) if value.ndim else value
+            elif value.shape != (count,) or name in self.graph.uniform_inputs:
+                wanted = (
+                    "it is one number for all lanes"
+                    if name in self.graph.uniform_inputs
+                    else f"give a number, or one for each of {count} lanes"
+                )
+                raise ArgumentError(f"the input {name!r} has the shape {value.shape}; {wanted}")
+            values[name] = value
+        return values
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is bound to blocks is made again where it is needed.
+        return {**self.__dict__, "_blocks": {}, "_handles": {}}

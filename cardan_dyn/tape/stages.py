@@ -1,0 +1,183 @@
+"""Stages: programs that run one after the other on each block of lanes.
+
+What a stage hands on stays in the cache. A stage repeats its program until a row of its outputs is
+small in all lanes of the block, so that its lanes should be left as they are where they are done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .. import compiled
+from ..arrays import Array
+from ..errors import ArgumentError
+from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
+from .on_machine import block_for, filled, is_at_hand, spread
+from .program import Program
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A program, and how often it runs on what.
+
+    Inputs that its outputs do not depend on are ignored, here as where a program runs.
+
+    Attributes:
+        program: the program.
+        carried: inputs that are a row of the program's own last pass, from the second one on.
+        taken: inputs that are a row of the outputs of the stage before: where they are carried as
+            well, in the first pass.
+        until: the row of outputs that ends passes; None where `most` alone does.
+        most: how many passes there are at most, 1 or more.
+        within: passes end once the row is at most this in all lanes of a block. NaN is not.
+        kept: whether outputs of the last pass are returned.
+    """
+
+    program: Program
+    carried: Mapping[str, int] = field(default_factory=dict)
+    taken: Mapping[str, int] = field(default_factory=dict)
+    until: int | None = None
+    most: int = 1
+    within: float = 0.0
+    kept: bool = False
+
+
+class Stages:
+    """Several stages, one after the other."""
+
+    def __init__(self, stages: Sequence[Stage]) -> None:
+        """Check and keep stages.
+
+        Args:
+            stages: in their order.
+
+        Raises:
+            ArgumentError: a stage asks for a row that there is not, or gives one to a uniform
+                input, or has no pass.
+        """
+        self.stages = tuple(stages)
+        for place, stage in enumerate(self.stages):
+            before = self.stages[place - 1].program.outputs if place else 0
+            own = stage.program.outputs
+            until = {} if stage.until is None else {"until": stage.until}
+            for name, row in (*stage.carried.items(), *until.items()):
+                _check(place, name, row, own, "its outputs")
+            for name, row in stage.taken.items():
+                _check(place, name, row, before, "outputs of the stage before")
+            for name in stage.program.graph.uniform_inputs & {*stage.carried, *stage.taken}:
+                raise ArgumentError(
+                    f"input {name!r} of stage {place} is uniform, and cannot be a row of outputs"
+                )
+            if stage.most < 1:
+                raise ArgumentError(f"stage {place} has most={stage.most}; it needs a pass")
+
+    def run(self, inputs: Sequence[Mapping[str, Any]], count: int, threads: int = 1) -> list[Array]:
+        """Return the outputs `(outputs, count)` of each stage that is kept.
+
+        Args:
+            inputs: of each stage, values as for `Program.run`, but for inputs that are taken.
+            count: number of lanes.
+            threads: how many of them compute, each a part of the lanes. The results are the same.
+
+        Raises:
+            ArgumentError: an input is missing, or has another shape.
+        """
+        if not (count and self.stages and is_at_hand()):
+            return self.run_on_arrays(inputs, count)
+        block = block_for(count)
+        lanes = max(block, count)
+        given, outputs = self._checked(inputs, count, lanes)
+        fields = []
+        for stage, values, rows in zip(self.stages, given, outputs, strict=True):
+            program, names = stage.program, stage.program.inputs
+            arrays = [values.get(name) for name in names]
+            carried, taken = (
+                np.array([among.get(name, -1) for name in names], dtype=np.int32)
+                for among in (stage.carried, stage.taken)
+            )
+            until = -1 if stage.until is None else stage.until
+            ends = (until, stage.within, stage.most)
+            fields.append((program.handle(block), arrays, carried, taken, *ends, None, rows))
+
+        def part(first: int, last: int) -> None:
+            compiled.kernel.run_stages(fields, lanes, block, first, last)
+
+        spread(part, lanes, block, threads)
+        return [rows[:, :count] for rows in outputs if rows is not None]
+
+    def run_on_arrays(
+        self, inputs: Sequence[Mapping[str, Any]], count: int, block: int = MOST_LANES
+    ) -> list[Array]:
+        """Return what `run` returns, computed by NumPy alone.
+
+        Args:
+            inputs: as for `run`.
+            count: number of lanes.
+            block: how many of them are computed at a time, at most.
+
+        Raises:
+            ArgumentError: as `run`.
+        """
+        lanes = lanes_of_block(count, block)
+        given, outputs = self._checked(inputs, count, max(count, lanes))
+        with ExitStack() as lent, np.errstate(all="ignore"):
+            bound = [lent.enter_context(x.program.array_block(lanes)) for x in self.stages]
+            for part in parts(count, lanes):
+                before = np.empty((0, lanes))
+                for stage, block_of, values, rows in zip(
+                    self.stages, bound, given, outputs, strict=True
+                ):
+                    _run_passes(stage, block_of, values, before, part)
+                    before = block_of.outputs
+                    if rows is not None:
+                        rows[:, part] = before
+        return [rows[:, :count] for rows in outputs if rows is not None]
+
+    def _checked(
+        self, inputs: Sequence[Mapping[str, Any]], count: int, lanes: int
+    ) -> tuple[list[dict[str, Array]], list[Array | None]]:
+        """Return values of the inputs of each stage, and arrays for outputs that are kept.
+
+        Both have so many lanes.
+        """
+        if len(inputs) != len(self.stages):
+            raise ArgumentError(f"give inputs of {len(self.stages)} stages, not of {len(inputs)}")
+        given = []
+        for stage, values in zip(self.stages, inputs, strict=True):
+            checked = stage.program.checked(values, count, left_out=stage.taken)
+            given.append({name: filled(value, lanes) for name, value in checked.items()})
+        outputs = [
+            np.empty((stage.program.outputs, lanes)) if stage.kept else None
+            for stage in self.stages
+        ]
+        return given, outputs
+
+
+def _check(place: int, name: str, row: int, rows: int, among: str) -> None:
+    if not 0 <= row < rows:
+        raise ArgumentError(
+            f"stage {place} asks for row {row} of {among} as {name!r}; there are {rows}"
+        )
+
+
+def _run_passes(
+    stage: Stage, bound: ArrayBlock, values: dict[str, Array], before: Array, part: slice
+) -> None:
+    """Run a stage on a block, on outputs of the stage before."""
+    bound.begin(values, part)
+    for name, row in stage.taken.items():
+        if name in bound.inputs:
+            bound.inputs[name][...] = before[row]
+    for _ in range(stage.most - 1):
+        bound.run()
+        if stage.until is not None and np.all(bound.outputs[stage.until] <= stage.within):
+            return
+        for name, row in stage.carried.items():
+            if name in bound.inputs:
+                bound.inputs[name][...] = bound.outputs[row]
+    bound.run()

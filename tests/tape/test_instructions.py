@@ -1,0 +1,254 @@
+"""Instructions: each computes what the machine's table says, and together what was written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from testkit import arithmetic
+
+from cardan_dyn import compiled, tape
+from cardan_dyn.tape import Program, Trace
+from cardan_dyn.tape.instructions import UNWANTED, Code, Operation
+
+MEANINGS: dict[str, Callable[..., Any]] = {
+    "ADD": lambda a, b: a + b,
+    "SUB": lambda a, b: a - b,
+    "MUL": lambda a, b: a * b,
+    "DIV": lambda a, b: a / b,
+    "RCP": lambda a: 1.0 / a,
+    "NEG": lambda a: -a,
+    "SQRT": np.sqrt,
+    "ABS": np.abs,
+    "MAX": np.maximum,
+    "MIN": np.minimum,
+    "SEL": lambda a, b, c: np.where(a > 0.0, b, c),
+    "FMA": lambda a, b, c: a * b + c,
+    "FMS": lambda a, b, c: a * b - c,
+    "FNMA": lambda a, b, c: c - a * b,
+    "P2": lambda a, b, c, d: a * b + c * d,
+    "M2": lambda a, b, c, d: a * b - c * d,
+    "P3": lambda a, b, c, d, e, f: a * b + c * d + e * f,
+    "A2": lambda a, b, c, d, e: a + b * c + d * e,
+    "S2": lambda a, b, c, d, e: a - b * c - d * e,
+    "AS": lambda a, b, c, d, e: a + b * c - d * e,
+    "SA": lambda a, b, c, d, e: a - b * c + d * e,
+    "AMX": lambda a, b: np.maximum(a, np.abs(b)),
+    "AMD": lambda a, b, c: np.maximum(a, np.abs(b - c)),
+    "ADD3": lambda a, b, c: a + b + c,
+    "PPM": lambda a, b, c, d, e, f: a * b + c * d - e * f,
+    "PMP": lambda a, b, c, d, e, f: a * b - c * d + e * f,
+    "PMM": lambda a, b, c, d, e, f: a * b - c * d - e * f,
+    "PMA": lambda a, b, c, d, e: a * b - c * d + e,
+    "EXP": np.exp,
+    "LOG": np.log,
+    "TANH": np.tanh,
+    "ATAN2": np.arctan2,
+}
+"""Instructions with one result, as `compiled/machine.h` tells them."""
+TWO_RESULTS: dict[str, Callable[..., Any]] = {
+    "SC": lambda a: (np.sin(a), np.cos(a)),
+    "ROT": lambda a, b, c, d: (a * c - b * d, a * d + b * c),
+}
+OPERANDS = {
+    **{name: function.__code__.co_argcount for name, function in TWO_RESULTS.items()},
+    **{
+        name: function.nin if isinstance(function, np.ufunc) else function.__code__.co_argcount
+        for name, function in MEANINGS.items()
+    },
+}
+
+
+def run(code: Code, inputs: list[np.ndarray], rows: int, count: int) -> np.ndarray:
+    """Return outputs of code, instruction by instruction; nothing reads what was not written."""
+    registers: dict[int, np.ndarray] = {}
+    outputs = np.full((rows, count), np.nan)
+    for number, *operands in [*code.prologue.tolist(), *code.body.tolist()]:
+        name = Operation(number).name
+        first, second = operands[:2]
+        if name == "END":
+            continue
+        if name in ("LOAD", "LDU"):
+            registers[first] = np.broadcast_to(inputs[second], count)
+        elif name == "KST":
+            registers[first] = np.full(count, code.constants[second])
+        elif name == "STORE":
+            outputs[second] = registers[first]
+        else:
+            results = 2 if name in TWO_RESULTS else 1
+            read = [registers[k] for k in operands[results : results + OPERANDS[name]]]
+            found = TWO_RESULTS[name](*read) if results == 2 else (MEANINGS[name](*read),)
+            for register, values in zip(operands, found, strict=False):
+                if register != UNWANTED:
+                    assert register < code.registers
+                    registers[register] = values
+    return outputs
+
+
+def names(code: Code) -> list[str]:
+    """Return the operations of the body but loads, stores and the end."""
+    found = [Operation(number).name for number in code.body[:-1, 0].tolist()]
+    return [name for name in found if name not in ("LOAD", "STORE")]
+
+
+@pytest.mark.parametrize("operations", [(), arithmetic.SUMS], ids=["all", "sums"])
+@pytest.mark.parametrize("seed", range(15))
+def test_instructions_give_what_the_graph_does_to_the_last_bit(
+    seed: int, operations: tuple[str, ...]
+) -> None:
+    rng = np.random.default_rng(seed)
+    text = arithmetic.random_text(rng, 120, operations=operations)
+    trace, steps = text.traced(uniform=(1,))
+    # The last steps alone, so that others are parts of them; some twice.
+    outputs = [*steps[-10:], steps[-3], steps[40]]
+    inputs = arithmetic.random_lanes(rng, text, 50)
+    inputs["x1"] = inputs["x1"][:1]
+    program = Program(trace, outputs)
+    with np.errstate(all="ignore"):
+        values = [inputs[name] for name in program.inputs]
+        found = run(program.code, values, len(outputs), 50)
+    np.testing.assert_array_equal(found, program.run_on_arrays(inputs, 50))
+
+
+SUMS = {
+    "ADD": lambda a, b, c, d, e, f: a + b,
+    "SUB": lambda a, b, c, d, e, f: a - b,
+    "ADD3": lambda a, b, c, d, e, f: a + b + c,
+    "FMA": lambda a, b, c, d, e, f: c + a * b,
+    "FMS": lambda a, b, c, d, e, f: a * b - c,
+    "FNMA": lambda a, b, c, d, e, f: c - a * b,
+    "P2": lambda a, b, c, d, e, f: a * b + c * d,
+    "M2": lambda a, b, c, d, e, f: a * b - c * d,
+    "P3": lambda a, b, c, d, e, f: a * b + c * d + e * f,
+    "A2": lambda a, b, c, d, e, f: a + b * c + d * e,
+    "S2": lambda a, b, c, d, e, f: a - b * c - d * e,
+    "AS": lambda a, b, c, d, e, f: a + b * c - d * e,
+    "SA": lambda a, b, c, d, e, f: a - b * c + d * e,
+    "PPM": lambda a, b, c, d, e, f: a * b + c * d - e * f,
+    "PMP": lambda a, b, c, d, e, f: a * b - c * d + e * f,
+    "PMM": lambda a, b, c, d, e, f: a * b - c * d - e * f,
+    "PMA": lambda a, b, c, d, e, f: e + (a * b - c * d),
+    "AMX": lambda a, b, c, d, e, f: tape.greater(tape.absolute(a), b),
+    "AMD": lambda a, b, c, d, e, f: tape.greater(a, tape.absolute(b - c)),
+    "RCP": lambda a, b, c, d, e, f: 1.0 / a,
+}
+
+
+@pytest.mark.parametrize("operation", SUMS)
+def test_a_pattern_is_one_instruction_that_rounds_as_written(operation: str) -> None:
+    trace = Trace()
+    inputs = dict(zip("abcdef", np.random.default_rng(1).normal(size=(6, 99)), strict=True))
+    text = SUMS[operation]
+    program = Program(trace, [text(*[trace.input(name, 1.0) for name in "abcdef"])])
+    assert names(program.code) == [operation]
+    np.testing.assert_array_equal(program.run(inputs, 99)[0], text(*inputs.values()))
+
+
+def test_a_sum_of_many_terms_is_added_from_left_to_right() -> None:
+    trace = Trace()
+    x = [trace.input(f"x{k}", 1.0) for k in range(9)]
+    text = x[0] * x[1] + x[2] * x[3] + x[4] * x[5] - x[6] * x[7] - x[8] + x[0] * x[8] - x[1] * x[7]
+    assert names(Program(trace, [text]).code) == ["P3", "FNMA", "SUB", "AS"]
+
+
+def test_what_others_read_stays_an_instruction() -> None:
+    trace = Trace()
+    a, b, c = (trace.input(name, 1.0) for name in "abc")
+    product, distance = a * b, tape.absolute(b - c)
+    assert names(Program(trace, [product + c, product]).code) == ["MUL", "ADD"]
+    assert names(Program(trace, [product + c, product - c]).code) == ["MUL", "ADD", "SUB"]
+    outputs = [tape.greater(a, distance), distance]
+    assert names(Program(trace, outputs).code) == ["SUB", "ABS", "MAX"]
+    assert names(Program(trace, [(a + b) + c, a + b]).code) == ["ADD", "ADD"]
+
+
+def test_sine_and_cosine_of_an_angle_are_one_instruction_and_so_is_a_turn() -> None:
+    trace = Trace()
+    x, y, angle = (trace.input(name, 1.0) for name in ("x", "y", "angle"))
+    s, c = tape.sin(angle), tape.cos(angle)
+    turned = [x * c - y * s, x * s + y * c]
+    program = Program(trace, turned)
+    assert names(program.code) == ["SC", "ROT"]
+    inputs = {"x": [1.0, 2.0], "y": [-1.0, 0.5], "angle": [0.3, 2.0]}
+    xs, ys, angles = (np.array(values) for values in inputs.values())
+    expected = [
+        xs * np.cos(angles) - ys * np.sin(angles),
+        xs * np.sin(angles) + ys * np.cos(angles),
+    ]
+    np.testing.assert_allclose(program.run(inputs, 2), expected, rtol=1e-15)
+    assert names(Program(trace, [tape.cos(x)]).code) == ["SC"]
+    # Sums of the same four numbers that are no turn.
+    assert "ROT" not in names(Program(trace, [x * c - y * s, x * c + y * s]).code)
+    both = [[x * c - y * s, x * y + c * s], [x * c - s * y, s * c + x * y]]
+    a, b = (names(Program(trace, outputs).code) for outputs in both)
+    assert a == b == ["SC", "ROT"]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_turns_of_random_numbers_round_as_written(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    trace = Trace()
+    values = rng.normal(size=(4, 40))
+    x = [trace.input(f"x{k}", 1.0) for k in range(4)]
+
+    def text(x: list[Any]) -> list[Any]:
+        i, j, k, l = rng_order  # noqa: E741
+        return [x[i] * x[j] - x[k] * x[l], x[i] * x[l] + x[k] * x[j], x[i] * x[k] + x[j] * x[l]]
+
+    rng_order = rng.permutation(4)
+    program = Program(trace, text(x))
+    assert "ROT" in names(program.code)
+    inputs = {f"x{k}": row for k, row in enumerate(values)}
+    np.testing.assert_array_equal(program.run(inputs, 40), text(list(values)))
+
+
+def test_turns_may_have_equal_numbers() -> None:
+    trace = Trace()
+    a, b, c = (trace.input(name, 1.0) for name in "abc")
+    values = dict(zip("abc", np.random.default_rng(2).normal(size=(3, 9)), strict=True))
+
+    def texts(a: Any, b: Any, c: Any) -> list[list[Any]]:
+        return [
+            [a * a - b * c, a * c + a * b],
+            [a * b - a * c, a * c + a * b],
+            [a * b - a * c, a * a + b * c],
+            [a * a - b * b, a * b + a * b],
+        ]
+
+    for text, expected in zip(texts(a, b, c), texts(*values.values()), strict=True):
+        np.testing.assert_array_equal(Program(trace, text).run(values, 9), expected)
+
+
+def test_uniform_values_are_computed_once() -> None:
+    trace = Trace()
+    x = trace.input("x", 1.0)
+    m = trace.input("m", 1.0, uniform=True)
+    program = Program(trace, [x * (tape.sqrt(m) + 2.0), m * m])
+    assert names(program.code) == ["MUL"]
+    assert program.run({"x": [1.0, 2.0], "m": 4.0}, 2).tolist() == [[4.0, 8.0], [16.0, 16.0]]
+    # Nor are they a part of what each lane computes.
+    assert names(Program(trace, [x + m * m]).code) == ["ADD"]
+    assert names(Program(trace, [tape.greater(x, tape.absolute(m - 1.0))]).code) == ["MAX"]
+
+
+def test_registers_are_used_again() -> None:
+    trace = Trace()
+    x = trace.input("x", 1.0)
+    value = x
+    for _ in range(100):
+        value = tape.sqrt(value)
+    program = Program(trace, [value])
+    assert program.code.registers == 1
+    assert program.lines == 102
+
+
+def test_numbers_of_operations_are_those_of_the_machine() -> None:
+    header = Path(compiled.__file__).parent / "machine.h"
+    if not header.is_file():
+        pytest.skip("sources of the machine are in checkouts alone")
+    listed = re.findall(r"WITH\((\w+), \"", header.read_text(encoding="utf-8"))
+    assert listed == [operation.name for operation in Operation]
