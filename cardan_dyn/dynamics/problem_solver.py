@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 FEWEST_TAPED = 4096
 """Samples of a sweep from which on it is solved by tapes: tracing the equations takes about as long
 as the general path takes for so many, of a universal joint and of a Stewart platform alike."""
+_MOST_TRACED = 128
+"""Velocity coordinates up to which a scene is traced: what self-stresses add is passed through all
+bodies, so that tracing takes as long as the square of their number."""
 _BLOCK_NUMBERS = 6_000_000
 """About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
 samples, so that memory does not grow with the mechanism."""
@@ -228,8 +231,8 @@ class ProblemSolver(Frozen):
     def taped(self) -> TapedSolver | None:
         """Solves many samples; None where a scene has what tapes do not know.
 
-        That is teeth, compliances, rods that spin idly, drive efforts alone, and loops whose forces
-        are not wanted where others are crossed.
+        That is teeth, compliances, rods that spin idly, drive efforts alone, loops whose forces are
+        not wanted where others are crossed, and very many joints.
         """
         problem, needed = self.problem, self.assembly.needed
         groups = [(self.assembly.groups[k], k in needed.forces) for k in needed.motion]
@@ -238,7 +241,8 @@ class ProblemSolver(Frozen):
         )
         has_rods = self.assembly.kinematics.idle_columns.size > 0
         is_unknown = problem.compliance or problem.mechanism.teeth or needed.efforts_alone
-        if is_unknown or has_rods or is_crossed:
+        is_long = problem.mechanism.model.nv > _MOST_TRACED
+        if is_unknown or has_rods or is_crossed or is_long:
             return None
         from .taped import TapedSolver  # Sweeps of few samples need none.
 

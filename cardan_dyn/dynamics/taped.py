@@ -34,6 +34,8 @@ _SHADOWS = 16
 """Samples at which an order of elimination is chosen."""
 _MOST_TAPES = 3
 """Orders that are tried at samples of one kind."""
+_MOST_KINDS = 8
+"""Kinds of samples whose tapes are kept, the last ones: of most scenes there are one or two."""
 _GROWTH = 1.0 / THRESHOLD
 """Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
 _FAR = 1e-3
@@ -84,8 +86,6 @@ class TapedSolver:
         )
         self._trees: dict[tuple[str, ...], Tree] = {}
         self._tapes: dict[Kind, list[Tape]] = {}
-        # What of the wrenches is unique: the same at all positions, and found in the general way.
-        self._known: Solution | None = None
 
     def __reduce__(self) -> tuple[object, ...]:
         return TapedSolver, self._arguments
@@ -117,9 +117,10 @@ class TapedSolver:
             None where the general way has to solve all of them, also to say why it cannot.
         """
         try:
-            found, holds = self._with_elements(np.ascontiguousarray(x.T), inputs)
-            if self._known is None:
-                self._known = in_general(_some(len(x)))
+            with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
+                found, holds = self._with_elements(np.ascontiguousarray(x.T), inputs)
+            # What is unique at these samples is unique at all, but where the general path decides.
+            known = in_general(_some(len(x)))
             (left,) = np.nonzero(~holds)
             if 2 * len(left) > len(x):
                 return None
@@ -132,7 +133,7 @@ class TapedSolver:
         wrenches = found.wrenches.reshape(count, -1, 6)
         of_joints = wrenches, found.efforts, found.couplings
         residuals = dynamics.residuals(found.x, inputs, rates, *of_joints)
-        return self._known._replace(
+        return known._replace(
             x=found.x,
             v=found.v,
             a=found.a,
@@ -142,7 +143,7 @@ class TapedSolver:
             coupling_moments=found.couplings,
             magnification=None,
             cancellation=residuals.cancellation,
-            closure_condition=np.full(count, self._known.closure_condition.max()),
+            closure_condition=np.full(count, known.closure_condition.max()),
             loop_error=np.maximum(found.error, residuals.loop_error),
             residuals=residuals,
         )
@@ -184,6 +185,8 @@ class TapedSolver:
         tree = self._trees[factored]
         kind, given = self._given(tree, inputs, links, factored)
         kind = kind._replace(moves_alone=moves_alone)
+        if kind not in self._tapes and len(self._tapes) == _MOST_KINDS:
+            self._tapes.pop(next(iter(self._tapes)))
         tapes = self._tapes.setdefault(kind, [])
         if not tapes:
             tapes.append(self._made(tree, kind, x[:, _some(x.shape[1])]))
@@ -224,10 +227,10 @@ class TapedSolver:
         """Return the kind of some samples, and the inputs of its tapes but for coordinates."""
         given: dict[str, Any] = {f"i{name}": inputs.inertia[name] for name in factored}
 
-        def put(name: str, columns: Array) -> tuple[bool, ...]:
-            """Take columns `(n, k)` that are no rounding of zero beside the others."""
-            most = np.abs(columns).max(axis=0)
-            acts = most > _EPS * most.max(initial=0.0)
+        def put(name: str, columns: Array, rounding: float = 0.0) -> tuple[bool, ...]:
+            """Take columns `(n, k)` that are at some sample no rounding of zero beside others."""
+            sizes = np.abs(columns)
+            acts = (sizes > rounding * sizes.max(axis=1, keepdims=True)).any(axis=0)
             for index in np.flatnonzero(acts).tolist():
                 given[f"{name}{index}"] = columns[:, index]
             return tuple(acts.tolist())
@@ -237,7 +240,7 @@ class TapedSolver:
             put("v", inputs.speeds / units),
             put("a", inputs.accelerations / units),
         )
-        gravity = put("g", tree.in_axes(inputs.gravity) / tree.length)
+        gravity = put("g", tree.in_axes(inputs.gravity) / tree.length, _EPS)
         loads = inputs.loads / tree.effort_units
         loaded = tuple(np.flatnonzero(loads.any(axis=0)).tolist())
         given |= {f"l{rate}": loads[:, rate] for rate in loaded}
@@ -251,8 +254,8 @@ class TapedSolver:
             else:
                 rotation = tuple(map(tuple, load.rotation.T.tolist()))
             acts = (
-                put(f"f{len(links)}_", force / tree.length),
-                put(f"m{len(links)}_", moment / tree.length**2),
+                put(f"f{len(links)}_", force / tree.length, _EPS),
+                put(f"m{len(links)}_", moment / tree.length**2, _EPS),
             )
             lever = tuple((load.place / tree.length).tolist())
             links.append(LinkKind(load.body, rotation, lever, *acts))

@@ -266,7 +266,9 @@ def _mass(inertia: pinocchio.Inertia, length: float, link: str) -> Mass:
     """Return mass in units of the length."""
     centre = tuple(_without_rounding(x / length) for x in inertia.lever.tolist())
     about = np.array(inertia.inertia) / length**2
-    least = _ROUNDING * float(np.abs(about).max(initial=0.0))
+    # Beside the moments about both axes: one of a thin rod is small, and no rounding.
+    sizes = np.sqrt(np.abs(np.diag(about)))
+    least = _ROUNDING * np.outer(sizes, sizes)
     entries = np.where(np.abs(about) > least, about, 0.0)
     return Mass(float(inertia.mass), centre, tuple(map(tuple, entries.T.tolist())), link)
 

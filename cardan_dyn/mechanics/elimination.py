@@ -7,7 +7,7 @@ there as well.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -122,7 +122,7 @@ class UnsuitableError(Exception):
 
 def pivots(
     rows: Sequence[Mapping[int, Array]],
-    blocks: tuple[Mapping[int, int], Mapping[int, int]] | None = None,
+    blocks: Sequence[tuple[Collection[int], Collection[int]]] | None = None,
 ) -> list[Pivot]:
     """Choose an order of elimination at S samples, by Markowitz's count among large enough pivots.
 
@@ -131,52 +131,50 @@ def pivots(
 
     Args:
         rows: column to entries `(S,)`.
-        blocks: row and column to the block that each is in, where a pivot has to be in a row of its
-            column's block; then redundant rows are those of each block by itself.
+        blocks: rows and columns to be eliminated together, each block after those whose columns are
+            in its rows; redundant rows are those of each block by itself. All in one if None.
 
     Raises:
         UnsuitableError: a column vanishes at all samples.
     """
-    left = {index: dict(row) for index, row in enumerate(rows)}
+    left = [dict(row) for row in rows]
     columns: dict[int, set[int]] = {}
-    for index, row in left.items():
+    for index, row in enumerate(left):
         for column in row:
             columns.setdefault(column, set()).add(index)
     order: list[Pivot] = []
-    judged: dict[int, list[_Candidate]] = {}
-    while columns:
-        best: tuple[bool, float, float, int, int] | None = None
-        for column, owners in columns.items():
-            if column not in judged:
-                own = owners
-                if blocks:
-                    own = {row for row in owners if blocks[0][row] == blocks[1][column]}
-                judged[column] = _candidates(column, own, left)
-            for row, least, mean in judged[column]:
-                cost = (len(left[row]) - 1) * (len(owners) - 1)
-                is_small = least < THRESHOLD
-                key = is_small, -mean if is_small else float(cost), -least, row, column
-                if best is None or key < best:
-                    best = key
-        if best is None or (best[0] and best[1] == 0.0):
-            raise UnsuitableError
-        *_, row, column = best
-        pivot_row = left.pop(row)
-        pivot = pivot_row.pop(column)
-        order.append(Pivot(row, column, float(np.abs(pivot).max())))
-        owners = columns.pop(column)
-        owners.discard(row)
-        judged.pop(column, None)
-        for other in pivot_row:
-            columns[other].discard(row)
-            judged.pop(other, None)
-        with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
-            for owner in owners:
-                target = left[owner]
-                factor = target.pop(column) / pivot
-                for other, entry in pivot_row.items():
-                    target[other] = target.get(other, 0.0) - factor * entry
-                    columns[other].add(owner)
+    for own_rows, own_columns in blocks or [(range(len(rows)), list(columns))]:
+        free, undone = set(own_rows), set(own_columns)
+        judged: dict[int, list[_Candidate]] = {}
+        while undone:
+            best: tuple[bool, float, float, int, int] | None = None
+            for column in undone:
+                if column not in judged:
+                    owners = columns.get(column, set())
+                    judged[column] = _candidates(column, owners & free, left)
+                for row, least, mean in judged[column]:
+                    cost = (len(left[row]) - 1) * (len(columns[column]) - 1)
+                    is_small = least < THRESHOLD
+                    key = is_small, -mean if is_small else float(cost), -least, row, column
+                    if best is None or key < best:
+                        best = key
+            if best is None or (best[0] and best[1] == 0.0):
+                raise UnsuitableError
+            *_, row, column = best
+            free.discard(row)
+            undone.discard(column)
+            pivot = left[row].pop(column)
+            order.append(Pivot(row, column, float(np.abs(pivot).max())))
+            below = columns.pop(column) - {row}
+            for other in left[row]:
+                columns[other].discard(row)
+                judged.pop(other, None)
+            with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
+                for owner in below:
+                    factor = left[owner].pop(column) / pivot
+                    for other, entry in left[row].items():
+                        left[owner][other] = left[owner].get(other, 0.0) - factor * entry
+                        columns[other].add(owner)
     return order
 
 
@@ -194,7 +192,7 @@ class _Candidate(NamedTuple):
 
 
 def _candidates(
-    column: int, owners: set[int], left: Mapping[int, Mapping[int, Array]]
+    column: int, owners: set[int], left: Sequence[Mapping[int, Array]]
 ) -> list[_Candidate]:
     """Return the entries of a column."""
     rows = sorted(owners)

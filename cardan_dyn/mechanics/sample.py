@@ -51,11 +51,7 @@ class Roles(NamedTuple):
 
     def order(self, rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
         """Return an order of elimination for closure rows at samples, see `pivots`."""
-        of_rows = {row: index for index, block in enumerate(self.blocks) for row in block.rows}
-        columns = {
-            rate: index for index, block in enumerate(self.blocks) for rate in block.passives
-        }
-        return pivots(passive_rows(rows, self), (of_rows, columns))
+        return pivots(passive_rows(rows, self), [block[:2] for block in self.blocks])
 
 
 class LinkForce(NamedTuple):

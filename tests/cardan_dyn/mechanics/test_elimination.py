@@ -97,3 +97,23 @@ def test_pivots_that_are_small_at_some_samples_are_taken_where_there_is_no_other
 def test_a_column_that_vanishes_has_no_order() -> None:
     with pytest.raises(UnsuitableError):
         pivots([{0: np.zeros(SAMPLES), 1: np.ones(SAMPLES)}, {1: np.ones(SAMPLES)}])
+
+
+def test_blocks_are_eliminated_by_their_own_rows() -> None:
+    """Redundant rows are then those of each block by itself."""
+    rng = np.random.default_rng(5)
+    entry = rng.normal(size=(9, SAMPLES))
+    # The second block has rows of its own and a combination of these.
+    second = [{0: entry[0], 2: entry[1]}, {0: entry[2], 2: entry[3], 3: entry[4]}]
+    second.append(
+        {column: 2.0 * second[0].get(column, 0.0) - value for column, value in second[1].items()}
+    )
+    rows = [{0: entry[5], 1: entry[6]}, {0: entry[7], 1: entry[8]}, *second]
+    order = pivots(rows, [((0, 1), (0, 1)), ((2, 3, 4), (2, 3))])
+    assert {pivot.row for pivot in order if pivot.column < 2} == {0, 1}
+    factors = eliminated(rows, order)
+    (redundant,) = factors.redundant
+    assert redundant >= 2
+    assert set(factors.dependence(redundant)) <= {2, 3, 4} or all(
+        np.abs(factors.dependence(redundant)[row]).max() < 1e-10 for row in (0, 1)
+    )
