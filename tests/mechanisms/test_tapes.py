@@ -152,6 +152,36 @@ def test_what_acts_may_differ_from_sample_to_sample(
     assert solved_by_tape
 
 
+def test_small_numbers_beside_great_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is rounding of zero that acts at another sample or along another drive."""
+    mechanism = cd.load("universal_joint")
+    scene = cd.Scene(mechanism, drive=["bearing_in", "joint_angle"], near={"joint_angle": 0.5})
+    positions = np.linspace([0.1, 0.4], [2.0, 0.6], 50)
+    speeds = np.tile([3.0, 1e-25], (50, 1))
+    only_second = scene.sweep(positions, speeds * [0.0, 1.0]).motion.v
+    both = scene.sweep(positions, speeds, 0.0).motion.v
+    column = mechanism.coordinates.rates_of(["joint_angle"])[0]
+    np.testing.assert_allclose(both[:, column], 1e-25)
+    assert np.abs(only_second).max() <= 1e-24
+    assert np.all(np.abs(only_second).max(axis=1) > 0.0)
+
+    link = next(name for name, (body, _) in mechanism.links.items() if body > 1)
+    force = np.zeros((50, 3))
+    force[::2, 0], force[1::2, 1] = 1e12, 1e-12
+    still = cd.Scene(mechanism, drive="bearing_in", held={"joint_angle": 0.5})
+    for frame in ("world", "link"):
+
+        def swept(frame: str = frame) -> cd.Sweep:
+            loads = {link: cd.Wrench(force=force, frame=frame)}
+            return still.replace().sweep(positions[:, 0], loads=loads)
+
+        found, expected = swept(), in_general(swept, monkeypatch)
+        for name in found.outputs:
+            size = expected[name].magnitude[0] + 1e-300
+            apart = np.abs(found[name].force - expected[name].force).max(axis=1)
+            assert np.all(apart <= 1e-12 * np.maximum(size, np.linalg.norm(force, axis=1))), name
+
+
 def test_a_position_comes_out_alike_whatever_is_asked_beside_it() -> None:
     """To the last bit, once the tapes of a scene are made."""
     usual = usual_motion(cd.load("universal_joint"), samples=301)
