@@ -444,7 +444,8 @@ static int take_lanes(Call *call, PyObject *const *span)
 {
     const int block = call->machine->lanes;
     if (call->lanes < block) {
-        PyErr_Format(PyExc_ValueError, "%zd lanes are fewer than a block of %d", call->lanes, block);
+        PyErr_Format(PyExc_ValueError, "%zd lanes are fewer than a block of %d", call->lanes,
+                     block);
         return -1;
     }
     if (take_count(span[1], 0, call->lanes, &call->last) < 0 ||
@@ -668,7 +669,7 @@ static int take_stages(Call *call, PyObject *stages, PyObject *const *rest)
 
      program   its handle
      inputs    arrays of one number or of one for each lane; None where they are taken
-     carried   for each input the row of the own last pass that it is, from the second pass on; or -1
+     carried   for each input the row of the own last pass that it is, from the second on; or -1
      taken     for each input the row of the stage before that it is, in the first pass if it is
                carried, else in all; or -1
      until     passes end when this row is at most `within` in all lanes of the block; -1 for none

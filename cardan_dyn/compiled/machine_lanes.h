@@ -54,7 +54,7 @@ HELPER Numbers square_root(Numbers x)
 
    x = k pi/2 + r + rest: products of k with the first two parts of pi/2 are exact, and so is what
    is left after the first; what rounding takes from r is kept in the rest. Both series end where
-   their next term is below 3 % of rounding at |r| = pi/4. */
+   their next term is below 2 % of rounding at |r| = pi/4. */
 #define sine_cosine NAMED(sine_cosine)
 HELPER void sine_cosine(Numbers x, Numbers *sine, Numbers *cosine)
 {
@@ -114,6 +114,7 @@ TARGET static void sines_cosines(const Numbers *angle, Numbers *sine, Numbers *c
     }
 }
 
+/* Registers that are read, pa, pb ... up to one of six, and their vectors a, b ... */
 #define REGISTER(operand) ((Numbers *)(registers + row[operand]))
 #define NEXT \
     row += ROW; \
@@ -148,8 +149,9 @@ TARGET static void sines_cosines(const Numbers *angle, Numbers *sine, Numbers *c
     }
 #define LANE_OF(vectors) ((const double *)vectors)[l]
 
-TARGET static void NAMED(run)(const int32_t *row, const double *constants, char *registers,
-                              const Input *inputs, double *outputs, Py_ssize_t lane)
+OWN_JUMPS TARGET static void NAMED(run)(const int32_t *row, const double *constants,
+                                        char *registers, const Input *inputs, double *outputs,
+                                        Py_ssize_t lane)
 {
 #define LABEL(name, operands) &&name,
     static const void *const label[] = {EVERY_OPERATION(LABEL)};

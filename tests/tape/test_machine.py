@@ -160,12 +160,12 @@ def assert_same(found: Array, expected: Array) -> None:
     np.testing.assert_array_equal(np.signbit(found[numbers]), np.signbit(expected[numbers]))
 
 
-def numbers(count: int, lanes: int, seed: int) -> Array:
-    """Numbers of many sizes; zeros of both signs, infinities and NaN are among them."""
+def numbers(count: int, lanes: int, seed: int, special_share: float = 0.1) -> Array:
+    """Numbers of many sizes; a share are zeros of both signs, infinities, NaN and 1."""
     rng = RNG(seed)
     values = rng.normal(size=(count, lanes)) * 10.0 ** rng.integers(-3, 4, (count, lanes))
     special = rng.choice([0.0, -0.0, np.inf, -np.inf, np.nan, 1.0], (count, lanes))
-    return np.where(rng.random((count, lanes)) < 0.1, special, values)
+    return np.where(rng.random((count, lanes)) < special_share, special, values)
 
 
 def one_operation(name: str) -> Program:
@@ -217,10 +217,10 @@ def instructions(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize("name", [*ROUNDED, "ROT"])
 def test_operations_are_rounded_as_written(name: str, block: int) -> None:
     program = one_operation(name)
-    inputs = [*numbers(reads(name), 500, NUMBER[name])]
+    inputs = [*numbers(reads(name), 2001, NUMBER[name], 0.6)]
     outputs = RESULTS.get(name, 1)
-    expected = program.oracle(inputs, outputs, 500)
-    assert_same(program.run(inputs, outputs, 500, block), expected)
+    expected = program.oracle(inputs, outputs, 2001)
+    assert_same(program.run(inputs, outputs, 2001, block), expected)
 
 
 @pytest.mark.usefixtures("instructions")
@@ -274,8 +274,8 @@ def ulps(found: Array, angles: Array, exact: Callable[[Any], Any]) -> Array:
         )
 
 
-def test_sine_and_cosine_are_right_to_one_unit_in_the_last_place() -> None:
-    """A million angles were 0.78 at worst, for each multiple of π/2 and both neighbours 0.50."""
+def test_sine_and_cosine_are_right_to_a_unit_in_the_last_place() -> None:
+    """Of a million angles the worst is 0.783 off, of all multiples of π/2 and neighbours 0.601."""
     with mpmath.workprec(160):
         quarters = np.array([float(k * mpmath.pi / 2) for k in range(1, 63662, 217)])
     rng = RNG(5)
@@ -284,30 +284,34 @@ def test_sine_and_cosine_are_right_to_one_unit_in_the_last_place() -> None:
             rng.uniform(-1e5, 1e5, 1000),
             rng.uniform(-math.pi, math.pi, 1000),
             10.0 ** rng.uniform(-9, 5, 1000),
+            rng.uniform(0.75, 0.8, 1000),
             quarters,
             np.nextafter(quarters, 0.0),
             np.nextafter(quarters, np.inf),
         ]
     )
     found = one_operation("SC").run([angles], 2, len(angles), 32)
-    assert ulps(found[0], angles, mpmath.sin).max() < 1.0
-    assert ulps(found[1], angles, mpmath.cos).max() < 1.0
+    assert ulps(found[0], angles, mpmath.sin).max() < 0.8
+    assert ulps(found[1], angles, mpmath.cos).max() < 0.8
 
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_large_angles_are_left_to_the_library(block: int) -> None:
     """They lie among small ones, which keep their values; so do signs of zero."""
-    angles = np.tile([0.5, 1e300, -0.0, np.nan, -2e5, np.inf, 0.0, -0.5], 8)
-    sine, cosine = one_operation("SC").run([angles], 2, 64, block)
-    alone, _ = one_operation("SC").run([np.full(64, 0.5)], 2, 64, block)
-    assert sine[0] == alone[0] and sine[7] == -alone[0]
-    assert_same(sine[[2, 6]], np.array([-0.0, 0.0]))
-    assert cosine[2] == cosine[6] == 1.0
-    assert np.isnan([*sine[[3, 5]], *cosine[[3, 5]]]).all()
-    for lane in (1, 4):
-        angle = angles[lane]
-        np.testing.assert_array_max_ulp(sine[lane], math.sin(angle), 1)
-        np.testing.assert_array_max_ulp(cosine[lane], math.cos(angle), 1)
+    small = RNG(9).uniform(-10.0, 10.0, 999)
+    large = np.array([1e300, -0.0, np.nan, -2e5, np.inf, 0.0])
+    angles = small.copy()
+    angles[2:992:11] = np.resize(large, 90)
+    alone = one_operation("SC").run([small], 2, 999, block)
+    found = one_operation("SC").run([angles], 2, 999, block)
+    assert_same(found[:, angles == small], alone[:, angles == small])
+    sine, cosine = found[:, 2:68:11]
+    assert_same(sine[[1, 5]], np.array([-0.0, 0.0]))
+    assert cosine[1] == cosine[5] == 1.0
+    assert np.isnan([*sine[[2, 4]], *cosine[[2, 4]]]).all()
+    for place in (0, 3):
+        np.testing.assert_array_max_ulp(sine[place], math.sin(large[place]), 1)
+        np.testing.assert_array_max_ulp(cosine[place], math.cos(large[place]), 1)
 
 
 @pytest.mark.parametrize("block", BLOCKS)
@@ -525,6 +529,34 @@ def test_lanes_of_a_stage_depend_on_those_of_their_block_alone(block: int) -> No
         assert_same(own, rows[:, first : first + block])
 
 
+@pytest.mark.parametrize("block", BLOCKS)
+def test_part_of_a_block_is_run_as_all_of_it(block: int) -> None:
+    lanes = 3 * block
+    x = np.exp(RNG(2).normal(0.0, 6.0, lanes))
+    stages, expected, expected_passes = stages_of(x, block, 1e-12, 50)
+    kernel.run_stages(stages, lanes, block, 0, lanes)
+    for last in range(block + 1, 2 * block):
+        stages, rows, passes = stages_of(x, block, 1e-12, 50)
+        kernel.run_stages(stages, lanes, block, block, last)
+        assert_same(rows[:, block:last], expected[:, block:last])
+        assert (rows[:, last:] == 7.0).all()
+        np.testing.assert_array_equal(passes, [0, expected_passes[1], 0])
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_carried_inputs_are_rows_of_the_last_pass(block: int, most: int) -> None:
+    """Whatever this pass has stored of them meanwhile."""
+    program = Program(1)
+    program.code = [[LOAD, 0, 0], [STORE, 0, 1], [LOAD, 0, 1], [STORE, 0, 0]]
+    first, second = numbers(2, block, 0)
+    rows = np.empty((2, block))
+    ends = (-1, 0.0, most, None, rows)
+    exchanged = (program.handle(2, 2, block), [first, second], integers(0, 1), integers(-1, -1))
+    kernel.run_stages([(*exchanged, *ends)], block, block, 0, block)
+    assert_same(rows, np.array([second, first] if most % 2 else [first, second]))
+
+
 @pytest.mark.parametrize(
     ("stage", "field", "value", "error"),
     [
@@ -700,6 +732,7 @@ def test_other_fields_of_a_program_are_checked(
         (1, [np.ones(1), np.ones(50), np.ones(50)], ValueError),
         (1, [np.ones(50), np.ones(50)], ValueError),  # An LDU wants one number.
         (1, [np.ones(1), np.ones(49)], ValueError),
+        (1, [np.ones(1), np.ones(51)], ValueError),
         (1, [np.ones(1), np.ones(0)], ValueError),
         (1, [np.ones(1), np.ones(100)[::2]], ValueError),
         (1, [np.ones(1), np.ones(50, np.float32)], TypeError),
