@@ -38,11 +38,7 @@ def build(folder: Path) -> Path:
         sorted(str(path) for path in SOURCES.glob("*.c")),
         define_macros=[("Py_LIMITED_API", "0x030b0000"), ("SOURCES", f"{checksum()}LL")],
         # Sums of products are rounded alike on all processors. No names of files for debuggers.
-        # Each operation of the machine jumps to the next by itself, which is foreseen better.
-        extra_compile_args=[
-            *("-O3", "-std=c11", "-ffp-contract=off", "-fno-math-errno", "-g0"),
-            "-fno-crossjumping",
-        ],
+        extra_compile_args=["-O3", "-std=c11", "-ffp-contract=off", "-fno-math-errno", "-g0"],
         py_limited_api=True,
     )
     distribution = Distribution({"name": "cardan_dyn", "ext_modules": [extension]})

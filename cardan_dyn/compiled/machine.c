@@ -15,32 +15,36 @@
 #include <immintrin.h>
 #endif
 
-/* Sines and cosines: angles are taken apart into k pi/2 and a rest. Products of k with the first
-   two parts of pi/2, of 33 bits each, are exact up to 2^20. The third is what is left, but for
-   1e-37; of the worst angle up to FARTHEST, which is 1e-16 from a multiple of pi/2, this leaves a
-   rest that is right to half a unit in the last place. */
-#define FARTHEST 1e5
-#define PI 3.141592653589793
+/* Sines and cosines: an angle is taken apart into k pi/2 and a rest. Products of k with the first
+   two parts of pi/2, of 33 bits each, are exact as long as k has at most 20 bits. The third part
+   lacks less than 1e-37; with the k of FARTHEST that is half a unit in the last place of the least
+   rest there is, 1e-16. */
 #define QUARTER_1 0x1.921fb544p+0
 #define QUARTER_2 0x1.0b4611a6p-34
 #define QUARTER_3 0x1.3198a2e037073p-69
+#define QUARTERS 0x1.45f306dc9c883p-1 /* of a circle in 1 rad */
+#define FARTHEST (0x1p16 * QUARTER_1)
 /* Added to a number, it leaves no bits behind the point. */
 #define UNITS 0x1.8p+52
-#define FACTORIAL_3 6.0
-#define FACTORIAL_4 24.0
-#define FACTORIAL_5 120.0
-#define FACTORIAL_6 720.0
-#define FACTORIAL_7 5040.0
-#define FACTORIAL_8 40320.0
-#define FACTORIAL_9 362880.0
-#define FACTORIAL_10 3628800.0
-#define FACTORIAL_11 39916800.0
-#define FACTORIAL_12 479001600.0
-#define FACTORIAL_13 6227020800.0
-#define FACTORIAL_14 87178291200.0
-#define FACTORIAL_15 1307674368000.0
-#define FACTORIAL_16 20922789888000.0
-#define FACTORIAL_17 355687428096000.0
+/* 1 / n! */
+#define INVERSE_3 (1.0 / 6)
+#define INVERSE_4 (1.0 / 24)
+#define INVERSE_5 (1.0 / 120)
+#define INVERSE_6 (1.0 / 720)
+#define INVERSE_7 (1.0 / 5040)
+#define INVERSE_8 (1.0 / 40320)
+#define INVERSE_9 (1.0 / 362880)
+#define INVERSE_10 (1.0 / 3628800)
+#define INVERSE_11 (1.0 / 39916800)
+#define INVERSE_12 (1.0 / 479001600)
+#define INVERSE_13 (1.0 / 6227020800)
+#define INVERSE_14 (1.0 / 87178291200)
+#define INVERSE_15 (1.0 / 1307674368000)
+#define INVERSE_16 (1.0 / 20922789888000)
+#define INVERSE_17 (1.0 / 355687428096000)
+
+/* Outputs of so many bytes are more than the caches keep, and pass by them. */
+#define STREAMED (16 << 20)
 
 #define WIDTH 2
 #define TARGET
@@ -287,7 +291,7 @@ static const Py_buffer *take_outputs(Call *call, Stage *stage, PyObject *object)
     }
     stage->outputs = buffer->buf;
     stage->apart = buffer->strides[0] / 8;
-    stage->streaming = 1;
+    stage->streaming = buffer->len >= STREAMED;
     return buffer;
 }
 
@@ -440,7 +444,8 @@ static int take_lanes(Call *call, PyObject *const *span)
 {
     const int block = call->machine->lanes;
     if (call->lanes < block) {
-        PyErr_Format(PyExc_ValueError, "%zd lanes are fewer than a block of %d", call->lanes, block);
+        PyErr_Format(PyExc_ValueError, "%zd lanes are fewer than a block of %d", call->lanes,
+                     block);
         return -1;
     }
     if (take_count(span[1], 0, call->lanes, &call->last) < 0 ||
@@ -553,40 +558,14 @@ static PyObject *finished(Call *call, int failed)
     Py_RETURN_NONE;
 }
 
-/* Make the program of a call that has its arrays: prologue, constants, code, registers. */
-static PyObject *made_program(PyObject *const *fields, PyObject *inputs, Py_ssize_t rows,
-                              PyObject *block)
-{
-    Py_ssize_t count = rows < 0 ? -1 : PySequence_Size(inputs);
-    if (count < 0)
-        return NULL;
-    PyObject *sizes[] = {PyLong_FromSsize_t(count), PyLong_FromSsize_t(rows)}, *made = NULL;
-    if (sizes[0] && sizes[1]) {
-        PyObject *all[] = {fields[0], fields[1], fields[2], fields[3], sizes[0], sizes[1], block};
-        made = program(NULL, all, 7);
-    }
-    Py_XDECREF(sizes[0]);
-    Py_XDECREF(sizes[1]);
-    return made;
-}
-
 /* run_program(program, inputs, outputs, first, last)
-   run_program(prologue, constants, code, registers, inputs, outputs, block, first, last)
 
    Runs a program on lanes from `first`, which starts a block, up to `last`. Inputs are arrays of
    one number or of one for each lane; `outputs` has the shape (rows, lanes). There are as many
    lanes as a block has, or more. */
 PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
-    if (nargs == 9) {
-        PyObject *handle = made_program(given, given[4], PyObject_Size(given[5]), given[6]);
-        if (!handle)
-            return NULL;
-        PyObject *rest[] = {handle, given[4], given[5], given[7], given[8]};
-        PyObject *result = run_program(module, rest, 5);
-        Py_DECREF(handle);
-        return result;
-    }
+    (void)module;
     EXACTLY(nargs, 5)
     Stage *stage = calloc(1, sizeof(Stage));
     if (!stage)
@@ -648,41 +627,10 @@ static int take_stage(Call *call, Stage *stage, PyObject *const *fields, const P
     return 0;
 }
 
-/* Find the fields of a stage; a program that is made of its arrays goes to a list of them. */
-static int find_fields(PyObject *stage, PyObject *block, PyObject *made, PyObject **fields)
-{
-    /* Before the fields from CARRIED on: arrays and registers, inputs, number of outputs. */
-    enum { SPELT_OUT = 6 + FIELDS - CARRIED };
-    Py_ssize_t size = PyTuple_Check(stage) ? PyTuple_Size(stage) : 0;
-    if (size != FIELDS && size != SPELT_OUT) {
-        PyErr_Format(PyExc_TypeError, "a stage is a tuple of %d or %d fields", FIELDS, SPELT_OUT);
-        return -1;
-    }
-    for (int k = 0; k < FIELDS; k++)
-        fields[k] = PyTuple_GetItem(stage, size - FIELDS + k);
-    if (size == FIELDS)
-        return 0;
-    PyObject *arrays[4];
-    for (int k = 0; k < 4; k++)
-        arrays[k] = PyTuple_GetItem(stage, k);
-    fields[INPUTS] = PyTuple_GetItem(stage, 4);
-    Py_ssize_t rows;
-    if (take_count(PyTuple_GetItem(stage, 5), 0, PY_SSIZE_T_MAX, &rows) < 0)
-        return -1;
-    fields[HANDLE] = made_program(arrays, fields[INPUTS], rows, block);
-    int failed = fields[HANDLE] ? PyList_Append(made, fields[HANDLE]) : -1;
-    Py_XDECREF(fields[HANDLE]);
-    return failed;
-}
-
 /* Take stages, and the arguments after them: lanes, block, first, last. */
-static int take_stages(Call *call, PyObject *stages, PyObject *made, PyObject *const *rest)
+static int take_stages(Call *call, PyObject *stages, PyObject *const *rest)
 {
     Py_ssize_t block;
-    if (!call->stages || !made) {
-        PyErr_NoMemory();
-        return -1;
-    }
     if (!call->count) {
         PyErr_SetString(PyExc_ValueError, "there are no stages");
         return -1;
@@ -693,9 +641,14 @@ static int take_stages(Call *call, PyObject *stages, PyObject *made, PyObject *c
     for (Py_ssize_t s = 0; s < call->count; s++) {
         Stage *stage = &call->stages[s];
         const Program *before = s ? stage[-1].program : NULL;
-        PyObject *fields[FIELDS];
-        if (find_fields(PyTuple_GetItem(stages, s), rest[1], made, fields) < 0 ||
-            take_program(call, stage, fields[HANDLE]) < 0)
+        PyObject *fields[FIELDS], *tuple = PyTuple_GetItem(stages, s);
+        if (!PyTuple_Check(tuple) || PyTuple_Size(tuple) != FIELDS) {
+            PyErr_Format(PyExc_TypeError, "a stage is a tuple of %d fields", FIELDS);
+            return -1;
+        }
+        for (int k = 0; k < FIELDS; k++)
+            fields[k] = PyTuple_GetItem(tuple, k);
+        if (take_program(call, stage, fields[HANDLE]) < 0)
             return -1;
         if (stage->program->lanes != block) {
             PyErr_Format(PyExc_ValueError, "the program of stage %zd is for blocks of %d, not %zd",
@@ -716,30 +669,29 @@ static int take_stages(Call *call, PyObject *stages, PyObject *made, PyObject *c
 
      program   its handle
      inputs    arrays of one number or of one for each lane; None where they are taken
-     carried   for each input the row of the own last pass that it is, from the second pass on; or -1
+     carried   for each input the row of the own last pass that it is, from the second on; or -1
      taken     for each input the row of the stage before that it is, in the first pass if it is
                carried, else in all; or -1
      until     passes end when this row is at most `within` in all lanes of the block; -1 for none
      within
      most      there are at most so many passes
      passes    array for the number of passes of each block, or None
-     outputs   array (rows, lanes), or None
-
-   or begins with prologue, constants, code, registers, inputs, number of outputs. */
+     outputs   array (rows, lanes), or None */
 PyObject *run_stages(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 5)
-    /* Both keep handles while other threads may change what was given. */
-    PyObject *stages = PySequence_Tuple(given[0]), *made = PyList_New(0);
-    Call call = {0};
-    if (stages) {
-        call.count = PyTuple_Size(stages);
-        call.stages = calloc(call.count + 1, sizeof(Stage));
-    }
-    PyObject *result = finished(&call, !stages || take_stages(&call, stages, made, given + 1) < 0);
-    Py_XDECREF(stages);
-    Py_XDECREF(made);
+    /* It keeps the handles while other threads may change what was given. */
+    PyObject *stages = PySequence_Tuple(given[0]);
+    if (!stages)
+        return NULL;
+    Call call = {.count = PyTuple_Size(stages)};
+    call.stages = calloc(call.count + 1, sizeof(Stage));
+    if (!call.stages)
+        PyErr_NoMemory();
+    PyObject *result =
+        finished(&call, !call.stages || take_stages(&call, stages, given + 1) < 0);
+    Py_DECREF(stages);
     return result;
 }
 

@@ -54,7 +54,7 @@ HELPER Numbers square_root(Numbers x)
 
    x = k pi/2 + r + rest: products of k with the first two parts of pi/2 are exact, and so is what
    is left after the first; what rounding takes from r is kept in the rest. Both series end where
-   their next term is below 3 % of rounding at |r| = pi/4. */
+   their next term is below 2 % of rounding at |r| = pi/4. */
 #define sine_cosine NAMED(sine_cosine)
 HELPER void sine_cosine(Numbers x, Numbers *sine, Numbers *cosine)
 {
@@ -62,7 +62,7 @@ HELPER void sine_cosine(Numbers x, Numbers *sine, Numbers *cosine)
     Bits sign = (Bits)x & INT64_MIN;
     x = magnitude(x);
     /* The last bits of a number as large as this are units: k is rounded to nearest. */
-    Numbers shifted = x * (2.0 / PI) + UNITS, k = shifted - UNITS;
+    Numbers shifted = x * QUARTERS + UNITS, k = shifted - UNITS;
     Bits quarters = (Bits)shifted;
 
     Numbers left = x - k * QUARTER_1, part = k * QUARTER_2;
@@ -71,16 +71,16 @@ HELPER void sine_cosine(Numbers x, Numbers *sine, Numbers *cosine)
     Numbers r = coarse - part, rest = ((coarse - r) - part) + lost;
 
     Numbers z = r * r;
-    Numbers series = z * (-1.0 / FACTORIAL_15 + z * 1.0 / FACTORIAL_17);
-    series = z * (-1.0 / FACTORIAL_11 + z * (1.0 / FACTORIAL_13 + series));
-    series = z * (-1.0 / FACTORIAL_7 + z * (1.0 / FACTORIAL_9 + series));
-    series = z * (-1.0 / FACTORIAL_3 + z * (1.0 / FACTORIAL_5 + series));
+    Numbers series = z * (-INVERSE_15 + z * INVERSE_17);
+    series = z * (-INVERSE_11 + z * (INVERSE_13 + series));
+    series = z * (-INVERSE_7 + z * (INVERSE_9 + series));
+    series = z * (-INVERSE_3 + z * (INVERSE_5 + series));
     Numbers s = r + (r * series + rest * (1.0 - 0.5 * z));
 
-    series = z * (-1.0 / FACTORIAL_14 + z * 1.0 / FACTORIAL_16);
-    series = z * (-1.0 / FACTORIAL_10 + z * (1.0 / FACTORIAL_12 + series));
-    series = z * (-1.0 / FACTORIAL_6 + z * (1.0 / FACTORIAL_8 + series));
-    series = z * z * (1.0 / FACTORIAL_4 + series);
+    series = z * (-INVERSE_14 + z * INVERSE_16);
+    series = z * (-INVERSE_10 + z * (INVERSE_12 + series));
+    series = z * (-INVERSE_6 + z * (INVERSE_8 + series));
+    series = z * z * (INVERSE_4 + series);
     Numbers half = 0.5 * z, c = 1.0 - half;
     c = c + (((1.0 - c) - half) + (series - r * rest));
 
@@ -114,6 +114,7 @@ TARGET static void sines_cosines(const Numbers *angle, Numbers *sine, Numbers *c
     }
 }
 
+/* Registers that are read, pa, pb ... up to one of six, and their vectors a, b ... */
 #define REGISTER(operand) ((Numbers *)(registers + row[operand]))
 #define NEXT \
     row += ROW; \
@@ -148,8 +149,9 @@ TARGET static void sines_cosines(const Numbers *angle, Numbers *sine, Numbers *c
     }
 #define LANE_OF(vectors) ((const double *)vectors)[l]
 
-TARGET static void NAMED(run)(const int32_t *row, const double *constants, char *registers,
-                              const Input *inputs, double *outputs, Py_ssize_t lane)
+OWN_JUMPS TARGET static void NAMED(run)(const int32_t *row, const double *constants,
+                                        char *registers, const Input *inputs, double *outputs,
+                                        Py_ssize_t lane)
 {
 #define LABEL(name, operands) &&name,
     static const void *const label[] = {EVERY_OPERATION(LABEL)};
