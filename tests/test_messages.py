@@ -24,9 +24,10 @@ PACKAGES = (
     "cardan_dyn.drive_lines",
     "cardan_dyn.figures",
     "cardan_dyn.studies",
+    "cardan_dyn.tape",
     "cardan_dyn.vibration",
 )
-OTHERS = {"np", "plt", "axes", "stats", "data", "dir", "cos", "max", "abs", "dict"}
+OTHERS = {"np", "plt", "axes", "stats", "data", "dir", "cos", "atan2", "max", "abs", "dict"}
 """Names of others that messages say, by themselves or in front of a point."""
 OTHER_OPTIONS = {"--expand-auto-inertials"}
 OTHER_PARAMETERS = {"subplot_kw", "charset"}
@@ -35,7 +36,7 @@ OTHER_PARAMETERS = {"subplot_kw", "charset"}
 
 @cache
 def public() -> dict[str, Any]:
-    """Everything that users import, by its name."""
+    """Everything that a package lists for others to import, by its name."""
     found: dict[str, Any] = {}
     for package in PACKAGES:
         module = import_module(package)
