@@ -394,7 +394,8 @@ class ProblemSolver(Frozen):
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
         if targets.size >= FEWEST_TAPED and self.taped is not None:
-            return max(1, _BLOCK_NUMBERS // numbers)  # Tapes keep few samples in the cache.
+            # Tapes keep few samples in the cache, so that blocks may be large.
+            return max(1, min(FEWEST_TAPED, _BLOCK_NUMBERS // numbers))
         movable = [solver.equations.movable.size for solver in kinematics.solvers]
         cached = _CACHED_NUMBERS // (max(1, *movable) * of_each)
         return max(1, min(BLOCK_SIZE, cached, _BLOCK_NUMBERS // numbers))
