@@ -117,17 +117,20 @@ class Inputs(NamedTuple):
         def chosen(values: Array) -> Array:
             return values[samples] if len(values) == count else values
 
-        return Inputs(
-            *(chosen(values) for values in self[:5]),
-            {
+        return self._replace(
+            positions=chosen(self.positions),
+            speeds=chosen(self.speeds),
+            accelerations=chosen(self.accelerations),
+            held=chosen(self.held),
+            loads=chosen(self.loads),
+            link_loads={
                 name: replace(load, force=chosen(load.force), moment=chosen(load.moment))
                 for name, load in self.link_loads.items()
             },
-            chosen(self.gravity),
-            {name: chosen(factor) for name, factor in self.inertia.items()},
-            self.turns[samples],
-            chosen(self.time),
-            self.has_rates,
+            gravity=chosen(self.gravity),
+            inertia={name: chosen(factor) for name, factor in self.inertia.items()},
+            turns=self.turns[samples],
+            time=chosen(self.time),
         )
 
 

@@ -395,7 +395,7 @@ class ProblemSolver(Frozen):
         numbers = self.problem.mechanism.model.nv * of_each
         if targets.size >= FEWEST_TAPED and self.taped is not None:
             # Tapes keep few samples in the cache, so that blocks may be large.
-            return max(1, min(FEWEST_TAPED, _BLOCK_NUMBERS // numbers))
+            return max(1, min(4 * BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
         movable = [solver.equations.movable.size for solver in kinematics.solvers]
         cached = _CACHED_NUMBERS // (max(1, *movable) * of_each)
         return max(1, min(BLOCK_SIZE, cached, _BLOCK_NUMBERS // numbers))
@@ -601,11 +601,12 @@ class _Work:
             targets, turns = targets.block(span), turns[span]
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
         inputs = dynamics.inputs_of(solver.problem, targets, acting, turns, self._has_rates)
-        solution = None
-        if len(assembled) >= FEWEST_TAPED and solver.taped is not None:
-            solution = self._by_tape(index, inputs)
+        is_taped = len(assembled) >= FEWEST_TAPED and solver.taped is not None
+        solution = self._by_tape(index, inputs) if is_taped else None
         if solution is None:
             solution = dynamics.solve(assembled.blocks[index], inputs)
+            if is_taped:  # Blocks of a sweep keep the same.
+                solution = solution._replace(magnification=None)
         return solution.reduced(self._outputs, self._prescribed)
 
     def _by_tape(self, index: int, inputs: Inputs) -> Solution | None:

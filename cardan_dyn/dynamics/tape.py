@@ -193,7 +193,7 @@ class Tape:
                 for index, link in enumerate(kind.links)
             ],
             factors={name: trace.input(f"i{name}", 1.5) for name in kind.factored},
-            offsets=[trace.input(f"o{item.index}", 0.0) for item in self._tree.couplings],
+            offsets=[trace.input(f"o{item.number}", 0.0) for item in self._tree.couplings],
         )
 
     def _lay_out(
@@ -239,7 +239,7 @@ class Tape:
         ):
             joint = coupling.successors[:1]
             unit = tree.effort_units[joint[0]] if joint else length**2
-            couplings.put(coupling.index, moment, unit)
+            couplings.put(coupling.number, moment, unit)
         self._program = Program(trace, outputs)
 
     def run(self, given: Mapping[str, Any], x: Array) -> tuple[Found, Array]:
@@ -260,5 +260,5 @@ class Tape:
                 inputs[f"x{column}"] = row / unit if unit != 1.0 else row
         outputs = self._program.run(inputs, x.shape[1])
         coordinates, *rest = self._rows
-        found = coordinates.read(outputs, x), *(rows.read(outputs) for rows in rest)
-        return Found(*found, outputs[1]), outputs[:4]
+        found = [coordinates.read(outputs, x), *(rows.read(outputs) for rows in rest), outputs[1]]
+        return Found._make(found), outputs[:4]

@@ -244,7 +244,7 @@ class TapedSolver:
         loads = inputs.loads / tree.effort_units
         loaded = tuple(np.flatnonzero(loads.any(axis=0)).tolist())
         given |= {f"l{rate}": loads[:, rate] for rate in loaded}
-        links = []
+        links: list[LinkKind] = []
         for load in stated:
             if load.body < 0:
                 continue
@@ -272,7 +272,7 @@ class TapedSolver:
                 lacking += coupling.ratio * turns[:, columns[rate]]
             for rate in coupling.successors:
                 lacking -= turns[:, columns[rate]]
-            result[f"o{coupling.index}"] = coupling.offset + 2.0 * np.pi * lacking
+            result[f"o{coupling.number}"] = coupling.offset + 2.0 * np.pi * lacking
         return result
 
 

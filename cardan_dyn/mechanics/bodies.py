@@ -98,12 +98,12 @@ class Coupling(NamedTuple):
     """Ratio times the predecessor's displacement plus an offset is the successor's.
 
     Attributes:
-        index: in the mechanism.
+        number: its index in the mechanism.
         ratio, offset: see above.
         predecessors, successors: velocity coordinates that are summed up.
     """
 
-    index: int
+    number: int
     ratio: float
     offset: float
     predecessors: tuple[int, ...]
@@ -214,7 +214,7 @@ def tree_of(
             )
         ]
         wrench = len(bodies) + fixed.index(index) if loop.is_fixed else -1
-        welds.append(Loop(*ends, wrench))
+        welds.append(Loop(ends[0], ends[1], wrench))
     solved = range(len(mechanism.couplings)) if couplings is None else couplings
     units = np.ones(model.nv)
     for body in bodies:
@@ -251,7 +251,7 @@ def _placed(placement: pinocchio.SE3, length: float) -> tuple[Rotation, Vector]:
     """Return a rotation by its columns, and a translation in units of the length."""
     rotation = tuple(tuple(map(_exact, column)) for column in placement.rotation.T.tolist())
     if rotation == UNTURNED:
-        rotation = UNTURNED  # type: ignore[assignment]
+        rotation = UNTURNED
     translation = tuple(_without_rounding(x / length) for x in placement.translation.tolist())
     return rotation, translation
 

@@ -68,11 +68,10 @@ def rows(tree: Tree, at: Placed, moving: Collection[int]) -> list[Row]:
     result: list[Row] = []
     for loop in tree.loops:
         of_loop: list[dict[int, Scalar]] = [{} for _ in range(6)]
-        paths = [tree.path(end.body) for end in (loop.predecessor, loop.successor)]
-        for own, opposite, sign, end in (
-            (*paths, 1.0, loop.predecessor),
-            (*paths[::-1], -1.0, loop.successor),
-        ):
+        ends = loop.predecessor, loop.successor
+        paths = [tree.path(end.body) for end in ends]
+        each = zip(ends, paths, paths[::-1], (1.0, -1.0), strict=True)
+        for end, own, opposite, sign in each:
             _, lever = at.end(end)
             point = added(at.point(end.body), lever)
             for index in own:
@@ -86,16 +85,13 @@ def rows(tree: Tree, at: Placed, moving: Collection[int]) -> list[Row]:
                     column = [*axis, *ZERO]
                     if body.kind != "prismatic":
                         column = [*cross(axis, less(point, at.points[index])), *axis]
-                    for row, entry in zip(of_loop, column, strict=True):
-                        row[rate] = sign * entry
+                    for entries, entry in zip(of_loop, column, strict=True):
+                        entries[rate] = sign * entry
         result += of_loop
     for coupling in tree.couplings:
-        row: dict[int, Scalar] = {}
-        for rate in coupling.predecessors:
-            row[rate] = coupling.ratio
-        for rate in coupling.successors:
-            row[rate] = -1.0
-        result.append({rate: entry for rate, entry in row.items() if rate in moving})
+        of_coupling: dict[int, Scalar] = dict.fromkeys(coupling.predecessors, coupling.ratio)
+        of_coupling |= dict.fromkeys(coupling.successors, -1.0)
+        result.append({rate: entry for rate, entry in of_coupling.items() if rate in moving})
     return result
 
 

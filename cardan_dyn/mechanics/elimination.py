@@ -137,10 +137,10 @@ def pivots(
     Raises:
         UnsuitableError: a column vanishes at all samples.
     """
-    left = [dict(row) for row in rows]
+    left = [dict(entries) for entries in rows]
     columns: dict[int, set[int]] = {}
-    for index, row in enumerate(left):
-        for column in row:
+    for index, entries in enumerate(left):
+        for column in entries:
             columns.setdefault(column, set()).add(index)
     order: list[Pivot] = []
     for own_rows, own_columns in blocks or [(range(len(rows)), list(columns))]:
@@ -210,10 +210,10 @@ def _candidates(
 
 def eliminated(rows: Sequence[Row], order: Sequence[Pivot]) -> Eliminated:
     """Factorise a matrix in an order that was chosen before."""
-    left = [{c: value for c, value in row.items() if not is_zero(value)} for row in rows]
+    left = [{c: value for c, value in entries.items() if not is_zero(value)} for entries in rows]
     columns: dict[int, set[int]] = {}
-    for index, row in enumerate(left):
-        for column in row:
+    for index, entries in enumerate(left):
+        for column in entries:
             columns.setdefault(column, set()).add(index)
     steps: list[_Step] = []
     growth: Scalar = 0.0

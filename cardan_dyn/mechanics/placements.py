@@ -76,16 +76,15 @@ def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
             directions.update(zip(body.rates, rotation, strict=True))
         else:
             (rate,) = body.rates
-            is_named = isinstance(body.axis, int)
-            axis = rotation[body.axis] if is_named else turned(rotation, body.axis)  # type: ignore
-            directions[rate], value = axis, x[body.column]
+            own, value = body.axis, x[body.column]
+            axis = rotation[own] if isinstance(own, int) else turned(rotation, own)
+            directions[rate] = axis
             if body.kind == "prismatic":
                 point = added(point, times(axis, value))
-            elif is_named:
-                rotation = about_axis(rotation, body.axis, sin(value), cos(value))  # type: ignore
+            elif isinstance(own, int):
+                rotation = about_axis(rotation, own, sin(value), cos(value))
             else:
-                turn = about(body.axis, sin(value), cos(value))  # type: ignore[arg-type]
-                rotation = product(rotation, turn)
+                rotation = product(rotation, about(own, sin(value), cos(value)))
         rotations.append(rotation)
         points.append(point)
     return Placed(rotations, points, directions)

@@ -211,6 +211,21 @@ def test_samples_that_no_tape_holds_for_are_solved_in_general(
         assert_same(swept(), expected)
 
 
+def test_blocks_of_both_paths_make_one_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
+    positions = np.linspace(0.0, 2.0 * np.pi, 13_000)
+    expected = in_general(lambda: scene.replace().sweep(positions, 3.0), monkeypatch)
+    solution, asked = taped.TapedSolver.solution, []
+
+    def sometimes(*arguments: object) -> object:
+        asked.append(len(asked))
+        return solution(*arguments) if asked[-1] % 2 else None  # type: ignore[arg-type]
+
+    monkeypatch.setattr(taped.TapedSolver, "solution", sometimes)
+    assert_same(scene.sweep(positions, 3.0), expected)
+    assert len(asked) >= 4
+
+
 def test_dead_points_are_refused_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = cd.Scene(cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.0})
     low, high = scene.motion_range()
