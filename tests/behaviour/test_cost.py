@@ -121,6 +121,7 @@ def test_single_positions_make_their_guesses_exact(asked: int) -> None:
 def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
     """What is kept per sample is the result; what is needed in between is one block's."""
     scene = known(shaft)
+    scene.sweep(np.linspace(0.0, 2.0 * np.pi, 5_000), speed=9.0)  # Its tape is kept by the scene.
     peaks = []
     for samples in (5_000, 20_000):
         positions = np.linspace(0.0, 2.0 * np.pi, samples)
