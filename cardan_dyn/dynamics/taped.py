@@ -119,13 +119,15 @@ class TapedSolver:
         try:
             with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
                 found, holds = self._with_elements(np.ascontiguousarray(x.T), inputs)
-            # What is unique at these samples is unique at all, but where the general path decides.
-            known = in_general(_some(len(x)))
             (left,) = np.nonzero(~holds)
             if 2 * len(left) > len(x):
                 return None
+            # What is unique at these samples is unique wherever tapes hold.
+            known = in_general(_some(len(x)))
             if len(left):
-                found.write(left, _as_found(in_general(left)))
+                rest = in_general(left)
+                found.write(left, _as_found(rest))
+                known = _with_openings(known, rest)
         except (UnsuitableError, AssemblyError, SingularConfigurationError):
             return None
         count, drives = len(x), len(self._roles.drives)
@@ -157,9 +159,10 @@ class TapedSolver:
         moved, moves = self._found(x, inputs, [], moves_alone=True)
         if not moves.any():
             return moved, moves
-        # Where the motion is not known, elements exert what they do elsewhere.
-        moved.write(np.flatnonzero(~moves), [values[[moves.argmax()]] for values in moved])
-        acted = elements.at(moved.x + 2.0 * np.pi * inputs.turns, moved.v, inputs.time)
+        # Where the motion is not known, elements exert what they do at another sample.
+        known = np.where(moves, np.arange(len(moves)), moves.argmax())
+        time = inputs.time[known] if len(inputs.time) == len(known) else inputs.time
+        acted = elements.at((moved.x + 2.0 * np.pi * inputs.turns)[known], moved.v[known], time)
         x = np.where(moves, moved.x.T, x)
         inputs = inputs._replace(loads=inputs.loads + acted.efforts)
         found, holds = self._found(x, inputs, links + acted.link_loads(self._mechanism))
@@ -274,6 +277,16 @@ class TapedSolver:
                 lacking -= turns[:, columns[rate]]
             result[f"o{coupling.number}"] = coupling.offset + 2.0 * np.pi * lacking
         return result
+
+
+def _with_openings(known: Solution, rest: Solution) -> Solution:
+    """Return a solution with what is open at other samples as well, and their conditions."""
+    conditions = known.closure_condition, rest.closure_condition
+    return known._replace(
+        influence=np.maximum(known.influence, rest.influence),
+        indeterminate_couplings=known.indeterminate_couplings | rest.indeterminate_couplings,
+        closure_condition=np.concatenate(conditions),
+    )
 
 
 def _some(count: int) -> Array:

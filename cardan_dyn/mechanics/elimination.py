@@ -21,7 +21,7 @@ Row = Mapping[int, Scalar]
 
 THRESHOLD = 0.1
 """Part of the greatest entry of its column that a pivot has at least, at all samples at which the
-order is chosen: the usual compromise of threshold pivoting (Davis 2006, section 6.3)."""
+order is chosen: the usual compromise of threshold pivoting (Davis 2006, chapter 6)."""
 _NOTHING = 1e-9
 """Entry, in units of the length and of one, that counts as none: the rank tolerance of the
 kinematics."""
@@ -64,7 +64,7 @@ class Eliminated(NamedTuple):
         steps: of the elimination.
         redundant: rows that the others imply, ascending.
         growth: greatest factor by which rows were taken from others: errors are those of rounding
-            the entries while it is small (Golub and Van Loan 2013, theorem 3.4.3).
+            the entries while it is small (Golub and Van Loan 2013, section 3.4).
         narrowness: greatest ratio of a pivot's size at the samples at which the order was chosen to
             its own; it is great near singular positions, and infinite or NaN there.
     """

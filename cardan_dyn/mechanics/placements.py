@@ -54,7 +54,7 @@ class Placed(NamedTuple):
 
 
 def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
-    """Place all bodies: R = R_p R_0 R(q), p = p_p + R_p p_0 (Featherstone 2008, eq. 4.7).
+    """Place all bodies: R = R_p R_0 R(q), p = p_p + R_p p_0 (Featherstone 2008, chapter 4).
 
     Args:
         tree: the bodies.
@@ -114,7 +114,7 @@ class Motion(NamedTuple):
 def moving(
     tree: Tree, at: Placed, v: Mapping[int, Scalar], a: Mapping[int, Scalar], base: Vector
 ) -> Motion:
-    """Return how the bodies move (Featherstone 2008, eqs 5.14 and 5.15, in the tree's axes).
+    """Return how the bodies move (Featherstone 2008, chapter 5, in the tree's axes).
 
     Args:
         tree: the bodies.

@@ -80,7 +80,7 @@ class Wrenches(NamedTuple):
 def momentum_rates(
     tree: Tree, at: Placed, motion: Motion, factors: Mapping[str, Scalar]
 ) -> Wrenches:
-    """Return what moves each body by itself (Featherstone 2008, eq. 2.72, in the tree's axes).
+    """Return what moves each body by itself (Featherstone 2008, chapter 2, in the tree's axes).
 
     Args:
         tree: the bodies.

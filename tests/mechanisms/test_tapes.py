@@ -11,6 +11,8 @@ from scenes import draw
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics import problem_solver, taped
+from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
+from cardan_dyn.kinematics.closing.all_groups import ClosedState
 from cardan_dyn.scene.usual_motion import usual_motion
 
 ROUNDING = 2e-14
@@ -209,6 +211,55 @@ def test_samples_that_no_tape_holds_for_are_solved_in_general(
     for growth in (0.0, 1.05, 2.0):
         monkeypatch.setattr(taped, "_GROWTH", growth)
         assert_same(swept(), expected)
+
+
+def test_elements_at_samples_whose_motion_no_tape_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = usual_motion(cd.load("elastic_double_shaft"), samples=200)
+
+    def swept() -> cd.Sweep:
+        return usual.scene.replace(gravity=GRAVITY).sweep(usual.positions, usual.speed, 1.0)
+
+    closed, expected = taped._closed, in_general(swept, monkeypatch)
+
+    def partly(*arguments: object) -> object:
+        found, holds = closed(*arguments)  # type: ignore[arg-type]
+        holds[1::7] = False
+        found.x[1::7] = np.nan
+        return found, holds
+
+    monkeypatch.setattr(taped, "_closed", partly)
+    assert_same(swept(), expected)
+
+
+def test_what_is_open_at_samples_of_the_general_path_is_open(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
+    positions = np.linspace(0.0, 2.0 * np.pi, 400)
+    solve, counts = InverseDynamics.solve, []
+
+    def opened(self: InverseDynamics, state: ClosedState, inputs: Inputs) -> Solution:
+        """Find all open at samples but those that tell what is unique where tapes hold."""
+        counts.append(len(state.x))
+        found = solve(self, state, inputs)
+        return found._replace(influence=found.influence + (len(counts) > 1))
+
+    monkeypatch.setattr(InverseDynamics, "solve", opened)
+    monkeypatch.setattr(InverseDynamics, "prove_flags", lambda self, solution: None)
+    assert scene.sweep(positions).unique.any()
+    assert len(counts) == 1
+    counts.clear()
+    closed = taped._closed
+
+    def partly(*arguments: object) -> object:
+        found, holds = closed(*arguments)  # type: ignore[arg-type]
+        holds[::5] = False
+        return found, holds
+
+    monkeypatch.setattr(taped, "_closed", partly)
+    monkeypatch.setattr(taped, "_MOST_TAPES", 1)
+    assert not scene.sweep(positions).unique.any()
+    assert counts[1:] == [80]
 
 
 def test_blocks_of_both_paths_make_one_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
