@@ -24,7 +24,6 @@
     WITH(closure) \
     WITH(exerted) \
     WITH(explicit_step) \
-    WITH(lattice) \
     WITH(longest) \
     WITH(magnified) \
     WITH(moved) \
@@ -43,7 +42,6 @@
     WITH(branch) \
     WITH(closure) \
     WITH(exerted) \
-    WITH(lattice) \
     WITH(load) \
     WITH(moves) \
     WITH(proof) \

@@ -14,10 +14,7 @@ from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.kinematics.following.branch import TURN, TURN_PARTS, BranchTable
 from cardan_dyn.kinematics.following.drive_motion import DriveMotion, turned_back
 from cardan_dyn.kinematics.following.guess_cache import Guess
-from cardan_dyn.kinematics.following.joint_motion import JointMotion
-from cardan_dyn.kinematics.following.lattice import LatticeLines, _Points, lines_to, near_lattices
 from cardan_dyn.kinematics.following.lines import Rows
-from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets, targets_of
 from cardan_dyn.scene.usual_motion import usual_motion
 
@@ -289,122 +286,7 @@ def test_how_far_rows_may_be_extrapolated() -> None:
     assert found[0] == np.inf and np.isnan(found[2]) and np.isnan(found[3]) and found[4] == 0.0
 
 
-def joint_motion(mechanism: cd.Mechanism, drives: list[str]) -> JointMotion:
-    (part,) = Assembly(checked(mechanism, drive=drives))._cache._parts
-    assert isinstance(part, JointMotion)
-    return part
-
-
-def lattice_points(
-    part: JointMotion, drives: list[int], reach: int, spacing: float
-) -> tuple[_Points, LatticeLines, np.ndarray]:
-    """A lattice of some drives, with some of its points missing; and where its lines end."""
-    groups = list(range(len(part._kinematics.solvers)))
-    kinematics = part._kinematics.part(drives, groups)
-    columns = [part._drive_columns[k] for k in drives]
-    rng = np.random.default_rng(8)
-    nearest = np.rint(rng.uniform(-reach, reach, (60 if len(drives) < 3 else 300, len(drives))))
-    lines, end_of = lines_to(nearest, [list(range(len(drives)))])
-    units = np.full(len(drives), spacing)
-    points = _Points(kinematics, part._start, columns, lines, units)
-    points.close_along()
-    return points, lines, lines.ends[end_of]
-
-
-def farthest(points: _Points, ends: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """How far extrapolations from points to positions would be good for."""
-    d, jets = positions.shape[1], points._jets[ends]
-    step = (positions - jets[:, 0, points._columns]) / points._units
-    first = np.einsum("ni,nik->nk", step, jets[:, 1 : 1 + d])
-    second = np.zeros_like(first)
-    for k, (i, j) in enumerate(points._pairs):
-        product = step[:, i] * step[:, j] * (0.5 if i == j else 1.0)
-        second += product[:, None] * jets[:, 1 + d + k]
-    scale = points._kinematics.coordinates.scale
-    sizes = [np.max(np.abs(ways) * scale, axis=1) for ways in (first, second)]
-    with np.errstate(divide="ignore"):
-        return np.minimum(1.0 / sizes[0], np.sqrt(1.0 / sizes[1]))
-
-
-@pytest.mark.parametrize("d", [1, 2, 3, 4, 6])
-def test_lattices(d: int) -> None:
-    legs = [f"leg_{k}" for k in range(1, 7)]
-    part = joint_motion(cd.load("stewart_platform"), legs)
-    points, lines, ends = lattice_points(part, list(range(d)), 2, 0.02)
-    rng = np.random.default_rng(6)
-    ends = ends[points.is_closed[ends]]
-    assert len(ends) > 5
-    # Of some points around, nothing is known.
-    points.is_closed[ends[::9]] = False
-    middle = points._origin + lines.points[ends] * points._units
-    positions = middle + rng.uniform(-0.5, 0.5, middle.shape) * points._units
-    positions[0], positions[1] = middle[0], np.nan
-    found = points._around(ends, positions)
-    guess, is_short = points._extrapolated(ends, positions)
-    np.testing.assert_array_equal(guess, found[0])
-    np.testing.assert_array_equal(is_short, found[1])
-    longest = np.empty(len(ends))
-    given = ends.astype(float), positions, points._jets, 1.0, guess.copy(), longest
-    compiled.kernel.lattice(points._plan.handle, *given, None, None, None)
-    np.testing.assert_allclose(longest, farthest(points, ends, positions), rtol=1e-13)
-    alone = points._around(ends[2:3], positions[2:3])
-    none = points._around(ends[:0], positions[:0])
-    with without_kernel():
-        expected = points._around(ends, positions)
-    for values, other, single, empty in zip(found, expected, alone, none, strict=True):
-        assert values.dtype == other.dtype and empty.shape == (0, *values.shape[1:])
-        np.testing.assert_allclose(values, other, rtol=0.0, atol=16.0 * EPS)
-        np.testing.assert_array_equal(values[2:3], single)
-    if d <= 3:
-        assert np.any(found[3]) and not np.all(found[3])
-
-
-def test_a_lattice_of_many_drives() -> None:
-    """A ring of twenty links has seventeen."""
-    ring = '<robot name="ring"><link name="link_0"/>'
-    for k in range(1, 20):
-        ring += (
-            f'<link name="link_{k}"/><joint name="joint_{k}" type="continuous">'
-            f'<parent link="link_{k - 1}"/><child link="link_{k}"/>'
-            f'<origin xyz="0.3 0 0" rpy="0 0 {0.1 * np.pi!r}"/><axis xyz="0 0 1"/></joint>'
-        )
-    ring += (
-        '<loop name="last" type="continuous"><predecessor link="link_19"><origin xyz="0.3 0 0"/>'
-        '</predecessor><successor link="link_0"/><axis xyz="0 0 1"/></loop></robot>'
-    )
-    drives = [f"joint_{k}" for k in range(1, 18)]
-    scene = cd.Scene(cd.load(ring), drive=drives)
-    assembly = scene.solver.assembly
-    columns = scene.mechanism.coordinates.columns_of(drives)
-    positions = np.random.default_rng(0).uniform(-1e-4, 1e-4, (100, 17))
-    positions += assembly.start[columns]
-    given = assembly.kinematics, assembly.start, columns, positions, np.ones(17), [[*range(17)]]
-    found, left = near_lattices(*given)
-    with without_kernel():
-        expected, _ = near_lattices(*given)
-    assert np.max(left) < 1e-12
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14)
-
-
-def test_sweeps_over_lattices() -> None:
-    """Wrenches of thousands of random positions are those of another way to the same positions."""
-    rng = np.random.default_rng(0)
-    positions = np.stack([rng.uniform(0.0, 60.0, 3000), rng.uniform(0.0, 1.3, 3000)], axis=1)
-
-    def moment() -> np.ndarray:
-        scene = cd.Scene(
-            cd.load("universal_joint"),
-            drive=["bearing_in", "joint_angle"],
-            loads={"bearing_out": -1.0},
-        )
-        return scene.sweep(positions)["bearing_out"].moment
-
-    found = moment()
-    with without_kernel():
-        np.testing.assert_allclose(found, moment(), rtol=0.0, atol=1e-11)
-
-
-def test_wrong_arguments_of_rows_and_lattices() -> None:
+def test_wrong_arguments_of_rows() -> None:
     kernel, layout = compiled.kernel, cd.load("four_bar").coordinates
     handle, nv = layout.plan.handle, layout.model.nv
     x, v = np.zeros((2, layout.size)), np.zeros((2, nv))
@@ -420,17 +302,3 @@ def test_wrong_arguments_of_rows_and_lattices() -> None:
         kernel.longest(handle, x, x[:1], 1.0, np.zeros(2))
     with pytest.raises(TypeError):
         kernel.longest(handle, x, x, "far", np.zeros(2))
-    legs = [f"leg_{k}" for k in range(1, 7)]
-    part = joint_motion(cd.load("stewart_platform"), legs)
-    points, _, _ = lattice_points(part, [0, 1], 1, 0.02)
-    jets, size = points._jets, points.x.shape[1]
-    row, one = np.zeros((1, size)), np.zeros(1)
-    given = np.zeros((1, 2)), jets, 1.0, row, one
-    known = points.is_closed.astype(float)
-    for wrong in (-1.0, float(len(jets)), np.nan):
-        with pytest.raises(ValueError, match="lattice point"):
-            kernel.lattice(points._plan.handle, np.array([wrong]), *given, None, None, None)
-    with pytest.raises(ValueError, match=REFUSED):
-        kernel.lattice(points._plan.handle, one, *given, known[:-1].copy(), row, one)
-    with pytest.raises(ValueError, match=REFUSED):
-        kernel.lattice(handle, one, *given, known, row, one)
