@@ -17,36 +17,23 @@
 
 #define EVERY_FUNCTION(WITH) \
     EVERY_MACHINE(WITH) \
-    WITH(against_load) \
-    WITH(all_finite) \
-    WITH(branch) \
     WITH(cancellation) \
     WITH(closure) \
-    WITH(exerted) \
     WITH(explicit_step) \
-    WITH(longest) \
-    WITH(magnified) \
     WITH(moved) \
     WITH(newton_step) \
     WITH(passive_accelerations) \
     WITH(passive_rates) \
     WITH(proven) \
-    WITH(reactions) \
     WITH(refined) \
-    WITH(rows) \
     WITH(same_side) \
     WITH(within)
 
 /* What plans are of. */
 #define EVERY_PLAN(WITH) \
-    WITH(branch) \
     WITH(closure) \
-    WITH(exerted) \
-    WITH(load) \
     WITH(moves) \
     WITH(proof) \
-    WITH(reactions) \
-    WITH(rows) \
     WITH(stepping)
 
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);

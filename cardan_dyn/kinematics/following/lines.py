@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import compiled
 from ...arrays import BLOCK_SIZE, Array
 from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
@@ -94,11 +93,6 @@ class Rows(NamedTuple):
     @staticmethod
     def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
         """Return the rows at joint velocities and accelerations `(K, nv)`."""
-        # Twin: `rows` of compiled/following.c.
-        if compiled.kernel is not None:
-            first, second = np.empty((2, *x.shape))
-            compiled.kernel.rows(layout.plan.handle, x, v, a, first, second)
-            return Rows(x, first, second)
         return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
 
     def of(self, chosen: Array | slice | list[int]) -> Rows:
@@ -112,13 +106,7 @@ class Rows(NamedTuple):
 
     def longest(self, layout: Coordinates) -> Array:
         """Return `(K,)` how far at most rows may be extrapolated."""
-        # Twin: `longest` of compiled/following.c.
         _, first, second = self
-        if compiled.kernel is not None:
-            longest = np.empty(len(first))
-            given = first, second, LONGEST_WAY
-            compiled.kernel.longest(layout.plan.handle, *given, longest)
-            return longest
         fastest, most_bent = (
             np.max(np.abs(way) * layout.scale, axis=1, initial=0.0) for way in (first, second)
         )

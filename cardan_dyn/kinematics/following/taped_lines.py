@@ -99,7 +99,7 @@ class TapedLines:
             for first in range(0, len(rest), _LANES):
                 own = rest[first : first + _LANES]
                 found, is_there[own] = self._followed(self._stages[tape], targets[own])
-                x[np.ix_(own, self._passives)] = found.T
+                x[own[:, None], self._passives] = found.T
             rest = rest[~is_there[rest]]
         x *= self._units
         x[:, self._columns] = positions
@@ -159,7 +159,7 @@ class TapedLines:
         names += [f"s{block}" for block in range(len(roles.blocks))]
         place = {name: row for row, name in enumerate(names)}
         rest, length, left = range(len(names), len(names) + 3)
-        stages = []
+        stages: list[Stage] = []
         for _ in self._legs:
             stages += [
                 Stage(begins, taken={**x, "lost": rest} if stages else {}),
