@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
-FEWEST_TAPED = 4096
+FEWEST_TAPED = 1024
 """Samples of a sweep from which on it is solved by tapes: tracing the equations takes about as long
 as the general path takes for so many, of a universal joint and of a Stewart platform alike."""
 _MOST_TRACED = 128
@@ -246,7 +246,8 @@ class ProblemSolver(Frozen):
             return None
         from .taped import TapedSolver  # Sweeps of few samples need none.
 
-        return TapedSolver(problem, self.varied, groups, self.inverse_dynamics.claimed)
+        wanted = self.inverse_dynamics.claimed, self.reactions.opened
+        return TapedSolver(problem, self.varied, groups, *wanted)
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -12,9 +13,10 @@ from ..arrays import Array
 from ..mechanics.bodies import Tree
 from ..mechanics.elimination import Pivot
 from ..mechanics.placements import placed
-from ..mechanics.sample import Given, LinkForce, Roles, Solved, solved
+from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
 from ..mechanics.vectors import Rotation, Vector
 from ..tape import Program, Scalar, Trace, is_zero
+from .reactions import UNIQUE_TOLERANCE
 
 
 class LinkKind(NamedTuple):
@@ -66,6 +68,7 @@ class Found(NamedTuple):
         efforts: `(n, nv)` what drives and held joints exert.
         couplings: `(n, G)` moments.
         error: `(n,)` closure error, see `Sweep.loop_residual`.
+        condition: `(n,)` narrowness of the elimination, see `Eliminated`, or a condition number.
     """
 
     x: Array
@@ -76,6 +79,7 @@ class Found(NamedTuple):
     efforts: Array
     couplings: Array
     error: Array
+    condition: Array
 
     def write(self, samples: Array, others: Sequence[Array]) -> None:
         """Write what was found of some samples, by their indices, in the order of the fields."""
@@ -151,7 +155,8 @@ class Tape:
         Raises:
             UnsuitableError: samples do not tell which self-stresses are independent.
         """
-        self._tree = tree
+        self._tree, self._roles, self._kind, self._order = tree, roles, kind, order
+        self._shadows, self._sizes = shadows, sizes
         points = placed(tree, shadows).points
         farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
         self.rounding = len(tree.bodies) * float(np.finfo(float).eps) * max(1.0, float(farthest))
@@ -252,13 +257,55 @@ class Tape:
         Returns:
             What is found; and `(4, n)` step, error, growth and narrowness, see `Solved`.
         """
+        outputs = self._program.run(self._with_x(given, x), x.shape[1])
+        coordinates, *rest = self._rows
+        found = [coordinates.read(outputs, x), *(rows.read(outputs) for rows in rest)]
+        return Found._make([*found, outputs[1], outputs[3]]), outputs[:4]
+
+    def openings(self, given: Mapping[str, Any], x: Array) -> tuple[Array, set[int]]:
+        """Return what statics leaves open at closed samples.
+
+        Arguments as of `run`.
+
+        Returns:
+            `(b, 6)` the greatest influence of self-stresses on each component, see
+            `Solution.influence`; and the couplings (index) whose moments are not unique.
+        """
+        influence, loose = np.zeros((self._sizes[0], 6)), set()
+        program, wrenches, couplings = self._opened
+        if program.outputs:
+            found = np.sqrt(np.abs(program.run(self._with_x(given, x), x.shape[1]))).max(axis=1)
+            influence.ravel()[wrenches] = found[: len(wrenches)]
+            open_ones = found[len(wrenches) :] > UNIQUE_TOLERANCE
+            loose = {index for index, is_open in zip(couplings, open_ones, strict=True) if is_open}
+        return influence, loose
+
+    @cached_property
+    def _opened(self) -> tuple[Program, list[int], list[int]]:
+        """What is open as a program; which components its outputs are, and then which couplings."""
+        trace = Trace()
+        given = self._traced(trace, self._kind, self._shadows)
+        wrenches, couplings = openings(self._tree, self._roles, given, self._order)
+        named = {
+            6 * index + component: value
+            for index, values in wrenches.items()
+            for component, value in enumerate(values)
+            if not is_zero(value)
+        }
+        of_couplings = {
+            item.number: value
+            for item, value in zip(self._tree.couplings, couplings or (), strict=bool(couplings))
+            if not is_zero(value)
+        }
+        program = Program(trace, [*named.values(), *of_couplings.values()])
+        return program, list(named), list(of_couplings)
+
+    def _with_x(self, given: Mapping[str, Any], x: Array) -> dict[str, Any]:
+        """Return the inputs with coordinates `(size, n)`."""
         inputs = dict(given)
         for body in self._tree.bodies:
             unit = self._tree.length if body.kind == "prismatic" else 1.0
             for column in body.columns:
                 row = x[column] if column in self._per_sample else x[column, 0]
                 inputs[f"x{column}"] = row / unit if unit != 1.0 else row
-        outputs = self._program.run(inputs, x.shape[1])
-        coordinates, *rest = self._rows
-        found = [coordinates.read(outputs, x), *(rows.read(outputs) for rows in rest), outputs[1]]
-        return Found._make(found), outputs[:4]
+        return inputs

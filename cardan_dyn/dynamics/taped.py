@@ -35,8 +35,6 @@ _SHADOWS = 16
 """Samples at which an order of elimination is chosen."""
 _MOST_TAPES = 3
 """Orders that are tried at samples of one kind."""
-_MOST_KINDS = 8
-"""Kinds of samples whose tapes are kept, the last ones: of most scenes there are one or two."""
 _GROWTH = 1.0 / THRESHOLD
 """Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
 _FAR = 1e-3
@@ -57,6 +55,7 @@ class TapedSolver:
         varied: Sequence[str],
         groups: Sequence[tuple[Group, bool]],
         wrenches: Sequence[int],
+        opened: Array | None,
     ) -> None:
         """Begin without tapes.
 
@@ -65,10 +64,12 @@ class TapedSolver:
             varied: names of the held joints that differ from sample to sample.
             groups: those that are solved, and whether their forces are, too.
             wrenches: indices of those that are wanted.
+            opened: `(b, 6)` influence of couplings that state no forces; None if all do.
         """
         mechanism = problem.mechanism
         coordinates = mechanism.coordinates
-        self._arguments = problem, varied, groups, wrenches
+        self._arguments = problem, varied, groups, wrenches, opened
+        self._opened = opened
         self._problem, self._mechanism, self._wrenches = problem, mechanism, wrenches
         self._varied = coordinates.columns_of(varied)
         self._solved = (
@@ -86,7 +87,12 @@ class TapedSolver:
             tuple(sorted(wrenches_in_norm(mechanism))),
         )
         self._trees: dict[tuple[str, ...], Tree] = {}
-        self._tapes: dict[Kind, list[Tape]] = {}
+        self._key = (
+            self._roles,
+            tuple(self._varied),
+            tuple(sorted(wrenches)),
+            tuple(group.key for group, _ in groups),
+        )
 
     def __reduce__(self) -> tuple[object, ...]:
         return TapedSolver, self._arguments
@@ -111,16 +117,18 @@ class TapedSolver:
         """
         try:
             with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
-                found, holds = self._with_elements(np.ascontiguousarray(x.T), inputs)
+                found, holds, openings = self._with_elements(np.ascontiguousarray(x.T), inputs)
             (left,) = np.nonzero(~holds)
-            if 2 * len(left) > len(x):
+            if openings is None or 2 * len(left) > len(x):
                 return None
-            # What is unique at these samples is unique wherever tapes hold.
-            known = in_general(some(len(x), _SHADOWS))
+            influence, loose = openings
+            if self._opened is not None:
+                influence = np.maximum(influence, self._opened)
             if len(left):
                 rest = in_general(left)
                 found.write(left, _as_found(rest))
-                known = _with_openings(known, rest)
+                influence = np.maximum(influence, rest.influence)
+                loose = loose | rest.indeterminate_couplings
         except (UnsuitableError, AssemblyError, SingularConfigurationError):
             return None
         count, drives = len(x), len(self._roles.drives)
@@ -128,7 +136,7 @@ class TapedSolver:
         wrenches = found.wrenches.reshape(count, -1, 6)
         of_joints = wrenches, found.efforts, found.couplings
         residuals = dynamics.residuals(found.x, inputs, rates, *of_joints)
-        return known._replace(
+        return Solution(
             x=found.x,
             v=found.v,
             a=found.a,
@@ -138,33 +146,40 @@ class TapedSolver:
             coupling_moments=found.couplings,
             magnification=None,
             cancellation=residuals.cancellation,
-            closure_condition=np.full(count, known.closure_condition.max()),
+            closure_condition=found.condition,
             loop_error=np.maximum(found.error, residuals.loop_error),
             residuals=residuals,
+            influence=influence,
+            indeterminate_couplings=loose,
         )
 
-    def _with_elements(self, x: Array, inputs: Inputs) -> tuple[Found, Array]:
+    def _with_elements(
+        self, x: Array, inputs: Inputs
+    ) -> tuple[Found, Array, tuple[Array, set[int]] | None]:
         """Return what `_found` does; elements exert what follows of the motion alone."""
         elements = self._problem.element_forces
         links = list(inputs.link_loads.values())
         if elements is None:
             return self._found(x, inputs, links)
-        moved, moves = self._found(x, inputs, [], moves_alone=True)
+        moved, moves, _ = self._found(x, inputs, [], moves_alone=True)
         if not moves.any():
-            return moved, moves
+            return moved, moves, None
         # Where the motion is not known, elements exert what they do at another sample.
         known = np.where(moves, np.arange(len(moves)), moves.argmax())
         time = inputs.time[known] if len(inputs.time) == len(known) else inputs.time
         acted = elements.at((moved.x + 2.0 * np.pi * inputs.turns)[known], moved.v[known], time)
         x = np.where(moves, moved.x.T, x)
         inputs = inputs._replace(loads=inputs.loads + acted.efforts)
-        found, holds = self._found(x, inputs, links + acted.link_loads(self._mechanism))
-        return found, holds & moves
+        found, holds, openings = self._found(x, inputs, links + acted.link_loads(self._mechanism))
+        return found, holds & moves, openings
 
     def _found(
         self, x: Array, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool = False
-    ) -> tuple[Found, Array]:
-        """Return what tapes find of n samples, and `(n,)` which of them it holds for.
+    ) -> tuple[Found, Array, tuple[Array, set[int]] | None]:
+        """Return what tapes find of n samples, `(n,)` which of them it holds for, and what is open.
+
+        The last one, see `Tape.openings`, is None where no sample holds, or without forces. What is
+        unique at some samples is unique wherever tapes hold.
 
         Args:
             x: `(size, n)` coordinates near closed ones.
@@ -181,12 +196,17 @@ class TapedSolver:
         tree = self._trees[factored]
         kind, given = self._given(tree, inputs, links, factored)
         kind = kind._replace(moves_alone=moves_alone)
-        if kind not in self._tapes and len(self._tapes) == _MOST_KINDS:
-            self._tapes.pop(next(iter(self._tapes)))
-        tapes = self._tapes.setdefault(kind, [])
+        # The same list for all scenes of the mechanism that move alike.
+        tapes: list[Tape] = self._mechanism.kept.of("tapes", (self._key, kind), list)
         if not tapes:
             tapes.append(self._made(tree, kind, x[:, some(x.shape[1], _SHADOWS)]))
         found, holds = _closed(tapes[0], given, x)
+        openings = None
+        (known,) = np.nonzero(holds)
+        if len(known) and not moves_alone:
+            known = known[some(len(known), _SHADOWS)]
+            closed = np.ascontiguousarray(found.x[known].T)
+            openings = tapes[0].openings(_of_lanes(given, known, x.shape[1]), closed)
         for index in range(1, _MOST_TAPES):
             (left,) = np.nonzero(~holds)
             if not len(left):
@@ -199,7 +219,7 @@ class TapedSolver:
             others, serves = _closed(tapes[index], _of_lanes(given, left, x.shape[1]), of_left)
             found.write(left[serves], [values[serves] for values in others])
             holds[left[serves]] = True
-        return found, holds
+        return found, holds, openings
 
     def _made(self, tree: Tree, kind: Kind, x: Array) -> Tape:
         """Return a tape whose order is chosen at samples `(size, S)`."""
@@ -272,16 +292,6 @@ class TapedSolver:
         return result
 
 
-def _with_openings(known: Solution, rest: Solution) -> Solution:
-    """Return a solution with what is open at other samples as well, and their conditions."""
-    conditions = known.closure_condition, rest.closure_condition
-    return known._replace(
-        influence=np.maximum(known.influence, rest.influence),
-        indeterminate_couplings=known.indeterminate_couplings | rest.indeterminate_couplings,
-        closure_condition=np.concatenate(conditions),
-    )
-
-
 def _closed(tape: Tape, given: Mapping[str, Any], x: Array) -> tuple[Found, Array]:
     """Return what a tape finds of n samples, and `(n,)` which of them it holds for.
 
@@ -321,4 +331,5 @@ def _as_found(general: Solution) -> list[Array]:
     dense = np.where(ratios.moved >= 0, ratios.values[:, ratios.moved], 0.0).reshape(count, -1)
     wrenches = general.wrenches.reshape(count, -1)
     of_joints = wrenches, general.efforts, general.coupling_moments
-    return [general.x, v, a, dense, *of_joints, general.loop_error]
+    judged = general.loop_error, general.closure_condition
+    return [general.x, v, a, dense, *of_joints, *judged]

@@ -239,16 +239,15 @@ def test_what_is_open_at_samples_of_the_general_path_is_open(
     solve, counts = InverseDynamics.solve, []
 
     def opened(self: InverseDynamics, state: ClosedState, inputs: Inputs) -> Solution:
-        """Find all open at samples but those that tell what is unique where tapes hold."""
+        """Find all open."""
         counts.append(len(state.x))
         found = solve(self, state, inputs)
-        return found._replace(influence=found.influence + (len(counts) > 1))
+        return found._replace(influence=found.influence + 1.0)
 
     monkeypatch.setattr(InverseDynamics, "solve", opened)
     monkeypatch.setattr(InverseDynamics, "prove_flags", lambda self, solution: None)
     assert scene.sweep(positions).unique.any()
-    assert len(counts) == 1
-    counts.clear()
+    assert not counts
     closed = taped._closed
 
     def partly(*arguments: object) -> object:
@@ -259,7 +258,7 @@ def test_what_is_open_at_samples_of_the_general_path_is_open(
     monkeypatch.setattr(taped, "_closed", partly)
     monkeypatch.setattr(taped, "_MOST_TAPES", 1)
     assert not scene.sweep(positions).unique.any()
-    assert counts[1:] == [80]
+    assert counts == [80]
 
 
 def test_blocks_of_both_paths_make_one_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
