@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ..tape import is_zero
 from .bodies import Mass, Tree
-from .elimination import Eliminated, eliminated, pivots
+from .elimination import Eliminated, Row, eliminated, pivots
 from .placements import Motion, Placed
 from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
 
@@ -220,7 +220,7 @@ def closed(
     right = [-_product(entries, own) for entries in stresses.entries]
     for column, amount in stresses.normal.solve(right).items():
         base = base.with_added(amount, stresses.items[column])
-    return base
+    return stresses.with_least_moments(tree, base)
 
 
 class SelfStresses(NamedTuple):
@@ -259,12 +259,22 @@ class SelfStresses(NamedTuple):
             {column: _product(own, other) for column, other in enumerate(entries)}
             for own in entries
         ]
-        order = pivots(
-            [{k: _seen(entry) for k, entry in row.items() if not is_zero(entry)} for row in normal]
-        )
         items = [item for item, own in loading if own]
         trains = [item for item, own in loading if not own]
-        return SelfStresses(items, entries, eliminated(normal, order), trains)
+        return SelfStresses(items, entries, _factors(normal), trains)
+
+    def with_least_moments(self, tree: Tree, of: Closed) -> Closed:
+        """Return wrenches once the moments of couplings are as small as trains allow."""
+        of_trains = [_moments(tree, train) for train in self.trains]
+        normal = [
+            {column: _product(own, other) for column, other in enumerate(of_trains)}
+            for own in of_trains
+        ]
+        moments = _moments(tree, of)
+        right = [-_product(own, moments) for own in of_trains]
+        for column, amount in _factors(normal).solve(right).items():
+            of = of.with_added(amount, self.trains[column])
+        return of
 
     def influence(
         self, tree: Tree, at: Placed, counted: Sequence[int]
@@ -324,6 +334,23 @@ def _entries(tree: Tree, of: Closed, counted: Sequence[int]) -> dict[int, Scalar
             if not is_zero(value):
                 result[6 * index + component] = value
     return result
+
+
+def _moments(tree: Tree, of: Closed) -> dict[int, Scalar]:
+    """Return the moments of couplings, forces of slides times the length."""
+    slide_rates = {b.rates[0] for b in tree.bodies if b.kind == "prismatic"}
+    result: dict[int, Scalar] = {}
+    for index, (coupling, moment) in enumerate(zip(tree.couplings, of.couplings, strict=True)):
+        if not is_zero(moment):
+            slides = slide_rates.intersection(coupling.successors)
+            result[index] = moment * tree.norm_length if slides else moment
+    return result
+
+
+def _factors(normal: Sequence[Row]) -> Eliminated:
+    """Return the factors of a matrix of products."""
+    seen = [{k: _seen(entry) for k, entry in row.items() if not is_zero(entry)} for row in normal]
+    return eliminated(normal, pivots(seen))
 
 
 def _product(first: Mapping[int, Scalar], second: Mapping[int, Scalar]) -> Scalar:
