@@ -553,7 +553,8 @@ class _Work:
         if len(assembled.spans) > 1:
             targets, turns = targets.block(span), turns[span]
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
-        inputs = dynamics.inputs_of(solver.problem, targets, acting, turns, self._has_rates)
+        given = targets, acting, turns, self._has_rates, len(assembled)
+        inputs = dynamics.inputs_of(solver.problem, *given)
         solution = dynamics.solve(assembled.blocks[index], inputs)
         return solution.reduced(self._outputs, self._prescribed)
 
