@@ -33,6 +33,7 @@ OTHER_PARAMETERS = {"subplot_kw", "charset"}
 """Options of other programs, and arguments of other functions."""
 
 
+@cache
 def public() -> dict[str, Any]:
     """Everything that users import, by its name."""
     found: dict[str, Any] = {}
@@ -42,8 +43,9 @@ def public() -> dict[str, Any]:
     return found
 
 
-PUBLIC = public()
-CLASSES = {name: item for name, item in PUBLIC.items() if inspect.isclass(item)}
+@cache
+def classes() -> dict[str, type]:
+    return {name: item for name, item in public().items() if inspect.isclass(item)}
 
 
 @cache
@@ -55,13 +57,16 @@ def attributes(item: type) -> set[str]:
     return fields | set(dir(item)) | {name.strip() for line in listed for name in line.split(",")}
 
 
-MEMBERS = {name for item in CLASSES.values() for name in attributes(item)}
+@cache
+def members() -> set[str]:
+    return {name for item in classes().values() for name in attributes(item)}
 
 
+@cache
 def parameters() -> set[str]:
     """Names of the arguments of all public callables."""
-    callables = list(PUBLIC.values())
-    for item in CLASSES.values():
+    callables = list(public().values())
+    for item in classes().values():
         callables += [getattr(item, name, None) for name in dir(item) if not name.startswith("__")]
     # Methods that draw are found at the objects that results have as `plot`.
     for path in (ROOT / "cardan_dyn").rglob("plot*.py"):
@@ -82,9 +87,6 @@ def parameters() -> set[str]:
     return found
 
 
-PARAMETERS = parameters()
-
-
 def commands(group: click.Group) -> Iterator[click.Command]:
     for command in group.commands.values():
         yield command
@@ -101,29 +103,23 @@ OPTIONS = {
 COMMANDS = {command.name for command in commands(main)}
 
 
-TREES = {
-    path.relative_to(ROOT): ast.parse(path.read_text(encoding="utf-8"))
-    for path in sorted((ROOT / "cardan_dyn").rglob("*.py"))
-}
+@cache
+def trees() -> dict[Path, ast.Module]:
+    return {
+        path.relative_to(ROOT): ast.parse(path.read_text(encoding="utf-8"))
+        for path in sorted((ROOT / "cardan_dyn").rglob("*.py"))
+    }
 
 
 def messages() -> Iterator[tuple[str, str]]:
     """Yield where a text stands and the text, of all that are raised, warned of or told."""
-    for path, tree in TREES.items():
-        docstrings = {
-            id(node.body[0].value)
-            for node in ast.walk(tree)
-            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
-            and node.body
-            and isinstance(node.body[0], ast.Expr)
-        } | {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-        parts = {
-            id(value)
-            for node in ast.walk(tree)
-            if isinstance(node, ast.JoinedStr)
-            for value in node.values
-        }
-        for node in ast.walk(tree):
+    for path, tree in trees().items():
+        nodes = list(ast.walk(tree))
+        # Docstrings are expressions that nothing uses.
+        docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        strings = (node for node in nodes if isinstance(node, ast.JoinedStr))
+        parts = {id(value) for node in strings for value in node.values}
+        for node in nodes:
             if id(node) in docstrings:
                 continue
             where = f"{path}:{getattr(node, 'lineno', 0)}"
@@ -141,16 +137,13 @@ def messages() -> Iterator[tuple[str, str]]:
                 yield where, node.value
 
 
-TEXTS = [(where, text) for where, text in messages() if " " in text and not text.startswith("<")]
-
-
 def wrong_members(text: str) -> Iterator[str]:
     """Yield classes with members, and names of the package, that do not exist."""
     for name, member in re.findall(r"\b([A-Z]\w+)\.(?!md\b)([a-z]\w*)", text):
-        if name in CLASSES and member not in attributes(CLASSES[name]):
+        if name in classes() and member not in attributes(classes()[name]):
             yield f"{name}.{member}"
     for name, member in re.findall(r"\bcd\.([a-zA-Z]\w*)(?:\.([a-zA-Z]\w*))?", text):
-        if name not in PUBLIC or (member and member not in members_of(PUBLIC[name])):
+        if name not in public() or (member and member not in members_of(public()[name])):
             yield f"cd.{name}{f'.{member}' if member else ''}"
 
 
@@ -164,15 +157,17 @@ def wrong_names(text: str) -> Iterator[str]:
     """Yield what a text names that does not exist."""
     yield from wrong_members(text)
     for name in re.findall(r"`([a-z]\w*)`", text):
-        if name not in PUBLIC and name not in MEMBERS | PARAMETERS:
+        if not any(name in known for known in (public(), members(), parameters())):
             yield f"`{name}`"
     # Attributes of XML have quotes, and what the command line takes is in capitals.
     is_call = '="' not in text and "<" not in text and not re.match(r"[A-Z]+=", text)
     for name in re.findall(r"(?<![\w.{}])([a-z]\w*)=(?!=)", text) if is_call else ():
-        if name not in PARAMETERS | OTHER_PARAMETERS and " as " not in text:
+        if name not in parameters() | OTHER_PARAMETERS and " as " not in text:
             yield f"{name}="
     for owner, name in re.findall(r"(?:\b(\w+)(?:\[\S*\])?\.)?\b([a-z]\w+)\((?!s\))", text):
-        if owner not in OTHERS and name not in PUBLIC and name not in MEMBERS | OTHERS:
+        if owner not in OTHERS and not any(
+            name in known for known in (public(), members(), OTHERS)
+        ):
             yield f"{name}()"
     for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", text):
         if option not in OPTIONS | OTHER_OPTIONS:
@@ -186,7 +181,8 @@ def wrong_names(text: str) -> Iterator[str]:
 
 
 def test_every_name_in_a_message_exists() -> None:
-    wrong = [f"{where}: {name}" for where, text in TEXTS for name in wrong_names(text)]
+    texts = [item for item in messages() if " " in item[1] and not item[1].startswith("<")]
+    wrong = [f"{where}: {name}" for where, text in texts for name in wrong_names(text)]
     assert not wrong, "\n" + "\n".join(wrong)
 
 
@@ -200,7 +196,7 @@ def test_every_name_on_a_page_exists(page: Path) -> None:
 
 def test_every_name_in_a_docstring_exists() -> None:
     wrong = []
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
                 names = wrong_members(ast.get_docstring(node) or "")

@@ -174,9 +174,11 @@ class Evidence:
             residuals.prove(positions, condition)
         kept = [part for item in every for part in (*item._kept, *(w[0] for w in item._waiting))]
         arrays = dict(rows.arrays)
-        v, a, ratios = (arrays.pop(name, None) for name in ("v", "a", "ratios"))
+        names = ("v", "a", "ratios", "magnification")
+        v, a, ratios, magnification = (arrays.pop(name, None) for name in names)
         return Solution(
             **arrays,
+            magnification=magnification,
             v=v,
             a=a,
             velocity_ratios=None if ratios is None else VelocityRatios(ratios, self.moved),
@@ -190,8 +192,8 @@ class Evidence:
 
 def kept(block: Solution, keeps_rates: bool = True) -> dict[str, Array]:
     """Return the arrays of a block by their names, those of the velocity ratios as `ratios`."""
-    names = ("x", "wrenches", "efforts", "coupling_moments", "condition")
-    arrays = {name: getattr(block, name) for name in names}
+    names = ("x", "wrenches", "efforts", "coupling_moments", "magnification", "cancellation")
+    arrays = {name: getattr(block, name) for name in names if getattr(block, name) is not None}
     if keeps_rates and block.velocity_ratios is not None:
         arrays |= {"v": block.v, "a": block.a, "ratios": block.velocity_ratios.values}
     return arrays

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -114,6 +115,27 @@ class Inputs(NamedTuple):
             samples or targets.size,
         )
 
+    def of_samples(self, samples: Array) -> Inputs:
+        """Return what is prescribed for some samples, by their indices."""
+        count = len(self.positions)
+
+        def chosen(values: Array) -> Array:
+            return values[samples] if len(values) == count else values
+
+        return Inputs(
+            *(chosen(values) for values in self[:5]),
+            {
+                name: replace(load, force=chosen(load.force), moment=chosen(load.moment))
+                for name, load in self.link_loads.items()
+            },
+            chosen(self.gravity),
+            {name: chosen(factor) for name, factor in self.inertia.items()},
+            self.turns[samples],
+            chosen(self.time),
+            self.has_rates,
+            self.samples,
+        )
+
 
 class JointRates(NamedTuple):
     """Rates of all joints at closed positions.
@@ -142,7 +164,9 @@ class Solution(NamedTuple):
         efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints,
             which those of a sweep leave out, `(N, p)`.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
-        condition: `(N,)` see `Sweep.condition`.
+        magnification: `(N,)` by how much rounding of positions is magnified in velocities, see
+            `InverseDynamics.condition`; None where it is computed when it is asked for.
+        cancellation: `(N,)` see `Residuals.cancellation`.
         closure_condition: `(N,)` condition number of the closure equations alone.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
         residuals: violations of balances and constraints. Of a long sweep, as well as of the two
@@ -158,7 +182,8 @@ class Solution(NamedTuple):
     wrenches: Array
     efforts: Array
     coupling_moments: Array
-    condition: Array
+    magnification: Array | None
+    cancellation: Array
     closure_condition: Array
     loop_error: Array
     residuals: Residuals
@@ -201,7 +226,8 @@ class Solution(NamedTuple):
             self.wrenches[:, outputs],
             self.efforts.take(prescribed, 1),
             self.coupling_moments,
-            self.condition,
+            self.magnification,
+            self.cancellation,
             self.closure_condition,
             self.loop_error,
             self.residuals,
@@ -269,6 +295,16 @@ class InverseDynamics:
 
         reactions = self._reactions
         return exerted_plan(self._mechanism, reactions.size, reactions.along, self._prescribed)
+
+    @property
+    def depends(self) -> Array | None:
+        """Which velocity ratios may differ from zero, see `JointRates`."""
+        return self._kinematics.depends
+
+    @property
+    def claimed(self) -> list[int]:
+        """Indices of the wrenches that are solved, ascending."""
+        return np.arange(self._reactions.size)[self._claimed_indices].tolist()
 
     @cached_property
     def bodies(self) -> FreeBodies:
@@ -414,29 +450,8 @@ class InverseDynamics:
         couplings = _coupling_moments(reactions, len(self._mechanism.loops), len(state.x))
         for index, moments in reactions.teeth.items():
             couplings[:, index : index + 1] += moments
-        residuals = self.bodies.check(
-            Claim(
-                x=state.x,
-                turns=inputs.turns,
-                v=rates.v,
-                a=rates.a,
-                positions=inputs.positions,
-                speeds=inputs.speeds,
-                accelerations=inputs.accelerations,
-                held=inputs.held,
-                velocity_ratios=rates.velocity_ratios,
-                wrenches=reactions.wrenches[:, self._claimed_indices],
-                exerted=exerted,
-                couplings=couplings,
-                loads=inputs.loads,
-                link_loads=inputs.link_loads,
-                gravity=inputs.gravity,
-                inertia=inputs.inertia,
-                has_rates=has_rates,
-                time=inputs.time,
-                samples=inputs.samples,
-            )
-        )
+        inputs = inputs._replace(has_rates=has_rates)
+        residuals = self.residuals(state.x, inputs, rates, reactions.wrenches, exerted, couplings)
         return Solution(
             x=state.x,
             v=rates.v,
@@ -445,12 +460,56 @@ class InverseDynamics:
             wrenches=reactions.wrenches,
             efforts=exerted,
             coupling_moments=couplings,
-            condition=self.condition(state, rates.velocity_ratios) * residuals.cancellation,
+            magnification=self.condition(state, rates.velocity_ratios),
+            cancellation=residuals.cancellation,
             closure_condition=state.condition,
             loop_error=np.maximum(state.residual, residuals.loop_error),
             residuals=residuals,
             influence=reactions.influence,
             indeterminate_couplings=reactions.indeterminate_couplings,
+        )
+
+    def residuals(
+        self,
+        x: Array,
+        inputs: Inputs,
+        rates: JointRates,
+        wrenches: Array,
+        exerted: Array,
+        couplings: Array,
+    ) -> Residuals:
+        """Return the residuals of a solution, however it was found.
+
+        Args:
+            x: `(N, size)` coordinates.
+            inputs: what is prescribed.
+            rates: of all joints.
+            wrenches: `(N, b, 6)`.
+            exerted: `(N, nv)` efforts of drives and held joints.
+            couplings: `(N, G)` their moments.
+        """
+        return self.bodies.check(
+            Claim(
+                x=x,
+                turns=inputs.turns,
+                v=rates.v,
+                a=rates.a,
+                positions=inputs.positions,
+                speeds=inputs.speeds,
+                accelerations=inputs.accelerations,
+                held=inputs.held,
+                velocity_ratios=rates.velocity_ratios,
+                wrenches=wrenches[:, self._claimed_indices],
+                exerted=exerted,
+                couplings=couplings,
+                loads=inputs.loads,
+                link_loads=inputs.link_loads,
+                gravity=inputs.gravity,
+                inertia=inputs.inertia,
+                has_rates=inputs.has_rates,
+                time=inputs.time,
+                samples=inputs.samples,
+            )
         )
 
     def _exerted(self, loads: Array, velocity_ratios: Array, reactions: Reactions) -> Array:

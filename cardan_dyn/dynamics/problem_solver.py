@@ -26,10 +26,14 @@ from ..problem.problem import Problem
 from ..problem.samples import Targets
 
 if TYPE_CHECKING:
-    from .inverse_dynamics import InverseDynamics, Solution
+    from .inverse_dynamics import Inputs, InverseDynamics, Solution
     from .reactions import ReactionSolver
+    from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
+FEWEST_TAPED = 4096
+"""Samples of a sweep from which on it is solved by tapes: tracing the equations takes about as long
+as the general path takes for so many, of a universal joint and of a Stewart platform alike."""
 _BLOCK_NUMBERS = 6_000_000
 """About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
 samples, so that memory does not grow with the mechanism."""
@@ -116,10 +120,14 @@ class InTurn(Sequence[ClosedState]):
 
     def __getitem__(self, index: Any) -> Any:
         span = self.spans[index]
-        if span is self.spans[-1] and span.start == 0:
-            return self._assembly.close(self._guess, self._targets.positions)
         positions = self._targets.block(span).positions
-        return self._assembly.close(self._guess.block(span), positions, span.start)
+        return self._assembly.close(self.guess(index), positions, span.start)
+
+    def guess(self, index: int) -> Guess:
+        """Return near what a block is closed."""
+        span = self.spans[index]
+        whole = span is self.spans[-1] and span.start == 0
+        return self._guess if whole else self._guess.of_samples(span)
 
     def given_up(self, empty: Callable[[Array], Array] | None = None) -> Array:
         """Return the guesses `(N, size)`: of a block that was read, they may be overwritten.
@@ -215,6 +223,24 @@ class ProblemSolver(Frozen):
         assembly = self.assembly
         of = self.problem, self._kinematics, self.reactions, assembly.needed, assembly.decided
         return InverseDynamics(*of)
+
+    @cached_property
+    def taped(self) -> TapedSolver | None:
+        """Solves many samples; None where a scene has what tapes do not know.
+
+        That is elements, teeth, compliances, rods that spin idly, and outputs that leave loops out.
+        """
+        assembly, problem = self.assembly, self.problem
+        groups, needed = assembly.groups, assembly.needed
+        closing = {index for index, group in enumerate(groups) if group.loops or group.couplings}
+        is_whole = len(needed.motion) == len(groups) and closing <= needed.forces
+        is_unknown = problem.elements or problem.compliance or problem.mechanism.teeth
+        if is_unknown or self.unsolved or not is_whole or assembly.kinematics.idle_columns.size:
+            return None
+        from .taped import TapedSolver  # Sweeps of few samples need none.
+
+        claimed = self.inverse_dynamics.claimed
+        return TapedSolver(problem, self.varied, assembly.decided, claimed)
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -488,6 +514,18 @@ class ProblemSolver(Frozen):
         values = read_only(rows.arrays["ratios"])
         return rows.arrays["v"], rows.arrays["a"], ratios._replace(values=values)
 
+    def magnification_at(self, assembled: AssembledPositions, x: Array) -> Array:
+        """Return `(N,)` by how much rounding is magnified, see `InverseDynamics.condition`.
+
+        Arguments as of `rates_at`.
+        """
+        found = []
+        for span in assembled.spans:
+            state = assembled.kinematics.evaluate(x[span])
+            ratios = self._kinematics.velocity_ratios(state)
+            found.append(self.inverse_dynamics.condition(state, ratios))
+        return np.concatenate(found)
+
     def refuse_indeterminate(self, unique: Array) -> None:
         """Refuse outputs that are not unique if the problem is strict.
 
@@ -555,8 +593,30 @@ class _Work:
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
         given = targets, acting, turns, self._has_rates, len(assembled)
         inputs = dynamics.inputs_of(solver.problem, *given)
-        solution = dynamics.solve(assembled.blocks[index], inputs)
+        solution = None
+        if len(assembled) >= FEWEST_TAPED and solver.taped is not None:
+            solution = self._by_tape(index, inputs)
+        if solution is None:
+            solution = dynamics.solve(assembled.blocks[index], inputs)
         return solution.reduced(self._outputs, self._prescribed)
+
+    def _by_tape(self, index: int, inputs: Inputs) -> Solution | None:
+        """Return the solution of a block by tapes; None where the general path has to solve it."""
+        blocks, span, solver = self._assembled.blocks, self._assembled.spans[index], self._solver
+        dynamics = solver.inverse_dynamics
+        assert solver.taped is not None
+        guess = blocks.guess(index) if isinstance(blocks, InTurn) else None
+        x = blocks[index].x if guess is None else guess.x
+
+        def in_general(samples: Array) -> Solution:
+            if guess is None:
+                state = self._assembled.kinematics.evaluate(x[samples])
+            else:
+                closing = guess.of_samples(samples), inputs.positions[samples]
+                state = solver.assembly.close(*closing, span.start)
+            return dynamics.solve(state, inputs.of_samples(samples))
+
+        return solver.taped.solution(dynamics, x, inputs, in_general)
 
     def all(self, workers: int) -> Solution:
         """Return what is kept of all blocks, see `collected`."""

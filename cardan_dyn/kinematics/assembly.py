@@ -241,7 +241,7 @@ class Assembly:
         if guess.is_there is not None:
             is_there &= guess.is_there
         for span in blocks(len(is_there)):
-            block = guess.block(span)
+            block = guess.of_samples(span)
             with np.errstate(all="ignore"):  # What is out of reach may overflow.
                 state = block.kinematics.close(block.x, block.turns)
                 is_good = _is_closed(state, block) & (state.condition <= SINGULAR_CONDITION)

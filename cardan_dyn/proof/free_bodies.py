@@ -42,8 +42,9 @@ if TYPE_CHECKING:
 
 _RESULTS = 9
 """How many arrays of `Residuals` are computed."""
-_BLOCKS_WORTH_TRACING = 8
-"""Blocks from which a sweep is traced: tracing takes as long as some eight of them on arrays."""
+_FEWEST_TRACED = 4096
+"""Samples of a sweep from which on its proof is traced: that takes as long as arrays take for so many,
+some 3400 of a Stewart platform and 7000 of a universal joint."""
 
 
 class Setup(NamedTuple):
@@ -214,7 +215,7 @@ class FreeBodies:
         with np.errstate(over="ignore", invalid="ignore"):
             elements = self._exerted_by_elements(claim)
             sample = sample_of(claim, self.frames, elements)
-            if count and claim.samples >= _BLOCKS_WORTH_TRACING * count:
+            if count and claim.samples >= _FEWEST_TRACED:
                 results[:] = self._programs.run(self.residuals, sample, count)
             else:
                 for row, values in zip(results, self.residuals(sample), strict=True):

@@ -138,7 +138,7 @@ class FunctionSampler:
             block = slice(together[0].start, together[-1].stop)
             own = targets.block(block)
             positions = own.positions
-            state = self._solver.assembly.close(guess.block(block), positions, block.start)
+            state = self._solver.assembly.close(guess.of_samples(block), positions, block.start)
             rates = self._rates(state)
             reactions = self._reactions(state, rates)
             values, condition = self._values(reactions, rates.v), self._condition(state, rates)

@@ -53,13 +53,14 @@ def sweep_of(
                 for index, name in couplings.items()
             }
         )
+    source = SolutionSource(solver, assembled, acting, solution)
     return Sweep(
         problem=problem,
-        source=SolutionSource(solver, assembled, acting, solution),
+        source=source,
         unique=solution.unique[problem.output_indices],
         coupling_moment=moments,
         coupling_unique=unique,
-        condition=solution.condition.reshape(shape),
+        condition=source.condition,
         # All residuals were judged; how great they are is for those who ask.
         proven=partial(
             solution.residuals.proven,
@@ -113,6 +114,13 @@ class SolutionSource:
 
     def __len__(self) -> int:
         return self.shape[0]
+
+    def condition(self) -> Array:
+        """Return the condition numbers of the samples, see `Sweep`."""
+        magnification = self._solution.magnification
+        if magnification is None:
+            magnification = self._solver.magnification_at(self._assembled, self._solution.x)
+        return (magnification * self._solution.cancellation).reshape(self.shape)
 
     @cached_property
     def position(self) -> Array:

@@ -115,10 +115,6 @@ class Sweep(MotionResult):
         coupling_moment: coupling to the moment or force `(N,)` [N·m or N] that it exerts on its
             successor's joint.
         coupling_unique: coupling to whether its moment follows from the laws of motion alone.
-        condition: `(N,)` condition number of the wrenches: that of the closure equations, times
-            the greatest velocity ratio if that exceeds 1, times by how much inertial terms
-            exceed what is left of them. Errors are some eps times it. One value, the greatest of
-            its samples, if it comes from a `Response`.
     """
 
     _source: Source
@@ -126,7 +122,7 @@ class Sweep(MotionResult):
     unique: Array
     coupling_moment: Mapping[str, Array]
     coupling_unique: Mapping[str, bool]
-    condition: Array
+    _condition: Array | Callable[[], Array]
 
     def __init__(
         self,
@@ -136,21 +132,20 @@ class Sweep(MotionResult):
         unique: Array,
         coupling_moment: Mapping[str, Array],
         coupling_unique: Mapping[str, bool],
-        condition: Array,
+        condition: Array | Callable[[], Array],
         proven: Proven | Callable[[], Proven],
     ) -> None:
         # `problem` is what was solved, `source` where arrays come from when they are first read;
-        # the others are the attributes. Of a proven result, `proven` may be computed when it is
+        # the others are the attributes. `proven` and `condition` may be computed when they are
         # read.
         unique.setflags(write=False)
-        condition.setflags(write=False)
         self._freeze(
             _problem=problem,
             _source=source,
             unique=unique,
             coupling_moment=coupling_moment,
             coupling_unique=coupling_unique,
-            condition=condition,
+            _condition=condition,
             _proven=proven,
         )
 
@@ -161,6 +156,16 @@ class Sweep(MotionResult):
         # A response solves the motion when it is first read, to other roundings each time.
         known = {name: self.__dict__[name] for name in ("motion",) if name in self.__dict__}
         return made, (type(self), values, known)
+
+    @cached_property
+    def condition(self) -> Array:
+        """Condition number of the wrenches `(N,)`; their errors are some eps times it.
+
+        It is that of the closure equations, times the greatest velocity ratio if that exceeds 1,
+        times by how much inertial terms exceed what is left of them. One value, the greatest of its
+        samples, if it comes from a `Response`.
+        """
+        return read_only(self._condition() if callable(self._condition) else self._condition)
 
     @cached_property
     def proven(self) -> Proven:

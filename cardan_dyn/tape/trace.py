@@ -6,7 +6,7 @@ to the last bit wherever operands are finite, but for the sign of a result that 
 
 | written | kept | differs where |
 |---|---|---|
-| `0 * x`, `0 / x` | 0.0 | x is infinite or NaN; in a quotient, 0 as well |
+| `0 * x`, `x - x`, `0 / x` | 0.0 | x is infinite or NaN; in the quotient, 0 as well |
 | `x + 0`, `x - 0`, `0 - x` | `x`, `x`, `-x` | a zero's sign |
 | `1 * x`, `x / 1`, `-(-x)`, `x - (-y)`, `x + (-y)` | `x`, `x`, `x`, `x + y`, `x - y` | nowhere |
 | `-(x - y)`, `(-x) - y` | `y - x`, `-(x + y)` | a zero's sign |
@@ -15,8 +15,8 @@ to the last bit wherever operands are finite, but for the sign of a result that 
 | `greater(0, absolute(x))`, `greater(x, x)`, `smaller(x, x)` | `absolute(x)`, `x`, `x` | nowhere |
 | `select(c, x, x)`, `select(number, x, y)` | what is chosen | nowhere |
 
-Zeros and ones are numbers here, known while the trace is made: values of inputs are not, and
-`x - x`, which is NaN for an infinite x, stays. Nothing is reassociated.
+Zeros and ones are numbers here, known while the trace is made: values of inputs are not. Nothing is
+reassociated.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ class Trace:
             return self.add(a, self._argument(j))
         if self.operations[i] == "negative":
             return self.negative(self.add(self._argument(i), b))
-        return self._node("subtract", i, j)
+        return 0.0 if i == j else self._node("subtract", i, j)
 
     def multiply(self, a: Scalar, b: Scalar) -> Scalar:
         """Return a * b."""

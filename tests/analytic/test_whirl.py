@@ -181,6 +181,33 @@ def test_flutter_begins_at_its_torque(speed):
     assert whirl.flutter_torque(1.5, 2 * 0.01 * np.sqrt(1.5), 1.0) == pytest.approx(0.06)
 
 
+@pytest.mark.parametrize(
+    ("order", "forward", "small_peak", "growth", "share"),
+    [
+        (2, True, 2.13084e-4, 63.8, 0.0),
+        (2, False, 2.03846e-4, 69.9, 0.75),
+        (4, True, 5.2985e-5, 71.5, 1.0),
+    ],
+)
+def test_peaks_without_units(order, forward, small_peak, growth, share):
+    # A = c = 1, Θ = 0.1, ζ = 0.01: two independent integrations of the full equations give
+    # 2.13018e-4, 2.03884e-4 and 5.2991e-5 at 5°, and 63.8, 69.9 and 71.5 times that at 20°.
+    angles = np.radians([5.0, 20.0])
+    _, (small, large) = whirl.peak(angles, order, 0.1, 1.0, 1.0, 0.01, forward=forward)
+    assert abs(small - small_peak) < 6e-10
+    assert abs(large / small - growth) < 0.15
+    # From 1° to 4° it is 64, but for 15 c β² with c = 0, 3/4, 1.
+    angles = np.radians([1.0, 4.0])
+    _, (small, large) = whirl.peak(angles, order, 0.1, 1.0, 1.0, 0.01, forward=forward)
+    assert abs(large / small / 64.0 - 1.0 - 15.0 * share * np.radians(1.0) ** 2) < 1e-4
+
+
+def test_the_shape_of_the_flywheel():
+    small = whirl.critical_speed(1.0, [2, 4], 0.01)
+    np.testing.assert_allclose(small * [2, 4], 1.0, atol=0.01)
+    assert np.isinf(whirl.critical_speed(1.0, 2, 2.0))
+
+
 def test_shapes_and_bad_arguments():
     found = whirl.moments_of_input_torque([[0.1], [np.nan]], [0, 2, 4])
     assert found.forward.shape == found.backward.shape == (2, 3)

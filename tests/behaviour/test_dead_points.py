@@ -55,6 +55,7 @@ def test_a_dead_point_is_told_alike_after_what_lies_beyond_it() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize(("name", "drive"), DRIVES)
 def test_a_dead_point_is_told_alike_whatever_was_asked_before(name: str, drive: str) -> None:
     def make() -> cd.Scene:

@@ -38,6 +38,7 @@ def test_bearings_of_random_trains(seed: int) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_bearings_of_a_hundred_random_trains() -> None:
     for seed in range(100, 200):
         rng = np.random.default_rng(seed)

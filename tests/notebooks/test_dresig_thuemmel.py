@@ -12,7 +12,7 @@ from stories import tell
 from cardan_dyn.analytic import clearance, damped_impact, impact, peak_factor
 from cardan_dyn.clearance import LinearContact, influence
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.campaign]
 
 
 @pytest.fixture(scope="module")

@@ -46,8 +46,8 @@ class Guess(NamedTuple):
     is_there: Array | None = None
     left: Array | None = None
 
-    def block(self, samples: slice) -> Guess:
-        """Return the guess of some samples."""
+    def of_samples(self, samples: slice | Array) -> Guess:
+        """Return the guess of some samples, by their indices."""
         arrays = self.x[samples], self.turns[samples]
         is_there = None if self.is_there is None else self.is_there[samples]
         left = None if self.left is None else self.left[samples]

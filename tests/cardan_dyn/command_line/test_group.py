@@ -107,7 +107,7 @@ def test_ctrl_c_ends_in_one_line(tmp_path: Path) -> None:
         # Tests in the background of a shell ignore Ctrl-C, and so would what they start.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
-        time.sleep(5.0)  # It is among its steps, or still loads.
+        time.sleep(2.5)  # It is among its steps, or still loads.
         process.send_signal(signal.SIGINT)
         try:
             printed, said = process.communicate(timeout=120)

@@ -53,7 +53,7 @@ def test_blocks_are_put_in_their_order(solution: Solution) -> None:
     first = solution._replace(indeterminate_couplings={1})
     for parts in ([evidence(first, other)], [evidence(first), evidence(other).condensed()]):
         whole = parts[0].concluded(rows(first, other), parts[1:])
-        for name in ("x", "v", "a", "wrenches", "efforts", "condition"):
+        for name in ("x", "v", "a", "wrenches", "efforts", "magnification"):
             expected = np.concatenate([getattr(first, name), getattr(other, name)])
             np.testing.assert_array_equal(getattr(whole, name), expected)
         ratios = [item.velocity_ratios.values for item in (first, other)]

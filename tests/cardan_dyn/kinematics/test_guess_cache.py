@@ -237,7 +237,7 @@ def test_blocks_of_guesses_hold_the_same_samples() -> None:
     guess = cache_of(four_bar(), "A").guesses(
         Targets.of_positions(np.linspace(0.0, 20.0, 9)[:, None])
     )
-    block = guess.block(slice(2, 5))
+    block = guess.of_samples(slice(2, 5))
     np.testing.assert_array_equal(block.x, guess.x[2:5])
     np.testing.assert_array_equal(block.turns, guess.turns[2:5])
     assert block.kinematics is guess.kinematics

@@ -330,7 +330,9 @@ def test_no_english_sentence_is_left_on_a_german_page(
     assert not re.findall(r".*\b(?:the|give|of|not|is|and|with|on|at|its|this)\b.*", shown)
 
 
-def test_page_stands_alone_and_is_reproducible(report: page.LineReport, tmp_path: Path) -> None:
+def test_page_stands_alone_and_is_reproducible(
+    report: page.LineReport, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     line = report.line.replace(report=TitleBlock(project="A & B", date="2026-01-31"))
     told = dataclasses.replace(report, line=line)
     text = written(told, tmp_path / "new")
@@ -344,6 +346,7 @@ def test_page_stands_alone_and_is_reproducible(report: page.LineReport, tmp_path
     assert f"{report.analysis.loop_residual:.0e}" in text
     again = reported(report.line)
     assert written(dataclasses.replace(again, line=line), tmp_path) == text
+    request.getfixturevalue("plain")
     german = written(told, tmp_path, ("de", "si"))
     assert "31.01.2026" in german and '<html lang="de">' in german
 

@@ -14,6 +14,7 @@ import cardan_dyn as cd
 from cardan_dyn.report.reporting import Report
 
 
+@pytest.mark.usefixtures("without_pictures")
 @pytest.mark.parametrize(
     ("stated", "told", "summary"),
     [
@@ -37,6 +38,7 @@ def test_geared_shafts_that_bear_a_torque(
     assert ("nothing acts" in repr(scene.sweep([0.0])["a"])) == ("none" in stated)
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_what_is_not_known_is_not_reported_as_zero(tmp_path: Path) -> None:
     """Weight lies across the shafts: nothing would be along them, if nothing but weight acted."""
     for stated, listed in (("", False), ('forces="none"', True)):
@@ -67,6 +69,7 @@ SILENT = "how 'teeth', which couples a and b, presses on their bearings is not d
 CHOSEN = "not determined by statics, chosen by least norm"
 
 
+@pytest.mark.usefixtures("without_pictures")
 @pytest.mark.parametrize(
     ("outputs", "chosen", "silent"),
     [(["a", "b"], (), ("a", "b")), (None, ("hinge", "second_hinge"), ("a", "b"))],

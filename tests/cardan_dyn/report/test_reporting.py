@@ -7,7 +7,8 @@ import csv
 import hashlib
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from cardan_dyn.report.grids import Grid, place
 from cardan_dyn.report.mechanism_page import bearings
 from cardan_dyn.report.reporting import Report
 
+SLOW = pytest.mark.slow  # Six drives: extremes over all ranges, and a page that takes as long.
 ROOF = """<robot name="roof"><link name="ground"/>
 <link name="left"><inertial><origin xyz="0.5 0 0.5"/><mass value="2"/>
 <inertia ixx="0.1" iyy="0.2" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -37,6 +39,23 @@ PENDULUM = """<robot name="a&lt;b"><link name="ground"/><link name="rod"><inerti
 <joint name="pivot" type="revolute"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>
 <limit lower="-1" upper="2" effort="1" velocity="1"/><dynamics damping="0.1" friction="0.5"/>
 </joint></robot>"""
+TABLE = """<robot name="table"><link name="ground"/>
+<link name="left"/><link name="right"/><link name="hanger"/>
+<link name="top"><inertial><origin xyz="0.5 0 0"/><mass value="100"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="a" type="prismatic"><parent link="ground"/><child link="left"/><axis xyz="0 0 1"/>
+<limit lower="0" upper="2" effort="0" velocity="0"/></joint>
+<joint name="b" type="prismatic"><parent link="ground"/><child link="right"/>
+<origin xyz="1.03 0 0.1"/><axis xyz="0 0 1"/><limit lower="0" upper="2" effort="0" velocity="0"/>
+</joint>
+<joint name="hinge" type="continuous"><parent link="left"/><child link="top"/><axis xyz="0 1 0"/>
+</joint>
+<joint name="swing" type="continuous"><parent link="right"/><child link="hanger"/>
+<axis xyz="0 1 0"/></joint>
+<loop name="pin" type="continuous"><predecessor link="top"><origin xyz="1 0 0"/></predecessor>
+<successor link="hanger"><origin xyz="-0.03 0 -0.1"/></successor><axis xyz="0 1 0"/></loop>
+</robot>"""
+"""A table of 100 kg on two lifting columns; a hanger lets them differ by a part of the stroke."""
 
 
 def by_name(report: Report) -> dict[tuple[str, str], Any]:
@@ -169,18 +188,19 @@ def test_table_and_text(tmp_path: Path) -> None:
     assert "114.231°" in text and "to rounding" in text
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_page_begins_with_what_statics_determines(tmp_path: Path) -> None:
     """No force in a flat linkage is determined as a whole; the shear of its pins is."""
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -10.0})
     sweep = scene.sweep(np.linspace(0.0, 2.0 * np.pi, 361))
     most = {name: sweep[name].shear.max() for name in sweep.outputs}
-    page = Report(sweep).save(tmp_path / "bar.html").read_text("utf-8")
+    page = Report(sweep).save(tmp_path / "bar.html", scene=False).read_text("utf-8")
     told = re.search(r"[Tt]he greatest shear that statics determines is ([\d.]+) N at (\w+);", page)
     assert told is not None
     assert float(told[1]) == pytest.approx(max(most.values()), rel=1e-3)
     assert most[told[2]] == pytest.approx(max(most.values()), rel=1e-12)
-    joint = Report(cd.load("universal_joint")).save(tmp_path / "joint.html").read_text("utf-8")
-    assert "that statics determines" not in joint
+    joint = Report(cd.load("universal_joint")).save(tmp_path / "joint.html", scene=False)
+    assert "that statics determines" not in joint.read_text("utf-8")
 
 
 def test_refuses_other_things() -> None:
@@ -215,6 +235,31 @@ def test_grid_keeps_all_digits() -> None:
     assert rows[0] == ["x", "y [m]"] and float(rows[1][1]) == 1.0 / 3.0
 
 
+def lifted() -> Report:
+    mechanism = cd.load(TABLE)
+    return Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
+
+
+def four_bars() -> Report:
+    head = {"project": "Press <7>", "author": "A. B.", "date": "2026-01-02", "revision": "C"}
+    return Report(cd.load("four_bar"), title="Four bars", **head)
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Return what writes the page of a mechanism, once: figures and ranges take their time."""
+    pytest.importorskip("matplotlib", reason="the page has figures")
+    pytest.importorskip("jinja2", reason="the page is a template")
+
+    @cache
+    def page(name: str) -> Path:
+        made = {"four_bar": four_bars, "table": lifted}.get(name)
+        report = made() if made else Report(cd.load(name))
+        return report.save(tmp_path_factory.mktemp(name) / "new" / "page.html", scene=False)
+
+    return page
+
+
 class TestPage:
     @pytest.fixture(autouse=True)
     def _drawn(self) -> None:
@@ -222,25 +267,28 @@ class TestPage:
         pytest.importorskip("jinja2", reason="the page is a template")
 
     def page(self, report: Report, tmp_path: Path, scene: bool = False) -> str:
-        return report.save(tmp_path / "new" / "page.html", scene=scene).read_text("utf-8")
+        return report.save(tmp_path / "page.html", scene=scene).read_text("utf-8")
 
-    def test_stands_alone_and_is_reproducible(self, tmp_path: Path) -> None:
-        head = {"project": "Press <7>", "author": "A. B.", "date": "2026-01-02", "revision": "C"}
-        report = Report(cd.load("four_bar"), title="Four bars", **head)
-        text = self.page(report, tmp_path)
+    def test_stands_alone_and_is_reproducible(
+        self, pages: Callable[[str], Path], tmp_path: Path
+    ) -> None:
+        report = four_bars()
+        text = pages("four_bar").read_text("utf-8")
         assert "Press &lt;7&gt;" in text and "2026-01-02" in text and "<h1>Four bars</h1>" in text
         assert not re.search(r'(src|href)="(?!data:)', text)
         assert report.sha256 in text and cd.__version__ in text
         assert "Moving scene" not in text
-        assert text == self.page(Report(cd.load("four_bar"), title="Four bars", **head), tmp_path)
+        assert text == self.page(report, tmp_path)
         for link in ("links", "joints", "loops", "extremes", "efforts", "orders", "drives"):
             assert f'download="four_bar_{link}.csv"' in text
 
+    @pytest.mark.usefixtures("without_pictures")
     def test_scene_has_a_name(self, tmp_path: Path) -> None:
         pytest.importorskip("meshcat", reason="the page has a scene")
         text = self.page(Report(cd.load("four_bar")), tmp_path, scene=True)
         assert '<iframe title="Moving scene"' in text
 
+    @pytest.mark.usefixtures("without_pictures")
     @pytest.mark.parametrize("description", [ROOF, PENDULUM])
     def test_whatever_is_described_has_a_page(self, description: str, tmp_path: Path) -> None:
         mechanism = cd.load(description)
@@ -249,20 +297,29 @@ class TestPage:
             text = self.page(report, tmp_path)
             assert ("Nothing acts" in text) == (gravity is None)
             assert "There are none" in text
+            determined = "All wrenches follow from the laws of motion alone." in text
+            assert determined == (description is PENDULUM)
 
+    @pytest.mark.usefixtures("without_pictures")
     def test_what_is_left_out_is_said(self, tmp_path: Path) -> None:
         text = self.page(Report(cd.load(PENDULUM)), tmp_path)
         assert "damping or friction of 1 joint (pivot) left out" in text
         assert "a&lt;b" in text and "<b>" not in text
 
-    def test_what_was_chosen_is_marked(self, tmp_path: Path) -> None:
-        text = self.page(Report(cd.load("four_bar")), tmp_path)
+    def test_what_was_chosen_is_marked(self, pages: Callable[[str], Path]) -> None:
+        text = pages("four_bar").read_text("utf-8")
         assert (
             "force *" in text
             and "</span> Not determined by statics, chosen by least norm: " in text
         )
-        text = self.page(Report(cd.load("stewart_platform")), tmp_path)
-        assert "All wrenches follow from the laws of motion alone." in text
+
+    @pytest.mark.parametrize("name", [pytest.param("stewart_platform", marks=SLOW), "table"])
+    def test_places_of_several_drives_are_a_table(
+        self, pages: Callable[[str], Path], name: str
+    ) -> None:
+        text = pages(name).read_text("utf-8")
+        determined = "All wrenches follow from the laws of motion alone." in text
+        assert determined == (name == "stewart_platform")
         assert '<th scope="col">place</th>' in text or ">place<" in text
         assert "Positions of the drives at these places" in text
         assert "there are doubts" in text and "of a grid over all ranges" in text
@@ -276,12 +333,14 @@ def browser() -> Iterator[Any]:
         yield found
 
 
-@pytest.mark.parametrize("name", ["four_bar", "stewart_platform"])
-def test_in_a_browser(browser: Any, tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize(
+    "name", ["four_bar", "table", pytest.param("stewart_platform", marks=SLOW)]
+)
+def test_in_a_browser(browser: Any, pages: Callable[[str], Path], name: str) -> None:
     """No sideways scrolling at any width, nothing serious that axe finds, no network."""
     from testkit.accessibility import grave
 
-    path = Report(cd.load(name)).save(tmp_path / "page.html", scene=False)
+    path = pages(name)
     for width, scheme in ((1280, "light"), (390, "dark")):
         view = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
         asked: list[str] = []
@@ -334,6 +393,7 @@ GEARS = """<robot name="gears"><link name="box"/><link name="pinion"/><link name
 </coupling></robot>"""
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_efforts_alone_have_a_page(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("jinja2")
@@ -344,6 +404,7 @@ def test_efforts_alone_have_a_page(tmp_path: Path) -> None:
     assert by_name(report)["shaft_in", "drive effort"].greatest == pytest.approx(-20.0)
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_wrench_has_its_point_in_the_table_of_loads(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("jinja2")
@@ -387,28 +448,8 @@ def test_orders_are_those_of_components_in_axes_that_stand_still() -> None:
         assert kinked[8] > 10.0 * max(item[8] for item in own)
 
 
-TABLE = """<robot name="table"><link name="ground"/>
-<link name="left"/><link name="right"/><link name="hanger"/>
-<link name="top"><inertial><origin xyz="0.5 0 0"/><mass value="100"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="a" type="prismatic"><parent link="ground"/><child link="left"/><axis xyz="0 0 1"/>
-<limit lower="0" upper="2" effort="0" velocity="0"/></joint>
-<joint name="b" type="prismatic"><parent link="ground"/><child link="right"/>
-<origin xyz="1.03 0 0.1"/><axis xyz="0 0 1"/><limit lower="0" upper="2" effort="0" velocity="0"/>
-</joint>
-<joint name="hinge" type="continuous"><parent link="left"/><child link="top"/><axis xyz="0 1 0"/>
-</joint>
-<joint name="swing" type="continuous"><parent link="right"/><child link="hanger"/>
-<axis xyz="0 1 0"/></joint>
-<loop name="pin" type="continuous"><predecessor link="top"><origin xyz="1 0 0"/></predecessor>
-<successor link="hanger"><origin xyz="-0.03 0 -0.1"/></successor><axis xyz="0 1 0"/></loop>
-</robot>"""
-"""A table of 100 kg on two lifting columns; a hanger lets them differ by a part of the stroke."""
-
-
 def test_several_drives_go_over_their_common_stroke() -> None:
-    mechanism = cd.load(TABLE)
-    report = Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
+    report = lifted()
     sweep = report.sweep
     assert sweep is not None
     together = np.abs(sweep.position[:, 0] - sweep.position[:, 1]) < 1e-12
@@ -416,7 +457,7 @@ def test_several_drives_go_over_their_common_stroke() -> None:
     assert "together over 100% of their ranges" in report.said[0]
     assert "of a grid over all ranges" in report.covered
     # Own search: all that the hanger lets be, on a fine grid of strokes.
-    scene = cd.Scene(mechanism, drive=["a", "b"], gravity=(0.0, 0.0, -9.81))
+    scene = cd.Scene(cd.load(TABLE), drive=["a", "b"], gravity=(0.0, 0.0, -9.81))
     pairs = np.stack(
         [np.repeat(np.linspace(0.3, 1.7, 3), 81), np.tile(np.linspace(-0.2, 0.2, 81), 3)], 1
     )

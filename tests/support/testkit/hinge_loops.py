@@ -127,25 +127,16 @@ def bennett(alpha: float = 1.1, beta: float = 0.6, theta: float = 1.0) -> list[H
 def bricard(turn: float = 1.9) -> list[Hinge]:
     """Six hinges at right angles with equal lengths, a trihedral linkage: Bricard (1927).
 
-    Every other hinge turns alike; the two angles follow from closing the loop.
+    Every other hinge turns alike, and cos θ + cos φ + cos θ cos φ = 0 closes the loop.
     """
-    twists = [0.5 * np.pi, -0.5 * np.pi] * 3
-
-    def gap(other: float) -> float:
-        frame = np.eye(4)
-        for index, twist in enumerate(twists):
-            frame = frame @ _step(other if index % 2 else turn, 0.3, twist)
-        return float(np.linalg.norm(frame - np.eye(4)))
-
-    angles = np.linspace(-np.pi, np.pi, 2001)
-    best = float(angles[np.argmin([gap(angle) for angle in angles])])
-    # The gap is proportional to the distance from its zero, so its slope leads there.
-    for _ in range(60):
-        width = max(1e-9, gap(best))
-        tried = [best - width, best - 0.5 * width, best, best + 0.5 * width, best + width]
-        best = min(tried, key=gap)
-    assert gap(best) < 1e-8
-    return _along([(best if i % 2 else turn, 0.3, twist) for i, twist in enumerate(twists)])
+    cosine = np.cos(turn)
+    other = np.arccos(-cosine / (1.0 + cosine))
+    rows = [(other if i % 2 else turn, 0.3, (-1.0) ** i * 0.5 * np.pi) for i in range(6)]
+    frame = np.eye(4)
+    for row in rows:
+        frame = frame @ _step(*row)
+    assert np.max(np.abs(frame - np.eye(4))) < 1e-14
+    return _along(rows)
 
 
 def sarrus() -> list[Hinge]:

@@ -1,0 +1,268 @@
+"""Bodies: a mechanism's tree, loops and couplings as plain numbers, read from Pinocchio's model.
+
+Numbers are in the mechanism's own units: lengths in a power of two near its length, so that no
+rounding is added, and axes in which the first joint on the world stands at its zero, so that what
+is planar or parallel there shows exact zeros however the mechanism stands in the world.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ..arrays import Array
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.tree import placed_inertia
+from ..mechanism.welds import Coupling as Stated
+from .vectors import UNTURNED, Rotation, Vector
+
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Entries of a rotation, or lengths in units of the mechanism's, that are rounding of zero."""
+
+
+class Mass(NamedTuple):
+    """Mass that a body carries.
+
+    Attributes:
+        mass: [kg].
+        centre: of mass, in the body's frame.
+        inertia: about the centre, in the body's axes.
+        link: whose factor, less one, multiplies all of it; empty for what counts as it is.
+    """
+
+    mass: float
+    centre: Vector
+    inertia: Rotation
+    link: str
+
+
+class Body(NamedTuple):
+    """A body of the tree and the elementary joint that carries it.
+
+    Attributes:
+        parent: index of the body that carries it, -1 for the world.
+        rotation, translation: the joint's frame at its zero, in the parent.
+        kind: `revolute`, `prismatic` or `spherical`.
+        axis: unit axis in the joint's frame; the number 0, 1 or 2 where it is one of these.
+        column: of coordinate rows at which its coordinates begin.
+        rates: its velocity coordinates.
+        masses: what it carries.
+    """
+
+    parent: int
+    rotation: Rotation
+    translation: Vector
+    kind: str
+    axis: int | Vector
+    column: int
+    rates: tuple[int, ...]
+    masses: tuple[Mass, ...]
+
+    @property
+    def columns(self) -> range:
+        """Columns of coordinate rows that are its coordinates."""
+        return range(self.column, self.column + (4 if self.kind == "spherical" else 1))
+
+
+class End(NamedTuple):
+    """Where a loop is welded.
+
+    Attributes:
+        body: index, -1 for the world.
+        rotation, translation: of the weld in the body.
+    """
+
+    body: int
+    rotation: Rotation
+    translation: Vector
+
+
+class Loop(NamedTuple):
+    """A weld of two bodies; the loop's joint is one of the tree.
+
+    Attributes:
+        joint: its name.
+        predecessor, successor: its ends.
+        is_fixed: whether the joint has no body.
+    """
+
+    joint: str
+    predecessor: End
+    successor: End
+    is_fixed: bool
+
+
+class Coupling(NamedTuple):
+    """Ratio times the predecessor's displacement plus an offset is the successor's.
+
+    Attributes:
+        ratio, offset: see above.
+        predecessors, successors: velocity coordinates that are summed up.
+    """
+
+    ratio: float
+    offset: float
+    predecessors: tuple[int, ...]
+    successors: tuple[int, ...]
+
+
+class Tree(NamedTuple):
+    """All of a mechanism.
+
+    Attributes:
+        length: the unit of length [m].
+        norm_length: the mechanism's characteristic length, in this unit.
+        axes: `(3, 3)` rotation of the tree's axes in the world.
+        origin: `(3,)` of the tree in the world [m].
+        bodies: in Pinocchio's order.
+        loops, couplings: as the mechanism has them.
+        units: `(nv,)` of velocity coordinates: the length for slides, else 1.
+    """
+
+    length: float
+    norm_length: float
+    axes: Array
+    origin: Array
+    bodies: tuple[Body, ...]
+    loops: tuple[Loop, ...]
+    couplings: tuple[Coupling, ...]
+    units: Array
+
+    @property
+    def effort_units(self) -> Array:
+        """Units `(nv,)` of what acts along velocity coordinates [N·m, N per unit]."""
+        return np.asarray(self.length**2 / self.units)
+
+    def in_axes(self, vector: Array) -> Array:
+        """Return vectors `(..., 3)` in world axes in those of the tree."""
+        return np.asarray(vector @ self.axes)
+
+    def path(self, body: int) -> list[int]:
+        """Return the bodies from one inwards."""
+        path = []
+        while body >= 0:
+            path.append(body)
+            body = self.bodies[body].parent
+        return path
+
+
+def tree_of(mechanism: Mechanism, factored: tuple[str, ...] = ()) -> Tree:
+    """Return a mechanism as plain numbers.
+
+    Args:
+        mechanism: the mechanism.
+        factored: links whose mass and inertia are multiplied by factors.
+    """
+    model, coordinates = mechanism.model, mechanism.coordinates
+    length = 2.0 ** round(math.log2(mechanism.characteristic_length))
+    base = next(
+        (model.jointPlacements[k] for k in range(1, model.njoints) if not model.parents[k]),
+        pinocchio.SE3.Identity(),
+    )
+    column_of = dict(zip((part.id for part in coordinates.parts), coordinates.starts, strict=True))
+    parts = {part.id: part for part in coordinates.parts}
+    auxiliary = set(mechanism.auxiliary_bodies)
+    links = {link.name: link for link in mechanism.description.links}
+    bodies = []
+    for index in range(1, model.njoints):
+        placement, parent = model.jointPlacements[index], model.parents[index]
+        if not parent:
+            placement = base.actInv(placement)
+        masses = []
+        if index not in auxiliary:
+            masses.append(_mass(model.inertias[index], length, ""))
+            for name in factored:
+                carrier, frame = mechanism.link(name)
+                if carrier == index:
+                    inertia = placed_inertia(links[name], frame)
+                    masses.append(_mass(inertia, length, name))
+        part = parts[index]
+        start = model.idx_vs[index]
+        bodies.append(
+            Body(
+                parent - 1,
+                *_placed(placement, length),
+                part.kind,
+                _axis(part.axis),
+                column_of[index],
+                tuple(range(start, start + part.nv)),
+                tuple(item for item in masses if item.mass > 0.0 or np.any(item.inertia)),
+            )
+        )
+    loops = []
+    for loop in mechanism.loops:
+        ends = []
+        for body, placement in (
+            (loop.predecessor, loop.predecessor_placement),
+            (loop.successor, loop.successor_placement),
+        ):
+            ends.append(
+                End(body - 1, *_placed(placement if body else base.actInv(placement), length))
+            )
+        loops.append(Loop(loop.joint, *ends, loop.is_fixed))
+    units = np.ones(model.nv)
+    for body in bodies:
+        if body.kind == "prismatic":
+            units[list(body.rates)] = length
+    return Tree(
+        length,
+        mechanism.characteristic_length / length,
+        np.array(base.rotation),
+        np.array(base.translation),
+        tuple(bodies),
+        tuple(loops),
+        tuple(_coupling(item, units) for item in mechanism.couplings),
+        units,
+    )
+
+
+def _coupling(stated: Stated, units: Array) -> Coupling:
+    """Return a coupling of displacements in units of the length."""
+    first, second = (
+        units[columns[0]] if columns else 1.0
+        for columns in (stated.predecessor_columns, stated.successor_columns)
+    )
+    return Coupling(
+        stated.ratio * first / second,
+        stated.offset / second,
+        stated.predecessor_columns,
+        stated.successor_columns,
+    )
+
+
+def _placed(placement: pinocchio.SE3, length: float) -> tuple[Rotation, Vector]:
+    """Return a rotation by its columns, and a translation in units of the length."""
+    rotation = tuple(tuple(map(_exact, column)) for column in placement.rotation.T.tolist())
+    if rotation == UNTURNED:
+        rotation = UNTURNED  # type: ignore[assignment]
+    translation = tuple(_without_rounding(x / length) for x in placement.translation.tolist())
+    return rotation, translation
+
+
+def _axis(axis: Array) -> int | Vector:
+    """Return a unit axis, by its number if it is that of x, y or z."""
+    values = tuple(map(_exact, axis.tolist()))
+    return UNTURNED.index(values) if values in UNTURNED else values
+
+
+def _mass(inertia: pinocchio.Inertia, length: float, link: str) -> Mass:
+    """Return mass in units of the length."""
+    centre = tuple(_without_rounding(x / length) for x in inertia.lever.tolist())
+    about = np.array(inertia.inertia) / length**2
+    least = _ROUNDING * float(np.abs(about).max(initial=0.0))
+    entries = np.where(np.abs(about) > least, about, 0.0)
+    return Mass(float(inertia.mass), centre, tuple(map(tuple, entries.T.tolist())), link)
+
+
+def _without_rounding(value: float) -> float:
+    """Return a number, zero where it is rounding of zero beside one."""
+    return value if abs(value) > _ROUNDING else 0.0
+
+
+def _exact(value: float) -> float:
+    """Return an entry of a unit vector, exactly 0, 1 or -1 where it is that but for rounding."""
+    nearest = float(round(value))
+    return nearest if abs(value - nearest) <= _ROUNDING else value

@@ -1,0 +1,238 @@
+"""Elimination: sparse linear equations of scalars, in an order chosen at samples seen before.
+
+Rows are mappings of columns to entries; what is missing is zero. Where the pivots stand is decided
+once, at some samples; at any other sample the growth of the elimination tells whether they serve
+there as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..tape import absolute, greater, is_zero
+from .vectors import Scalar
+
+Row = Mapping[int, Scalar]
+"""Column to entry of a row of a sparse matrix."""
+
+THRESHOLD = 0.1
+"""Part of the greatest entry of its column that a pivot has at least, at all samples at which the
+order is chosen: the usual compromise of threshold pivoting (Davis 2006, section 6.3)."""
+_NOTHING = 1e-9
+"""Entry, in units of the length and of one, that counts as none: the rank tolerance of the
+kinematics."""
+
+
+class Pivot(NamedTuple):
+    """A pivot of an order.
+
+    Attributes:
+        row, column: where it stands.
+        size: its greatest magnitude at the samples at which it was chosen.
+    """
+
+    row: int
+    column: int
+    size: float
+
+
+class _Step(NamedTuple):
+    """One step of the elimination.
+
+    Attributes:
+        row, column: of the pivot.
+        inverse: of it.
+        below: rows that are still to be eliminated, with the factors taken from them.
+        right: entries beside the pivot.
+    """
+
+    row: int
+    column: int
+    inverse: Scalar
+    below: list[tuple[int, Scalar]]
+    right: list[tuple[int, Scalar]]
+
+
+class Eliminated(NamedTuple):
+    """Factors of a matrix A with at least as many rows as columns.
+
+    Attributes:
+        steps: of the elimination.
+        redundant: rows that the others imply, ascending.
+        growth: greatest factor by which rows were taken from others: errors are those of rounding
+            the entries while it is small (Golub and Van Loan 2013, theorem 3.4.3).
+        narrowness: greatest ratio of a pivot's size at the samples at which the order was chosen to
+            its own; it is great near singular positions, and infinite or NaN there.
+    """
+
+    steps: list[_Step]
+    redundant: list[int]
+    growth: Scalar
+    narrowness: Scalar
+
+    def solve(self, right: Sequence[Scalar]) -> dict[int, Scalar]:
+        """Return x with A x = b, as far as rows that are not redundant tell."""
+        left = list(right)
+        result: dict[int, Scalar] = {}
+        for step in self.steps:
+            for row, factor in step.below:
+                left[row] = left[row] - factor * left[step.row]
+        for step in reversed(self.steps):
+            value = left[step.row]
+            for column, entry in step.right:
+                value = value - entry * result[column]
+            result[step.column] = value * step.inverse
+        return result
+
+    def solve_transposed(self, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        """Return y with Aᵀ y = b, zero in redundant rows."""
+        left = dict(right)
+        result: dict[int, Scalar] = {}
+        for step in self.steps:
+            value = left[step.column] * step.inverse
+            result[step.row] = value
+            for column, entry in step.right:
+                left[column] = left[column] - entry * value
+        self._taken_back(result)
+        return result
+
+    def dependence(self, row: int) -> dict[int, Scalar]:
+        """Return y with Aᵀ y = 0 that is one in a redundant row, zero in the other ones."""
+        result: dict[int, Scalar] = {row: 1.0}
+        self._taken_back(result)
+        return {index: value for index, value in result.items() if not is_zero(value)}
+
+    def _taken_back(self, result: dict[int, Scalar]) -> None:
+        """Turn combinations of eliminated rows into those of the rows as they were."""
+        for step in reversed(self.steps):
+            value = result.get(step.row, 0.0)
+            for row, factor in step.below:
+                if row in result:
+                    value = value - factor * result[row]
+            result[step.row] = value
+
+
+class UnsuitableError(Exception):
+    """No order suits all samples."""
+
+
+def pivots(rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
+    """Choose an order of elimination at S samples, by Markowitz's count among large enough pivots.
+
+    Where no pivot is large enough at all samples, the one that is largest on the average is taken:
+    samples at which it is small show it by their growth.
+
+    Args:
+        rows: column to entries `(S,)`.
+
+    Raises:
+        UnsuitableError: a column vanishes at all samples.
+    """
+    left = {index: dict(row) for index, row in enumerate(rows)}
+    columns: dict[int, set[int]] = {}
+    for index, row in left.items():
+        for column in row:
+            columns.setdefault(column, set()).add(index)
+    order: list[Pivot] = []
+    judged: dict[int, list[_Candidate]] = {}
+    while columns:
+        best: tuple[bool, float, float, int, int] | None = None
+        for column, owners in columns.items():
+            if column not in judged:
+                judged[column] = _candidates(column, owners, left)
+            for row, least, mean in judged[column]:
+                cost = (len(left[row]) - 1) * (len(owners) - 1)
+                is_small = least < THRESHOLD
+                key = is_small, -mean if is_small else float(cost), -least, row, column
+                if best is None or key < best:
+                    best = key
+        if best is None or (best[0] and best[1] == 0.0):
+            raise UnsuitableError
+        *_, row, column = best
+        pivot_row = left.pop(row)
+        pivot = pivot_row.pop(column)
+        order.append(Pivot(row, column, float(np.abs(pivot).max())))
+        owners = columns.pop(column)
+        owners.discard(row)
+        judged.pop(column, None)
+        for other in pivot_row:
+            columns[other].discard(row)
+            judged.pop(other, None)
+        with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
+            for owner in owners:
+                target = left[owner]
+                factor = target.pop(column) / pivot
+                for other, entry in pivot_row.items():
+                    target[other] = target.get(other, 0.0) - factor * entry
+                    columns[other].add(owner)
+    return order
+
+
+class _Candidate(NamedTuple):
+    """An entry of a column that may be its pivot.
+
+    Attributes:
+        row: where it stands.
+        least, mean: of its parts of the greatest entry of the column, over all samples.
+    """
+
+    row: int
+    least: float
+    mean: float
+
+
+def _candidates(
+    column: int, owners: set[int], left: Mapping[int, Mapping[int, Array]]
+) -> list[_Candidate]:
+    """Return the entries of a column."""
+    rows = sorted(owners)
+    sizes = np.abs(np.array(np.broadcast_arrays(*(left[row][column] for row in rows))))
+    sizes = sizes.reshape(len(rows), -1)
+    # Samples at which an earlier pivot vanished, or the whole column does, tell nothing.
+    sizes = np.where(np.isfinite(sizes), sizes, 0.0)
+    most = sizes.max(axis=0)
+    parts = np.where(most > _NOTHING, sizes / np.where(most > _NOTHING, most, 1.0), 0.0)
+    each = zip(rows, parts.min(axis=1).tolist(), parts.mean(axis=1).tolist(), strict=True)
+    return [_Candidate(*entry) for entry in each]
+
+
+def eliminated(rows: Sequence[Row], order: Sequence[Pivot]) -> Eliminated:
+    """Factorise a matrix in an order that was chosen before."""
+    left = [{c: value for c, value in row.items() if not is_zero(value)} for row in rows]
+    columns: dict[int, set[int]] = {}
+    for index, row in enumerate(left):
+        for column in row:
+            columns.setdefault(column, set()).add(index)
+    steps: list[_Step] = []
+    growth: Scalar = 0.0
+    narrowness: Scalar = 0.0
+    for row, column, size in order:
+        pivot = left[row].pop(column)
+        inverse = 1.0 / pivot
+        narrowness = greater(narrowness, absolute(inverse) * size)
+        right = list(left[row].items())
+        owners = columns.pop(column)
+        owners.discard(row)
+        for other, _ in right:
+            columns[other].discard(row)
+        below: list[tuple[int, Scalar]] = []
+        for owner in sorted(owners):
+            factor = left[owner].pop(column) * inverse
+            below.append((owner, factor))
+            growth = greater(growth, absolute(factor))
+            for other, entry in right:
+                value = left[owner].get(other, 0.0) - factor * entry
+                if is_zero(value):
+                    left[owner].pop(other, None)
+                    columns[other].discard(owner)
+                else:
+                    left[owner][other] = value
+                    columns[other].add(owner)
+        steps.append(_Step(row, column, inverse, below, right))
+    done = {step.row for step in steps}
+    redundant = [index for index in range(len(rows)) if index not in done]
+    return Eliminated(steps, redundant, growth, narrowness)

@@ -1,0 +1,177 @@
+"""Placements: where the bodies of a tree are, along what their coordinates move them, and how fast.
+
+All vectors are in the tree's axes, points from its origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..tape import cos, sin, sqrt
+from .bodies import Body, End, Tree
+from .vectors import (
+    UNTURNED,
+    ZERO,
+    Rotation,
+    Scalar,
+    Vector,
+    about,
+    about_axis,
+    added,
+    cross,
+    less,
+    of_quaternion,
+    product,
+    times,
+    turned,
+)
+
+
+class Placed(NamedTuple):
+    """Where the bodies are.
+
+    Attributes:
+        rotations, points: of the bodies' frames.
+        directions: velocity coordinate to the unit vector along or about which it moves.
+    """
+
+    rotations: list[Rotation]
+    points: list[Vector]
+    directions: dict[int, Vector]
+
+    def end(self, end: End) -> tuple[Rotation, Vector]:
+        """Return where the end of a loop is: its rotation, and its point from its body's."""
+        if end.body < 0:
+            return end.rotation, end.translation
+        rotation = self.rotations[end.body]
+        whole = rotation if end.rotation is UNTURNED else product(rotation, end.rotation)
+        return whole, turned(rotation, end.translation)
+
+    def point(self, body: int) -> Vector:
+        """Return where a body's frame is; the origin for the world."""
+        return ZERO if body < 0 else self.points[body]
+
+
+def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
+    """Place all bodies: R = R_p R_0 R(q), p = p_p + R_p p_0 (Featherstone 2008, eq. 4.7).
+
+    Args:
+        tree: the bodies.
+        x: column of coordinate rows to its value: angles [rad], slides in units of the length, four
+            numbers of a quaternion (x, y, z, w) of unit length but for rounding.
+    """
+    rotations: list[Rotation] = []
+    points: list[Vector] = []
+    directions: dict[int, Vector] = {}
+    for body in tree.bodies:
+        carrier, point = UNTURNED, body.translation
+        rotation = body.rotation
+        if body.parent >= 0:
+            carrier = rotations[body.parent]
+            point = added(points[body.parent], turned(carrier, body.translation))
+            rotation = carrier if rotation is UNTURNED else product(carrier, rotation)
+        if body.kind == "spherical":
+            rotation = product(rotation, of_quaternion([x[body.column + k] for k in range(4)]))
+            directions.update(zip(body.rates, rotation, strict=True))
+        else:
+            (rate,) = body.rates
+            is_named = isinstance(body.axis, int)
+            axis = rotation[body.axis] if is_named else turned(rotation, body.axis)  # type: ignore
+            directions[rate], value = axis, x[body.column]
+            if body.kind == "prismatic":
+                point = added(point, times(axis, value))
+            elif is_named:
+                rotation = about_axis(rotation, body.axis, sin(value), cos(value))  # type: ignore
+            else:
+                turn = about(body.axis, sin(value), cos(value))  # type: ignore[arg-type]
+                rotation = product(rotation, turn)
+        rotations.append(rotation)
+        points.append(point)
+    return Placed(rotations, points, directions)
+
+
+class Motion(NamedTuple):
+    """How the bodies move.
+
+    Attributes:
+        spins, spin_rates: angular velocities and accelerations.
+        accelerations: of the bodies' frames.
+    """
+
+    spins: list[Vector]
+    spin_rates: list[Vector]
+    accelerations: list[Vector]
+
+    def at(self, body: int, lever: Vector) -> Vector:
+        """Return the acceleration of a point of a body, from its frame: a + α × r + ω × (ω × r)."""
+        if body < 0:
+            return ZERO
+        spin = self.spins[body]
+        turning = cross(self.spin_rates[body], lever)
+        return added(self.accelerations[body], added(turning, cross(spin, cross(spin, lever))))
+
+
+def moving(
+    tree: Tree, at: Placed, v: Mapping[int, Scalar], a: Mapping[int, Scalar], base: Vector
+) -> Motion:
+    """Return how the bodies move (Featherstone 2008, eqs 5.14 and 5.15, in the tree's axes).
+
+    Args:
+        tree: the bodies.
+        at: where they are.
+        v: velocity coordinate to joint velocity; what is missing is zero.
+        a: likewise to joint acceleration.
+        base: acceleration of the world, which is that of free fall with its sign changed where
+            weight is to be counted.
+    """
+    spins: list[Vector] = []
+    spin_rates: list[Vector] = []
+    accelerations: list[Vector] = []
+    for index, body in enumerate(tree.bodies):
+        spin, spin_rate, acceleration = ZERO, ZERO, base
+        if body.parent >= 0:
+            parent = body.parent
+            spin, spin_rate = spins[parent], spin_rates[parent]
+            lever = less(at.points[index], at.points[parent])
+            acceleration = added(
+                accelerations[parent],
+                added(cross(spin_rate, lever), cross(spin, cross(spin, lever))),
+            )
+        relative, change = ZERO, ZERO
+        for rate in body.rates:
+            axis = at.directions[rate]
+            relative = added(relative, times(axis, v.get(rate, 0.0)))
+            change = added(change, times(axis, a.get(rate, 0.0)))
+        turning = cross(spin, relative)
+        if body.kind == "prismatic":
+            # Coriolis: 2 ω × v.
+            acceleration = added(acceleration, added(change, times(turning, 2.0)))
+        else:
+            spin_rate = added(spin_rate, added(change, turning))
+            spin = added(spin, relative)
+        spins.append(spin)
+        spin_rates.append(spin_rate)
+        accelerations.append(acceleration)
+    return Motion(spins, spin_rates, accelerations)
+
+
+def stepped(body: Body, x: Mapping[int, Scalar], step: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Return the coordinates of a body after a small step of its velocity coordinates.
+
+    A quaternion is turned by the quaternion (δ/2, 1), scaled to unit length.
+    """
+    if body.kind != "spherical":
+        (rate,) = body.rates
+        return {body.column: x[body.column] + step[rate]}
+    a, b, c, d = (x[body.column + k] for k in range(4))
+    p, q, r = (0.5 * step[rate] for rate in body.rates)
+    moved: Sequence[Scalar] = (
+        a + d * p + b * r - c * q,
+        b + d * q + c * p - a * r,
+        c + d * r + a * q - b * p,
+        d - a * p - b * q - c * r,
+    )
+    w, y, z, s = moved
+    scale = 1.0 / sqrt(w * w + y * y + z * z + s * s)
+    return {body.column + k: value * scale for k, value in enumerate(moved)}

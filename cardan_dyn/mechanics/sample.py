@@ -1,0 +1,265 @@
+"""Sample: all that is computed at one position of a scene, from a guess near it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..tape import absolute, greater, is_zero
+from . import closure
+from .bodies import Tree
+from .elimination import Eliminated, Pivot, Row, eliminated
+from .placements import Placed, moving, placed, stepped
+from .reactions import Closed, Push, closed, momentum_rates
+from .vectors import Scalar, Vector, seen, times, turned
+
+
+class Roles(NamedTuple):
+    """What coordinates are in a scene, by velocity coordinates.
+
+    Attributes:
+        drives: prescribed, with rates.
+        held: prescribed, at rest.
+        passives: decided by the loops.
+        counted: bodies that the norm of indeterminate forces counts, see `reactions.closed`.
+    """
+
+    drives: tuple[int, ...]
+    held: tuple[int, ...]
+    passives: tuple[int, ...]
+    counted: tuple[int, ...]
+
+
+class LinkForce(NamedTuple):
+    """A wrench on a link, in the link's axes or in those of the tree.
+
+    Attributes:
+        body: index.
+        rotation: of the link's axes in the body; None where the wrench is in the tree's axes.
+        lever: from the body's frame to the point, in the body's axes.
+        force, moment: about the point.
+    """
+
+    body: int
+    rotation: Sequence[Vector] | None
+    lever: Vector
+    force: Vector
+    moment: Vector
+
+    def push(self, at: Placed) -> Push:
+        """Return it in the tree's axes."""
+        if self.body < 0:
+            return Push(-1, self.lever, self.force, self.moment)
+        rotation = at.rotations[self.body]
+        force, moment = self.force, self.moment
+        if self.rotation is not None:
+            force, moment = (
+                turned(rotation, turned(self.rotation, vector)) for vector in (force, moment)
+            )
+        return Push(self.body, turned(rotation, self.lever), force, moment)
+
+
+class Given(NamedTuple):
+    """What is prescribed at a sample, in the units of a tree.
+
+    Attributes:
+        x: column to coordinate; those of passives are near closed ones.
+        speeds, accelerations: of the drives.
+        gravity: acceleration of free fall.
+        loads: velocity coordinate to the effort added there.
+        link_forces: wrenches on links.
+        factors: link to the factor on its mass and inertia.
+        offsets: of the couplings.
+    """
+
+    x: Mapping[int, Scalar]
+    speeds: Sequence[Scalar]
+    accelerations: Sequence[Scalar]
+    gravity: Vector
+    loads: Mapping[int, Scalar]
+    link_forces: Sequence[LinkForce]
+    factors: Mapping[str, Scalar]
+    offsets: Sequence[Scalar]
+
+
+class Position(NamedTuple):
+    """A sample near its closed position.
+
+    Attributes:
+        x: its coordinates.
+        at: where its bodies are.
+        errors: of the closure rows.
+        error: the greatest of them.
+        rows: closure rows of all moving coordinates.
+        factors: of those of the passive ones.
+    """
+
+    x: Mapping[int, Scalar]
+    at: Placed
+    errors: list[Scalar]
+    error: Scalar
+    rows: list[Row]
+    factors: Eliminated
+
+    @staticmethod
+    def of(
+        tree: Tree,
+        roles: Roles,
+        x: Mapping[int, Scalar],
+        offsets: Sequence[Scalar],
+        order: Sequence[Pivot],
+    ) -> Position:
+        """Return a position at coordinates that may be off."""
+        at = placed(tree, x)
+        by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
+        errors, error = closure.errors(tree, at, by_rate, offsets)
+        rows = closure.rows(tree, at, {*roles.drives, *roles.passives})
+        return Position(x, at, errors, error, rows, eliminated(passive_rows(rows, roles), order))
+
+    def corrected(self, tree: Tree, roles: Roles) -> tuple[dict[int, Scalar], Scalar]:
+        """Return the coordinates after a step of Newton's method, and the step's greatest part."""
+        step = self.factors.solve([-error for error in self.errors])
+        result, longest = dict(self.x), 0.0
+        passives = set(roles.passives)
+        for body in tree.bodies:
+            if passives.issuperset(body.rates):
+                result.update(stepped(body, self.x, step))
+        for value in step.values():
+            longest = greater(longest, absolute(value))
+        return result, longest
+
+
+def passive_rows(rows: Sequence[Row], roles: Roles) -> list[Row]:
+    """Return rows as far as passive coordinates go."""
+    passives = set(roles.passives)
+    return [{rate: entry for rate, entry in row.items() if rate in passives} for row in rows]
+
+
+class Solved(NamedTuple):
+    """What is found at a sample, in the units of the tree.
+
+    Attributes:
+        x: closed coordinates.
+        ratios: per drive, velocity coordinate to its rate where that drive alone moves at unit
+            speed.
+        v, a: velocity coordinate to velocity and acceleration.
+        wrenches: body to force and moment on it, in its frame.
+        fixed: likewise per `fixed` loop.
+        exerted: prescribed velocity coordinate to what acts there beside loads and couplings.
+        couplings: moments at their successors' joints.
+        step: greatest part of the last step of Newton's method.
+        error: greatest error of the closure rows.
+        growth, narrowness: see `Eliminated`.
+    """
+
+    x: Mapping[int, Scalar]
+    ratios: list[dict[int, Scalar]]
+    v: dict[int, Scalar]
+    a: dict[int, Scalar]
+    wrenches: dict[int, tuple[Vector, Vector]]
+    fixed: list[tuple[Vector, Vector]]
+    exerted: dict[int, Scalar]
+    couplings: list[Scalar]
+    step: Scalar
+    error: Scalar
+    growth: Scalar
+    narrowness: Scalar
+
+
+def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> Solved:
+    """Return all that is found at a sample.
+
+    Args:
+        tree: the mechanism.
+        roles: of its coordinates.
+        given: what is prescribed.
+        order: of the elimination.
+
+    Raises:
+        UnsuitableError: see `reactions.closed`.
+    """
+    guess = Position.of(tree, roles, given.x, given.offsets, order)
+    x, step = guess.corrected(tree, roles)
+    position = Position.of(tree, roles, x, given.offsets, order)
+    at, factors = position.at, position.factors
+    ratios = [_ratios(position, roles, drive) for drive in roles.drives]
+    v = _combined(ratios, given.speeds)
+    known = {
+        rate: value
+        for rate, value in zip(roles.drives, given.accelerations, strict=True)
+        if not is_zero(value)
+    }
+    a = dict(known)
+    if any(not is_zero(value) for value in v.values()) or known:
+        # The accelerations of the rows without those of the passives, which make up for them.
+        drifting = moving(tree, at, v, known, (0.0, 0.0, 0.0))
+        drifts = closure.drifts(tree, at, drifting)
+        for row in position.rows[6 * len(tree.loops) :]:
+            drifts.append(
+                sum((row[rate] * value for rate, value in known.items() if rate in row), 0.0)
+            )
+        a |= factors.solve([-drift for drift in drifts])
+    motion = moving(tree, at, v, a, times(given.gravity, -1.0))
+    carried = momentum_rates(tree, at, motion, given.factors)
+    for link_force in given.link_forces:
+        carried.against(at, link_force.push(at))
+    result = closed(
+        tree, at, factors, carried.passed_on(tree, at), given.loads, roles.passives, roles.counted
+    )
+    return Solved(
+        x,
+        ratios,
+        v,
+        a,
+        {
+            index: (seen(rotation, force), seen(rotation, moment))
+            for index, (rotation, force, moment) in enumerate(
+                zip(at.rotations, *result.wrenches, strict=True)
+            )
+        },
+        [
+            tuple(seen(at.end(loop.successor)[0], vector) for vector in exchanged)
+            for loop, exchanged in zip(tree.loops, result.exchanged, strict=True)
+            if loop.is_fixed
+        ],
+        _exerted(tree, at, roles, result, given.loads),
+        result.couplings,
+        step,
+        position.error,
+        greater(guess.factors.growth, factors.growth),
+        factors.narrowness,
+    )
+
+
+def _ratios(position: Position, roles: Roles, drive: int) -> dict[int, Scalar]:
+    """Return the rates of all that moves where one drive moves at unit speed."""
+    right = [-row.get(drive, 0.0) for row in position.rows]
+    return {drive: 1.0, **position.factors.solve(right)}
+
+
+def _combined(ratios: Sequence[Mapping[int, Scalar]], rates: Sequence[Scalar]) -> dict[int, Scalar]:
+    """Return the sum of velocity ratios, each times the rate of its drive."""
+    result: dict[int, Scalar] = {}
+    for of_drive, rate in zip(ratios, rates, strict=True):
+        if is_zero(rate):
+            continue
+        for index, ratio in of_drive.items():
+            result[index] = result.get(index, 0.0) + ratio * rate
+    return result
+
+
+def _exerted(
+    tree: Tree, at: Placed, roles: Roles, of: Closed, loads: Mapping[int, Scalar]
+) -> dict[int, Scalar]:
+    """Return what drives and held joints exert."""
+    result = of.wrenches.along(tree, at, {*roles.drives, *roles.held})
+    for rate, effort in result.items():
+        result[rate] = effort - loads.get(rate, 0.0)
+    for coupling, moment in zip(tree.couplings, of.couplings, strict=True):
+        for rate in coupling.successors:
+            if rate in result:
+                result[rate] = result[rate] - moment
+        for rate in coupling.predecessors:
+            if rate in result:
+                result[rate] = result[rate] + coupling.ratio * moment
+    return result

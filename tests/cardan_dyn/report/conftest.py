@@ -1,0 +1,9 @@
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.fixture
+def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages whose figures are made, but not written: that takes longer than all the rest."""
+    monkeypatch.setattr("cardan_dyn.report.page.image", lambda figure: "data:,")

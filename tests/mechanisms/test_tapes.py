@@ -1,0 +1,183 @@
+"""Tapes: many samples of every mechanism beside the general path, which solves few samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from compare import differences, sweep_of
+from scenes import draw
+
+import cardan_dyn as cd
+from cardan_dyn.dynamics import problem_solver, taped
+from cardan_dyn.scene.usual_motion import usual_motion
+
+ROUNDING = 2e-14
+"""Relative errors stay below this times the condition, as the guide says of any result."""
+GRAVITY = (0.3, -2.0, -9.5)
+
+
+@pytest.fixture(autouse=True)
+def few_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(problem_solver, "FEWEST_TAPED", 2)
+
+
+def in_general(swept: Callable[[], cd.Sweep], monkeypatch: pytest.MonkeyPatch) -> cd.Sweep:
+    """Return a sweep by the general path."""
+    with monkeypatch.context() as patch:
+        patch.setattr(problem_solver, "FEWEST_TAPED", np.inf)
+        return swept()
+
+
+@pytest.fixture
+def solved_by_tape(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bool]]:
+    """Yield which blocks tapes solved."""
+    answers: list[bool] = []
+    solution = taped.TapedSolver.solution
+
+    def told(*arguments: object) -> object:
+        found = solution(*arguments)  # type: ignore[arg-type]
+        answers.append(found is not None)
+        return found
+
+    monkeypatch.setattr(taped.TapedSolver, "solution", told)
+    yield answers
+
+
+def assert_same(first: cd.Sweep, second: cd.Sweep) -> None:
+    allowed = ROUNDING * np.maximum(first.condition, second.condition)
+    np.testing.assert_allclose(first.condition, second.condition, rtol=1e-6)
+    for rate in ("q", "v", "a"):
+        one, other = (getattr(sweep.motion, rate) for sweep in (first, second))
+        size = np.max(np.abs(one), axis=-1) + 1.0
+        assert np.all(np.max(np.abs(one - other), axis=-1) <= allowed * size), rate
+    size = np.max([wrench.magnitude for wrench in first.values()], axis=(0, 1))
+    for name, wrench in first.items():
+        for one, other in (
+            (wrench.force, second[name].force),
+            (wrench.moment, second[name].moment),
+        ):
+            assert np.all(np.abs(one - other).max(axis=-1) <= allowed * size + 1e-300), name
+        assert np.array_equal(wrench.unique, second[name].unique), name
+    for residual, one in first.proven.residuals.items():
+        other = second.proven.residuals[residual]
+        assert np.isnan(one) == np.isnan(other), residual
+        assert np.isnan(one) or abs(one - other) <= np.max(allowed), residual
+    for one, other in (
+        (first.drive_effort, second.drive_effort),
+        *(
+            (first.holding_effort[name], second.holding_effort[name])
+            for name in first.holding_effort
+        ),
+        *(
+            (first.coupling_moment[name], second.coupling_moment[name])
+            for name in first.coupling_moment
+        ),
+    ):
+        scale = np.max(np.abs(one), initial=1e-300) + np.max(size)
+        assert np.max(np.abs(one - other), initial=0.0) <= np.max(allowed) * scale
+
+
+@pytest.mark.parametrize("name", cd.bundled_names())
+def test_bundled_mechanisms(
+    name: str, monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
+) -> None:
+    for speed in (0.0, None):
+        usual = usual_motion(cd.load(name))
+        scene = usual.scene.replace(gravity=GRAVITY)
+        arguments = usual.positions, usual.speed if speed is None else speed, 1.0
+        assert_same(
+            scene.sweep(*arguments),
+            in_general(lambda: scene.replace().sweep(*arguments), monkeypatch),  # noqa: B023
+        )
+    traits = cd.load(name).description
+    assert all(solved_by_tape) and (solved_by_tape or usual.scene.elements), traits
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_random_chains_against_free_bodies(seed: int) -> None:
+    """Their oracle shares nothing with the package."""
+    case = draw(seed)
+    assert not differences(case, sweep_of(case))
+
+
+def test_what_acts_may_differ_from_sample_to_sample(
+    monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
+) -> None:
+    rng = np.random.default_rng(3)
+    count = 257
+    scene = cd.Scene(
+        cd.load("double_shaft_z"),
+        drive="bearing_in",
+        held={"joint_angle_1": 0.4, "joint_angle_2": -0.3},
+        gravity=GRAVITY,
+    )
+    links = [name for name in scene.mechanism.links if scene.mechanism.links[name][0] > 0]
+
+    def swept() -> cd.Sweep:
+        return scene.replace().sweep(
+            rng_positions,
+            speed,
+            acceleration,
+            held={"joint_angle_1": angle},
+            loads={
+                "bearing_out": torque,
+                links[1]: cd.Wrench(force=force, moment=(1.0, 2.0, 3.0), point=(0.1, 0.0, 0.2)),
+                links[-1]: cd.Wrench(force=(5.0, -3.0, 1.0), frame="world", moment=force),
+            },
+            gravity=gravity,
+            inertia={links[0]: factor, links[-1]: 1.7},
+        )
+
+    rng_positions, angle = rng.uniform(-7.0, 7.0, count), rng.uniform(0.1, 1.2, count)
+    speed, acceleration = rng.normal(size=(2, count)) * 20.0
+    torque, factor = rng.normal(size=count) * 50.0, rng.uniform(0.5, 2.0, count)
+    force, gravity = rng.normal(size=(2, count, 3)) * 9.0
+    assert_same(swept(), in_general(swept, monkeypatch))
+    assert all(solved_by_tape)
+    assert solved_by_tape
+
+
+def test_a_position_comes_out_alike_whatever_is_asked_beside_it() -> None:
+    """To the last bit, once the tapes of a scene are made."""
+    usual = usual_motion(cd.load("universal_joint"), samples=301)
+    usual.scene.sweep(usual.positions, 3.0)
+    known = usual.scene.sweep(usual.positions, 3.0)
+    chosen = np.random.default_rng(0).permutation(len(usual.positions))[:200]
+    mixed = usual.scene.sweep(usual.positions[chosen], 3.0)
+    assert np.array_equal(mixed.motion.q, known.motion.q[chosen])
+    for joint in known.outputs:
+        assert np.array_equal(mixed[joint].force, known[joint].force[chosen]), joint
+        assert np.array_equal(mixed[joint].moment, known[joint].moment[chosen]), joint
+
+
+def test_samples_that_no_tape_holds_for_are_solved_in_general(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """However few tapes serve, the wrenches are right, and errors tell of the same sample."""
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
+    positions = np.linspace(0.0, 2.0 * np.pi, 400)
+
+    def swept() -> cd.Sweep:
+        return scene.replace().sweep(positions, 3.0)
+
+    expected = in_general(swept, monkeypatch)
+    for growth in (0.0, 1.05, 2.0):
+        monkeypatch.setattr(taped, "_GROWTH", growth)
+        assert_same(swept(), expected)
+
+
+def test_dead_points_are_refused_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = cd.Scene(cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.0})
+    low, high = scene.motion_range()
+    positions = np.append(np.linspace(low + 0.1 * (high - low), high, 50)[:-1], high)
+    told = []
+    for by_tape in (False, True):
+        with pytest.raises(cd.CardanError) as caught:
+            if by_tape:
+                scene.sweep(positions)
+            else:
+                in_general(lambda: scene.sweep(positions), monkeypatch)
+        told.append((type(caught.value), str(caught.value)))
+    assert told[0] == told[1]
