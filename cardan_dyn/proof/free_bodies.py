@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 _RESULTS = 9
 """How many arrays of `Residuals` are computed."""
 _FEWEST_TRACED = 4096
-"""Samples of a sweep from which on its proof is traced: that takes as long as arrays take for so many,
-some 3400 of a Stewart platform and 7000 of a universal joint."""
+"""Samples of a sweep from which on its proof is traced: this takes as long as arrays take for some
+3400 samples of a Stewart platform, and 7000 of a universal joint."""
 
 
 class Setup(NamedTuple):
