@@ -20,7 +20,6 @@
     WITH(against_load) \
     WITH(all_finite) \
     WITH(branch) \
-    WITH(cancellation) \
     WITH(closure) \
     WITH(exerted) \
     WITH(explicit_step) \
@@ -31,12 +30,10 @@
     WITH(newton_step) \
     WITH(passive_accelerations) \
     WITH(passive_rates) \
-    WITH(proven) \
     WITH(reactions) \
     WITH(refined) \
     WITH(rows) \
-    WITH(same_side) \
-    WITH(within)
+    WITH(same_side)
 
 /* What plans are of. */
 #define EVERY_PLAN(WITH) \
@@ -46,7 +43,6 @@
     WITH(lattice) \
     WITH(load) \
     WITH(moves) \
-    WITH(proof) \
     WITH(reactions) \
     WITH(rows) \
     WITH(stepping)

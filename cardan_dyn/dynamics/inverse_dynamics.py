@@ -53,6 +53,7 @@ class Inputs(NamedTuple):
         time: at which actuators act, `(N,)` or `(1,)` [s].
         has_rates: whether any sample of the sweep, also of other blocks, has a drive speed or
             acceleration.
+        samples: how many the whole sweep has.
     """
 
     positions: Array
@@ -66,6 +67,7 @@ class Inputs(NamedTuple):
     turns: Array
     time: Array
     has_rates: bool
+    samples: int
 
     @staticmethod
     def of(
@@ -74,6 +76,7 @@ class Inputs(NamedTuple):
         acting: Acting,
         turns: Array,
         has_rates: bool | None = None,
+        samples: int = 0,
     ) -> Inputs:
         """Return what is prescribed for samples.
 
@@ -83,6 +86,7 @@ class Inputs(NamedTuple):
             acting: flat over these samples.
             turns: see the attribute.
             has_rates: see the attribute; None if there are no other samples.
+            samples: see the attribute; 0 if there are no other samples.
         """
         if has_rates is None:
             has_rates = acting.has_rates
@@ -108,6 +112,7 @@ class Inputs(NamedTuple):
             turns,
             acting.time,
             has_rates,
+            samples or targets.size,
         )
 
     def of_samples(self, samples: Array) -> Inputs:
@@ -311,16 +316,19 @@ class InverseDynamics:
         """
         from ..proof.constraints import Motion
         from ..proof.free_bodies import FreeBodies, Setup
+        from ..proof.traced import Programs
 
         problem, mechanism = self._problem, self._mechanism
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
         motion = Motion(problem.independent, tuple(problem.held), known)
+        key = motion.drives, motion.held, known.tobytes(), *self._claimed
         return FreeBodies(
             mechanism.second_reading,
             mechanism.coordinates,
             mechanism.characteristic_length,
             Setup(motion, self._claimed, problem.elements, mechanism.zero),
+            mechanism.kept.of("programs of the proof", key, Programs),
         )
 
     def prove_flags(self, solution: Solution) -> None:
@@ -502,6 +510,7 @@ class InverseDynamics:
                 inertia=inputs.inertia,
                 has_rates=inputs.has_rates,
                 time=inputs.time,
+                samples=inputs.samples,
             )
         )
 

@@ -600,7 +600,8 @@ class _Work:
         if len(assembled.spans) > 1:
             targets, turns = targets.block(span), turns[span]
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
-        inputs = dynamics.inputs_of(solver.problem, targets, acting, turns, self._has_rates)
+        given = targets, acting, turns, self._has_rates, len(assembled)
+        inputs = dynamics.inputs_of(solver.problem, *given)
         is_taped = len(assembled) >= FEWEST_TAPED and solver.taped is not None
         solution = self._by_tape(index, inputs) if is_taped else None
         if solution is None:

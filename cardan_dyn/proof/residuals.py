@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
-from .. import compiled
 from ..arrays import Array
 from ..errors import AccuracyError, as_position, as_text
 
@@ -66,6 +65,7 @@ class Claim(NamedTuple):
         has_rates: whether any sample of the sweep has a drive speed or acceleration; if not, `v`
             and `a` are zero.
         time: at which actuators act, `(N,)` or `(1,)` [s].
+        samples: how many the whole sweep has; 0 if no others.
     """
 
     x: Array
@@ -86,6 +86,7 @@ class Claim(NamedTuple):
     inertia: Mapping[str, Array]
     has_rates: bool
     time: Array = np.zeros(1)
+    samples: int = 0
 
 
 @dataclass(frozen=True)
@@ -189,11 +190,6 @@ class Residuals(NamedTuple):
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
-        # Twin: `cancellation` of compiled/proof.c.
-        if compiled.kernel is not None and self.elastic is None:
-            result = np.empty(len(self.inertia))
-            compiled.kernel.cancellation(self.inertia, self.wrench, self.applied, result)
-            return result
         if not np.count_nonzero(self.inertia):
             return np.ones(len(self.inertia))
         remaining = np.maximum(self.wrench, self.applied)
@@ -271,10 +267,6 @@ class Residuals(NamedTuple):
 
     def is_proven(self) -> bool:
         """Return whether `prove` accepts the result."""
-        # Twin: `within` of compiled/proof.c.
-        if compiled.kernel is not None and self.elastic is None:
-            is_within: bool = compiled.kernel.within(BALANCE_TOLERANCE, *self[:11])
-            return is_within
         # Errors of loops and rates are relative already.
         is_small = np.maximum(self.loop_error, self.rate_error) <= BALANCE_TOLERANCE
         for error, scale in self._balances().values():

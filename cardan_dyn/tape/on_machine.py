@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -46,5 +45,7 @@ def spread(part: Callable[[int, int], object], count: int, block: int, threads: 
     if shares == 1:
         part(0, count)
         return
+    from concurrent.futures import ThreadPoolExecutor  # Most runs have one thread.
+
     with ThreadPoolExecutor(shares) as pool:
         list(pool.map(part, bounds[:-1], bounds[1:]))
