@@ -27,7 +27,7 @@ from .effort_balance import EffortBalance
 from .momentum import Massive
 from .placing import Frame
 from .residuals import Claim, Residuals
-from .samples import Sample, Scalars, sample_of
+from .samples import Rows, Sample, Scalars
 from .screws import NOTHING, Screw, Screws, about, by, in_world, minus, power, total_of
 from .self_stress import SelfStressProof, prove_flags
 from .traced import Programs
@@ -38,13 +38,6 @@ if TYPE_CHECKING:
     from ..elements.element import Element
     from .element_loads import ElementLoads, ProvenElements
     from .tooth_forces import MeshingGears
-
-
-_RESULTS = 9
-"""How many arrays of `Residuals` are computed."""
-_FEWEST_TRACED = 4096
-"""Samples of a sweep from which on its proof is traced: this takes as long as arrays take for some
-3400 samples of a Stewart platform, and 7000 of a universal joint."""
 
 
 class Setup(NamedTuple):
@@ -206,36 +199,29 @@ class FreeBodies:
     def check(self, claim: Claim) -> Residuals:
         """Return the residuals of a claim.
 
-        One sample is computed with floats, the blocks of a long sweep by a program that is traced
-        for them, and what lies between with arrays: how, follows from the number of samples alone.
+        The first samples are computed with floats or arrays, later ones by a traced program.
         """
-        count = len(claim.x)
-        results = np.empty((_RESULTS, count))
-        # What overflows is refused by those who judge residuals.
-        with np.errstate(over="ignore", invalid="ignore"):
-            elements = self._exerted_by_elements(claim)
-            sample = sample_of(claim, self.frames, elements)
-            if count and claim.samples >= _FEWEST_TRACED:
-                results[:] = self._programs.run(self.residuals, sample, count)
-            else:
-                for row, values in zip(results, self.residuals(sample), strict=True):
-                    row[:] = values
-        if not claim.has_rates:  # Nothing may move then.
+        elements = None if self._elements is None else self._exerted_by_elements(claim)
+        given = Rows(claim, elements), claim.samples, self.frames
+        results = self._programs.results(self.residuals, *given)
+        if not claim.has_rates and (np.count_nonzero(claim.v) or np.count_nonzero(claim.a)):
+            # Nothing may move then.
             moving = (claim.v != 0.0) | (claim.a != 0.0)
             results[Residuals._fields.index("rate_error")][moving.any(axis=1)] = np.inf
         terms = None if elements is None else elements.terms
         return Residuals._make((*results, bool(self._covered), self._power_known, terms))
 
-    def _exerted_by_elements(self, claim: Claim) -> ElementLoads | None:
-        if self._elements is None:
-            return None
+    def _exerted_by_elements(self, claim: Claim) -> ElementLoads:
+        assert self._elements is not None
         x = claim.x + 2.0 * np.pi * claim.turns
         screws, v = self._screws, list(claim.v.T)
-        placed = screws.placing.placed(list(claim.x.T))
-        velocities = None
-        if claim.has_rates:
-            velocities = screws.absolute(screws.relative(screws.units(placed), v))
-        return self._elements.on(placed, velocities, x, claim.v, claim.time)
+        # What overflows is refused by those who judge residuals.
+        with np.errstate(over="ignore", invalid="ignore"):
+            placed = screws.placing.placed(list(claim.x.T))
+            velocities = None
+            if claim.has_rates:
+                velocities = screws.absolute(screws.relative(screws.units(placed), v))
+            return self._elements.on(placed, velocities, x, claim.v, claim.time)
 
     def residuals(self, sample: Sample) -> tuple[Scalar, ...]:
         """Return the first nine fields of `Residuals` of a sample."""

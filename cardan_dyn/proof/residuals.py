@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AccuracyError, as_position, as_text
+from ..tape import Scalar
 
 if TYPE_CHECKING:
     from ..elements.link_loads import LinkLoad
@@ -258,33 +259,35 @@ class Residuals(NamedTuple):
         """
         if self.is_proven():
             return
-        unit = np.ones(len(self.loop_error))
-        judged = {"loop": (self.loop_error, unit), "rate": (self.rate_error, unit)}
-        judged |= self._balances()
-        for name, (error, scale) in judged.items():
-            if not _is_small(error, scale).all():
+        for name, (error, scale) in self._judged().items():
+            if not np.all(_is_small(error, scale)):
                 _refuse(name, error, scale, positions, condition)
 
     def is_proven(self) -> bool:
         """Return whether `prove` accepts the result."""
-        # Errors of loops and rates are relative already.
-        is_small = np.maximum(self.loop_error, self.rate_error) <= BALANCE_TOLERANCE
-        for error, scale in self._balances().values():
-            is_small &= _is_small(error, scale)
-        return bool(np.logical_and.reduce(is_small))
+        residuals = self if len(self.loop_error) > 1 else self._in_floats()
+        judged = [_is_small(error, scale) for error, scale in residuals._judged().values()]
+        return sum(map(np.count_nonzero, judged)) == len(judged) * len(self.loop_error)
 
-    def _balances(self) -> dict[str, tuple[Array, Array]]:
-        """Return the residuals of balances by name: errors `(N,)` and what they are part of."""
+    def _in_floats(self) -> Residuals:
+        """Return the residuals of a single sample as floats, a tenth of the time of arrays."""
+        return Residuals._make(
+            [value.item() if type(value) is np.ndarray else value for value in self]
+        )
+
+    def _judged(self) -> dict[str, tuple[Scalar, Scalar]]:
+        """Return the residuals by name: errors `(N,)`, and what they are part of."""
+        # Errors of loops and rates are relative already.
+        judged = {"loop": (self.loop_error, 1.0), "rate": (self.rate_error, 1.0)}
         size = self.wrench + self.applied + self.inertia
         if self.elastic is not None:
             size = size + _ELASTIC_ROUNDING * self.elastic
-        balances = {}
         if self.bodies_balanced:
-            balances["balance"] = self.imbalance, size
+            judged["balance"] = self.imbalance, size
         if self.power_balanced:
             scale = self.power_scale + size * self.speed_scale
-            balances["power"] = self.power_imbalance, scale
-        return balances
+            judged["power"] = self.power_imbalance, scale
+        return judged
 
     def _greatest_wrench(self) -> Array:
         """Return the greatest wrench or load of all samples [N·m], as an array per sample.
@@ -311,7 +314,7 @@ def overflow(what: str) -> AccuracyError:
     )
 
 
-def _is_small(error: Array, scale: Array) -> Array:
+def _is_small(error: Scalar, scale: Scalar) -> Scalar:
     """Return where residuals are within the tolerance times their scale, see `Residuals.prove`.
 
     Comparisons with what is not a number are false, so that it is no proof.
@@ -319,8 +322,9 @@ def _is_small(error: Array, scale: Array) -> Array:
     return (error <= BALANCE_TOLERANCE * scale) & (scale < np.inf)
 
 
-def _refuse(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> NoReturn:
+def _refuse(name: str, error: Array, scale: Scalar, positions: Array, condition: Array) -> NoReturn:
     """Raise the error for a residual `(N,)` that exceeds the tolerance times its scale."""
+    scale = np.broadcast_to(scale, error.shape)
     with np.errstate(over="ignore", invalid="ignore"):
         relative, bad = ratio(error, scale), ~_is_small(error, scale)
     worst = int(np.argmax(np.where(bad, np.nan_to_num(relative, nan=np.inf), -1.0)))

@@ -1,23 +1,23 @@
 """Samples: a claim as scalars, which the proof computes with whatever they are.
 
-Of one sample they are floats. Of several they are arrays `(N,)`, side by side; what is the same for
-all of them is a float. What is zero everywhere is the float 0.0, so that nothing is computed with
-what does not act.
+Its numbers stand in rows. Of one sample they become floats, of several, arrays `(N,)`, but floats
+where they are the same for all; while a text is traced, they are variables. What is zero everywhere
+is the float 0.0, so that nothing is computed with what does not act.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from collections.abc import Hashable, Mapping, Sequence
+from itertools import islice
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..arrays import Array
-from ..tape import Scalar, is_zero
+from ..tape import Scalar, Trace, is_zero
 from .placing import WORLD_AXES, Fixed, Frame
 from .screws import Screw, in_world
-from .vectors import ZERO, Vector
+from .vectors import ZERO, Vector, add, combine, total
 
 if TYPE_CHECKING:
     from ..mechanism.frames import Frames
@@ -26,20 +26,26 @@ if TYPE_CHECKING:
 
 Scalars: TypeAlias = Sequence[Scalar]
 
+_BY_CHANCE = {"x", "turns", "positions", "held", "wrenches"}
+"""Rows that are zero at some samples and not at others, so that it is of no use to know."""
+_OF_LOAD = "point", "force", "moment"
+"""Rows of a load on a link."""
+
 
 class Push(NamedTuple):
     """A load that acts on a body.
 
     Attributes:
         body: index of it.
-        place: of its link and the point at which it acts, in the body's frame; None for what is
-            about the corner and in world axes.
+        place: of its link; None for what is about the corner and in world axes.
+        point: at which it acts, in the link's frame.
         in_world: whether force and moment are in world axes all the same.
         wrench: force [N], and moment about the point [N·m].
     """
 
     body: int
     place: Fixed | None
+    point: Vector
     in_world: bool
     wrench: Screw
 
@@ -47,10 +53,9 @@ class Push(NamedTuple):
         """Return the wrench about the corner in world axes, with the frames of motions placed."""
         if self.place is None:
             return self.wrench
-        frame = self.place.on(placed[self.place.motion])
-        if self.in_world:
-            frame = frame._replace(axes=WORLD_AXES)
-        return in_world(self.wrench, frame)
+        axes, origin = self.place.on(placed[self.place.motion])
+        point = add(origin, combine(axes, self.point))
+        return in_world(self.wrench, Frame(WORLD_AXES if self.in_world else axes, point))
 
 
 class Sample(NamedTuple):
@@ -82,65 +87,156 @@ class Sample(NamedTuple):
     inertia: Mapping[str, Scalar]
 
 
-def sample_of(claim: Claim, frames: Frames, elements: ElementLoads | None) -> Sample:
-    """Return a claim as scalars.
+class Rows:
+    """The numbers of a claim in rows.
 
-    Args:
-        claim: of N samples.
-        frames: of the description.
-        elements: what they exert at these samples.
+    Attributes:
+        kind: all that decides which rows there are, beside the description: claims of one kind have
+            the same. First, whether `v` and `a` count.
+        count: number of samples.
+        parts: arrays `(k, N)` of rows, or `(k, 1)` where they are the same for all samples.
     """
-    loads = claim.loads if elements is None else claim.loads + elements.efforts.T
-    still = [0.0] * claim.v.shape[1]
-    pushes = []
-    for link, load in claim.link_loads.items():
-        body, placement = frames.links[link]
-        place = placement.copy()
-        place[:3, 3] += placement[:3, :3] @ load.point
-        (force,), (moment,) = _vectors(load.force), _vectors(load.moment)
-        fixed = Fixed.of(frames.last[body], place)
-        pushes.append(Push(body, fixed, load.in_world, (force, moment)))
-    for body, pushed in () if elements is None else elements.wrenches:
-        force, moment = _vectors(pushed.reshape(6, -1).T)
-        pushes.append(Push(body, None, True, (force, moment)))
-    vectors = _vectors(claim.wrenches)
-    ratios, drives = _columns(claim.velocity_ratios), claim.velocity_ratios.shape[2]
-    (gravity,) = _vectors(claim.gravity)
-    return Sample(
-        x=_columns(claim.x),
-        turns=_columns(claim.turns),
-        moves=claim.has_rates,
-        v=_columns(claim.v) if claim.has_rates else still,
-        a=_columns(claim.a) if claim.has_rates else still,
-        positions=_columns(claim.positions),
-        speeds=_columns(claim.speeds),
-        accelerations=_columns(claim.accelerations),
-        held=_columns(claim.held),
-        ratios=[ratios[drive::drives] for drive in range(drives)],
-        wrenches=list(zip(vectors[::2], vectors[1::2], strict=True)),
-        exerted=_columns(claim.exerted),
-        couplings=_columns(claim.couplings),
-        loads=_columns(loads),
-        pushes=pushes,
-        gravity=gravity,
-        inertia={link: _columns(factor)[0] for link, factor in claim.inertia.items()},
-    )
+
+    def __init__(self, claim: Claim, elements: ElementLoads | None) -> None:
+        """Take a claim apart.
+
+        Args:
+            claim: of N samples.
+            elements: what they exert at these samples.
+        """
+        self.count = count = len(claim.x)
+        _, rates, self._drives = claim.velocity_ratios.shape
+        given = [claim.speeds, claim.accelerations, claim.held, claim.loads, claim.gravity]
+        links, pushed = [], []
+        for link, load in claim.link_loads.items():
+            links.append((link, load.in_world))
+            given += load.point[None], load.force, load.moment
+        given += [factor[:, None] for factor in claim.inertia.values()]
+        # Of one sample, all that may be the same for several counts as if it were.
+        same = [len(array) == 1 for array in given]
+        own = [
+            claim.x,
+            claim.turns,
+            claim.positions,
+            claim.velocity_ratios.reshape(count, rates * self._drives),
+            claim.wrenches.reshape(count, 6 * claim.wrenches.shape[1]),
+            claim.exerted,
+            claim.couplings,
+        ]
+        if claim.has_rates:
+            own += claim.v, claim.a
+        if elements is not None:
+            own.append(elements.efforts.T)
+            for body, wrench in elements.wrenches:
+                pushed.append(body)
+                own.append(wrench.reshape(6, count).T)
+        is_elastic = elements is not None
+        self.kind = (
+            claim.has_rates,
+            is_elastic,
+            (*same,),
+            (*links,),
+            (*pushed,),
+            (*claim.inertia,),
+        )
+        self.parts = [array.T for array in (*given, *own)]
+
+    @property
+    def names(self) -> list[Hashable]:
+        """What each part is of."""
+        moves, is_elastic, _, links, pushed, factors = self.kind
+        names: list[Hashable] = ["speeds", "accelerations", "held", "loads", "gravity"]
+        names += [(part, *link) for link in links for part in _OF_LOAD]
+        names += [("inertia", link) for link in factors]
+        names += ["x", "turns", "positions", "ratios", "wrenches", "exerted", "couplings"]
+        names += ["v", "a"] if moves else []
+        names += ["efforts", *[("element", *k) for k in enumerate(pushed)]] if is_elastic else []
+        return names
+
+    @property
+    def scalars(self) -> list[Scalar]:
+        """The rows as numbers and arrays."""
+        scalars: list[Scalar] = []
+        for part in self.parts:
+            if part.shape[1] == 1:
+                scalars += part[:, 0].tolist()
+            else:
+                acts = part.any(axis=1).tolist()
+                rows = zip(np.ascontiguousarray(part), acts, strict=True)
+                scalars += [row if acts else 0.0 for row, acts in rows]
+        return scalars
+
+    def acting(self) -> Array:
+        """Return which rows are not zero at all samples, or are so by chance alone."""
+        parts = zip(self.names, self.parts, strict=True)
+        acting = [part.any(axis=1) | (name in _BY_CHANCE) for name, part in parts]
+        return np.concatenate(acting)
+
+    def variables(self, trace: Trace) -> list[Scalar]:
+        """Return the rows as inputs of a trace."""
+        same = dict(zip(self.names, self.kind[2], strict=False))
+        variables: list[Scalar] = []
+        for name, part in zip(self.names, self.parts, strict=True):
+            for _ in part:
+                is_uniform = same.get(name, False)
+                # No decision is taken by shadows.
+                variables.append(trace.input(str(len(variables)), 0.0, uniform=is_uniform))
+        return variables
+
+    def sample(self, scalars: Scalars, frames: Frames) -> Sample:
+        """Return a claim of which all rows are scalars.
+
+        Args:
+            scalars: one for each row.
+            frames: of the description.
+        """
+        moves, given = self.kind[0], iter(scalars)
+        rows: dict[Any, list[Scalar]] = {
+            name: list(islice(given, len(part)))
+            for name, part in zip(self.names, self.parts, strict=True)
+        }
+        loads, still = rows["loads"], [0.0] * len(rows["loads"])
+        if "efforts" in rows:
+            loads = [total(both) for both in zip(loads, rows["efforts"], strict=True)]
+        pushes, inertia = [], {}
+        for name, row in rows.items():
+            if name[0] == "element":
+                force, moment = _vectors(row)
+                pushes.append(Push(name[2], None, ZERO, True, (force, moment)))
+            elif name[0] == "inertia":
+                (inertia[name[1]],) = row
+            elif name[0] == "point":
+                _, link, is_in_world = name
+                body, placement = frames.links[link]
+                of_load = (_vectors(rows[part, link, is_in_world]) for part in _OF_LOAD)
+                (point,), (force,), (moment,) = of_load
+                place = Fixed.of(frames.last[body], placement)
+                pushes.append(Push(body, place, point, is_in_world, (force, moment)))
+        vectors = _vectors(rows["wrenches"])
+        (gravity,) = _vectors(rows["gravity"])
+        return Sample(
+            x=rows["x"],
+            turns=rows["turns"],
+            moves=moves,
+            v=rows.get("v", still),
+            a=rows.get("a", still),
+            positions=rows["positions"],
+            speeds=rows["speeds"],
+            accelerations=rows["accelerations"],
+            held=rows["held"],
+            ratios=[rows["ratios"][drive :: self._drives] for drive in range(self._drives)],
+            wrenches=list(zip(vectors[::2], vectors[1::2], strict=True)),
+            exerted=rows["exerted"],
+            couplings=rows["couplings"],
+            loads=loads,
+            pushes=pushes,
+            gravity=gravity,
+            inertia=inertia,
+        )
 
 
-def _columns(values: Array) -> list[Scalar]:
-    """Return `(N, …)` numbers, or `(1, …)` that hold for all samples, as scalars in a row."""
-    if len(values) == 1:
-        return values.ravel().tolist()
-    columns: Array = np.ascontiguousarray(
-        values.reshape(len(values), math.prod(values.shape[1:])).T
-    )
-    acting: list[bool] = np.any(columns, axis=1).tolist()
-    return [column if acts else 0.0 for column, acts in zip(columns, acting, strict=True)]
-
-
-def _vectors(values: Array) -> list[Vector]:
-    """Return the same as vectors, of each three in a row."""
-    row = _columns(values)
+def _vectors(row: Scalars) -> list[Vector]:
+    """Return scalars as vectors, of each three in a row."""
     vectors = []
     for start in range(0, len(row), 3):
         x, y, z = row[start : start + 3]

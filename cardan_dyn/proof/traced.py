@@ -1,4 +1,8 @@
-"""Traced: a text of one sample as programs that run for many, one for each kind of sample."""
+"""Traced: a text of one sample as programs that run for many, once enough samples are proven.
+
+To trace a text takes as long as to compute some thousand samples by it. So the first ones are
+computed with floats or arrays, until as many were asked for. When, follows from their number alone.
+"""
 
 from __future__ import annotations
 
@@ -8,84 +12,96 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..arrays import Array
-from ..tape import Program, Scalar, Trace
-from .placing import Fixed
-from .samples import Sample
-from .vectors import ZERO
+from ..mechanism.frames import Frames
+from ..tape import WORTH_TRACING, Program, Scalar, Trace, runs_compiled
+from .samples import Rows, Sample
+from .vectors import greatest
 
 Text: TypeAlias = Callable[[Sample], Sequence[Scalar]]
 
-_ANY = ("x", "turns", "positions", "held", "wrenches")
-"""Fields whose zeros make no other kind of sample: they come and go from block to block."""
+_CALL = WORTH_TRACING // 64
+"""Samples for which a text takes as long as for a single one: arrays are as slow as floats then."""
+_MOST_KINDS = 8
+"""Kinds of claims whose programs are kept, the last ones: of most scenes there are one or two."""
 
 
-class Programs:
-    """What a text computes, traced when a kind of sample is first seen.
+class _Known:
+    """What is known of claims of a kind.
 
-    Samples are of one kind if the same of their numbers are zero, the same for all, or apart.
+    Attributes:
+        asked: samples that were computed without a program, and what their calls are worth.
+        acting: which rows were not zero at one of these, or of those before.
+        program: None if there is none yet. Its last result is zero where it holds: where all rows
+            are zero that it leaves out.
     """
 
     def __init__(self) -> None:
-        self.of_kinds: dict[tuple[Any, ...], Program] = {}
+        self.asked = 0
+        self.acting: Array | None = None
+        self.program: Program | None = None
 
-    def run(self, text: Text, sample: Sample, count: int) -> Array:
-        """Return what a text computes of that many samples side by side, a row for each result."""
-        values: list[Scalar] = []
-        kind: list[Any] = [sample.moves, *sample.inertia]
+    def is_worth_tracing(self, rows: Rows, samples: int) -> bool:
+        """Take note of claims that no program holds for; return whether there should be one."""
+        acting = rows.acting()
+        self.acting = acting if self.acting is None else self.acting | acting
+        self.asked += max(samples, rows.count) + _CALL
+        return self.asked > WORTH_TRACING
 
-        def noted(value: Scalar, is_any: bool) -> Scalar:
-            if not is_any:
-                kind.append(_kind(value))
-            if is_any or kind[-1] is not None:
-                values.append(value)
-            return value
+    def trace(self, text: Text, rows: Rows, frames: Frames) -> None:
+        """Make the program of all rows that were seen to act."""
+        assert self.acting is not None
+        trace = Trace()
+        variables, acting = rows.variables(trace), self.acting.tolist()
+        pairs = list(zip(variables, acting, strict=True))
+        sample = rows.sample([own if acts else 0.0 for own, acts in pairs], frames)
+        left_out = greatest(own for own, acts in pairs if not acts)
+        self.program = Program(trace, (*text(sample), left_out), keeps_inputs=True)
+        self.asked = 0
 
-        _each(sample, noted, kind)
-        names = list(map(str, range(len(values))))
-        key = tuple(kind)
-        if key not in self.of_kinds:
-            self.of_kinds[key] = _program(text, sample)
-        return self.of_kinds[key].run(dict(zip(names, values, strict=True)), count)
-
-
-def _program(text: Text, sample: Sample) -> Program:
-    trace = Trace()
-
-    def variable(value: Scalar, is_any: bool) -> Scalar:
-        is_uniform = False if is_any else _kind(value)
-        # No decision is taken by shadows.
-        return value if is_uniform is None else trace.input(str(len(trace.inputs)), 0.0, is_uniform)
-
-    return Program(trace, text(_each(sample, variable, [])))
+    def results(self, rows: Rows) -> Array | None:
+        """Return the results of the program; None where it does not hold."""
+        if self.program is None:
+            return None
+        results = self.program.run_rows(rows.parts, rows.count)
+        return None if np.count_nonzero(results[-1]) else results[:-1]
 
 
-def _kind(value: Scalar) -> bool | None:
-    """Return whether a scalar is one number for all samples; None if it is zero for all."""
-    if type(value) is not float:
-        return False
-    return True if value else None
+class Programs:
+    """What a text computes of claims, by a program where these are worth one."""
 
+    def __init__(self) -> None:
+        self._of_kinds: dict[tuple[Any, ...], _Known] = {}
 
-def _each(sample: Sample, replaced: Callable[[Scalar, bool], Scalar], kind: list[Any]) -> Sample:
-    """Return a sample with each of its scalars replaced; what else it has is added to its kind."""
+    def results(self, text: Text, rows: Rows, samples: int, frames: Frames) -> Array:
+        """Return what a text computes of claims, a row for each result.
 
-    def walked(item: Any, is_any: bool) -> Any:
-        if isinstance(item, (float, np.ndarray)):
-            return replaced(item, is_any)
-        if item is ZERO and not is_any:
-            kind.append(item)
-            return item
-        if isinstance(item, (list, tuple)) and not isinstance(item, Fixed):
-            parts = [walked(part, is_any) for part in item]
-            return parts if isinstance(item, list) else _alike(item, parts)
-        if isinstance(item, dict):
-            return {key: walked(part, is_any) for key, part in item.items()}
-        kind.append(item)
-        return item
+        Args:
+            text: the text.
+            rows: of the claims.
+            samples: how many the whole sweep has.
+            frames: of the description.
+        """
+        # Without the machine, each operation is a call of NumPy, ten times as slow as floats.
+        if rows.count > 1 or runs_compiled():
+            known = self._known(rows)
+            results = known.results(rows)
+            if results is None and known.is_worth_tracing(rows, samples):
+                known.trace(text, rows, frames)
+                results = known.results(rows)
+            if results is not None:
+                return results
+        # What overflows is refused by those who judge results.
+        with np.errstate(over="ignore", invalid="ignore"):
+            computed = text(rows.sample(rows.scalars, frames))
+        results = np.empty((len(computed), rows.count))
+        for row, values in zip(results, computed, strict=True):
+            row[:] = values
+        return results
 
-    fields = {name: walked(part, name in _ANY) for name, part in sample._asdict().items()}
-    return Sample(**fields)
-
-
-def _alike(item: tuple[Any, ...], parts: list[Any]) -> Any:
-    return item._make(parts) if hasattr(item, "_make") else tuple(parts)
+    def _known(self, rows: Rows) -> _Known:
+        known = self._of_kinds.get(rows.kind)
+        if known is None:
+            if len(self._of_kinds) == _MOST_KINDS:
+                self._of_kinds.pop(next(iter(self._of_kinds)))
+            known = self._of_kinds[rows.kind] = _Known()
+        return known

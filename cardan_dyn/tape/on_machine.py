@@ -13,7 +13,7 @@ _LARGE_BLOCK, _SMALL_BLOCK = 32, 4
 """Lanes of a block, as the machine is compiled for them."""
 
 
-def is_at_hand() -> bool:
+def runs_compiled() -> bool:
     """Return whether there is a compiled machine."""
     return hasattr(compiled.kernel, "run_program")
 
@@ -25,8 +25,8 @@ def block_for(count: int) -> int:
 
 def filled(value: Array, lanes: int) -> Array:
     """Return values side by side, the last repeated to so many lanes; one for all as it is."""
-    if value.ndim and 0 < len(value) < lanes:
-        value = np.pad(value, (0, lanes - len(value)), mode="edge")
+    if value.ndim and 1 < value.shape[-1] < lanes:
+        value = value.take(np.minimum(np.arange(lanes), value.shape[-1] - 1), -1)
     return np.ascontiguousarray(value) if value.ndim else value
 
 
@@ -41,10 +41,10 @@ def spread(part: Callable[[int, int], object], count: int, block: int, threads: 
     """
     blocks = -(-count // block)
     shares = max(1, min(threads, blocks))
-    bounds = [*(blocks * k // shares * block for k in range(shares)), count]
     if shares == 1:
         part(0, count)
         return
+    bounds = [*(blocks * k // shares * block for k in range(shares)), count]
     from concurrent.futures import ThreadPoolExecutor  # Most runs have one thread.
 
     with ThreadPoolExecutor(shares) as pool:

@@ -15,7 +15,7 @@ from cardan_dyn.description.second_reading import reread
 from cardan_dyn.proof.constraints import Constraints, Motion
 from cardan_dyn.proof.placing import Frame
 from cardan_dyn.proof.residuals import Claim
-from cardan_dyn.proof.samples import Sample, sample_of
+from cardan_dyn.proof.samples import Rows, Sample
 from cardan_dyn.proof.screws import Screws
 from cardan_dyn.proof.vectors import ratio
 
@@ -82,7 +82,8 @@ def rate(mechanism: cd.Mechanism, **rates: float) -> list[float]:
 
 
 def sample(mechanism: cd.Mechanism, x: np.ndarray, **changes: object) -> Sample:
-    return sample_of(claim(mechanism, x, **changes), frames_of(mechanism), None)
+    rows = Rows(claim(mechanism, x, **changes), None)
+    return rows.sample(rows.scalars, frames_of(mechanism))
 
 
 def placed(screws: Screws, x: np.ndarray) -> list[Frame]:
