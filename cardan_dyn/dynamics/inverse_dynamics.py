@@ -444,15 +444,14 @@ class InverseDynamics:
             reactions: at these positions, rates and inputs.
             added: efforts of elements `(N, nv)`, which the reactions include.
         """
-        has_rates = inputs.has_rates
         if reactions.idle_accelerations is not None:
             rates = rates._replace(a=rates.a + reactions.idle_accelerations)
-            has_rates = has_rates or bool(np.any(reactions.idle_accelerations))
+            if np.any(reactions.idle_accelerations):
+                inputs = inputs._replace(has_rates=True)
         exerted = self._exerted(inputs.loads + added, rates.velocity_ratios, reactions)
         couplings = _coupling_moments(reactions, len(self._mechanism.loops), len(state.x))
         for index, moments in reactions.teeth.items():
             couplings[:, index : index + 1] += moments
-        inputs = inputs._replace(has_rates=has_rates)
         residuals = self.residuals(state.x, inputs, rates, reactions.wrenches, exerted, couplings)
         return Solution(
             x=state.x,

@@ -204,10 +204,6 @@ class FreeBodies:
         elements = None if self._elements is None else self._exerted_by_elements(claim)
         given = Rows(claim, elements), claim.samples, self.frames
         results = self._programs.results(self.residuals, *given)
-        if not claim.has_rates and (np.count_nonzero(claim.v) or np.count_nonzero(claim.a)):
-            # Nothing may move then.
-            moving = (claim.v != 0.0) | (claim.a != 0.0)
-            results[Residuals._fields.index("rate_error")][moving.any(axis=1)] = np.inf
         terms = None if elements is None else elements.terms
         return Residuals._make((*results, bool(self._covered), self._power_known, terms))
 
@@ -287,6 +283,8 @@ class FreeBodies:
             relative = screws.relative(units, unit)
         unit_twists = screws.absolute(relative)
         if not sample.moves:
+            # Then every rate is an error.
+            errors.append(ratio(greatest([*sample.v, *sample.a]), 0.0))
             return _Rates(greatest(errors), unit_twists, None)
         relative = screws.relative(units, sample.v)
         velocities = screws.absolute(relative)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AccuracyError, as_position, as_text
-from ..tape import Scalar
+from ..tape import Scalar, greater, select
 
 if TYPE_CHECKING:
     from ..elements.link_loads import LinkLoad
@@ -191,13 +191,18 @@ class Residuals(NamedTuple):
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
+        if len(self.inertia) == 1:
+            return np.array([self._scalars()._cancellation()])
         if not np.count_nonzero(self.inertia):
             return np.ones(len(self.inertia))
-        remaining = np.maximum(self.wrench, self.applied)
-        remaining = np.where(remaining > 0.0, remaining, self.inertia)
-        terms = self.inertia if self.elastic is None else self.inertia + self.elastic
         with np.errstate(over="ignore", invalid="ignore"):
-            return 1.0 + ratio(terms, remaining)
+            return np.asarray(self._cancellation())
+
+    def _cancellation(self) -> Scalar:
+        remaining = greater(self.wrench, self.applied)
+        remaining = select(remaining, remaining, self.inertia)
+        terms = self.inertia if self.elastic is None else self.inertia + self.elastic
+        return 1.0 + terms / (remaining + _LEAST_SCALE)
 
     def proven(self, loop_error: Array, unproven: tuple[str, ...]) -> Proven:
         """Return the worst of all samples.
@@ -265,12 +270,13 @@ class Residuals(NamedTuple):
 
     def is_proven(self) -> bool:
         """Return whether `prove` accepts the result."""
-        residuals = self if len(self.loop_error) > 1 else self._in_floats()
-        judged = [_is_small(error, scale) for error, scale in residuals._judged().values()]
-        return sum(map(np.count_nonzero, judged)) == len(judged) * len(self.loop_error)
+        judged = [_is_small(*of_name) for of_name in self._scalars()._judged().values()]
+        return all(judged if len(self.loop_error) == 1 else map(np.all, judged))
 
-    def _in_floats(self) -> Residuals:
-        """Return the residuals of a single sample as floats, a tenth of the time of arrays."""
+    def _scalars(self) -> Residuals:
+        """Return the same with floats where there is a single sample: much faster than arrays."""
+        if len(self.loop_error) > 1:
+            return self
         return Residuals._make(
             [value.item() if type(value) is np.ndarray else value for value in self]
         )

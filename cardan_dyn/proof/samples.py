@@ -62,7 +62,7 @@ class Sample(NamedTuple):
     """A claim of one sample, or of all side by side; see `Claim` for what its fields are.
 
     Attributes:
-        moves: whether `v` and `a` count; at rest they are zero.
+        moves: whether anything does; if not, `v` and `a` have to be zero.
         ratios: per drive, all joint velocities at unit speed of this drive.
         wrenches: of the claimed joints, each in its frame.
         pushes: what acts on bodies: loads on links, elements.
@@ -92,7 +92,7 @@ class Rows:
 
     Attributes:
         kind: all that decides which rows there are, beside the description: claims of one kind have
-            the same. First, whether `v` and `a` count.
+            the same. First, whether anything moves.
         count: number of samples.
         parts: arrays `(k, N)` of rows, or `(k, 1)` where they are the same for all samples.
     """
@@ -122,35 +122,29 @@ class Rows:
             claim.wrenches.reshape(count, 6 * claim.wrenches.shape[1]),
             claim.exerted,
             claim.couplings,
+            claim.v,
+            claim.a,
         ]
-        if claim.has_rates:
-            own += claim.v, claim.a
         if elements is not None:
             own.append(elements.efforts.T)
             for body, wrench in elements.wrenches:
                 pushed.append(body)
                 own.append(wrench.reshape(6, count).T)
-        is_elastic = elements is not None
-        self.kind = (
-            claim.has_rates,
-            is_elastic,
-            (*same,),
-            (*links,),
-            (*pushed,),
-            (*claim.inertia,),
-        )
+        has_elements = elements is not None
+        what = has_elements, (*same,), (*links,), (*pushed,), (*claim.inertia,)
+        self.kind = claim.has_rates, *what
         self.parts = [array.T for array in (*given, *own)]
 
     @property
     def names(self) -> list[Hashable]:
         """What each part is of."""
-        moves, is_elastic, _, links, pushed, factors = self.kind
+        _, has_elements, _, links, pushed, factors = self.kind
         names: list[Hashable] = ["speeds", "accelerations", "held", "loads", "gravity"]
         names += [(part, *link) for link in links for part in _OF_LOAD]
         names += [("inertia", link) for link in factors]
         names += ["x", "turns", "positions", "ratios", "wrenches", "exerted", "couplings"]
-        names += ["v", "a"] if moves else []
-        names += ["efforts", *[("element", *k) for k in enumerate(pushed)]] if is_elastic else []
+        names += ["v", "a"]
+        names += ["efforts", *[("element", *k) for k in enumerate(pushed)]] if has_elements else []
         return names
 
     @property
@@ -195,7 +189,7 @@ class Rows:
             name: list(islice(given, len(part)))
             for name, part in zip(self.names, self.parts, strict=True)
         }
-        loads, still = rows["loads"], [0.0] * len(rows["loads"])
+        loads = rows["loads"]
         if "efforts" in rows:
             loads = [total(both) for both in zip(loads, rows["efforts"], strict=True)]
         pushes, inertia = [], {}
@@ -218,8 +212,8 @@ class Rows:
             x=rows["x"],
             turns=rows["turns"],
             moves=moves,
-            v=rows.get("v", still),
-            a=rows.get("a", still),
+            v=rows["v"],
+            a=rows["a"],
             positions=rows["positions"],
             speeds=rows["speeds"],
             accelerations=rows["accelerations"],

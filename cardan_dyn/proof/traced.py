@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..mechanism.frames import Frames
-from ..tape import WORTH_TRACING, Program, Scalar, Trace, runs_compiled
+from ..tape import WORTH_TRACING, Program, Scalar, Trace, machine_is_at_hand
 from .samples import Rows, Sample
 from .vectors import greatest
 
@@ -82,7 +82,7 @@ class Programs:
             frames: of the description.
         """
         # Without the machine, each operation is a call of NumPy, ten times as slow as floats.
-        if rows.count > 1 or runs_compiled():
+        if rows.count > 1 or machine_is_at_hand():
             known = self._known(rows)
             results = known.results(rows)
             if results is None and known.is_worth_tracing(rows, samples):

@@ -6,7 +6,7 @@ samples as there are, on a compiled machine or on NumPy arrays. It knows nothing
 """
 
 from .derivative import derivatives, gradient
-from .on_machine import runs_compiled
+from .on_machine import machine_is_at_hand
 from .printing import as_c
 from .program import WORTH_TRACING, Program
 from .scalars import absolute, arctan2, cos, exp, greater, log, select, sin, smaller, sqrt, tanh
@@ -31,7 +31,7 @@ __all__ = [
     "greater",
     "is_zero",
     "log",
-    "runs_compiled",
+    "machine_is_at_hand",
     "select",
     "sin",
     "smaller",

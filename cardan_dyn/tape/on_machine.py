@@ -13,7 +13,7 @@ _LARGE_BLOCK, _SMALL_BLOCK = 32, 4
 """Lanes of a block, as the machine is compiled for them."""
 
 
-def runs_compiled() -> bool:
+def machine_is_at_hand() -> bool:
     """Return whether there is a compiled machine."""
     return hasattr(compiled.kernel, "run_program")
 
@@ -39,11 +39,11 @@ def spread(part: Callable[[int, int], object], count: int, block: int, threads: 
         block: lanes of a block.
         threads: how many there are at most.
     """
-    blocks = -(-count // block)
-    shares = max(1, min(threads, blocks))
-    if shares == 1:
+    if threads <= 1 or count <= block:
         part(0, count)
         return
+    blocks = -(-count // block)
+    shares = min(threads, blocks)
     bounds = [*(blocks * k // shares * block for k in range(shares)), count]
     from concurrent.futures import ThreadPoolExecutor  # Most runs have one thread.
 

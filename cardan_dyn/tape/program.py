@@ -15,12 +15,12 @@ from ..errors import ArgumentError, choices
 from .graph import Graph, live_part
 from .instructions import Code, code_of
 from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
-from .on_machine import block_for, filled, runs_compiled, spread
+from .on_machine import block_for, filled, machine_is_at_hand, spread
 from .trace import Scalar, Trace
 
 WORTH_TRACING = 4096
-"""Samples from which on a program is worth the time that it takes to trace it: a text of mechanics on
-floats or arrays takes about as long for so many, of a universal joint as of a Stewart platform."""
+"""Samples from which on tracing pays: it takes as long as a text of mechanics takes on arrays for
+about so many, or the general path of those who solve; of a universal joint as of a platform."""
 
 
 class Program:
@@ -34,9 +34,7 @@ class Program:
         outputs: number of outputs.
     """
 
-    def __init__(
-        self, trace: Trace, outputs: Sequence[Scalar], keeps_inputs: bool = False
-    ) -> None:
+    def __init__(self, trace: Trace, outputs: Sequence[Scalar], keeps_inputs: bool = False) -> None:
         """Take what outputs depend on out of a trace.
 
         Args:
@@ -65,7 +63,7 @@ class Program:
         Raises:
             ArgumentError: an input is missing, or has another shape.
         """
-        if not count or not runs_compiled():
+        if not count or not machine_is_at_hand():
             return self.run_on_arrays(inputs, count)
         values = self.checked(inputs, count)
         return self._run_on_machine([values[name] for name in self.inputs], count, threads)
@@ -82,7 +80,7 @@ class Program:
         Raises:
             ValueError: there are more rows than inputs, or fewer, or rows of another length.
         """
-        if count and runs_compiled():
+        if count and machine_is_at_hand():
             return self._run_on_machine(rows, count, threads)
         every = [row if len(row) == count else row[0] for part in rows for row in part]
         return self.run_on_arrays(dict(zip(self.inputs, every, strict=True)), count)

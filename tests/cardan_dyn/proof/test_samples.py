@@ -26,7 +26,9 @@ from cardan_dyn.proof.constraints import Motion
 from cardan_dyn.proof.free_bodies import FreeBodies, Setup
 from cardan_dyn.proof.named_motions import named_motions
 from cardan_dyn.proof.residuals import BALANCE_TOLERANCE, Claim, Residuals
+from cardan_dyn.proof.traced import Programs
 from cardan_dyn.scene.usual_motion import usual_motion
+from cardan_dyn.tape import WORTH_TRACING, Program
 
 MANY = 1 << 20
 """Samples of a sweep that is worth tracing."""
@@ -60,14 +62,28 @@ def sample_of(claim: Claim, sample: int) -> Claim:
     )
 
 
+def as_text(bodies: FreeBodies, claim: Claim) -> Residuals:
+    """Return the residuals as the text gives them: as for the first samples of a scene."""
+    known, bodies._programs = bodies._programs, Programs()
+    try:
+        return bodies.check(claim)
+    finally:
+        bodies._programs = known
+
+
 def one_by_one(bodies: FreeBodies, claim: Claim) -> Residuals:
-    return Residuals.joined(
-        [bodies.check(sample_of(claim, sample)) for sample in range(len(claim.x))]
-    )
+    singles = [sample_of(claim, sample) for sample in range(len(claim.x))]
+    return Residuals.joined([as_text(bodies, single) for single in singles])
 
 
 def traced(bodies: FreeBodies, claim: Claim) -> Residuals:
+    """Return what a program gives of them."""
     return bodies.check(claim._replace(samples=MANY))
+
+
+def programs(bodies: FreeBodies) -> list[Program]:
+    kinds = bodies._programs._of_kinds.values()
+    return [known.program for known in kinds if known.program is not None]
 
 
 def sizes(residuals: Residuals) -> list[np.ndarray]:
@@ -81,7 +97,7 @@ def sizes(residuals: Residuals) -> list[np.ndarray]:
 
 def every_way(bodies: FreeBodies, claim: Claim) -> list[Residuals]:
     """Return the residuals with arrays, with floats and traced."""
-    return [bodies.check(claim), one_by_one(bodies, claim), traced(bodies, claim)]
+    return [as_text(bodies, claim), one_by_one(bodies, claim), traced(bodies, claim)]
 
 
 def assert_same(bodies: FreeBodies, claim: Claim) -> Residuals:
@@ -350,20 +366,113 @@ def test_a_program_gives_the_same_where_nothing_is_compiled() -> None:
         np.testing.assert_allclose(one, other, rtol=1e-13)
 
 
-def test_one_program_serves_all_claims_of_a_kind(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Other numbers, gravity and loads among them, need no other one; what does not act does."""
-    bodies, claim, _ = claimed(universal(), positions(universal())[:5], **RATES)
+SWITCHED: dict[str, Callable[[Claim], dict[str, object]]] = {
+    "loads": lambda claim: {"loads": np.zeros_like(claim.loads)},
+    "gravity": lambda claim: {"gravity": np.zeros((1, 3))},
+    "rates": lambda claim: {
+        "speeds": np.zeros_like(claim.speeds),
+        "accelerations": np.zeros_like(claim.accelerations),
+        "v": np.zeros_like(claim.v),
+        "a": np.zeros_like(claim.a),
+        "has_rates": False,
+    },
+    "accelerations": lambda claim: {"a": 0.0 * claim.a, "accelerations": 0.0 * claim.accelerations},
+    "velocity ratios": lambda claim: {"velocity_ratios": np.zeros_like(claim.velocity_ratios)},
+    "exerted": lambda claim: {"exerted": np.zeros_like(claim.exerted)},
+    "couplings": lambda claim: {"couplings": np.zeros_like(claim.couplings)},
+    "load on a link": lambda claim: {
+        "link_loads": {
+            name: replace(load, force=0.0 * load.force, moment=0.0 * load.moment)
+            for name, load in claim.link_loads.items()
+        }
+    },
+    "point of a load": lambda claim: {
+        "link_loads": {
+            name: replace(load, point=np.zeros(3)) for name, load in claim.link_loads.items()
+        }
+    },
+    "no loads on links": lambda claim: {"link_loads": {}},
+    "axes of a load": lambda claim: {
+        "link_loads": {
+            name: replace(load, in_world=not load.in_world)
+            for name, load in claim.link_loads.items()
+        }
+    },
+    "no factors": lambda claim: {"inertia": {}},
+}
+"""What does not act in some calls, and does in others."""
+
+
+@pytest.mark.parametrize("what", SWITCHED)
+@pytest.mark.parametrize("name", ["gears", "every kind of joint", "many drives"])
+def test_what_is_switched_on_between_calls_counts(name: str, what: str) -> None:
+    """A program that was traced without it does not hide it: neither once, nor ever after."""
+    mechanism = MECHANISMS[name]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 4)
+    assert claim.has_rates
+    without = claim._replace(**SWITCHED[what](claim))
+    for _ in range(2):
+        assert_same(bodies, without)
+        for count in range(1, 3):  # A few claims, too few for another program.
+            some = sample_of(claim, count)
+            found, expected = bodies.check(some), as_text(bodies, some)
+            for one, other in zip(found[:9], expected, strict=False):
+                np.testing.assert_allclose(one, other, rtol=1e-9)
+        assert_same(bodies, claim)
+
+
+@pytest.mark.parametrize("field", ["speeds", "accelerations", "held", "loads", "gravity"])
+def test_what_was_the_same_for_all_may_differ_from_sample_to_sample(field: str) -> None:
+    """And the other way round, from call to call."""
+    mechanism = MECHANISMS["gears"]()
+    bodies = random_bodies(mechanism, 2)
+    claim = random_claim(mechanism, bodies, 4)
+    one = getattr(claim, field)[:1]
+    spread = one * np.linspace(1.0, 2.0, len(claim.x))[:, None]
+    for values in (one, spread, one, spread[:1]):
+        assert_same(bodies, claim._replace(**{field: values}))
+
+
+def test_one_program_serves_all_claims_of_a_kind() -> None:
+    """What acts later is taken into the program, which goes on to serve what is without it."""
+    bodies, weightless, _ = claimed(universal(), positions(universal())[:5], **RATES)
+    weightless = weightless._replace(gravity=np.zeros((1, 3)))
+    claim = weightless._replace(gravity=np.array([[1.0, -2.0, -9.0]]))
+    bodies._programs = Programs()
+    traced(bodies, weightless)
+    (light,) = programs(bodies)
+    traced(bodies, weightless._replace(x=claim.x + 0.1, wrenches=0.0 * claim.wrenches))
+    assert programs(bodies) == [light]
     traced(bodies, claim)
-    made = len(bodies._programs.of_kinds)
-    for changes in (
-        {"gravity": 2.0 * claim.gravity, "x": claim.x + 0.1},
-        {"loads": 3.0 * claim.loads, "wrenches": 0.0 * claim.wrenches},
-    ):
-        traced(bodies, claim._replace(**changes))
-        assert len(bodies._programs.of_kinds) == made
-    weightless = claim._replace(gravity=np.zeros((1, 3)))
-    assert_same(bodies, weightless)
-    assert len(bodies._programs.of_kinds) == made + 1
+    (heavy,) = programs(bodies)
+    assert heavy.lines > light.lines
+    for changes in ({"loads": 3.0 * claim.loads}, {"gravity": weightless.gravity}):
+        assert_same(bodies, claim._replace(**changes))
+        assert programs(bodies) == [heavy]
+
+
+def test_programs_are_traced_once_enough_is_asked() -> None:
+    """By counts alone: some dozen calls of single samples, or few of many."""
+    for count, most in ((1, 64), (200, 16), (WORTH_TRACING, 1)):
+        bodies, claim, _ = claimed(universal(), np.linspace(0.2, 1.4, count))
+        bodies._programs = Programs()
+        for call in range(1, most + 1):
+            bodies.check(claim)
+            assert len(programs(bodies)) == (call == most), count
+    bodies._programs = Programs()
+    with without_kernel():
+        for _ in range(100):  # Without the machine, a single sample is computed with floats.
+            bodies.check(sample_of(claim, 0))
+    assert not programs(bodies)
+
+
+def test_few_programs_are_kept() -> None:
+    mechanism = MECHANISMS["gears"]()
+    bodies = random_bodies(mechanism, 0)
+    for seed in range(40):
+        traced(bodies, random_claim(mechanism, bodies, seed))
+    assert 1 < len(programs(bodies)) <= 8
 
 
 def test_rates_at_rest_are_no_proof() -> None:
@@ -373,8 +482,9 @@ def test_rates_at_rest_are_no_proof() -> None:
             array = np.zeros_like(claim.v)
             array[3, 1] = value
             false = claim._replace(**{field: array})
-            for residuals in (bodies.check(false), traced(bodies, false)):
-                assert np.isinf(residuals.rate_error).tolist() == [False] * 3 + [True, False]
+            for residuals in every_way(bodies, false):
+                is_wrong = ~(residuals.rate_error < 1.0)
+                assert is_wrong.tolist() == [False] * 3 + [True, False]
 
 
 def test_no_input_is_changed() -> None:
@@ -415,7 +525,9 @@ def test_what_a_proof_of_one_sample_calls() -> None:
     bodies, claim, where = claimed(
         SCENES["four-bar"](), positions(SCENES["four-bar"]())[:1], **RATES
     )
-    assert calls(lambda: bodies.check(claim).prove(where, np.ones(1))) < 950
+    assert calls(lambda: as_text(bodies, claim).prove(where, np.ones(1))) < 1000
+    traced(bodies, claim)
+    assert calls(lambda: traced(bodies, claim).prove(where, np.ones(1))) < 80
     bodies, claim, where = claimed(SCENES["four-bar"](), np.linspace(0.2, 1.4, 300), **RATES)
     traced(bodies, claim)
-    assert calls(lambda: traced(bodies, claim)) < 1000
+    assert calls(lambda: traced(bodies, claim)) < 80
