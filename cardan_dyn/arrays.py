@@ -78,6 +78,11 @@ def generic(rows: int, columns: int) -> Array:
     return np.asarray(np.sin(np.arange(1.0, rows * columns + 1.0) ** 2).reshape(rows, columns))
 
 
+def some(count: int, most: int) -> Array:
+    """Return indices of some of so many samples, without a pattern: symmetric positions mislead."""
+    return np.unique((0.5 * (1.0 + generic(most, 1)[:, 0]) * count).astype(int) % count)
+
+
 def squeezed(values: Array) -> Array:
     """Return a single column `(N, 1)` as `(N,)`, several columns as they are."""
     return values[:, 0] if values.shape[1] == 1 else values

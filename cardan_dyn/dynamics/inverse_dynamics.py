@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .. import compiled
 from ..arrays import Array
 from ..elements.link_loads import LinkLoad
 from ..errors import ModelError
@@ -200,10 +199,7 @@ class Solution(NamedTuple):
     @property
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
-        # Twin: `all_finite` of compiled/inverse_dynamics.c.
         arrays: tuple[Any, ...] = self.x, self.v, self.a, self.wrenches, self.efforts
-        if compiled.kernel is not None and compiled.kernel.all_finite(*arrays):
-            return set()
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
         total = 0.0
         for array in arrays:
@@ -289,14 +285,6 @@ class InverseDynamics:
         scale = np.where(slides, mechanism.characteristic_length, 1.0)
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
         self.has_mass = any(solver.batch.has_mass for solver in kinematics.solvers)
-
-    @cached_property
-    def _plan(self) -> compiled.Plan:
-        """What the compiled function works along that says what drives and held joints exert."""
-        from .reaction_plan import exerted_plan
-
-        reactions = self._reactions
-        return exerted_plan(self._mechanism, reactions.size, reactions.along, self._prescribed)
 
     @property
     def depends(self) -> Array | None:
@@ -515,13 +503,6 @@ class InverseDynamics:
 
     def _exerted(self, loads: Array, velocity_ratios: Array, reactions: Reactions) -> Array:
         """Return `(N, nv)` what drives and held joints exert beside loads and elements."""
-        # Twin: `exerted` of compiled/inverse_dynamics.c.
-        if compiled.kernel is not None and not self._needed.efforts_alone:
-            moments = reactions.closure_forces[len(self._mechanism.loops) :]
-            result = np.empty((reactions.wrenches.shape[0], self._mechanism.model.nv))
-            given = reactions.wrenches, loads, result, *moments
-            compiled.kernel.exerted(self._plan.handle, *given)
-            return result
         efforts = self._reactions.efforts(reactions)
         exerted = np.zeros(efforts.shape)
         if self._needed.efforts_alone:
@@ -562,12 +543,6 @@ class InverseDynamics:
             state: closed positions.
             velocity_ratios: `(N, nv, d)`; slides are compared with angles by the length.
         """
-        # Twin: `magnified` of compiled/inverse_dynamics.c.
-        if compiled.kernel is not None:
-            result = np.empty(velocity_ratios.shape[0])
-            given = state.condition, velocity_ratios, self._ratio_scale, result
-            compiled.kernel.magnified(*given)
-            return result
         ratios = np.abs(velocity_ratios) * self._ratio_scale
         return np.asarray(state.condition * ratios.max(axis=(1, 2), initial=1.0))
 

@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled
 from ..arrays import Array, cross
 from ..elements.link_loads import LinkLoad
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
-from ..kinematics.closing.batch_model import BaseMotion, BatchModel, placement
+from ..kinematics.closing.batch_model import BaseMotion, placement
 from ..kinematics.closing.group_solver import GroupState
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import link_inertia
@@ -73,8 +72,6 @@ class OpenTree:
         # A body has a greater index than what it hangs from, so that a group comes after all that
         # hang from its bodies.
         self._inwards = sorted(range(len(groups)), key=lambda index: -groups[index].base)
-        # By the body that a load acts on.
-        self._load_plans: dict[tuple[int, int], compiled.Plan] = {}
         self._massive_inwards = [index for index in self._inwards if index in self._massive_groups]
 
     def wrenches(self, state: ClosedState, cases: Sequence[LoadCase], size: int) -> Array:
@@ -90,35 +87,9 @@ class OpenTree:
         result = np.zeros((state.x.shape[0], size, 6, len(cases)))
         for index, case in enumerate(cases):
             wrenches = result[..., index]
-            # Without the compiled function, loads are collected with what else acts on the bodies.
-            apart = self._bases or case.inertia or (case.link_loads and compiled.kernel is None)
-            if not apart:
-                self._add_on_ground(state, case, wrenches)
-                continue
             for bodies, added in self._contributions(state, case):
                 wrenches[:, bodies] += added
         return result
-
-    def _add_on_ground(self, state: ClosedState, case: LoadCase, wrenches: Array) -> None:
-        """Add to wrenches where all groups that inertia or loads act on stand on the ground."""
-        if case.dynamics is not None:
-            v, a = case.dynamics
-            for index in self._massive_inwards:
-                group = state.groups[index]
-                batch = group.solver.batch
-                wrenches[:, batch.span] += batch.wrenches_on_ground(case.gravity, group.x, v, a)
-        for load in case.link_loads:
-            owner = self._group_of_body.get(load.body)
-            if owner is None:
-                continue
-            group = state.groups[owner]
-            plan = self._load_plans.get((load.body, wrenches.shape[1]))
-            if plan is None:
-                plan = _load_plan(load.body, wrenches.shape[1], group.solver.batch)
-                self._load_plans[load.body, wrenches.shape[1]] = plan
-            axes = load.place, load.rotation, load.in_world
-            given = group.actions, *axes, load.force, load.moment, wrenches
-            compiled.kernel.against_load(plan.handle, *given)
 
     def _contributions(
         self, state: ClosedState, case: LoadCase
@@ -280,21 +251,6 @@ class Along:
     def __len__(self) -> int:
         return len(self.owners)
 
-    @property
-    def is_along_axes(self) -> bool:
-        """Whether every unit twist is along an axis of its joint's frame."""
-        return self._rows is not None
-
-    def row_of(self, column: int) -> int:
-        """Return the component along a coordinate, among those of all wrenches; else the first."""
-        return int(6 * self.owners[column] if self._rows is None else self._rows[column])
-
-    def units_of(self, column: int) -> Array:
-        """Return the sign of that component, `()`; else the unit twist `(6,)`."""
-        if self._rows is None:
-            return np.asarray(self.subspace[column])
-        return np.asarray(self._signs[column, 0])
-
     def efforts(self, wrenches: Array, columns: Array) -> Array:
         """Return the components `(N, k, c)` of wrenches along some of the coordinates.
 
@@ -312,20 +268,6 @@ class Along:
         return np.asarray(np.einsum("nkic,ki->nkc", chosen, self.subspace.take(columns, 0)))
 
 
-def _load_plan(body: int, size: int, batch: BatchModel) -> compiled.Plan:
-    """Return what the compiled function works along that holds a body (0-based) against a load.
-
-    Args:
-        body: the body.
-        size: number of wrenches.
-        batch: of the body's group.
-    """
-    index = batch.index_of[body]
-    path = [(6 * joint, int(batch.bodies[joint])) for joint in batch.path(index)]
-    sizes = 6 * len(batch), index, size
-    return compiled.Plan("load", [sizes, path], [])
-
-
 def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> Array:
     """Return a link load `(N, 6)` in the axes of a group's base about the batch model's origin.
 
@@ -334,7 +276,6 @@ def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> A
         group: of the load's body.
         rotation: `(3, 3, N)` or `(3, 3, 1)` of the base in the world, for loads in world axes.
     """
-    # Twin: `against_load` of compiled/reactions.c, which goes on to the joints inwards.
     axes, position = placement(group.actions, group.batch.index_of[load.body])
     point = position + np.einsum("ikn,k->in", axes, load.place)
     if rotation is None:

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled
 from ..arrays import Array, consecutive
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.closing.batch_model import placement
@@ -23,7 +22,6 @@ from ..mechanism.mechanism import Mechanism
 from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
 from .open_tree import Along, LoadCase, OpenTree
-from .reaction_plan import ReactionPlan, reaction_plan
 
 UNIQUE_TOLERANCE = 1e-9
 """Influence of self-stresses, forces times the length, below which a component counts as unique.
@@ -138,9 +136,6 @@ class ReactionSolver:
             for index in range(len(groups) - 1, -1, -1)
             if index in active and (groups[index].loops or groups[index].couplings)
         ]
-        # Other rules are seldom asked for.
-        self._is_compiled = isinstance(self._rule, LeastNorm)
-        self._plan: ReactionPlan | None = None
         self._spins = None
         if any(solver.group.idle for solver in kinematics.solvers):
             from .idle_spins import IdleSpins  # Few mechanisms have idle rods.
@@ -156,10 +151,7 @@ class ReactionSolver:
         """
         wrenches = self._tree.wrenches(state, cases, self.size)
         spins = self._spins.added(state, cases, wrenches) if self._spins else None
-        if compiled.kernel is not None and self._is_compiled:
-            forces, changes, indeterminate = self._closed_at_once(state, cases, wrenches)
-        else:
-            forces, changes, indeterminate = self._closed(state, cases, wrenches)
+        forces, changes, indeterminate = self._closed(state, cases, wrenches)
         if self._opened is not None:
             np.maximum(changes, self._opened, out=changes)
         for teeth in self._mechanism.teeth:
@@ -204,7 +196,6 @@ class ReactionSolver:
             Closure forces `(N, 6, c)` or `(N, 1, c)`, see `Reactions`, as well as its influence and
             the indices of indeterminate couplings.
         """
-        # Twin: `reactions` of compiled/reactions.c, for the rule of least norm.
         forces, self_stresses = self._one_solution(state, cases, wrenches)
         amounts = self._amounts(state, wrenches, self_stresses)
         for item, amount in zip(self_stresses, amounts, strict=True):
@@ -222,39 +213,6 @@ class ReactionSolver:
             > UNIQUE_TOLERANCE
         }
         return forces, changes, indeterminate
-
-    def _closed_at_once(
-        self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array
-    ) -> tuple[list[Array], Array, set[int]]:
-        """Return what `_closed` does, compiled: what is indeterminate is chosen by least norm."""
-        plan, groups = self._plan, state.groups
-        if plan is not None:
-            for index, reduction in plan.reductions:
-                if groups[index].reduction is not reduction:
-                    plan = None
-                    break
-        if plan is None:
-            self._plan = plan = self._made_plan(state)
-        count, size, _, amount = wrenches.shape
-        forces, changes = np.empty((count, plan.rows, amount)), np.empty((size, 6))
-        moments, given = np.empty(len(self._mechanism.couplings)), [case.loads for case in cases]
-        for index in self._active:
-            group = groups[index]
-            given += group.actions, group.square, group.inverse
-            if group.null.shape[2]:
-                given += (group.null,)
-        compiled.kernel.reactions(plan.plan.handle, wrenches, forces, changes, moments, *given)
-        indeterminate: set[int] = set()
-        if plan.slip_units is not None:
-            (found,) = np.nonzero(plan.slip_units * moments > UNIQUE_TOLERANCE)
-            indeterminate.update(found.tolist())
-        return [forces[:, columns] for columns in plan.columns], changes, indeterminate
-
-    def _made_plan(self, state: ClosedState) -> ReactionPlan:
-        """Return what the compiled function works along, as long as the same rows are redundant."""
-        assert isinstance(self._rule, LeastNorm)
-        states = {index: state.groups[index] for index in self._active}
-        return reaction_plan(self._mechanism, self._closure, self.along, self._rule, states)
 
     def solved(self, needed: Needs) -> tuple[list[str], slice | Array]:
         """Return the joints whose wrenches are solved, and their indices among all wrenches.

@@ -8,21 +8,22 @@ general path, which judges ranks and singular positions and says what is wrong.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, generic
+from ..arrays import Array, some
 from ..elements.link_loads import LinkLoad
 from ..errors import AssemblyError, SingularConfigurationError
+from ..kinematics.loops.closure_blocks import closure_blocks
 from ..kinematics.loops.groups import Group
 from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree, tree_of
 from ..mechanics.closure import rows as closure_rows
 from ..mechanics.elimination import THRESHOLD, UnsuitableError
 from ..mechanics.placements import placed
-from ..mechanics.sample import Block, Roles
+from ..mechanics.sample import Roles
 from ..problem.problem import Problem
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
@@ -81,7 +82,7 @@ class TapedSolver:
         self._roles = Roles(
             tuple(coordinates.rates_of(problem.independent)),
             tuple(coordinates.rates_of(problem.held)),
-            tuple(self._blocks(groups)),
+            closure_blocks(groups),
             tuple(sorted(wrenches_in_norm(mechanism))),
         )
         self._trees: dict[tuple[str, ...], Tree] = {}
@@ -89,14 +90,6 @@ class TapedSolver:
 
     def __reduce__(self) -> tuple[object, ...]:
         return TapedSolver, self._arguments
-
-    def _blocks(self, groups: Sequence[tuple[Group, bool]]) -> Iterator[Block]:
-        """Yield the closure rows of groups: six of each loop in turn, then one of each coupling."""
-        loops, couplings, _ = self._solved
-        for group, is_balanced in groups:
-            rows = [6 * loops.index(loop) + row for loop in group.loops for row in range(6)]
-            rows += [6 * len(loops) + couplings.index(coupling) for coupling in group.couplings]
-            yield Block(tuple(rows), tuple(group.passives.tolist()), is_balanced)
 
     def solution(
         self,
@@ -123,7 +116,7 @@ class TapedSolver:
             if 2 * len(left) > len(x):
                 return None
             # What is unique at these samples is unique wherever tapes hold.
-            known = in_general(_some(len(x)))
+            known = in_general(some(len(x), _SHADOWS))
             if len(left):
                 rest = in_general(left)
                 found.write(left, _as_found(rest))
@@ -192,7 +185,7 @@ class TapedSolver:
             self._tapes.pop(next(iter(self._tapes)))
         tapes = self._tapes.setdefault(kind, [])
         if not tapes:
-            tapes.append(self._made(tree, kind, x[:, _some(x.shape[1])]))
+            tapes.append(self._made(tree, kind, x[:, some(x.shape[1], _SHADOWS)]))
         found, holds = _closed(tapes[0], given, x)
         for index in range(1, _MOST_TAPES):
             (left,) = np.nonzero(~holds)
@@ -201,7 +194,7 @@ class TapedSolver:
             if index == len(tapes):
                 if len(left) < _SHADOWS:
                     break
-                tapes.append(self._made(tree, kind, x[:, left[_some(len(left))]]))
+                tapes.append(self._made(tree, kind, x[:, left[some(len(left), _SHADOWS)]]))
             of_left = np.ascontiguousarray(x[:, left])
             others, serves = _closed(tapes[index], _of_lanes(given, left, x.shape[1]), of_left)
             found.write(left[serves], [values[serves] for values in others])
@@ -287,11 +280,6 @@ def _with_openings(known: Solution, rest: Solution) -> Solution:
         indeterminate_couplings=known.indeterminate_couplings | rest.indeterminate_couplings,
         closure_condition=np.concatenate(conditions),
     )
-
-
-def _some(count: int) -> Array:
-    """Return indices of some of so many samples, without a pattern: symmetric positions mislead."""
-    return np.unique((0.5 * (1.0 + generic(_SHADOWS, 1)[:, 0]) * count).astype(int) % count)
 
 
 def _closed(tape: Tape, given: Mapping[str, Any], x: Array) -> tuple[Found, Array]:

@@ -127,7 +127,8 @@ def pivots(
     """Choose an order of elimination at S samples, by Markowitz's count among large enough pivots.
 
     Where no pivot is large enough at all samples, the one that is largest on the average is taken:
-    samples at which it is small show it by their growth.
+    samples at which it is small show it by their growth. At the first sample it is large enough in
+    any case, if one is: that is where lines begin.
 
     Args:
         rows: column to entries `(S,)`.
@@ -147,18 +148,19 @@ def pivots(
         free, undone = set(own_rows), set(own_columns)
         judged: dict[int, list[_Candidate]] = {}
         while undone:
-            best: tuple[bool, float, float, int, int] | None = None
+            best: tuple[bool, bool, float, float, int, int] | None = None
             for column in undone:
                 if column not in judged:
                     owners = columns.get(column, set())
                     judged[column] = _candidates(column, owners & free, left)
-                for row, least, mean in judged[column]:
+                for row, first, least, mean in judged[column]:
                     cost = (len(left[row]) - 1) * (len(columns[column]) - 1)
                     is_small = least < THRESHOLD
-                    key = is_small, -mean if is_small else float(cost), -least, row, column
+                    worth = -mean if is_small else float(cost), -least
+                    key = first < THRESHOLD, is_small, *worth, row, column
                     if best is None or key < best:
                         best = key
-            if best is None or (best[0] and best[1] == 0.0):
+            if best is None or (best[1] and best[2] == 0.0):
                 raise UnsuitableError
             *_, row, column = best
             free.discard(row)
@@ -183,10 +185,12 @@ class _Candidate(NamedTuple):
 
     Attributes:
         row: where it stands.
-        least, mean: of its parts of the greatest entry of the column, over all samples.
+        first, least, mean: of its parts of the greatest entry of the column: at the first sample,
+            and over all of them.
     """
 
     row: int
+    first: float
     least: float
     mean: float
 
@@ -204,8 +208,8 @@ def _candidates(
     sizes = np.where(np.isfinite(sizes), sizes, 0.0)
     most = sizes.max(axis=0)
     parts = np.where(most > _NOTHING, sizes / np.where(most > _NOTHING, most, 1.0), 0.0)
-    each = zip(rows, parts.min(axis=1).tolist(), parts.mean(axis=1).tolist(), strict=True)
-    return [_Candidate(*entry) for entry in each]
+    sizes = parts[:, 0], parts.min(axis=1), parts.mean(axis=1)
+    return [_Candidate(*entry) for entry in zip(rows, *map(np.ndarray.tolist, sizes), strict=True)]
 
 
 def eliminated(rows: Sequence[Row], order: Sequence[Pivot]) -> Eliminated:

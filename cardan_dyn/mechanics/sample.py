@@ -12,7 +12,7 @@ from .bodies import Tree
 from .elimination import Eliminated, Pivot, Row, eliminated, pivots
 from .placements import Placed, moving, placed, stepped
 from .reactions import Closed, Push, closed, momentum_rates
-from .vectors import Scalar, Vector, seen, times, turned
+from .vectors import ZERO, Scalar, Vector, seen, times, turned
 
 
 class Block(NamedTuple):
@@ -48,6 +48,12 @@ class Roles(NamedTuple):
     def passives(self) -> tuple[int, ...]:
         """Velocity coordinates that loops decide."""
         return tuple(rate for block in self.blocks for rate in block.passives)
+
+    def columns(self, tree: Tree) -> list[int]:
+        """Return the columns of the coordinates that loops decide."""
+        passives = set(self.passives)
+        moved = [body for body in tree.bodies if passives.issuperset(body.rates)]
+        return [column for body in moved for column in body.columns]
 
     def order(self, rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
         """Return an order of elimination for closure rows at samples, see `pivots`."""
@@ -152,6 +158,33 @@ class Position(NamedTuple):
             longest = greater(longest, absolute(value))
         return result, longest
 
+    def velocities(self, speeds: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        """Return velocities of all that moves at speeds of drives, by velocity coordinates."""
+        return {**speeds, **self.factors.solve([-value for value in self._changes(speeds)])}
+
+    def accelerations(
+        self, tree: Tree, v: Mapping[int, Scalar], known: Mapping[int, Scalar]
+    ) -> dict[int, Scalar]:
+        """Return accelerations of all that moves, by velocity coordinates.
+
+        Args:
+            tree: the mechanism.
+            v: velocities.
+            known: accelerations of drives.
+        """
+        # The accelerations of the rows without those of the passives, which make up for them.
+        drifting = moving(tree, self.at, v, known, ZERO)
+        drifts = closure.drifts(tree, self.at, drifting)
+        drifts += self._changes(known)[6 * len(tree.loops) :]
+        return {**known, **self.factors.solve([-drift for drift in drifts])}
+
+    def _changes(self, rates: Mapping[int, Scalar]) -> list[Scalar]:
+        """Return how fast the rows' errors grow at rates of some velocity coordinates."""
+        return [
+            sum((row[rate] * value for rate, value in rates.items() if rate in row), 0.0)
+            for row in self.rows
+        ]
+
 
 def passive_rows(rows: Sequence[Row], roles: Roles) -> list[Row]:
     """Return rows as far as passive coordinates go."""
@@ -206,7 +239,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
     x, step = guess.corrected(tree, roles)
     position = Position.of(tree, roles, x, given.offsets, order)
     at, factors = position.at, position.factors
-    ratios = [_ratios(position, roles, drive) for drive in roles.drives]
+    ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
     v = _combined(ratios, given.speeds)
     known = {
         rate: value
@@ -215,14 +248,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
     }
     a = dict(known)
     if any(not is_zero(value) for value in v.values()) or known:
-        # The accelerations of the rows without those of the passives, which make up for them.
-        drifting = moving(tree, at, v, known, (0.0, 0.0, 0.0))
-        drifts = closure.drifts(tree, at, drifting)
-        for row in position.rows[6 * len(tree.loops) :]:
-            drifts.append(
-                sum((row[rate] * value for rate, value in known.items() if rate in row), 0.0)
-            )
-        a |= factors.solve([-drift for drift in drifts])
+        a = position.accelerations(tree, v, known)
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
     carried = momentum_rates(tree, at, motion, given.factors)
     for link_force in given.link_forces:
@@ -263,12 +289,6 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
         greater(guess.factors.growth, factors.growth),
         factors.narrowness,
     )
-
-
-def _ratios(position: Position, roles: Roles, drive: int) -> dict[int, Scalar]:
-    """Return the rates of all that moves where one drive moves at unit speed."""
-    right = [-row.get(drive, 0.0) for row in position.rows]
-    return {drive: 1.0, **position.factors.solve(right)}
 
 
 def _combined(ratios: Sequence[Mapping[int, Scalar]], rates: Sequence[Scalar]) -> dict[int, Scalar]:

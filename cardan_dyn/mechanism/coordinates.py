@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio
 
 from ..arrays import Array, quaternion_product
-from ..compiled import Plan
 from .joints import Joint, named_coordinates
 
 
@@ -200,11 +198,6 @@ class Coordinates:
             if part.kind == kind
         ]
         return _Kind(*np.array(chosen, dtype=int).reshape(-1, 2).T.copy())
-
-    @cached_property
-    def plan(self) -> Plan:
-        """What the compiled functions `rows` and `longest` work along."""
-        return Plan("rows", [*self.scalars, *self.balls], [self.scale])
 
     def neutral(self) -> Array:
         """Return the `(size,)` row in which every joint is at zero."""

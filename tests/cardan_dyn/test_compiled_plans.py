@@ -10,38 +10,22 @@ import pytest
 from testkit.claims import coupled_wheels, four_bar, universal
 from testkit.compiled_functions import needs_kernel
 
-import cardan_dyn as cd
 from cardan_dyn.compiled import Plan
 from cardan_dyn.elements import stepping
 
 pytestmark = needs_kernel
 
-KINDS = {
-    "branch",
-    "closure",
-    "exerted",
-    "lattice",
-    "load",
-    "moves",
-    "reactions",
-    "rows",
-    "stepping",
-}
+KINDS = {"closure", "moves", "stepping"}
 FAR = 1 << 40
 COMPARED_LATER = {
-    "branch": {0: (1, {0}), 2: (1, {0})},
     "closure": {1: (1, {0})},
-    "lattice": {1: (1, {0}), 2: (1, {0})},
     "moves": {index: (1, {0}) for index in range(4)},
-    # Places in self-stresses of groups, of which not all have one.
-    "reactions": {1: (9, {4}), 3: (9, {8}), 4: (3, {2})},
-    "rows": {1: (1, {0}), 3: (1, {0})},
 }
 """Tables, how many numbers a row of them has, and which of these are no indices (flags, signs,
 keys), or are compared with what the functions are given."""
 
 
-OF_ANY_SIZE = {("lattice", "numbers", 4)}
+OF_ANY_SIZE: set[tuple[str, str, int]] = set()
 """Lists of what there may be any number of."""
 
 
@@ -62,8 +46,6 @@ def plans() -> Iterator[dict[str, list[Plan]]]:
             start = scene.solver.assembly.start[columns]
             for _ in range(3):
                 scene.sweep(start + np.linspace(0.0, 0.1, 40)[:, None], speed=1.0)
-        both = cd.Scene(cd.load("universal_joint"), drive=["bearing_in", "joint_angle"])
-        both.sweep(np.random.default_rng(0).uniform(0.0, 1.0, (3000, 2)))
         stepping._plan.__wrapped__()  # It is the same in all scenes.
     yield found
 

@@ -18,8 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...arrays import Array, consecutive
-from ...compiled import Plan
+from ...arrays import Array
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.coordinates import Coordinates
 from ...mechanism.kept import Kept
@@ -73,9 +72,6 @@ SAMPLES_PER_CALL = 24
 step of a single sample takes as long as that of 25 among many."""
 _NODES_PER_REFINEMENT = 100
 """Nodes that take as long as a refinement that makes few of them."""
-_NODES_PER_SAMPLE = 8
-"""Nodes whose polynomials a compiled function is given for each sample that it is to serve: a call
-of it takes 60 µs less, as long as making those of some 400 nodes."""
 _LOWER, _UPPER = 0, -1
 """Nodes at the ends of a table."""
 
@@ -140,23 +136,6 @@ class BranchTable:
         """Samples that were interpolated so far."""
         return 0
 
-    def served_with(self, count: int) -> int:
-        """Return how many samples were interpolated, so many more included."""
-        return self._served + max(count, SAMPLES_PER_CALL)
-
-    def plan(self, columns: Array, *numbers: Array) -> Plan:
-        """Return the plan of `compiled.kernel.branch`.
-
-        Args:
-            columns: of a row, those that are asked for.
-            numbers: the last arrays of the plan, that say how the branch repeats.
-        """
-        places = np.searchsorted(columns, self.coordinates.balls.columns)
-        is_there = columns.take(places, mode="clip") == self.coordinates.balls.columns
-        curves = self._curves(consecutive(columns)).swapaxes(0, 1)
-        integers = [columns, places[is_there], self.drive_column]
-        return Plan("branch", integers, [self.positions, curves, *numbers])
-
     def with_nodes(self, rows: Rows) -> BranchTable:
         """Return a table that also holds new nodes, given in any order."""
         joined = Rows(*map(np.concatenate, zip(self.rows, rows, strict=True)))
@@ -182,7 +161,6 @@ class BranchTable:
             positions: `(N,)` drive positions.
             columns: of a row; quaternions come without their unit length.
         """
-        # Twin: `branch` of compiled/following.c, with what `DriveMotion.write` does.
         if self.size == 1:
             return np.repeat(self.rows.x[:, columns], len(positions), axis=0)
         left = self.positions[1:-1].searchsorted(positions)
@@ -190,7 +168,7 @@ class BranchTable:
         width = self.positions[left + 1] - low
         share = (positions - low) / width
         # Made for many samples, or once few at a time add up to many.
-        vars(self)["_served"] = served = self.served_with(len(positions))
+        vars(self)["_served"] = served = self._served + max(len(positions), SAMPLES_PER_CALL)
         if served >= self.size:
             return quintic(self._curves(columns), left, share)
         here, there = (
@@ -237,8 +215,6 @@ class Branch:
         self._refined_to = 0
         # For a table, errors of guesses between its nodes.
         self._guess_errors: tuple[BranchTable, Array] | None = None
-        # For a table and a period, what a compiled function works along.
-        self._planned: tuple[BranchTable, float | None, Plan] | None = None
 
     @property
     def span(self) -> tuple[float, float]:
@@ -560,27 +536,6 @@ class Branch:
     def values(self, positions: Array, columns: Array | slice) -> Array:
         """Return `(N, k)` some coordinates near the branch, see `BranchTable.values`."""
         return self._table.values(positions, columns)
-
-    def plan(self, columns: Array, count: int, far: float) -> Plan | None:
-        """Return what `compiled.kernel.branch` works along; None for so few samples so far.
-
-        Args:
-            columns: of a row, those that the drive moves, always the same.
-            count: samples that are asked for.
-            far: distance of positions from which on a period would be sought.
-        """
-        table, planned = self._table, self._planned
-        if planned is None or planned[0] is not table or planned[1] != self.period:
-            is_busy = table.served_with(count) * _NODES_PER_SAMPLE >= table.size
-            if table.size == 1 or not is_busy:
-                return None
-            # The drive's own turns are part of its position.
-            windings = np.where(columns == table.drive_column, 0.0, self.windings[columns])
-            period = self.period or 0.0
-            repeats = np.array([far, period, np.rint(period / TURN), *TURN_PARTS])
-            planned = table, self.period, table.plan(columns, windings, repeats)
-            self._planned = planned
-        return planned[2]
 
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.

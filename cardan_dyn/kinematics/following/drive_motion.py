@@ -6,9 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import compiled
 from ...arrays import Array, blocks, consecutive
-from ...compiled import Plan
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
@@ -114,14 +112,12 @@ class DriveMotion:
         self._begun_at, self._kept = start, problem.mechanism.kept
         self.branch = self._begun()
         coordinates = problem.mechanism.coordinates
-        self._moved = coordinates.columns_moved_by(self._kinematics.moved)
-        self._columns = consecutive(self._moved)
+        self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
         item = coordinates.named[drive]
         self._start = float(start[item.column])
         self._length = problem.mechanism.characteristic_length
         self._slides = item.slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
-        self._far = TURN if self._turns_freely else np.inf
         self._samples_served = 0
         self._is_studied = False
 
@@ -197,8 +193,6 @@ class DriveMotion:
         if branch.may_refine(node_limit):
             branch.refine(kinematics.part([self._index], self.groups), node_limit)
         position, (every,) = self._positions(targets), followed.values
-        if followed.is_there.all() and self._written(position, x, turns):
-            return
         for block in blocks(targets.size):
             periods = every[block]
             where, is_there = position[block], followed.is_there[block]
@@ -209,39 +203,6 @@ class DriveMotion:
                 where = turned_back(where, periods[:, 0], branch.period or 0.0)
                 turns[block, self._columns] = periods * branch.windings[self._columns]
             x[block, self._columns] = branch.values(where, self._columns)
-
-    def known(self, prescribed: Array, x: Array, turns: Array) -> Plan | None:
-        """Do what `followed` and `write` do by a compiled function, if the branch is known there.
-
-        Args:
-            prescribed: positions of all drives and varied joints, `(N, d + h)`.
-            x: `(N, size)` coordinates; changed, balls are of unit length then.
-            turns: `(N, size)` zeros; changed.
-
-        Returns:
-            What it worked along, the same object for the same branch; None if the branch has to be
-            followed or refined before, or is asked for the first time.
-        """
-        count = len(prescribed)
-        served = self._samples_served + (count if count > SAMPLES_PER_CALL else SAMPLES_PER_CALL)
-        if not self._is_studied or self.branch.may_refine(served // _SAMPLES_PER_NODE):
-            return None
-        plan = self._written(prescribed[:, self._index], x, turns)
-        if plan is not None:
-            self._samples_served = served
-        return plan
-
-    def _written(self, positions: Array, x: Array, turns: Array) -> Plan | None:
-        """Write guesses at positions `(N,)` by a compiled function; None if it cannot, see `known`.
-
-        With x and turns `(N, size)`.
-        """
-        if compiled.kernel is None:
-            return None
-        plan = self.branch.plan(self._moved, len(positions), self._far)
-        if plan is None or not compiled.kernel.branch(plan.handle, positions, x, turns):
-            return None
-        return plan
 
     def _positions(self, targets: Targets) -> Array:
         """Return the drive's positions `(N,)` at targets of the scene."""

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ... import compiled
 from ...arrays import Array
 from ...problem.problem import Problem
 from ...problem.samples import Targets
@@ -94,8 +93,6 @@ class GuessCache:
         # What the Newton tolerances of the kinematics beside follow from.
         self._known: list[Kinematics | Array | None] = []
         self._amplified = redundancy.kinematics
-        # Kinematics and plans of the last known guess.
-        self._last_known: tuple[object, ...] = ()
         self._lock = threading.RLock()
 
     @property
@@ -122,10 +119,6 @@ class GuessCache:
                 x, turns = self._at_start(targets)
                 self._set_drives(x, targets)
                 return Guess(x, turns, self.kinematics, False)
-            if compiled.kernel is not None and strict and not self._has_joint_motion:
-                known = self._known_guess(targets)
-                if known is not None:
-                    return known
             if not self._is_scouted:
                 self._scout(targets)
             followed, is_new, kinematics = [], False, self._redundancy.kinematics
@@ -155,25 +148,6 @@ class GuessCache:
             self._problem.mechanism.coordinates.normalised(x)
             is_exact = not self._has_joint_motion
             return Guess(x, turns, self._with_amplitudes(), is_exact, is_there, left)
-
-    def _known_guess(self, targets: Targets) -> Guess | None:
-        """Return what `guesses` does by compiled functions where all motions are known.
-
-        None where one has to be followed; drives do not meet in groups.
-        """
-        prescribed = targets.prescribed
-        x = self._normalised_start.repeat(len(prescribed), 0)
-        turns, known = np.zeros(x.shape), (self._redundancy.kinematics,)
-        for part in self._parts:
-            plan = part.known(prescribed, x, turns)  # type: ignore[union-attr]
-            if plan is None:
-                return None
-            known = (*known, plan)  # type: ignore[assignment]
-        # A tuple compares its items by identity first, and these have no other equality.
-        if known != self._last_known:
-            self._last_known = known
-            self._with_amplitudes()
-        return Guess(x, turns, self._amplified, True)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, of a motion found by other means.
@@ -258,11 +232,6 @@ class GuessCache:
         from .drive_motion import DriveMotion
 
         return not all(isinstance(part, DriveMotion) for part in self._parts)
-
-    @cached_property
-    def _normalised_start(self) -> Array:
-        """The start `(1, size)` as guesses have it."""
-        return self._problem.mechanism.coordinates.normalised(self.start[None, :].copy())
 
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
         kinematics = self._study.open_kinematics

@@ -12,12 +12,10 @@ where assembly modes meet; samples at the ends of lines may be singular, and are
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 
-from ... import compiled
 from ...arrays import BLOCK_SIZE, Array
 from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
@@ -95,11 +93,6 @@ class Rows(NamedTuple):
     @staticmethod
     def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
         """Return the rows at joint velocities and accelerations `(K, nv)`."""
-        # Twin: `rows` of compiled/following.c.
-        if compiled.kernel is not None:
-            first, second = np.empty((2, *x.shape))
-            compiled.kernel.rows(layout.plan.handle, x, v, a, first, second)
-            return Rows(x, first, second)
         return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
 
     def of(self, chosen: Array | slice | list[int]) -> Rows:
@@ -113,13 +106,7 @@ class Rows(NamedTuple):
 
     def longest(self, layout: Coordinates) -> Array:
         """Return `(K,)` how far at most rows may be extrapolated."""
-        # Twin: `longest` of compiled/following.c.
         _, first, second = self
-        if compiled.kernel is not None:
-            longest = np.empty(len(first))
-            given = first, second, LONGEST_WAY
-            compiled.kernel.longest(layout.plan.handle, *given, longest)
-            return longest
         fastest, most_bent = (
             np.max(np.abs(way) * layout.scale, axis=1, initial=0.0) for way in (first, second)
         )
@@ -185,6 +172,11 @@ class Reached(NamedTuple):
     condition: Array
     left: Array
 
+    def keep(self, lines: Array, others: Reached) -> None:
+        """Overwrite what was found of some lines, by their indices."""
+        for own, other in zip(self, others, strict=True):
+            own[lines] = other
+
 
 class OnLines(NamedTuple):
     """Samples on straight lines, those of a line one behind the other.
@@ -202,56 +194,6 @@ class OnLines(NamedTuple):
         begin, end = np.searchsorted(self.line, [first, last])
         span = slice(int(begin), int(end))
         return span, OnLines(self.line[span] - first, self.share[span])
-
-
-class Curves(NamedTuple):
-    """Straight lines as they were followed, with polynomials between closed positions.
-
-    Attributes:
-        line: `(S,)` the line (index) of each step, ascending.
-        begin, length: `(S,)` share of the line at which it begins, and its length.
-        coefficients: `(6, S, size)` of the polynomials over the steps, see `quintic`.
-        x: `(L, size)` coordinates where the lines end, or could not go on.
-        share: `(L,)` that was followed.
-    """
-
-    line: Array
-    begin: Array
-    length: Array
-    coefficients: Array
-    x: Array
-    share: Array
-
-    def at(self, samples: OnLines) -> tuple[Array, Array]:
-        """Return coordinates `(N, size)` at samples in any order, and whether lines lead there.
-
-        Those of drives are off by rounding.
-        """
-        line, share = samples
-        is_there = share <= self.share[line]
-        x = self.x[line]
-        (inside,) = np.nonzero(is_there & (share < self.share[line]))
-        if inside.size:
-            keys, wanted = self.line + 0.5 * self.begin, line[inside] + 0.5 * share[inside]
-            step = np.searchsorted(keys, wanted, side="right") - 1
-            part = (share[inside] - self.begin[step]) / self.length[step]
-            x[inside] = quintic(self.coefficients, step, part)
-        return x, is_there
-
-    def with_more(self, other: Curves) -> Curves:
-        """Return these lines, followed by others."""
-        numbers = np.concatenate([self.line, other.line + len(self.x)])
-        coefficients = np.concatenate([self.coefficients, other.coefficients], axis=1)
-        begin, length, x, share = (
-            np.concatenate(pair)
-            for pair in (
-                (self.begin, other.begin),
-                (self.length, other.length),
-                (self.x, other.x),
-                (self.share, other.share),
-            )
-        )
-        return Curves(numbers, begin, length, coefficients, x, share)
 
 
 def along_lines(
@@ -308,17 +250,6 @@ def samples_on_lines(
         for whole, values in zip(reached, lines.at(own), strict=True):
             whole[span] = values
     return reached
-
-
-def curves_along(kinematics: Kinematics, starts: Array, columns: list[int], ends: Array) -> Curves:
-    """Return straight lines with what is interpolated on them; arguments as `samples_on_lines`."""
-    size, whole = starts.shape[1], []
-    for first in range(0, len(ends), BLOCK_SIZE):
-        chosen = slice(first, first + BLOCK_SIZE)
-        whole.append(Lines(kinematics, starts[chosen], columns, ends[chosen]).curves())
-    none, nothing = np.zeros(0), np.zeros((0, size))
-    empty = Curves(np.zeros(0, dtype=int), none, none, np.zeros((6, 0, size)), nothing, none)
-    return reduce(Curves.with_more, whole) if whole else empty
 
 
 class Lines:
@@ -389,24 +320,6 @@ class Lines:
         values[~is_there] = self.x[samples.line[~is_there]]
         of_lines = self.residual[samples.line], self.greatest[samples.line]
         return Reached(values, is_there, *of_lines, np.full(len(values), np.inf))
-
-    def curves(self) -> Curves:
-        """Follow all lines to their ends, or as far as they lead, and keep all steps."""
-        steps: list[tuple[Array, ...]] = []
-
-        def passed(lines: Array, to: Array, old: Rows, new: Rows) -> None:
-            length = to - self.share[lines]
-            steps.append((lines, self.share[lines], length, old.quintics(length, new)))
-
-        self._follow(passed, _BETWEEN)
-        if not steps:
-            size = self.x.shape[1]
-            steps = [(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), np.zeros((6, 0, size)))]
-        line, begin, length = (np.concatenate(own) for own in list(zip(*steps, strict=True))[:3])
-        order = np.lexsort((begin, line))
-        coefficients = np.concatenate([own for *_, own in steps], axis=1)[:, order]
-        of_steps = line[order], begin[order], length[order], coefficients
-        return Curves(*of_steps, self.x, self.share)
 
     def to_ends(self, rows: Rows, quick: bool) -> None:
         """Follow all lines of a single drive as far as they lead, and keep all nodes.

@@ -6,11 +6,8 @@ import numpy as np
 from testkit.planar_linkages import ARM, five_bar, meeting_points, solver, tips, values
 
 from cardan_dyn.kinematics.following.lines import (
-    OnLines,
     allowed_error,
     along_lines,
-    curves_along,
-    samples_on_lines,
 )
 
 
@@ -43,30 +40,6 @@ def test_lines_end_where_the_loops_open() -> None:
     end = np.arcsin((2.0 * ARM - 1.0) / 0.8)
     np.testing.assert_allclose(reached.x[1, columns], [end, -end], atol=1e-6)
     assert reached.residual[1] > 1e-10
-
-
-def test_curves_of_lines() -> None:
-    """What is interpolated on kept lines is what is found at samples on them."""
-    mechanism = five_bar()
-    kinematics, start = solver(mechanism, "A", "D")
-    columns = [mechanism.coordinates.columns[name].start for name in "AD"]
-    ends = np.array([[0.5, 0.4], [1.5, -1.5], [-0.6, 0.2], [np.nan, 0.0]])
-    rng, starts = np.random.default_rng(0), start[None].repeat(4, axis=0)
-    line, share = np.repeat(np.arange(4), 30), rng.uniform(0.0, 1.0, (4, 30))
-    share[:, 0], share[:, 1] = 0.0, 1.0
-    share = np.sort(share, axis=1).ravel()
-    expected = samples_on_lines(kinematics, starts, columns, ends, OnLines(line, share))
-    whole = curves_along(kinematics, starts, columns, ends)
-    parts = [curves_along(kinematics, starts[k], columns, ends[k]) for k in ([0, 1], [2, 3])]
-    order = rng.permutation(len(line))
-    for curves in (whole, parts[0].with_more(parts[1])):
-        x, is_there = curves.at(OnLines(line[order], share[order]))
-        np.testing.assert_array_equal(is_there, expected.is_there[order])
-        np.testing.assert_allclose(x, expected.x[order], atol=1e-12)
-    assert 0 < np.sum(expected.is_there[line == 1]) < 30
-    none = curves_along(kinematics, starts[:0], columns, ends[:0])
-    assert none.at(OnLines(line[:0], share[:0]))[0].shape == (0, start.size)
-    assert len(none.with_more(whole).line) == len(whole.line)
 
 
 def test_no_positions() -> None:

@@ -1,0 +1,229 @@
+"""Taped lines: many straight lines from one start, followed side by side on tapes.
+
+Each sample has a line of its own, and nothing but the line decides its steps. Held joints move
+first, then the drives. A line that no tape brings to its end is left to those who follow in
+general, and say why it cannot be followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ...arrays import BLOCK_SIZE, Array, some
+from ...mechanics.bodies import tree_of
+from ...mechanics.closure import rows as closure_rows
+from ...mechanics.elimination import Pivot, UnsuitableError
+from ...mechanics.following import NEAR, Line, Place
+from ...mechanics.placements import placed
+from ...mechanics.sample import Roles
+from ...mechanism.mechanism import Mechanism
+from ...tape import Program, Scalar, Stage, Stages, Trace, select
+from ..closing.all_groups import Kinematics
+from ..loops.closure_blocks import closure_blocks
+
+SCOUTS = 16
+"""Closed positions at which an order of elimination is chosen, and lines that fail from which on
+another order is chosen at some of them."""
+_MOST_TAPES = 2
+"""Orders that are tried."""
+_LANES = 4 * BLOCK_SIZE
+"""Lines that are followed at a time."""
+_MOST_STEPS = 400
+"""Steps of a line at most."""
+_MOST_CORRECTIONS = 12
+"""Steps of Newton's method at its end at most."""
+
+
+class TapedLines:
+    """Lines from one start, whose equations are traced when they are first followed."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        kinematics: Kinematics,
+        start: Array,
+        legs: Sequence[Sequence[int]],
+    ) -> None:
+        """Begin without tapes.
+
+        Args:
+            mechanism: the mechanism.
+            kinematics: of the drives and the groups that they move; no rod of theirs is idle.
+            start: `(size,)` closed coordinates.
+            legs: sets of drives, by their indices, that move one after the other.
+        """
+        groups = [solver.group for solver in kinematics.solvers]
+        loops = [index for group in groups for index in group.loops]
+        couplings = [index for group in groups for index in group.couplings]
+        self._tree = tree = tree_of(mechanism, (), loops, couplings, ())
+        drives = tuple(kinematics.drives.tolist())
+        self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())
+        self._legs = legs
+        self._units = np.ones(len(start))
+        for body in tree.bodies:
+            if body.kind == "prismatic":
+                self._units[list(body.columns)] = tree.length
+        self._start = start / self._units
+        columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
+        self._columns: list[int] = columns
+        self._passives = self._roles.columns(tree)
+        self._stages: list[Stages] = []
+
+    def ends(self, positions: Array, scouted: Callable[[Array], Array]) -> tuple[Array, Array]:
+        """Return coordinates near closed ones at the ends of lines, and which these hold for.
+
+        Args:
+            positions: `(N, d)` of the drives, to which lines lead [rad or m].
+            scouted: closed coordinates `(S, size)` of those of some positions `(K, d)` that can be
+                reached, found in another way.
+
+        Returns:
+            `(N, size)`, off by rounding or by the square of `NEAR`; and `(N,)`.
+        """
+        x = np.tile(self._start, (len(positions), 1))
+        is_there = np.zeros(len(positions), dtype=bool)
+        targets = positions / self._units[self._columns]
+        (rest,) = np.nonzero(~is_there)
+        for tape in range(_MOST_TAPES):
+            if tape == len(self._stages):
+                if len(rest) < SCOUTS:
+                    break
+                closed = scouted(positions[rest[some(len(rest), SCOUTS)]])
+                try:
+                    order = self.order(closed / self._units)
+                except UnsuitableError:
+                    break
+                self._stages.append(self._traced(order))
+            for first in range(0, len(rest), _LANES):
+                own = rest[first : first + _LANES]
+                found, is_there[own] = self._followed(self._stages[tape], targets[own])
+                x[own[:, None], self._passives] = found.T
+            rest = rest[~is_there[rest]]
+        x *= self._units
+        x[:, self._columns] = positions
+        return x, is_there
+
+    def _followed(self, stages: Stages, ends: Array) -> tuple[Array, Array]:
+        """Return passive coordinates `(P, K)` at ends of lines, and `(K,)` which are there.
+
+        With ends `(K, d)`, all in units of the tree.
+        """
+        ways = ends - self._start[self._columns]
+        # Lines of a length end together, and so do those of a block.
+        order = np.argsort(np.abs(ways).sum(axis=1), kind="stable")
+        ends, ways = ends[order], ways[order]
+        common: dict[str, Array | float] = {
+            f"x{column}": value for column, value in enumerate(self._start.tolist())
+        }
+        common |= {"rest": 1.0, "length": 1.0, "lost": 0.0, "step": np.inf}
+        inputs = []
+        moved = np.zeros(len(self._columns), dtype=bool)
+        for leg in self._legs:
+            moves = np.zeros_like(moved)
+            moves[list(leg)] = True
+            given = dict(common)
+            for drive, column in enumerate(self._columns):
+                stays = self._start[column]
+                given[f"e{column}"] = ends[:, drive] if (moved | moves)[drive] else stays
+                given[f"w{column}"] = ways[:, drive] if moves[drive] else 0.0
+            inputs += [given, given]
+            moved |= moves
+        (outputs,) = stages.run([*inputs, given], len(ends))
+        result = np.empty_like(outputs)
+        result[:, order] = outputs
+        return result[:-1], result[-1] <= NEAR
+
+    def order(self, scouts: Array) -> list[Pivot]:
+        """Return an order of elimination that serves at the start.
+
+        With scouts `(S, size)`, closed, in units of the tree.
+
+        Raises:
+            UnsuitableError: there is none.
+        """
+        tree, roles = self._tree, self._roles
+        shadows = dict(enumerate(np.vstack([self._start, scouts]).T))
+        rows = closure_rows(tree, placed(tree, shadows), {*roles.drives, *roles.passives})
+        return roles.order(rows)
+
+    def _traced(self, order: Sequence[Pivot]) -> Stages:
+        """Return the stages that lead to the ends of lines."""
+        roles = self._roles
+        begins, lines, last = (
+            self._program(text, order) for text in (self._begun, self._advanced, self._corrected)
+        )
+        x = {f"x{column}": row for row, column in enumerate(self._passives)}
+        names = [*x, *(f"{kind}{rate}" for kind in "va" for rate in roles.passives)]
+        names += [f"s{block}" for block in range(len(roles.blocks))]
+        place = {name: row for row, name in enumerate(names)}
+        rest, length, left = range(len(names), len(names) + 3)
+        stages: list[Stage] = []
+        for _ in self._legs:
+            stages += [
+                Stage(begins, taken={**x, "lost": rest} if stages else {}),
+                Stage(
+                    lines,
+                    carried={**place, "rest": rest, "length": length},
+                    taken=place,
+                    until=left,
+                    most=_MOST_STEPS,
+                ),
+            ]
+        step = len(x)
+        ends = Stage(
+            last,
+            carried={**x, "step": step},
+            taken={**x, "lost": rest},
+            until=step,
+            most=_MOST_CORRECTIONS,
+            within=NEAR,
+            kept=True,
+        )
+        return Stages([*stages, ends])
+
+    def _program(
+        self, text: Callable[[Trace, Line], Sequence[Scalar]], order: Sequence[Pivot]
+    ) -> Program:
+        trace = Trace()
+        drives = self._columns
+        still = {
+            column: trace.input(f"x{column}", value, uniform=True)
+            for column, value in enumerate(self._start.tolist())
+            if column not in {*drives, *self._passives}
+        }
+        ends, ways = (
+            {column: trace.input(f"{kind}{column}", 0.0) for column in drives} for kind in "ew"
+        )
+        return Program(trace, text(trace, Line(self._tree, self._roles, order, ends, ways, still)))
+
+    def _begun(self, trace: Trace, line: Line) -> list[Scalar]:
+        """Return the rows of a place where lines begin; NaN where the leg before did not end."""
+        lost = trace.input("lost", 0.0)
+        x = {column: select(lost, np.nan, value) for column, value in self._inputs(trace).items()}
+        return _rows(line.begun(x))
+
+    def _advanced(self, trace: Trace, line: Line) -> list[Scalar]:
+        """Return the rows of a place after a step, with what is left of the line."""
+        passives = self._roles.passives
+        v, a = ({rate: trace.input(f"{kind}{rate}", 0.0) for rate in passives} for kind in "va")
+        sides = [trace.input(f"s{block}", 1.0) for block in range(len(self._roles.blocks))]
+        place = Place(self._inputs(trace), v, a, sides)
+        rest, length = trace.input("rest", 1.0), trace.input("length", 1.0)
+        step = line.advanced(place, rest, length)
+        return [*_rows(step.place), step.rest, step.length, step.left]
+
+    def _corrected(self, trace: Trace, line: Line) -> list[Scalar]:
+        """Return coordinates after a step at the end, and the step; NaN where none leads there."""
+        lost = trace.input("lost", 0.0)
+        x, step = line.corrected(self._inputs(trace), trace.input("step", np.inf))
+        return [*x.values(), select(lost, np.nan, step)]
+
+    def _inputs(self, trace: Trace) -> dict[int, Scalar]:
+        return {column: trace.input(f"x{column}", 0.0) for column in self._passives}
+
+
+def _rows(place: Place) -> list[Scalar]:
+    """Return what is known of a place, in a row."""
+    return [*place.x.values(), *place.v.values(), *place.a.values(), *place.sides]
