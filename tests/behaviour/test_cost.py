@@ -35,7 +35,7 @@ def test_a_block_takes_as_many_calls_whatever_its_samples(shaft: cd.Mechanism) -
         counts.append(calls(lambda positions=positions: scene.sweep(positions, speed=9.0)))
     # Pinocchio's functions are no C functions of Python's, so they do not count. Some 2600 of them
     # are the proof, whose arithmetic is that of scalars: one call for all samples in each step.
-    assert counts[0] == counts[1] <= counts[2] == counts[3] < (3250 if compiled.kernel else 3500)
+    assert counts[0] == counts[1] <= counts[2] == counts[3] < (3400 if compiled.kernel else 3600)
 
 
 def test_the_range_of_a_drive_is_found_once() -> None:
@@ -98,7 +98,7 @@ def test_positions_near_the_last_one_are_reached_from_it(monkeypatch: pytest.Mon
         scene.sweep(position * np.arange(1.0, 7.0) / 6.0)
         counts.append(len(evaluations))
     near = calls(lambda: scene.sweep(-0.049 * np.arange(1.0, 7.0) / 6.0))
-    # Most of them are the proof of six velocity ratios around six loops.
+    # Most of them are the proof of six velocity ratios around six loops, not yet traced.
     assert near < (5400 if compiled.kernel else 5900)
     assert counts[2] <= 3  # The first one from there evaluates the last position as well.
     assert counts[1] <= 4
