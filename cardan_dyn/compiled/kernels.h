@@ -17,23 +17,19 @@
 
 #define EVERY_FUNCTION(WITH) \
     EVERY_MACHINE(WITH) \
-    WITH(cancellation) \
     WITH(closure) \
     WITH(explicit_step) \
     WITH(moved) \
     WITH(newton_step) \
     WITH(passive_accelerations) \
     WITH(passive_rates) \
-    WITH(proven) \
     WITH(refined) \
-    WITH(same_side) \
-    WITH(within)
+    WITH(same_side)
 
 /* What plans are of. */
 #define EVERY_PLAN(WITH) \
     WITH(closure) \
     WITH(moves) \
-    WITH(proof) \
     WITH(stepping)
 
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);

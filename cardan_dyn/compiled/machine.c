@@ -458,51 +458,72 @@ static int take_lanes(Call *call, PyObject *const *span)
     return 0;
 }
 
-/* Take inputs: one number, one for each lane, or None where they are rows of the stage before. */
+/* Take an input that is rows of an array, or None where it is a row of the stage before. Returns how
+   many inputs these are, from the k-th on; -1 if they do not fit. */
+static Py_ssize_t take_input(Call *call, Stage *stage, PyObject *input, Py_ssize_t k)
+{
+    const Py_ssize_t left = stage->program->inputs - k;
+    Py_ssize_t rows = 1, size = 0, apart = 0;
+    const double *at = NULL;
+    if (input != Py_None || !stage->taken || k >= stage->program->inputs || stage->taken[k] < 0) {
+        const Py_buffer *buffer = take_array(call, input, 'd', PyBUF_STRIDES);
+        if (!buffer)
+            return -1;
+        const int last = buffer->ndim - 1;
+        at = buffer->buf;
+        size = last < 0 ? 1 : buffer->shape[last];
+        if (last == 1) {
+            rows = buffer->shape[0];
+            apart = buffer->strides[0] / 8;
+        }
+        if (last > 1 || (size > 1 && buffer->strides[last] != 8) ||
+            (rows > 1 && buffer->strides[0] % 8)) {
+            PyErr_Format(PyExc_ValueError, "input %zd has no rows of numbers side by side", k);
+            return -1;
+        }
+        if (size != 1 && size != call->lanes) {
+            PyErr_Format(PyExc_ValueError, "input %zd has %zd numbers instead of 1 or %zd", k, size,
+                         call->lanes);
+            return -1;
+        }
+    }
+    for (Py_ssize_t row = 0; row < rows && row < left; row++, k++) {
+        int is_row = (stage->taken && stage->taken[k] >= 0) ||
+                     (stage->carried && stage->carried[k] >= 0);
+        if (stage->program->uniform[k] && (size != 1 || is_row)) {
+            PyErr_Format(PyExc_ValueError, "input %zd has to be one number for all lanes", k);
+            return -1;
+        }
+        if (at)
+            stage->given[k] = (Input){at + row * apart, size != 1};
+    }
+    return rows;
+}
+
+/* Take inputs: of each one number or one for each lane, in arrays of one of them or of several,
+   which are rows then; or None where they are rows of the stage before. */
 static int take_inputs(Call *call, Stage *stage, PyObject *sequence)
 {
     const Py_ssize_t count = stage->program->inputs;
     PyObject *inputs = PySequence_Tuple(sequence);
     if (!inputs)
         return -1;
-    int failed = -1;
-    if (PyTuple_Size(inputs) != count) {
-        PyErr_Format(PyExc_ValueError, "%zd inputs are needed, not %zd", count,
-                     PyTuple_Size(inputs));
-        goto done;
-    }
     stage->given = calloc(2 * (size_t)count + 1, sizeof(Input));
     if (!stage->given) {
         PyErr_NoMemory();
-        goto done;
+        Py_DECREF(inputs);
+        return -1;
     }
     stage->input = stage->given + count;
-    for (Py_ssize_t k = 0; k < count; k++) {
-        PyObject *input = PyTuple_GetItem(inputs, k);
-        int is_taken = stage->taken && stage->taken[k] >= 0;
-        int is_carried = stage->carried && stage->carried[k] >= 0;
-        Py_ssize_t size = 0;
-        if (!is_taken || input != Py_None) {
-            const Py_buffer *buffer = take_array(call, input, 'd', PyBUF_C_CONTIGUOUS);
-            if (!buffer)
-                goto done;
-            size = buffer->len / 8;
-            if (size != 1 && size != call->lanes) {
-                PyErr_Format(PyExc_ValueError, "input %zd has %zd numbers instead of 1 or %zd", k,
-                             size, call->lanes);
-                goto done;
-            }
-            stage->given[k] = (Input){buffer->buf, size != 1};
-        }
-        if (stage->program->uniform[k] && (size != 1 || is_taken || is_carried)) {
-            PyErr_Format(PyExc_ValueError, "input %zd has to be one number for all lanes", k);
-            goto done;
-        }
-    }
-    failed = 0;
-done:
+    Py_ssize_t taken = 0, more = 0;
+    for (Py_ssize_t k = 0; more >= 0 && k < PyTuple_Size(inputs); k++, taken += more)
+        more = take_input(call, stage, PyTuple_GetItem(inputs, k), taken);
     Py_DECREF(inputs);
-    return failed;
+    if (more >= 0 && taken == count)
+        return 0;
+    if (more >= 0)
+        PyErr_Format(PyExc_ValueError, "%zd inputs are needed, not %zd", count, taken);
+    return -1;
 }
 
 /* Give a call its work space, and numbers for all lanes a place in each lane of a block. */
@@ -561,8 +582,8 @@ static PyObject *finished(Call *call, int failed)
 /* run_program(program, inputs, outputs, first, last)
 
    Runs a program on lanes from `first`, which starts a block, up to `last`. Inputs are arrays of
-   one number or of one for each lane; `outputs` has the shape (rows, lanes). There are as many
-   lanes as a block has, or more. */
+   one number or of one for each lane, or rows of such arrays; `outputs` has the shape (rows, lanes).
+   There are as many lanes as a block has, or more. */
 PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
@@ -668,7 +689,7 @@ static int take_stages(Call *call, PyObject *stages, PyObject *const *rest)
    to `last`. A stage is a tuple of
 
      program   its handle
-     inputs    arrays of one number or of one for each lane; None where they are taken
+     inputs    arrays as for `run_program`; None where one is taken
      carried   for each input the row of the own last pass that it is, from the second on; or -1
      taken     for each input the row of the stage before that it is, in the first pass if it is
                carried, else in all; or -1

@@ -1,4 +1,4 @@
-/* Small matrices and vectors, one per sample: what all files but those of the proof share. */
+/* Small matrices and vectors, one per sample: what all files that solve share. */
 
 #ifndef CARDAN_DYN_STACKED_H
 #define CARDAN_DYN_STACKED_H

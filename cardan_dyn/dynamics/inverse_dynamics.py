@@ -52,6 +52,7 @@ class Inputs(NamedTuple):
         time: at which actuators act, `(N,)` or `(1,)` [s].
         has_rates: whether any sample of the sweep, also of other blocks, has a drive speed or
             acceleration.
+        samples: how many the whole sweep has.
     """
 
     positions: Array
@@ -65,6 +66,7 @@ class Inputs(NamedTuple):
     turns: Array
     time: Array
     has_rates: bool
+    samples: int
 
     @staticmethod
     def of(
@@ -73,6 +75,7 @@ class Inputs(NamedTuple):
         acting: Acting,
         turns: Array,
         has_rates: bool | None = None,
+        samples: int = 0,
     ) -> Inputs:
         """Return what is prescribed for samples.
 
@@ -82,6 +85,7 @@ class Inputs(NamedTuple):
             acting: flat over these samples.
             turns: see the attribute.
             has_rates: see the attribute; None if there are no other samples.
+            samples: see the attribute; 0 if there are no other samples.
         """
         if has_rates is None:
             has_rates = acting.has_rates
@@ -107,6 +111,7 @@ class Inputs(NamedTuple):
             turns,
             acting.time,
             has_rates,
+            samples or targets.size,
         )
 
     def of_samples(self, samples: Array) -> Inputs:
@@ -300,16 +305,19 @@ class InverseDynamics:
         """
         from ..proof.constraints import Motion
         from ..proof.free_bodies import FreeBodies, Setup
+        from ..proof.traced import Programs
 
         problem, mechanism = self._problem, self._mechanism
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
         motion = Motion(problem.independent, tuple(problem.held), known)
+        key = motion.drives, motion.held, known.tobytes(), *self._claimed
         return FreeBodies(
             mechanism.second_reading,
             mechanism.coordinates,
             mechanism.characteristic_length,
             Setup(motion, self._claimed, problem.elements, mechanism.zero),
+            mechanism.kept.of("programs of the proof", key, Programs),
         )
 
     def prove_flags(self, solution: Solution) -> None:
@@ -425,15 +433,14 @@ class InverseDynamics:
             reactions: at these positions, rates and inputs.
             added: efforts of elements `(N, nv)`, which the reactions include.
         """
-        has_rates = inputs.has_rates
         if reactions.idle_accelerations is not None:
             rates = rates._replace(a=rates.a + reactions.idle_accelerations)
-            has_rates = has_rates or bool(np.any(reactions.idle_accelerations))
+            if np.any(reactions.idle_accelerations):
+                inputs = inputs._replace(has_rates=True)
         exerted = self._exerted(inputs.loads + added, rates.velocity_ratios, reactions)
         couplings = _coupling_moments(reactions, len(self._mechanism.loops), len(state.x))
         for index, moments in reactions.teeth.items():
             couplings[:, index : index + 1] += moments
-        inputs = inputs._replace(has_rates=has_rates)
         residuals = self.residuals(state.x, inputs, rates, reactions.wrenches, exerted, couplings)
         return Solution(
             x=state.x,
@@ -491,6 +498,7 @@ class InverseDynamics:
                 inertia=inputs.inertia,
                 has_rates=inputs.has_rates,
                 time=inputs.time,
+                samples=inputs.samples,
             )
         )
 

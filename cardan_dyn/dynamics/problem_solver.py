@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
-FEWEST_TAPED = 1024
-"""Samples of a sweep from which on it is solved by tapes: tracing the equations takes about as long
-as the general path takes for so many, of a universal joint and of a Stewart platform alike."""
 _MOST_TRACED = 128
 """Velocity coordinates up to which a scene is traced: what self-stresses add is passed through all
 bodies, so that tracing takes as long as the square of their number."""
@@ -249,6 +246,12 @@ class ProblemSolver(Frozen):
         wanted = self.inverse_dynamics.claimed, self.reactions.opened
         return TapedSolver(problem, self.varied, groups, *wanted)
 
+    def uses_tapes(self, count: int) -> bool:
+        """Return whether a sweep of so many samples is solved by tapes."""
+        from ..tape import program  # What is made only to be looked at needs none.
+
+        return count >= program.WORTH_TRACING and self.taped is not None
+
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
         if names == self.varied:
@@ -394,7 +397,7 @@ class ProblemSolver(Frozen):
         """Return how many samples are worked on at a time."""
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
-        if targets.size >= FEWEST_TAPED and self.taped is not None:
+        if self.uses_tapes(targets.size):
             # Tapes keep few samples in the cache, so that blocks may be large.
             return max(1, min(4 * BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
         movable = [solver.equations.movable.size for solver in kinematics.solvers]
@@ -601,8 +604,9 @@ class _Work:
         if len(assembled.spans) > 1:
             targets, turns = targets.block(span), turns[span]
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
-        inputs = dynamics.inputs_of(solver.problem, targets, acting, turns, self._has_rates)
-        is_taped = len(assembled) >= FEWEST_TAPED and solver.taped is not None
+        given = targets, acting, turns, self._has_rates, len(assembled)
+        inputs = dynamics.inputs_of(solver.problem, *given)
+        is_taped = solver.uses_tapes(len(assembled))
         solution = self._by_tape(index, inputs) if is_taped else None
         if solution is None:
             solution = dynamics.solve(assembled.blocks[index], inputs)

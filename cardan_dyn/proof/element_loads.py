@@ -12,16 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, inverse
+from ..arrays import Array, cross, inverse
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
 from ..elements.pin_contact import PinContact
 from ..elements.point_spring import COINCIDENT, PointSpring
 from ..errors import ArgumentError
-from ..mechanism.frames import ElementaryMotion, Frames
+from ..mechanism.frames import ElementaryMotion
 from .named_motions import named_motions
-from .twists import State, cross
+from .placing import Fixed, Frame, constant, stacked
+from .screws import NOTHING, Screw, Screws
+from .vectors import combine
 
 _WOUND = 3.1
 """Rotation [rad] beyond which a bushing turns about an axis that stays."""
@@ -65,16 +67,17 @@ class _Moving(NamedTuple):
 class ProvenElements:
     """The elements of a scene on the frames of its description."""
 
-    def __init__(self, frames: Frames, elements: Sequence[Element], zero: Array, length: float):
+    def __init__(self, screws: Screws, elements: Sequence[Element], zero: Array, length: float):
         """Find what the elements act on.
 
         Args:
-            frames: of the description.
+            screws: of the description's joints.
             elements: the elements.
             zero: `(size,)` coordinates of the description's zero.
             length: characteristic length [m].
         """
-        self._frames, self._elements, self._length = frames, elements, length
+        self._frames = frames = screws.frames
+        self._placing, self._elements, self._length = screws.placing, elements, length
         self._zero = zero
         self._named: dict[str, ElementaryMotion] = {}
         if any(element.joints for element in elements):
@@ -86,13 +89,18 @@ class ProvenElements:
         }
 
     def on(
-        self, state: State, velocities: Array | None, x: Array, v: Array, time: Array
+        self,
+        placed: Sequence[Frame],
+        velocities: Sequence[Screw] | None,
+        x: Array,
+        v: Array,
+        time: Array,
     ) -> ElementLoads:
         """Return what the elements exert.
 
         Args:
-            state: of the mechanism.
-            velocities: `(M, 2, 3, N)` twists of the motions' frames; None at rest.
+            placed: frames of all motions, of arrays `(N,)`.
+            velocities: twists of the motions' frames; None at rest.
             x: `(N, size)` coordinates, whole turns counted.
             v: `(N, nv)` joint velocities.
             time: `(N,)` or `(1,)` [s].
@@ -107,7 +115,7 @@ class ProvenElements:
                 terms += term * (self._length if motion.kind == "slide" else 1.0)
                 continue
             first, second = (
-                self._placed(state, velocities, link, placement)
+                self._placed(placed, velocities, link, placement, len(x))
                 for link, placement in zip(element.links, self._ends[index], strict=True)
             )
             if isinstance(element, PointSpring):
@@ -115,7 +123,7 @@ class ProvenElements:
             elif isinstance(element, PinContact):
                 on_second, term = self._of_contact(element, first, second, time)
             elif isinstance(element, Bushing):
-                on_second, term = self._of_bushing(element, first, second, state, x)
+                on_second, term = self._of_bushing(element, first, second, placed, x)
             else:
                 raise _unknown_law(element)
             terms += term
@@ -137,34 +145,32 @@ class ProvenElements:
         return first, second
 
     def _placed(
-        self, state: State, velocities: Array | None, link: str, placement: Array
+        self,
+        placed: Sequence[Frame],
+        velocities: Sequence[Screw] | None,
+        link: str,
+        placement: Array,
+        count: int,
     ) -> _Moving:
-        """Return a frame of a link, by its `(4, 4)` placement there."""
-        frames, (body, in_body) = self._frames, self._frames.links[link]
-        whole, count = in_body @ placement, state.motion_frames.shape[-1]
-        still = np.zeros((3, count))
-        if body < 0:
-            columns = np.repeat(whole[:3].T[:, :, None], count, axis=2)
-            return _Moving(body, columns[:3], columns[3] - frames.corner[:, None], still, still)
-        motion = frames.last[body]
-        placed = np.einsum("ck,cin->kin", whole, state.motion_frames[motion])
-        velocity, spin = (still, still) if velocities is None else velocities[motion]
-        return _Moving(body, placed[:3], placed[3], velocity, spin)
+        """Return a frame of a link, by its `(4, 4)` placement there, at that many samples."""
+        body, in_body = self._frames.links[link]
+        motion = self._frames.last[body] if body >= 0 else -1
+        axes, origin = self._placing.at(placed, Fixed.of(motion, in_body @ placement))
+        velocity, spin = NOTHING if body < 0 or velocities is None else velocities[motion]
+        rows = stacked((*axes, origin, velocity, spin), count)
+        return _Moving(body, rows[:3], *rows[3:])
 
     def _end(self, element: Bushing, zero: Array) -> Array:
         """Return the `(4, 4)` placement of a bushing's frame in `link_b`."""
         if element.origin_b is not None:
             return element.origin_b
-        frames = self._frames.placed(zero[None])
+        placed = self._placing.placed(zero.tolist())
         ends = []
         for link in element.links:
-            body, in_body = self._frames.links[link]
-            placed = np.eye(4)
-            if body >= 0:
-                placed[:3] = frames[self._frames.last[body], :, :, 0].T
-            else:
-                placed[:3, 3] = -self._frames.corner
-            ends.append(placed @ in_body)
+            frame = self._placed(placed, None, link, np.eye(4), 1)
+            end = np.eye(4)
+            end[:3, :3], end[:3, 3] = frame.axes[:, :, 0].T, frame.origin[:, 0]
+            ends.append(end)
         return np.asarray(inverse(ends[1]) @ ends[0] @ element.origin)
 
     def _of_spring(
@@ -218,13 +224,13 @@ class ProvenElements:
         element: Bushing,
         first: _Moving,
         second: _Moving,
-        state: State,
+        placed: Sequence[Frame],
         x: Array,
     ) -> tuple[Array, Array]:
         """Return the wrench `(2, 3, N)` of a bushing on `link_b`, and the size of its terms."""
         span, count = second.origin - first.origin, second.origin.shape[-1]
         turn = _rotation_vectors(np.einsum("cin,din->ncd", first.axes, second.axes))
-        wound = self._wound(element, turn, first, state, x)
+        wound = self._wound(element, turn, first, placed, x)
         seen = np.einsum("cin,in->cn", first.axes, span)
         gradient = element.stiffness @ np.concatenate([seen, wound.T])
         # The gradient with respect to the rotation vector, by the rate at which it changes.
@@ -257,7 +263,7 @@ class ProvenElements:
         return wrench, terms
 
     def _wound(
-        self, element: Bushing, turn: Array, first: _Moving, state: State, x: Array
+        self, element: Bushing, turn: Array, first: _Moving, placed: Sequence[Frame], x: Array
     ) -> Array:
         """Return rotation vectors `(N, 3)` with the whole turns that the joints have made.
 
@@ -265,7 +271,7 @@ class ProvenElements:
         rotation but for what it is at zero, which is less than half a turn. The shortest rotation
         vectors `turn` are in the axes of the bushing's first frame.
         """
-        for angles, direction in self._sums(element, state, x):
+        for angles, direction in self._sums(element, placed, x):
             axis = np.einsum("cin,in->nc", first.axes, direction)
             along = np.einsum("ni,ni->n", turn, axis)
             if np.max(np.linalg.norm(turn - along[:, None] * axis, axis=1)) > _PARALLEL:
@@ -277,7 +283,9 @@ class ProvenElements:
                 return np.where(is_far[:, None], whole[:, None] * axis, turn)
         return turn
 
-    def _sums(self, element: Bushing, state: State, x: Array) -> Iterator[tuple[Array, Array]]:
+    def _sums(
+        self, element: Bushing, placed: Sequence[Frame], x: Array
+    ) -> Iterator[tuple[Array, Array]]:
         """Yield angles `(N,)` by which joints turn a bushing's links from zero, and their axis."""
         frames, moved = self._frames, x - self._zero
         start, goal = (frames.links[link][0] for link in element.links)
@@ -302,7 +310,7 @@ class ProvenElements:
                     motion = frames.motions[index]
                     if motion.kind == "slide":
                         continue
-                    own = np.einsum("c,cin->in", motion.axis, state.motion_frames[index, :3])
+                    own = stacked([combine(placed[index].axes, constant(motion.axis))], len(x))[0]
                     axis = axis if np.any(axis) else own
                     follows &= motion.kind == "turn"
                     follows &= bool(np.max(_norm(cross(axis, own))) <= _PARALLEL)

@@ -6,46 +6,38 @@ kinematics. On a body act its weight, the loads, and the returned wrenches of it
 included; the difference between their sum and its momentum rates is an imbalance. Loops have to be
 closed in positions and in rates, along each coordinate only loads, couplings, drives and holding
 efforts may act, and power has to balance.
+
+All this is written once, as plain arithmetic of one sample, see `samples`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .. import compiled
-from ..arrays import Array, consecutive
+from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
-from ..mechanism.frames import Frames, in_steps, merged
+from ..mechanism.frames import Frames, RigidBody, merged
+from ..tape import Scalar, absolute, greater
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
-from .momentum import MassiveBodies
-from .proof_plan import RESULTS, ProofTables, link_loads
-from .residuals import Claim, Residuals, ratio
+from .momentum import Massive
+from .placing import Frame
+from .residuals import Claim, Residuals
+from .samples import Rows, Sample, Scalars
+from .screws import NOTHING, Screw, Screws, about, by, in_world, minus, power, total_of
 from .self_stress import SelfStressProof, prove_flags
-from .twists import State, Twists, cross
-from .wrenches import (
-    JointWrenches,
-    greatest_size,
-    greatest_sizes,
-    placed_in_world,
-    taken_about,
-)
+from .traced import Programs
+from .vectors import ZERO, greatest, greatest_norm, norm, ratio, times, total
 
 if TYPE_CHECKING:
-    from ..compiled import Plan
     from ..description.description import Description
     from ..elements.element import Element
-    from ..elements.link_loads import LinkLoad
     from .element_loads import ElementLoads, ProvenElements
     from .tooth_forces import MeshingGears
-
-
-_RATES_TOGETHER = 256
-"""Samples, times drives, whose velocity ratios are checked together."""
 
 
 class Setup(NamedTuple):
@@ -65,45 +57,43 @@ class Setup(NamedTuple):
 
 
 class _Rates(NamedTuple):
-    """The rates of a claim, and the twists that they cause.
+    """The rates of a sample.
 
     Attributes:
-        unit: `(nv, N)` joint velocities with every drive at unit speed.
-        greatest: `(N,)` the greatest of them that is known, of slides over the length.
-        error: `(N,)` greatest violation of loops, couplings, drives and held joints, relative.
-        velocities: `(M, 2, 3, N)` of the motions' frames; None at rest.
-        accelerations: likewise; None also where no body has mass.
+        error: greatest violation of loops, couplings, drives and held joints, relative.
+        unit: twists of all motions' frames with every drive at unit speed.
+        motions: twists of these frames, and their rates; None at rest.
     """
 
-    unit: Array
-    greatest: Array
-    error: Array
-    velocities: Array | None
-    accelerations: Array | None
+    error: Scalar
+    unit: Sequence[Screw]
+    motions: Sequence[tuple[Screw, Screw]] | None
 
 
 class _Applied(NamedTuple):
-    """Loads, weights and inertia that act on bodies.
+    """What acts on bodies beside their joints.
 
     Attributes:
-        bodies: indices of those on which they act.
-        wrenches: `(B, 2, 3, N)` in world axes about `Frames.corner`.
-        power: `(N,)` [W] with every drive at unit speed.
-        size: `(N,)` or `(1,)` greatest load or weight [N·m].
-        inertia: `(N,)` see `Residuals.inertia`.
+        wrenches: bodies (index) and wrenches on them, about the corner.
+        power: with every drive at unit speed [W].
+        size: of the greatest load or weight [N·m].
+        inertia: see `Residuals.inertia`.
     """
 
-    bodies: slice | Array
-    wrenches: Array
-    power: Array
-    size: Array
-    inertia: Array
+    wrenches: Sequence[tuple[int, Screw]]
+    power: Scalar
+    size: Scalar
+    inertia: Scalar = 0.0
+
+    def by(self, factor: Scalar) -> _Applied:
+        """Return the product with a factor."""
+        wrenches = [(body, by(wrench, factor)) for body, wrench in self.wrenches]
+        size = absolute(factor)
+        return _Applied(wrenches, self.power * factor, self.size * size, self.inertia * size)
 
 
 class FreeBodies:
     """The bodies of a description, each cut free.
-
-    Wrenches and twists are `(body or joint, 2, 3, N)`, in world axes about `Frames.corner`.
 
     Attributes:
         frames: frames of the description.
@@ -112,7 +102,12 @@ class FreeBodies:
     """
 
     def __init__(
-        self, description: Description, coordinates: Coordinates, length: float, setup: Setup
+        self,
+        description: Description,
+        coordinates: Coordinates,
+        length: float,
+        setup: Setup,
+        programs: Programs | None = None,
     ) -> None:
         """Cut the bodies free.
 
@@ -122,36 +117,21 @@ class FreeBodies:
             length: characteristic length, that forces are multiplied with to compare them with
                 moments [m].
             setup: what is prescribed and claimed.
+            programs: of the same but for elements, held positions and loads; none yet if None.
         """
         self.frames = frames = Frames(description, coordinates)
-        self._twists = twists = Twists(frames)
+        self._screws = Screws(frames)
         self._length = length
+        self._programs = Programs() if programs is None else programs
         self._proven_flags: set[bytes] = set()
         self.claimed = [frames.joints.index(name) for name in setup.joints]
-        self._order = np.argsort(self.claimed)
-        self._sorted = sorted(self.claimed)
-        self._is_ordered = self._sorted == self.claimed
-        all_claimed = self._sorted == list(range(len(frames.joints)))
-        # A slice makes no copies.
-        self._chosen: slice | list[int] = slice(None) if all_claimed else self._sorted
-        parents, children = (
-            [of[joint] for joint in self._sorted] for of in (frames.parents, frames.children)
-        )
-        of_tree = [joint for joint in self._sorted if joint < frames.tree]
-        self._of_tree, first = consecutive(np.array(of_tree, dtype=int)), len(of_tree)
-        self._all_of_tree = first == frames.tree
-        self._tree_joints = slice(first)
-        self._of_loops = _in_rounds(children, first)
-        self._against = _in_rounds(parents)
+        self._children = [frames.children[joint] for joint in self.claimed]
+        self._parents = [frames.parents[joint] for joint in self.claimed]
         self._covered = _covered_bodies(frames, self.claimed)
-        self._uncovered, self._balances = (
-            np.flatnonzero(~self._covered),
-            bool(np.any(self._covered)),
-        )
         self.unproven = tuple(
             link
             for link, (body, _) in frames.links.items()
-            if body >= 0 and not self._covered[body]
+            if body >= 0 and body not in self._covered
         )
         self._gears: list[MeshingGears] = []
         self._by_couplings = np.zeros((len(frames.joints), 6), dtype=bool)
@@ -161,11 +141,13 @@ class FreeBodies:
 
             self._gears = MeshingGears.of(description, frames)
             self._by_couplings = open_by_couplings(description, frames)
-        self._massive = MassiveBodies(frames, dict(enumerate(frames.bodies)), length)
+        self._massive = _massive(dict(enumerate(frames.bodies)))
         self._described = {link.name: link for link in description.links}
-        self._constraints = Constraints(description, coordinates, twists, length, setup.motion)
-        self._rate_scale = self._constraints.rate_scale[:, None]
-        self._efforts = EffortBalance(twists, self._sorted, self._constraints.rate_scale)
+        self._constraints = Constraints(
+            description, coordinates, self._screws, length, setup.motion
+        )
+        rate_scale = self._constraints.rate_scale
+        self._efforts = EffortBalance(self._screws, self.claimed, rate_scale)
         known = setup.motion.known
         # The drives' efforts are all solved if the wrenches at their joints are, or if none is:
         # then virtual work gives the efforts.
@@ -175,26 +157,24 @@ class FreeBodies:
             not self.claimed or driven <= set(self.claimed)
         )
         prescribed = {motion.rate for motion in (*drives, *held)}
-        passives = [rate for rate in np.nonzero(known)[0].tolist() if rate not in prescribed]
-        self._passives = np.array(passives, dtype=int)
+        self._passives = [rate for rate in np.flatnonzero(known).tolist() if rate not in prescribed]
         self._elements: ProvenElements | None = None
         if setup.elements:
             from .element_loads import ProvenElements  # Most scenes have none.
 
-            self._elements = ProvenElements(frames, setup.elements, setup.zero, length)
+            self._elements = ProvenElements(self._screws, setup.elements, setup.zero, length)
 
     @cached_property
     def _stress(self) -> SelfStressProof:
         constraints = self._constraints
-        factors = constraints.known_coupling_factors
+        indices = [item.coupling for item in constraints.couplings]
         geared = {
-            constraints.couplings.index(gears.coupling): gears.joints
+            indices.index(gears.coupling): gears.joints
             for gears in self._gears
-            if gears.coupling in constraints.couplings
+            if gears.coupling in indices
         }
-        return SelfStressProof(
-            self._twists, constraints.loops, factors, self._passives, self._length, geared
-        )
+        loops, factors = [item.loop for item in constraints.around], constraints.coupling_factors()
+        return SelfStressProof(self._screws, loops, factors, self._passives, self._length, geared)
 
     def prove_flags(self, x: Array, unique: Array, condition: Array | float = 1.0) -> None:
         """Refuse flags of uniqueness that self-stresses contradict.
@@ -217,286 +197,194 @@ class FreeBodies:
             self._proven_flags.add(flags)
 
     def check(self, claim: Claim) -> Residuals:
-        """Return the residuals of a claim."""
-        # Elements, changed inertia and teeth are left to NumPy.
-        is_plain = self._elements is None and not (claim.inertia or self._gears)
-        if compiled.kernel is not None and is_plain:
-            return self._compiled_residuals(claim)
+        """Return the residuals of a claim.
+
+        The first samples are computed with floats or arrays, later ones by a traced program.
+        """
+        elements = None if self._elements is None else self._exerted_by_elements(claim)
+        given = Rows(claim, elements), claim.samples, self.frames
+        results = self._programs.results(self.residuals, *given)
+        terms = None if elements is None else elements.terms
+        return Residuals._make((*results, bool(self._covered), self._power_known, terms))
+
+    def _exerted_by_elements(self, claim: Claim) -> ElementLoads:
+        assert self._elements is not None
+        x = claim.x + 2.0 * np.pi * claim.turns
+        screws, v = self._screws, list(claim.v.T)
         # What overflows is refused by those who judge residuals.
         with np.errstate(over="ignore", invalid="ignore"):
-            return self._residuals(claim)
+            placed = screws.placing.placed(list(claim.x.T))
+            velocities = None
+            if claim.has_rates:
+                velocities = screws.absolute(screws.relative(screws.units(placed), v))
+            return self._elements.on(placed, velocities, x, claim.v, claim.time)
 
-    @cached_property
-    def _plan(self) -> Plan:
-        return ProofTables(
-            self.frames,
-            self._twists,
-            self._constraints,
-            self._massive,
-            self.claimed,
-            self._covered,
-            self._length,
-        ).plan()
-
-    def _compiled_residuals(self, claim: Claim) -> Residuals:
-        """Return what `_residuals` does, of claims without elements, teeth, factors on inertia."""
-        results = np.empty((RESULTS, len(claim.x)))
-        compiled.kernel.proven(
-            self._plan.handle,
-            results,
-            *claim[:13],  # From `x` to `loads`.
-            claim.gravity,
-            *link_loads(self.frames, claim.link_loads),
-            claim.has_rates,
-        )
-        return Residuals._make((*results, self._balances, self._power_known, None))
-
-    def _residuals(self, claim: Claim) -> Residuals:
-        """See `check`."""
-        # Twin: `proven` of compiled/proof.c.
-        state = self._twists.state(claim.x)
-        every = self._nets_and_wrenches(claim)
-        chosen = state.joint_frames[self._chosen]
-        wrenches = placed_in_world(every[self.frames.tree :], chosen)
-        rates = self._rates(state, claim)
-        constraints = self._constraints
-        loads, exerted = claim.loads.T, claim.exerted.T
-        elements = None
-        if self._elements is not None:
-            x = claim.x + 2.0 * np.pi * claim.turns
-            elements = self._elements.on(state, rates.velocities, x, claim.v, claim.time)
-            loads = loads + elements.efforts
-        net = every[: self.frames.tree]
-        self._add_joint_wrenches(net, wrenches)
-        power = _power(loads, rates.unit)
-        of_drives = _power(exerted, rates.unit)
-        power_imbalance, power_scale = power + of_drives, np.abs(power) + np.abs(of_drives)
-        sizes = np.abs(loads) * self._rate_scale
-        greatest = np.maximum.reduce(sizes, axis=0, initial=0.0)
-        inertia = np.zeros(len(claim.x))
-        for applied in self._applied(state, claim, rates, elements):
-            net[applied.bodies] += applied.wrenches
-            power_imbalance += applied.power
-            power_scale += np.abs(applied.power)
-            greatest = np.maximum(greatest, applied.size)
-            inertia += applied.inertia
-        for gears in self._gears:
-            wrench = gears.wrench(state, self.frames, claim.couplings[:, gears.coupling])
-            for body, sign in zip(gears.bodies, (-1.0, 1.0), strict=True):
-                if body >= 0:
-                    net[body] += sign * wrench
-        if self._uncovered.size:
-            net[self._uncovered] = 0.0
-        taken_about(state.joint_frames[: self.frames.tree, 3], net)
-        body_imbalance, wrench = greatest_sizes(every, self._length, self.frames.tree)
-        given = loads + exerted
-        if claim.couplings.shape[1]:
-            moments = claim.couplings.T
-            if self._gears:
-                # Teeth exert what their couplings would.
-                moments = moments.copy()
-                moments[[gears.coupling for gears in self._gears]] = 0.0
-            given += constraints.coupled_efforts(moments)
-        effort_imbalance = self._efforts.imbalance(state, wrenches, given)
-        if len(greatest) < len(inertia):
-            greatest = greatest.repeat(len(inertia))
-        return Residuals(
-            imbalance=np.maximum(body_imbalance, effort_imbalance),
-            power_imbalance=np.abs(power_imbalance),
-            loop_error=constraints.position_error(state, claim),
-            rate_error=rates.error,
-            wrench=wrench,
-            applied=greatest,
-            inertia=inertia,
-            power_scale=power_scale,
-            speed_scale=rates.greatest,
-            bodies_balanced=self._balances,
-            power_balanced=self._power_known,
-            elastic=None if elements is None else elements.terms,
+    def residuals(self, sample: Sample) -> tuple[Scalar, ...]:
+        """Return the first nine fields of `Residuals` of a sample."""
+        constraints, scales = self._constraints, self._constraints.rate_scale
+        still = [0.0] * len(scales)
+        placed = self._screws.placing.placed(sample.x)
+        joint_frames = self._screws.placing.joint_frames(placed)
+        unit = [total(of_drives) for of_drives in zip(still, *sample.ratios, strict=True)]
+        rates = self._rates(sample, placed, unit)
+        on_children = [
+            in_world(wrench, joint_frames[joint])
+            for joint, wrench in zip(self.claimed, sample.wrenches, strict=True)
+        ]
+        applied = [*self._loads(sample, placed, rates), *self._inertia(sample, placed, rates)]
+        teeth = [
+            gears.wrench(self.frames, placed, sample.couplings[gears.coupling])
+            for gears in self._gears
+        ]
+        acting = [wrench for item in applied for wrench in item.wrenches]
+        acting += zip(self._children, on_children, strict=True)
+        acting += zip([gears.bodies[1] for gears in self._gears], teeth, strict=True)
+        reacting = [*zip(self._parents, on_children, strict=True)]
+        reacting += zip([gears.bodies[0] for gears in self._gears], teeth, strict=True)
+        lacking = [
+            about(joint_frames[body].origin, minus(_sum_on(body, acting), _sum_on(body, reacting)))
+            for body in self._covered
+        ]
+        along = self._efforts.imbalance(placed, sample.wrenches, on_children, self._given(sample))
+        powers = [_power_along(sample.loads, unit), _power_along(sample.exerted, unit)]
+        powers += [item.power for item in applied]
+        loads = [times(load, scale) for load, scale in zip(sample.loads, scales, strict=True)]
+        return (
+            greater(self._size(lacking), along),
+            absolute(total(powers)),
+            constraints.position_error(sample, placed),
+            rates.error,
+            self._size(sample.wrenches),
+            greatest([*loads, *[item.size for item in applied]]),
+            total([item.inertia for item in applied]),
+            total(map(absolute, powers)),
+            constraints.greatest_rate(unit),
         )
 
-    def _nets_and_wrenches(self, claim: Claim) -> Array:
-        """Return room for a wrench on every body, then the claimed ones of the joints, ascending.
+    def _rates(self, sample: Sample, placed: Sequence[Frame], unit: Scalars) -> _Rates:
+        """Return the rates of a sample and their errors, see `_Rates`.
 
-        In one array `(B + J, 2, 3, N)`, so that the sizes of all are found at once.
+        Args:
+            sample: of a claim.
+            placed: frames of all motions.
+            unit: joint velocities with every drive at unit speed.
         """
-        bodies, joints = self.frames.tree, len(self.claimed)
-        every = np.empty((bodies + joints, 2, 3, len(claim.x)))
-        wrenches = claim.wrenches if self._is_ordered else claim.wrenches.take(self._order, 1)
-        rows = wrenches.transpose(1, 2, 0)
-        every[bodies:] = rows.reshape(joints, *every.shape[1:])
-        return every
+        screws, constraints = self._screws, self._constraints
+        units = screws.units(placed)
 
-    def _add_joint_wrenches(self, net: Array, wrenches: JointWrenches) -> None:
-        """Write the sum of the joint wrenches on each body into `net (B, 2, 3, N)`."""
-        in_world = wrenches.in_world
-        if not self._all_of_tree:
-            net[:] = 0.0
-        # Every joint of the tree acts on a body of its own.
-        net[self._of_tree] = in_world[self._tree_joints]
-        for joints, bodies in self._of_loops:
-            net[bodies] += in_world[joints]
-        for joints, bodies in self._against:
-            net[bodies] -= in_world[joints]
+        def violation(rates: Scalars, relative: Sequence[Screw]) -> Scalar:
+            return greater(constraints.slip(rates), constraints.opening(placed, relative))
 
-    def _rates(self, state: State, claim: Claim) -> _Rates:
-        """Return the rates of a claim, their errors and the twists of all frames."""
-        twists, constraints = self._twists, self._constraints
-        velocity_ratios = np.ascontiguousarray(claim.velocity_ratios.transpose(1, 2, 0))
-        rates, drives, count = velocity_ratios.shape
-        unit = velocity_ratios[:, 0] if drives == 1 else velocity_ratios.sum(axis=1)
-        error = constraints.drive_rate_error(claim)
-        together = max(1, _RATES_TOGETHER // count)
-        for first in range(0, drives, together):
-            ratios = velocity_ratios[:, first : first + together]
-            flat = ratios.reshape(rates, -1)
-            violation = constraints.slip(flat).reshape(-1, count)
-            if constraints.loops:
-                relative = twists.relative(state, ratios)
-                # One of many drives moves few loops.
-                moved = None
-                if drives > 1:
-                    flat_twists = relative.reshape(len(relative), -1)
-                    moved = np.logical_or.reduce(flat_twists, axis=1)
-                np.maximum(violation, constraints.opening(state, relative, moved), out=violation)
-            scale = constraints.greatest_rate(flat).reshape(-1, count)
-            worst = ratio(violation, scale)
-            worst = worst[0] if len(worst) == 1 else np.maximum.reduce(worst, axis=0)
-            np.maximum(error, worst, out=error)
-        greatest = scale[0] if drives == 1 else constraints.greatest_rate(unit)
-        if not claim.has_rates:
-            return _Rates(unit, greatest, error, None, None)
-        v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
-        relative = twists.relative(state, v)
-        velocities = twists.absolute(relative)
-        changes = twists.relative_accelerations(state, relative, velocities, a)
-        fastest = constraints.greatest_rate(v)
+        errors, relative = [constraints.drive_rate_error(sample)], [NOTHING] * len(placed)
+        for ratios in sample.ratios:
+            relative = screws.relative(units, ratios)
+            errors.append(ratio(violation(ratios, relative), constraints.greatest_rate(ratios)))
+        if len(sample.ratios) > 1:
+            relative = screws.relative(units, unit)
+        unit_twists = screws.absolute(relative)
+        if not sample.moves:
+            # Then every rate is an error.
+            errors.append(ratio(greatest([*sample.v, *sample.a]), 0.0))
+            return _Rates(greatest(errors), unit_twists, None)
+        relative = screws.relative(units, sample.v)
+        velocities = screws.absolute(relative)
+        changes = screws.changes(units, sample.a, relative, velocities)
+        fastest = constraints.greatest_rate(sample.v)
         # Accelerations contain centripetal terms, which grow with the square of the speed.
-        size = constraints.greatest_rate(a) + fastest**2
-        for rates, added, scale in ((v, relative, fastest), (a, changes, size)):
-            violation = np.maximum(constraints.slip(rates), constraints.opening(state, added))
-            np.maximum(error, ratio(violation, scale), out=error)
-        accelerations = twists.absolute(changes) if self._massive else None
-        return _Rates(unit, greatest, error, velocities, accelerations)
+        size = constraints.greatest_rate(sample.a) + fastest * fastest
+        errors.append(ratio(violation(sample.v, relative), fastest))
+        errors.append(ratio(violation(sample.a, changes), size))
+        motions = list(zip(velocities, screws.absolute(changes), strict=True))
+        return _Rates(greatest(errors), unit_twists, motions)
 
-    def _applied(
-        self, state: State, claim: Claim, rates: _Rates, elements: ElementLoads | None
+    def _loads(self, sample: Sample, placed: Sequence[Frame], rates: _Rates) -> Iterator[_Applied]:
+        """Yield loads on links, and what elements exert."""
+        for push in sample.pushes:
+            motion = self.frames.last[push.body]
+            wrench = push.on(placed)
+            size = self._size([about(placed[motion].origin, wrench)])
+            yield _Applied([(push.body, wrench)], power(wrench, rates.unit[motion]), size)
+
+    def _inertia(
+        self, sample: Sample, placed: Sequence[Frame], rates: _Rates
     ) -> Iterator[_Applied]:
-        """Yield loads and elements on links, weights and inertia together, what factors add."""
-        forceless = not (claim.has_rates or np.count_nonzero(claim.gravity))
-        massive = None if forceless or not self._massive else self._massive
-        pushed = [] if elements is None else elements.wrenches
-        if not claim.link_loads and massive is None and not pushed:
+        """Yield weights and inertia of all bodies together, then what factors on links add."""
+        if sample.gravity is ZERO and rates.motions is None:
             return
-        unit_twists = self._twists.absolute(self._twists.relative(state, rates.unit))
-        zero = np.zeros(len(claim.x))
-        wrenches = [*pushed]
-        for link, load in claim.link_loads.items():
+        yield self._inertial(self._massive, sample, placed, rates)
+        for link, factor in sample.inertia.items():
             body, placement = self.frames.links[link]
-            frame = state.motion_frames[self.frames.last[body]]
-            wrenches.append((body, _load_wrench(load, placement, frame)))
-        for body, wrench in wrenches:
-            motion = self.frames.last[body]
-            power = np.einsum("kin,kin->n", wrench, unit_twists[motion])
-            at_joint = taken_about(state.motion_frames[motion, None, 3], wrench[None].copy())
-            size = greatest_size(at_joint, self._length)
-            yield _Applied(slice(body, body + 1), wrench, power, size, zero)
-        if massive is None:
-            return
-        yield self._weights_and_inertia(massive, state, claim, rates, unit_twists)
-        for link, factor in claim.inertia.items():
-            body, placement = self.frames.links[link]
-            alone = merged(self._described, {link: placement})
-            of_link = MassiveBodies(self.frames, {body: alone}, self._length)
-            if of_link:
-                whole = self._weights_and_inertia(of_link, state, claim, rates, unit_twists)
-                added = factor - 1.0
-                yield _Applied(
-                    whole.bodies,
-                    added * whole.wrenches,
-                    added * whole.power,
-                    np.abs(added) * whole.size,
-                    np.abs(added) * whole.inertia,
-                )
+            alone = _massive({body: merged(self._described, {link: placement})})
+            yield self._inertial(alone, sample, placed, rates).by(factor - 1.0)
 
-    def _weights_and_inertia(
-        self, massive: MassiveBodies, state: State, claim: Claim, rates: _Rates, unit_twists: Array
+    def _inertial(
+        self,
+        bodies: Mapping[int, Massive],
+        sample: Sample,
+        placed: Sequence[Frame],
+        rates: _Rates,
     ) -> _Applied:
         """Return weights less momentum rates of bodies that have mass."""
-        if rates.velocities is None or rates.accelerations is None:
-            inertial = massive.weights(state.motion_frames, claim.gravity)
-        else:
-            inertial = massive.weights_less_momentum_rates(
-                state.motion_frames, rates.velocities, rates.accelerations, claim.gravity
-            )
-            of_slides = _of_slides(self._twists, massive, claim, self._length)
-            inertial = inertial._replace(size=inertial.size + of_slides)
-        power = np.einsum("bkin,bkin->n", inertial.wrenches, unit_twists[massive.motions])
-        size = massive.greatest_weight(claim.gravity)
-        return _Applied(massive.indices, inertial.wrenches, power, size, inertial.size)
+        wrenches, powers, turning = [], [], []
+        for body, massive in bodies.items():
+            last = self.frames.last[body]
+            motion = None if rates.motions is None else rates.motions[last]
+            wrench = massive.inertial_wrench(placed[last], sample.gravity, motion)
+            wrenches.append((body, wrench))
+            powers.append(power(wrench, rates.unit[last]))
+            if motion is not None:
+                turning.append(massive.turning(motion, self._length))
+        heaviest = max((massive.mass for massive in bodies.values()), default=0.0)
+        weight = norm(sample.gravity) * (self._length * heaviest)
+        inertia = total([greatest(turning), self._of_slides(sample) * heaviest])
+        return _Applied(wrenches, total(powers), weight, inertia)
+
+    def _of_slides(self, sample: Sample) -> Scalar:
+        """Return what the rounding of slides adds to the size of inertial terms [N·m/kg].
+
+        Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
+        Nor does that of a velocity times the momentum along it, all there is where a body slides
+        steadily.
+        """
+        slides = self._screws.slides
+        fastest, most = (greatest([of[rate] for rate in slides]) for of in (sample.v, sample.a))
+        return self._length * most + fastest * fastest
+
+    def _given(self, sample: Sample) -> list[Scalar]:
+        """Return what loads, drives, held joints and couplings exert along all rates [N·m, N]."""
+        given = [total(efforts) for efforts in zip(sample.loads, sample.exerted, strict=True)]
+        geared = {gears.coupling for gears in self._gears}
+        for item in self._constraints.every_coupling:
+            # Teeth exert what their coupling would.
+            for rate, factor in () if item.coupling in geared else item.rates.items():
+                given[rate] = total([given[rate], times(sample.couplings[item.coupling], factor)])
+        return given
+
+    def _size(self, wrenches: Sequence[Screw]) -> Scalar:
+        """Return the greatest size [N·m] of wrenches: moments, and forces times the length."""
+        forces = greatest_norm([force for force, _ in wrenches])
+        moments = greatest_norm([moment for _, moment in wrenches])
+        return greater(self._length * forces, moments)
 
 
-def _in_rounds(bodies: list[int], first: int = 0) -> list[tuple[slice | Array, slice | Array]]:
-    """Return wrenches, and the bodies on which they act, in rounds that have a body once each.
-
-    Args:
-        bodies: per wrench, the body on which it acts, -1 for the world.
-        first: index of the first wrench that counts.
-    """
-    rounds: list[list[tuple[int, int]]] = []
-    count: dict[int, int] = {}
-    for wrench, body in enumerate(bodies):
-        if wrench < first or body < 0:
-            continue
-        number = count[body] = count.get(body, -1) + 1
-        if number == len(rounds):
-            rounds.append([])
-        rounds[number].append((wrench, body))
-    result = []
-    for found in rounds:
-        wrenches, on = ([*indices] for indices in zip(*found, strict=True))
-        result.append((in_steps(wrenches), in_steps(on)))
-    return result
+def _covered_bodies(frames: Frames, claimed: Collection[int]) -> set[int]:
+    """Return the bodies the wrenches of all of whose joints are claimed."""
+    others = set(range(len(frames.joints))) - set(claimed)
+    return set(range(frames.tree)) - {
+        body for joint in others for body in (frames.parents[joint], frames.children[joint])
+    }
 
 
-def _covered_bodies(frames: Frames, claimed: Collection[int]) -> Array:
-    """Return `(B,)` whether the wrenches of all joints of a body are claimed."""
-    covered = np.ones(frames.tree, dtype=bool)
-    for joint in set(range(len(frames.joints))) - set(claimed):
-        for body in (frames.parents[joint], frames.children[joint]):
-            if body >= 0:
-                covered[body] = False
-    return covered
+def _sum_on(body: int, wrenches: Sequence[tuple[int, Screw]]) -> Screw:
+    """Return the sum of those wrenches that act on a body."""
+    return total_of([wrench for on, wrench in wrenches if on == body])
 
 
-def _of_slides(twists: Twists, massive: MassiveBodies, claim: Claim, length: float) -> Array:
-    """Return `(N,)` what the rounding of slides adds to the size of inertial terms [N·m].
-
-    Slides whose motions cancel leave a body where it is, but their rounding does not cancel. Nor
-    does that of a velocity times the momentum along it, all there is where a body slides steadily.
-    """
-    slides = twists.rates[twists.sliding]
-    fastest, greatest = (
-        np.abs(values.take(slides, 1)).max(axis=1, initial=0.0) for values in (claim.v, claim.a)
-    )
-    return np.asarray(massive.greatest_mass * (length * greatest + fastest**2))
+def _massive(bodies: Mapping[int, RigidBody]) -> dict[int, Massive]:
+    """Return those bodies that have mass, by their index."""
+    return {index: Massive.of(body) for index, body in bodies.items() if body.mass > 0.0}
 
 
-def _power(efforts: Array, rates: Array) -> Array:
-    """Return `(N,)` the power of efforts `(nv, N)` or `(nv, 1)` at rates `(nv, N)` [W]."""
-    return np.asarray(np.add.reduce(efforts * rates, axis=0))
-
-
-def _load_wrench(load: LinkLoad, placement: Array, frame: Array) -> Array:
-    """Return a load on a link as a wrench `(2, 3, N)` in world axes about `Frames.corner`.
-
-    The link is placed `(4, 4)` in its body, whose frame is `(4, 3, N)`.
-    """
-    axes = np.einsum("cj,cin->jin", placement[:3, :3], frame[:3])
-    place = placement[:3, :3] @ load.point + placement[:3, 3]
-    point = np.einsum("c,cin->in", place, frame[:3]) + frame[3]
-    force, moment = load.force.T, load.moment.T
-    if not load.in_world:
-        force, moment = (np.einsum("jn,jin->in", vector, axes) for vector in (force, moment))
-    force = np.broadcast_to(force, point.shape)
-    return np.stack([force, moment + cross(point, force)])
+def _power_along(efforts: Scalars, rates: Scalars) -> Scalar:
+    """Return the power of efforts at rates [W]."""
+    return total([effort * rate for effort, rate in zip(efforts, rates, strict=True)])

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
-from .. import compiled
 from ..arrays import Array
 from ..errors import AccuracyError, as_position, as_text
+from ..tape import Scalar, greater, select
 
 if TYPE_CHECKING:
     from ..elements.link_loads import LinkLoad
@@ -66,6 +66,7 @@ class Claim(NamedTuple):
         has_rates: whether any sample of the sweep has a drive speed or acceleration; if not, `v`
             and `a` are zero.
         time: at which actuators act, `(N,)` or `(1,)` [s].
+        samples: how many the whole sweep has; 0 if no others.
     """
 
     x: Array
@@ -86,6 +87,7 @@ class Claim(NamedTuple):
     inertia: Mapping[str, Array]
     has_rates: bool
     time: Array = np.zeros(1)
+    samples: int = 0
 
 
 @dataclass(frozen=True)
@@ -189,18 +191,18 @@ class Residuals(NamedTuple):
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
-        # Twin: `cancellation` of compiled/proof.c.
-        if compiled.kernel is not None and self.elastic is None:
-            result = np.empty(len(self.inertia))
-            compiled.kernel.cancellation(self.inertia, self.wrench, self.applied, result)
-            return result
+        if len(self.inertia) == 1:
+            return np.array([self._scalars()._cancellation()])
         if not np.count_nonzero(self.inertia):
             return np.ones(len(self.inertia))
-        remaining = np.maximum(self.wrench, self.applied)
-        remaining = np.where(remaining > 0.0, remaining, self.inertia)
-        terms = self.inertia if self.elastic is None else self.inertia + self.elastic
         with np.errstate(over="ignore", invalid="ignore"):
-            return 1.0 + ratio(terms, remaining)
+            return np.asarray(self._cancellation())
+
+    def _cancellation(self) -> Scalar:
+        remaining = greater(self.wrench, self.applied)
+        remaining = select(remaining, remaining, self.inertia)
+        terms = self.inertia if self.elastic is None else self.inertia + self.elastic
+        return 1.0 + terms / (remaining + _LEAST_SCALE)
 
     def proven(self, loop_error: Array, unproven: tuple[str, ...]) -> Proven:
         """Return the worst of all samples.
@@ -262,37 +264,36 @@ class Residuals(NamedTuple):
         """
         if self.is_proven():
             return
-        unit = np.ones(len(self.loop_error))
-        judged = {"loop": (self.loop_error, unit), "rate": (self.rate_error, unit)}
-        judged |= self._balances()
-        for name, (error, scale) in judged.items():
-            if not _is_small(error, scale).all():
+        for name, (error, scale) in self._judged().items():
+            if not np.all(_is_small(error, scale)):
                 _refuse(name, error, scale, positions, condition)
 
     def is_proven(self) -> bool:
         """Return whether `prove` accepts the result."""
-        # Twin: `within` of compiled/proof.c.
-        if compiled.kernel is not None and self.elastic is None:
-            is_within: bool = compiled.kernel.within(BALANCE_TOLERANCE, *self[:11])
-            return is_within
-        # Errors of loops and rates are relative already.
-        is_small = np.maximum(self.loop_error, self.rate_error) <= BALANCE_TOLERANCE
-        for error, scale in self._balances().values():
-            is_small &= _is_small(error, scale)
-        return bool(np.logical_and.reduce(is_small))
+        judged = [_is_small(*of_name) for of_name in self._scalars()._judged().values()]
+        return all(judged if len(self.loop_error) == 1 else map(np.all, judged))
 
-    def _balances(self) -> dict[str, tuple[Array, Array]]:
-        """Return the residuals of balances by name: errors `(N,)` and what they are part of."""
+    def _scalars(self) -> Residuals:
+        """Return the same with floats where there is a single sample: much faster than arrays."""
+        if len(self.loop_error) > 1:
+            return self
+        return Residuals._make(
+            [value.item() if type(value) is np.ndarray else value for value in self]
+        )
+
+    def _judged(self) -> dict[str, tuple[Scalar, Scalar]]:
+        """Return the residuals by name: errors `(N,)`, and what they are part of."""
+        # Errors of loops and rates are relative already.
+        judged = {"loop": (self.loop_error, 1.0), "rate": (self.rate_error, 1.0)}
         size = self.wrench + self.applied + self.inertia
         if self.elastic is not None:
             size = size + _ELASTIC_ROUNDING * self.elastic
-        balances = {}
         if self.bodies_balanced:
-            balances["balance"] = self.imbalance, size
+            judged["balance"] = self.imbalance, size
         if self.power_balanced:
             scale = self.power_scale + size * self.speed_scale
-            balances["power"] = self.power_imbalance, scale
-        return balances
+            judged["power"] = self.power_imbalance, scale
+        return judged
 
     def _greatest_wrench(self) -> Array:
         """Return the greatest wrench or load of all samples [N·m], as an array per sample.
@@ -319,7 +320,7 @@ def overflow(what: str) -> AccuracyError:
     )
 
 
-def _is_small(error: Array, scale: Array) -> Array:
+def _is_small(error: Scalar, scale: Scalar) -> Scalar:
     """Return where residuals are within the tolerance times their scale, see `Residuals.prove`.
 
     Comparisons with what is not a number are false, so that it is no proof.
@@ -327,8 +328,9 @@ def _is_small(error: Array, scale: Array) -> Array:
     return (error <= BALANCE_TOLERANCE * scale) & (scale < np.inf)
 
 
-def _refuse(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> NoReturn:
+def _refuse(name: str, error: Array, scale: Scalar, positions: Array, condition: Array) -> NoReturn:
     """Raise the error for a residual `(N,)` that exceeds the tolerance times its scale."""
+    scale = np.broadcast_to(scale, error.shape)
     with np.errstate(over="ignore", invalid="ignore"):
         relative, bad = ratio(error, scale), ~_is_small(error, scale)
     worst = int(np.argmax(np.where(bad, np.nan_to_num(relative, nan=np.inf), -1.0)))

@@ -8,7 +8,7 @@ any of them, and a component that is flagged not unique must change under at lea
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -16,7 +16,8 @@ import numpy as np
 from ..arrays import Array
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import AccuracyError
-from .twists import State, Twists
+from .placing import Frame, stacked
+from .screws import Screws
 
 _UNIQUE = 1e-7
 """Greatest change of a component, per unit of self-stress, that still counts as none.
@@ -71,17 +72,17 @@ class SelfStressProof:
 
     def __init__(
         self,
-        twists: Twists,
+        screws: Screws,
         loops: list[int],
         coupling_factors: Array,
-        passives: Array,
+        passives: Sequence[int],
         length: float,
         geared: Mapping[int, tuple[int, int]] = MappingProxyType({}),
     ) -> None:
         """Lay out the equations of equilibrium.
 
         Args:
-            twists: of the description's joints.
+            screws: of the description's joints.
             loops: indices of the loops that are closed.
             coupling_factors: `(G, nv)` effort along each rate per unit moment of a coupling.
             passives: velocity coordinates that are neither driven nor held.
@@ -89,9 +90,9 @@ class SelfStressProof:
                 moments [m].
             geared: row of `coupling_factors` to the joints that its teeth press on.
         """
-        frames = twists.frames
+        frames = screws.frames
         self._geared = geared
-        self._twists = twists
+        self._screws = screws
         self.joints = frames.joints
         # A closure wrench acts on the loop's successor, against the predecessor; what holds both
         # in equilibrium passes through the joints between them and their common ancestor.
@@ -101,15 +102,13 @@ class SelfStressProof:
             self._signs[joint, column] = 1.0
             for body, sign in ((frames.parents[joint], 1.0), (frames.children[joint], -1.0)):
                 self._signs[frames.path(body), column] += sign
-        passive = set(passives.tolist())
-        self._rows = np.array(
-            [row for row, rate in enumerate(twists.rates.tolist()) if rate in passive], dtype=int
-        )
-        owners = [frames.motions[motion].joint for motion in twists.owners[self._rows].tolist()]
+        self._rows = [row for row, rate in enumerate(screws.rates) if rate in passives]
+        owners = [frames.motions[screws.owners[row]].joint for row in self._rows]
         self._row_signs = self._signs[owners]
-        scale = np.where(twists.sliding[self._rows], length, 1.0)
-        self._row_scale = scale[:, None]
-        columns = -coupling_factors[:, twists.rates[self._rows]].T * self._row_scale
+        scale = [length if screws.sliding[row] else 1.0 for row in self._rows]
+        self._row_scale = np.array(scale)[:, None]
+        rates = [screws.rates[row] for row in self._rows]
+        columns = -coupling_factors[:, rates].T * self._row_scale
         # A moment, or the force at a slide, counts by its greatest effort.
         sizes = np.max(np.abs(columns), axis=0, initial=0.0)
         self._coupling_columns = columns / np.where(sizes > 0.0, sizes, 1.0)
@@ -164,15 +163,16 @@ class SelfStressProof:
                     greatest = np.maximum(greatest, np.sqrt(np.sum(sums**2, axis=1)) * lengths)
         return greatest <= _UNIQUE if judged else None
 
-    def _equilibrium(self, state: State, count: int) -> Array:
+    def _equilibrium(self, placed: Sequence[Frame], count: int) -> Array:
         """Return `(N, R, C)` the effort along each passive rate per unit of each unknown.
 
         Unknowns are all closure wrenches, their forces times the length, then couplings' efforts;
         efforts of slides are multiplied with the length likewise.
         """
-        units = state.unit_twists[self._rows]
+        units = self._screws.units(placed)
+        vectors = [vector for row in self._rows for vector in units[row]]
         # Unknown forces count times the length, so that their factors are divided by it.
-        factors = units.reshape(len(units), 6, count).transpose(2, 0, 1) / self._lengths
+        factors = stacked(vectors, count).reshape(-1, 6, count).transpose(2, 0, 1) / self._lengths
         matrix = factors[:, :, None, :] * self._row_signs[:, :, None]
         matrix = matrix.reshape(count, len(self._rows), 6 * self._row_signs.shape[1])
         couplings = np.broadcast_to(self._coupling_columns, (count, *self._coupling_columns.shape))
@@ -183,9 +183,11 @@ class SelfStressProof:
 
         And `(n,)` whether the rank at a position is beyond doubt.
         """
-        state = self._twists.state(x)
-        null_spaces, clear = _null_spaces(self._equilibrium(state, len(x)))
-        joint_frames = state.joint_frames.transpose(3, 0, 1, 2)
+        placed = self._screws.placing.placed(list(x.T))
+        null_spaces, clear = _null_spaces(self._equilibrium(placed, len(x)))
+        frames = self._screws.placing.joint_frames(placed)
+        vectors = [vector for axes, origin in frames for vector in (*axes, origin)]
+        joint_frames = stacked(vectors, len(x)).reshape(-1, 4, 3, len(x)).transpose(3, 0, 1, 2)
         return list(map(self._on_joints, null_spaces, joint_frames)), clear
 
     def _on_joints(self, stresses: Array, joint_frames: Array) -> Array:

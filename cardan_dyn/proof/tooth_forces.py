@@ -1,18 +1,16 @@
-"""Tooth forces: what gears that mesh exert on each other, for the proof.
-
-Where they touch follows from what they do: both move alike there, as seen from the link that
-carries both. How much they exert follows from the power of their coupling's moment.
-"""
+"""Tooth forces: what meshing gears exert on each other, from axes and centres by plain geometry."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
-from ..arrays import Array
+from ..tape import Scalar, absolute, select, sqrt
 from .constraints import coupled_joints
-from .twists import State, cross
+from .placing import Frame, constant
+from .screws import Screw
+from .vectors import add, combine, cross, dot, ratio, scale, subtract
 
 if TYPE_CHECKING:
     from ..description.description import Description, Mesh
@@ -64,46 +62,45 @@ class MeshingGears(NamedTuple):
             )
         return found
 
-    def wrench(self, state: State, frames: Frames, moment: Array) -> Array:
+    def wrench(self, frames: Frames, placed: Sequence[Frame], moment: Scalar) -> Screw:
         """Return what the teeth exert on the successor's gear, and against the other one.
 
         Args:
-            state: of the mechanism.
             frames: of the description.
-            moment: of the coupling `(N,)`.
-
-        Returns:
-            `(2, 3, N)` in world axes about `Frames.corner`.
+            placed: frames of all motions.
+            moment: of the coupling.
         """
-        places = [state.joint_frames[joint] for joint in self.joints]
-        axes = [
-            np.einsum("c,cin->in", frames.motions[frames.last[joint]].axis, place[:3])
-            for joint, place in zip(self.joints, places, strict=True)
-        ]
+        first, second = (placed[frames.last[joint]] for joint in self.joints)
+        axis, axis_2 = (
+            combine(frame.axes, constant(frames.motions[frames.last[joint]].axis))
+            for frame, joint in zip((first, second), self.joints, strict=True)
+        )
         # Seen from the carrier, at unit rate of the predecessor's joint.
-        spins = [
-            sense * rate * axis
-            for sense, rate, axis in zip(self.senses, (1.0, self.ratio), axes, strict=True)
-        ]
-        way = places[1][3] - places[0][3]
-        height = np.sum(way * axes[0], axis=0)
-        across = way - height * axes[0]
-        distance = np.sqrt(np.sum(across**2, axis=0))
-        relative = np.sum((spins[0] - spins[1]) * axes[0], axis=0)
-        radius = -np.sum(spins[1] * axes[0], axis=0) * distance / relative
-        outwards = across / distance
+        spin = scale(axis, float(self.senses[0]))
+        spin_2 = scale(axis_2, self.senses[1] * self.ratio)
+        way = subtract(second.origin, first.origin)
+        across = subtract(way, scale(axis, dot(way, axis)))
+        distance = sqrt(dot(across, across))
+        radius = ratio(-dot(spin_2, axis) * distance, dot(subtract(spin, spin_2), axis))
+        outwards = scale(across, ratio(1.0, distance))
         along = 0.0 if self.mesh.along is None else self.mesh.along
-        arms = radius * outwards, (radius - distance) * outwards
-        point = places[0][3] + arms[0] + along * axes[0]
-        tangent = cross(axes[0], outwards)
+        point = add(first.origin, add(scale(outwards, radius), scale(axis, along)))
+        tangent = cross(axis, outwards)
         # The moment acts along the successor's rate, which moves its gear's teeth at this speed.
-        speed = np.sum(tangent * cross(self.senses[1] * axes[1], arms[1]), axis=0)
-        force = moment / speed * tangent
+        arm = scale(outwards, radius - distance)
+        speed = dot(tangent, cross(scale(axis_2, float(self.senses[1])), arm))
+        tangential = ratio(moment, speed)
         # No force along the teeth, which wind about the predecessor's axis.
-        hand = np.tan(self.mesh.helix_angle) * np.sign(radius)
-        force = force - hand * np.sum(force * tangent, axis=0) * axes[0]
-        size = np.sqrt(np.sum(force**2, axis=0)) * np.tan(self.mesh.pressure_angle)
-        inner = np.abs(radius) < np.abs(radius - distance)
-        towards = np.where(inner, np.sign(radius), np.sign(distance - radius))
-        force = force + size * towards * outwards
-        return np.stack([force, cross(point, force)])
+        hand = math.tan(self.mesh.helix_angle) * _sign(radius)
+        force = subtract(scale(tangent, tangential), scale(axis, hand * tangential))
+        pressure = absolute(tangential) * sqrt(1.0 + hand * hand)
+        pressure = pressure * math.tan(self.mesh.pressure_angle)
+        # Away from the gear whose teeth point inwards.
+        is_outside = absolute(radius) - absolute(radius - distance)
+        towards = select(is_outside, _sign(distance - radius), _sign(radius))
+        force = add(force, scale(outwards, pressure * towards))
+        return force, cross(point, force)
+
+
+def _sign(x: Scalar) -> Scalar:
+    return select(x, 1.0, -1.0)

@@ -13,8 +13,8 @@ from ..frozen import read_only
 from ..problem.problem import Problem
 from ..proof.constraints import Constraints
 from ..proof.constraints import Motion as Prescribed
+from ..proof.screws import Screws
 from ..proof.self_stress import SelfStressProof
-from ..proof.twists import Twists
 from .motion import Motion
 from .wrench import Components, StoredComponents
 
@@ -167,18 +167,18 @@ def _self_stress(problem: Problem) -> SelfStressProof:
     """Return the self-stresses of a problem whose motion is solved."""
     mechanism = problem.mechanism
     known = np.ones(mechanism.model.nv, dtype=bool)
-    twists, length = Twists(mechanism.frames), mechanism.characteristic_length
+    screws, length = Screws(mechanism.frames), mechanism.characteristic_length
     constraints = Constraints(
         mechanism.description,
         mechanism.coordinates,
-        twists,
+        screws,
         length,
         Prescribed(problem.independent, tuple(problem.held), known),
     )
     return SelfStressProof(
-        twists,
-        constraints.loops,
-        constraints.known_coupling_factors,
-        problem.passive_columns,
+        screws,
+        [item.loop for item in constraints.around],
+        constraints.coupling_factors(),
+        problem.passive_columns.tolist(),
         length,
     )

@@ -18,7 +18,7 @@ class Graph:
         arguments: of each node, indices of nodes before it; of an input, its place in `inputs`.
         uniform: whether each node has one value for all lanes of a run.
         constants: nodes to the values of those that are constants.
-        inputs: names of inputs that outputs depend on, in the order of their creation.
+        inputs: names of inputs, in the order of their creation.
         uniform_inputs: names of those of them that are numbers.
         outputs: the node of each output; one may be several outputs.
     """
@@ -32,12 +32,13 @@ class Graph:
     outputs: tuple[int, ...]
 
 
-def live_part(trace: Trace, outputs: Iterable[Scalar]) -> Graph:
+def live_part(trace: Trace, outputs: Iterable[Scalar], keeps_inputs: bool = False) -> Graph:
     """Return the nodes of a trace that outputs depend on, numbered anew in the same order.
 
     Args:
         trace: the trace.
         outputs: variables of it, and numbers.
+        keeps_inputs: whether the names of all inputs stay, not only of those among these nodes.
 
     Raises:
         ArgumentError: an output is of another trace.
@@ -45,10 +46,11 @@ def live_part(trace: Trace, outputs: Iterable[Scalar]) -> Graph:
     ends = [trace.node(x) for x in outputs]
     live = reached(trace, ends)
     number = {node: k for k, node in enumerate(live)}
-    names = [name for name, node in trace.inputs.items() if node in number]
+    names = [name for name, node in trace.inputs.items() if keeps_inputs or node in number]
     arguments = [tuple([number[k] for k in trace.arguments[node]]) for node in live]
     for place, name in enumerate(names):
-        arguments[number[trace.inputs[name]]] = (place,)
+        if trace.inputs[name] in number:
+            arguments[number[trace.inputs[name]]] = (place,)
     return Graph(
         operations=tuple([trace.operations[node] for node in live]),
         arguments=tuple(arguments),

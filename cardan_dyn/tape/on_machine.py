@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -14,7 +13,7 @@ _LARGE_BLOCK, _SMALL_BLOCK = 32, 4
 """Lanes of a block, as the machine is compiled for them."""
 
 
-def is_at_hand() -> bool:
+def machine_is_at_hand() -> bool:
     """Return whether there is a compiled machine."""
     return hasattr(compiled.kernel, "run_program")
 
@@ -26,8 +25,8 @@ def block_for(count: int) -> int:
 
 def filled(value: Array, lanes: int) -> Array:
     """Return values side by side, the last repeated to so many lanes; one for all as it is."""
-    if value.ndim and 0 < len(value) < lanes:
-        value = np.pad(value, (0, lanes - len(value)), mode="edge")
+    if value.ndim and 1 < value.shape[-1] < lanes:
+        value = value.take(np.minimum(np.arange(lanes), value.shape[-1] - 1), -1)
     return np.ascontiguousarray(value) if value.ndim else value
 
 
@@ -40,11 +39,13 @@ def spread(part: Callable[[int, int], object], count: int, block: int, threads: 
         block: lanes of a block.
         threads: how many there are at most.
     """
-    blocks = -(-count // block)
-    shares = max(1, min(threads, blocks))
-    bounds = [*(blocks * k // shares * block for k in range(shares)), count]
-    if shares == 1:
+    if threads <= 1 or count <= block:
         part(0, count)
         return
+    blocks = -(-count // block)
+    shares = min(threads, blocks)
+    bounds = [*(blocks * k // shares * block for k in range(shares)), count]
+    from concurrent.futures import ThreadPoolExecutor  # Most runs have one thread.
+
     with ThreadPoolExecutor(shares) as pool:
         list(pool.map(part, bounds[:-1], bounds[1:]))

@@ -15,8 +15,12 @@ from ..errors import ArgumentError, choices
 from .graph import Graph, live_part
 from .instructions import Code, code_of
 from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
-from .on_machine import block_for, filled, is_at_hand, spread
+from .on_machine import block_for, filled, machine_is_at_hand, spread
 from .trace import Scalar, Trace
+
+WORTH_TRACING = 4096
+"""Samples from which on tracing pays: it takes as long as a text of mechanics takes on arrays for
+about so many, or the general path of those who solve; of a universal joint as of a platform."""
 
 
 class Program:
@@ -26,21 +30,22 @@ class Program:
 
     Attributes:
         graph: what is computed.
-        inputs: names of the inputs that outputs depend on.
+        inputs: names of the inputs that outputs depend on, or of all.
         outputs: number of outputs.
     """
 
-    def __init__(self, trace: Trace, outputs: Sequence[Scalar]) -> None:
+    def __init__(self, trace: Trace, outputs: Sequence[Scalar], keeps_inputs: bool = False) -> None:
         """Take what outputs depend on out of a trace.
 
         Args:
             trace: the trace.
             outputs: variables of the trace, and numbers. The same one may be given several times.
+            keeps_inputs: whether inputs that no output depends on stay, for `run_rows`.
 
         Raises:
             ArgumentError: an output is neither a variable of the trace nor a number.
         """
-        self.graph: Graph = live_part(trace, outputs)
+        self.graph: Graph = live_part(trace, outputs, keeps_inputs)
         self.inputs = self.graph.inputs
         self.outputs = len(outputs)
         self._blocks: dict[int, ArrayBlock] = {}
@@ -58,12 +63,33 @@ class Program:
         Raises:
             ArgumentError: an input is missing, or has another shape.
         """
-        if not count or not is_at_hand():
+        if not count or not machine_is_at_hand():
             return self.run_on_arrays(inputs, count)
+        values = self.checked(inputs, count)
+        return self._run_on_machine([values[name] for name in self.inputs], count, threads)
+
+    def run_rows(self, rows: Sequence[Array], count: int, threads: int = 1) -> Array:
+        """Return what `run` does, with inputs that stand in arrays one below the other.
+
+        Args:
+            rows: arrays `(k, count)`, or `(k, 1)` of numbers, with a row for each of `inputs` in
+                their order. Uniform inputs take numbers alone.
+            count: number of lanes.
+            threads: as for `run`.
+
+        Raises:
+            ValueError: there are more rows than inputs, or fewer, or rows of another length.
+        """
+        if count and machine_is_at_hand():
+            return self._run_on_machine(rows, count, threads)
+        every = [row if len(row) == count else row[0] for part in rows for row in part]
+        return self.run_on_arrays(dict(zip(self.inputs, every, strict=True)), count)
+
+    def _run_on_machine(self, inputs: Sequence[Array], count: int, threads: int) -> Array:
         block = block_for(count)
         lanes = max(block, count)
-        values = self.checked(inputs, count)
-        arrays = [filled(values[name], lanes) for name in self.inputs]
+        # A single lane has numbers alone, which hold for those that the block has beside it.
+        arrays = inputs if count == 1 else [filled(values, lanes) for values in inputs]
         outputs = np.empty((self.outputs, lanes))
         handle = self.handle(block)
 

@@ -17,7 +17,7 @@ from .. import compiled
 from ..arrays import Array
 from ..errors import ArgumentError
 from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
-from .on_machine import block_for, filled, is_at_hand, spread
+from .on_machine import block_for, filled, machine_is_at_hand, spread
 from .program import Program
 
 
@@ -87,7 +87,7 @@ class Stages:
         Raises:
             ArgumentError: an input is missing, or has another shape.
         """
-        if not (count and self.stages and is_at_hand()):
+        if not (count and self.stages and machine_is_at_hand()):
             return self.run_on_arrays(inputs, count)
         block = block_for(count)
         lanes = max(block, count)

@@ -11,10 +11,11 @@ from scenes import draw
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics import problem_solver, taped
+from cardan_dyn.dynamics import taped
 from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
 from cardan_dyn.kinematics.closing.all_groups import ClosedState
 from cardan_dyn.scene.usual_motion import usual_motion
+from cardan_dyn.tape import program
 
 ROUNDING = 2e-14
 """Relative errors stay below this times the condition, as the guide says of any result."""
@@ -23,13 +24,13 @@ GRAVITY = (0.3, -2.0, -9.5)
 
 @pytest.fixture(autouse=True)
 def few_samples(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(problem_solver, "FEWEST_TAPED", 2)
+    monkeypatch.setattr(program, "WORTH_TRACING", 2)
 
 
 def in_general(swept: Callable[[], cd.Sweep], monkeypatch: pytest.MonkeyPatch) -> cd.Sweep:
     """Return a sweep by the general path."""
     with monkeypatch.context() as patch:
-        patch.setattr(problem_solver, "FEWEST_TAPED", np.inf)
+        patch.setattr(program, "WORTH_TRACING", np.inf)
         return swept()
 
 

@@ -151,10 +151,10 @@ def test_accelerations_are_those_of_constrained_dynamics(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What a tape finds that drives exert moves the chain as it was told to move."""
-    from cardan_dyn.dynamics import problem_solver
     from cardan_dyn.scene.usual_motion import usual_motion
+    from cardan_dyn.tape import program
 
-    monkeypatch.setattr(problem_solver, "FEWEST_TAPED", 2)
+    monkeypatch.setattr(program, "WORTH_TRACING", 2)
     usual = usual_motion(cd.load(name), samples=24)
     model = usual.scene.mechanism.model
     scene = usual.scene.replace(gravity=model.gravity.linear.copy())

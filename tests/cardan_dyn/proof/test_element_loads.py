@@ -16,7 +16,8 @@ from cardan_dyn.elements.element import Element
 from cardan_dyn.elements.element_forces import ElementForces
 from cardan_dyn.mechanism.frames import Frames
 from cardan_dyn.proof.element_loads import ProvenElements
-from cardan_dyn.proof.twists import Twists
+from cardan_dyn.proof.placing import stacked
+from cardan_dyn.proof.screws import Screws
 
 ROOT = np.random.default_rng(8).uniform(-1.0, 1.0, (6, 6))
 K = ROOT @ ROOT.T
@@ -43,11 +44,12 @@ def test_both_computations_agree(element: Element, moving: bool) -> None:
     time = np.linspace(0.0, 2.0, count)
     acted = ElementForces(mechanism, [element]).at(x, v, time)
     frames = Frames(reread(mechanism.description), mechanism.coordinates)
-    twists = Twists(frames)
-    state = twists.state(x)
-    velocities = twists.absolute(twists.relative(state, v.T)) if moving else None
-    proven = ProvenElements(frames, [element], mechanism.zero, 1.0)
-    loads = proven.on(state, velocities, x, v, time)
+    screws = Screws(frames)
+    placed, velocities = screws.placing.placed(list(x.T)), None
+    if moving:
+        velocities = screws.absolute(screws.relative(screws.units(placed), list(v.T)))
+    proven = ProvenElements(screws, [element], mechanism.zero, 1.0)
+    loads = proven.on(placed, velocities, x, v, time)
     np.testing.assert_allclose(loads.efforts.T, acted.efforts, atol=1e-12)
     # Wrenches about the corner against those about the origins of the links.
     found = np.zeros((frames.tree, 2, 3, count))
@@ -56,8 +58,8 @@ def test_both_computations_agree(element: Element, moving: bool) -> None:
     expected = np.zeros_like(found)
     for link, force, moment in acted.wrenches:
         body, placement = frames.links[link]
-        frame = state.motion_frames[frames.last[body]]
-        origin = np.einsum("c,cin->ni", placement[:, 3], frame)
+        axes, corner = placed[frames.last[body]]
+        origin = np.einsum("c,cin->ni", placement[:, 3], stacked([*axes, corner], count))
         expected[body, 0] += force.T
         expected[body, 1] += (moment + np.cross(origin, force)).T
     scale = max(1.0, float(np.max(np.abs(expected))))
@@ -100,7 +102,7 @@ def test_forces_of_other_elements_are_refused(false: object) -> None:
     others = false(elements)  # type: ignore[operator]
     mechanism = scene.mechanism
     bodies._elements = ProvenElements(
-        bodies.frames, others, mechanism.zero, mechanism.characteristic_length
+        bodies._screws, others, mechanism.zero, mechanism.characteristic_length
     )
     assert refused(bodies, claim, where)
 

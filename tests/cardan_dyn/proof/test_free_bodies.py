@@ -347,6 +347,22 @@ def test_a_load_on_a_link_acts_at_its_origin_and_in_its_axes(in_world: bool) -> 
     np.testing.assert_allclose(residuals.applied, LENGTH * MASS * 10.0)
 
 
+def test_a_load_at_a_point_is_one_at_the_origin_with_the_moment_of_its_arm() -> None:
+    """The point is given in the axes of the rim, which are not those of the disc."""
+    body, placement = frames_of(cd.load(DISC)).links["rim"]
+    force, moment = np.array([[3.0, -1.0, 2.0]]), np.array([[0.5, 0.0, 4.0]])
+    point = np.array([0.2, -0.3, 0.1])
+    placed = body, placement[:3, :3], placement[:3, 3]
+    at_point = LinkLoad(*placed, force, moment, False, point)
+    at_origin = LinkLoad(*placed, force, moment + np.cross(point, force), False)
+    found, expected = (
+        disc_bodies().check(disc_claim(TURNING, 0.0, link_loads={"rim": load}))
+        for load in (at_point, at_origin)
+    )
+    for one, other in zip(found[:9], expected, strict=False):
+        np.testing.assert_allclose(one, other, rtol=1e-14)
+
+
 def test_bodies_whose_wrenches_are_not_claimed_are_unproven() -> None:
     bodies = disc_bodies(claims_wrench=False)
     assert bodies.claimed == []

@@ -10,8 +10,8 @@ from testkit.planar_linkages import BASE, CRANK, ROCKER, four_bar
 
 import cardan_dyn as cd
 from cardan_dyn.proof import self_stress
+from cardan_dyn.proof.screws import Screws
 from cardan_dyn.proof.self_stress import SelfStressProof, prove_flags
-from cardan_dyn.proof.twists import Twists
 
 LENGTH = 0.4
 OUT_OF_PLANE = [False, False, True, True, True, False]
@@ -26,10 +26,10 @@ def proof(
 ) -> SelfStressProof:
     velocities, nv = mechanism.coordinates.velocity_columns, mechanism.model.nv
     prescribed = [velocities[name].start for name in drives]
-    passives = np.setdiff1d(np.arange(nv), prescribed)
+    passives = [rate for rate in range(nv) if rate not in prescribed]
     loops = list(range(len(frames_of(mechanism).ends)))
     factors = np.zeros((0, nv)) if couplings is None else couplings
-    return SelfStressProof(Twists(frames_of(mechanism)), loops, factors, passives, length)
+    return SelfStressProof(Screws(frames_of(mechanism)), loops, factors, passives, length)
 
 
 def positions(mechanism: cd.Mechanism, *rows: dict[str, float]) -> np.ndarray:
