@@ -8,8 +8,7 @@ general path, which judges ranks and singular positions and says what is wrong.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from ..mechanics.sample import Roles
 from ..problem.problem import Problem
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
-from .tape import Found, Kind, LinkKind, Tape
+from .tape import Found, Judged, Kind, LinkKind, Rows, Tape
 from .velocity_ratios import VelocityRatios
 
 _EPS = float(np.finfo(float).eps)
@@ -190,38 +189,40 @@ class TapedSolver:
         Raises:
             UnsuitableError: no order suits the samples.
         """
-        factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
-        if factored not in self._trees:
-            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
-        tree = self._trees[factored]
-        kind, given = self._given(tree, inputs, links, factored)
-        kind = kind._replace(moves_alone=moves_alone)
+        kind, tree = self._kind(inputs, links, moves_alone)
+        rows = Rows.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
         # The same list for all scenes of the mechanism that move alike.
         tapes: list[Tape] = self._mechanism.kept.of("tapes", (self._key, kind), list)
+        count = x.shape[1]
         if not tapes:
-            tapes.append(self._made(tree, kind, x[:, some(x.shape[1], _SHADOWS)]))
-        found, holds = _closed(tapes[0], given, x)
+            tapes.append(self._made(tree, kind, rows.acting(), x[:, some(count, _SHADOWS)]))
+        found, judged = tapes[0].run(rows, x)
+        if np.count_nonzero(judged.left_out):
+            acting = rows.acting() | tapes[0].acting
+            tapes[:] = [self._made(tree, kind, acting, x[:, some(count, _SHADOWS)])]
+            found, judged = tapes[0].run(rows, x)
+        holds = _closed(tapes[0], rows, found, judged)
         openings = None
-        (known,) = np.nonzero(holds)
-        if len(known) and not moves_alone:
+        if holds.any() and not moves_alone:
+            known = np.flatnonzero(holds)
             known = known[some(len(known), _SHADOWS)]
             closed = np.ascontiguousarray(found.x[known].T)
-            openings = tapes[0].openings(_of_lanes(given, known, x.shape[1]), closed)
+            openings = tapes[0].openings(rows.of_lanes(known, count), closed)
         for index in range(1, _MOST_TAPES):
-            (left,) = np.nonzero(~holds)
-            if not len(left):
+            left = np.flatnonzero(~holds)
+            if not len(left) or (index == len(tapes) and len(left) < _SHADOWS):
                 break
             if index == len(tapes):
-                if len(left) < _SHADOWS:
-                    break
-                tapes.append(self._made(tree, kind, x[:, left[some(len(left), _SHADOWS)]]))
-            of_left = np.ascontiguousarray(x[:, left])
-            others, serves = _closed(tapes[index], _of_lanes(given, left, x.shape[1]), of_left)
+                some_left = x[:, left[some(len(left), _SHADOWS)]]
+                tapes.append(self._made(tree, kind, tapes[0].acting, some_left))
+            of_left = rows.of_lanes(left, count)
+            others, judged = tapes[index].run(of_left, np.ascontiguousarray(x[:, left]))
+            serves = _closed(tapes[index], of_left, others, judged)
             found.write(left[serves], [values[serves] for values in others])
             holds[left[serves]] = True
         return found, holds, openings
 
-    def _made(self, tree: Tree, kind: Kind, x: Array) -> Tape:
+    def _made(self, tree: Tree, kind: Kind, acting: Array, x: Array) -> Tape:
         """Return a tape whose order is chosen at samples `(size, S)`."""
         shadows = {
             column: x[column] / (tree.length if body.kind == "prismatic" else 1.0)
@@ -230,76 +231,49 @@ class TapedSolver:
         }
         roles = self._roles
         rows = closure_rows(tree, placed(tree, shadows), {*roles.drives, *roles.passives})
-        wanted = self._sizes, self._wrenches
-        return Tape(tree, roles, kind, *wanted, roles.order(rows), shadows, self._varied)
+        wanted, order = (self._sizes, self._wrenches), roles.order(rows)
+        return Tape(tree, roles, kind, *wanted, order, shadows, self._varied, acting)
 
-    def _given(
-        self,
-        tree: Tree,
-        inputs: Inputs,
-        stated: Sequence[LinkLoad],
-        factored: tuple[str, ...],
-    ) -> tuple[Kind, dict[str, Any]]:
-        """Return the kind of some samples, and the inputs of its tapes but for coordinates."""
-        given: dict[str, Any] = {f"i{name}": inputs.inertia[name] for name in factored}
-
-        def put(name: str, columns: Array, rounding: float = 0.0) -> tuple[bool, ...]:
-            """Take columns `(n, k)` that are at some sample no rounding of zero beside others."""
-            sizes = np.abs(columns)
-            acts = (sizes > rounding * sizes.max(axis=1, keepdims=True)).any(axis=0)
-            for index in np.flatnonzero(acts).tolist():
-                given[f"{name}{index}"] = columns[:, index]
-            return tuple(acts.tolist())
-
-        units = tree.units[list(self._roles.drives)]
-        speeds, accelerations = (
-            put("v", inputs.speeds / units),
-            put("a", inputs.accelerations / units),
-        )
-        gravity = put("g", tree.in_axes(inputs.gravity) / tree.length, _EPS)
-        loads = inputs.loads / tree.effort_units
-        loaded = tuple(np.flatnonzero(loads.any(axis=0)).tolist())
-        given |= {f"l{rate}": loads[:, rate] for rate in loaded}
-        links: list[LinkKind] = []
-        for load in stated:
-            if load.body < 0:
-                continue
-            force, moment, rotation = load.force, load.moment, None
-            if load.in_world:
-                force, moment = tree.in_axes(force), tree.in_axes(moment)
-            else:
-                rotation = tuple(map(tuple, load.rotation.T.tolist()))
-            acts = (
-                put(f"f{len(links)}_", force / tree.length, _EPS),
-                put(f"m{len(links)}_", moment / tree.length**2, _EPS),
+    def _kind(
+        self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool
+    ) -> tuple[Kind, Tree]:
+        """Return the kind of some samples, and the mechanism for its tapes."""
+        factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
+        if factored not in self._trees:
+            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
+        tree = self._trees[factored]
+        of_links = tuple(
+            LinkKind(
+                load.body,
+                None if load.in_world else tuple(map(tuple, load.rotation.T.tolist())),
+                tuple((load.place / tree.length).tolist()),
             )
-            lever = tuple((load.place / tree.length).tolist())
-            links.append(LinkKind(load.body, rotation, lever, *acts))
-        given |= self._offsets(tree, inputs.turns)
-        return Kind(speeds, accelerations, gravity, loaded, tuple(links), factored, False), given
+            for load in links
+            if load.body >= 0
+        )
+        return Kind(inputs.has_rates, of_links, factored, moves_alone), tree
 
-    def _offsets(self, tree: Tree, turns: Array) -> dict[str, Array]:
-        """Return the offsets of couplings, with the whole turns `(n, size)` coordinates lack."""
+    def _offsets(self, tree: Tree, turns: Array) -> Array:
+        """Return the offsets `(c, n)` of couplings, with the whole turns coordinates lack."""
         columns = {item.rate: item.column for item in self._mechanism.coordinates.named.values()}
-        result = {}
-        for coupling in tree.couplings:
-            lacking = np.zeros(len(turns))
+        result = np.empty((len(tree.couplings), len(turns)))
+        for row, coupling in zip(result, tree.couplings, strict=True):
+            row[:] = coupling.offset
             for rate in coupling.predecessors:
-                lacking += coupling.ratio * turns[:, columns[rate]]
+                row += 2.0 * np.pi * coupling.ratio * turns[:, columns[rate]]
             for rate in coupling.successors:
-                lacking -= turns[:, columns[rate]]
-            result[f"o{coupling.number}"] = coupling.offset + 2.0 * np.pi * lacking
+                row -= 2.0 * np.pi * turns[:, columns[rate]]
         return result
 
 
-def _closed(tape: Tape, given: Mapping[str, Any], x: Array) -> tuple[Found, Array]:
-    """Return what a tape finds of n samples, and `(n,)` which of them it holds for.
+def _vectors(links: Sequence[LinkLoad]) -> list[tuple[Array, Array]]:
+    """Return forces and moments on links that are not the world's."""
+    return [(load.force, load.moment) for load in links if load.body >= 0]
 
-    With x `(size, n)`.
-    """
-    count = x.shape[1]
-    found, judged = tape.run(given, x)
-    step, error, growth, narrowness = judged
+
+def _closed(tape: Tape, rows: Rows, found: Found, judged: Judged) -> Array:
+    """Return `(n,)` which samples a tape holds for, after further steps where these are needed."""
+    step, _, growth, narrowness, _ = judged
 
     def is_stable() -> Array:
         # Comparisons with NaN say no.
@@ -311,16 +285,11 @@ def _closed(tape: Tape, given: Mapping[str, Any], x: Array) -> tuple[Found, Arra
         if not len(again):
             break
         near = np.ascontiguousarray(found.x[again].T)
-        others, judged[:, again] = tape.run(_of_lanes(given, again, count), near)
+        others, rejudged = tape.run(rows.of_lanes(again, len(step)), near)
         found.write(again, others)
-    return found, is_stable() & (step <= _EXACT) & (error <= tape.rounding)
-
-
-def _of_lanes(given: Mapping[str, Any], lanes: Array, count: int) -> dict[str, Any]:
-    """Return the inputs of some of n samples."""
-    return {
-        name: value[lanes] if len(value) == count > 1 else value for name, value in given.items()
-    }
+        for values, new in zip(judged, rejudged, strict=True):
+            values[again] = new
+    return is_stable() & (step <= _EXACT) & (judged.error <= tape.rounding)
 
 
 def _as_found(general: Solution) -> list[Array]:
