@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from testkit.compiled_functions import needs_kernel
 
-from cardan_dyn import tape
+from cardan_dyn import tape as tapes
 from cardan_dyn.compiled import kernel
 
 pytestmark = [
@@ -785,9 +785,9 @@ def test_outputs_have_to_be_writable() -> None:
     ],
 )
 def test_rows_of_inputs_are_checked(inputs: list[np.ndarray]) -> None:
-    trace = tape.Trace()
+    trace = tapes.Trace()
     x, y = trace.input("x", 1.0), trace.input("y", 1.0)
-    handle, outputs = tape.Program(trace, [x + y, x - y]).handle(32), np.ones((2, 50))
+    handle, outputs = tapes.Program(trace, [x + y, x - y]).handle(32), np.ones((2, 50))
     kernel.run_program(handle, [np.ones((2, 50))], outputs, 0, 50)
     with pytest.raises((TypeError, ValueError)):
         kernel.run_program(handle, inputs, outputs, 0, 50)
