@@ -247,9 +247,9 @@ class ProblemSolver(Frozen):
 
     def uses_tapes(self, count: int) -> bool:
         """Return whether a sweep of so many samples is solved by tapes."""
-        from ..tape import program  # What is made only to be looked at needs none.
+        from ..tape.program import WORTH_TRACING  # What is made only to be looked at needs none.
 
-        return count >= program.WORTH_TRACING and self.taped is not None
+        return count >= WORTH_TRACING and self.taped is not None
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
