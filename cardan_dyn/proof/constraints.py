@@ -241,7 +241,7 @@ class Constraints:
         """Return how fast the two ends of a loop move apart [rad/s], gaps over the length.
 
         Around a closed loop, the twists of the joints add up to zero, and so do their rates with
-        what carries them: Σ ± S q̇ = 0, Σ ± (S q̈ + Ṡ q̇) = 0 (Featherstone 2008, 8.2).
+        what carries them: Σ ± S q̇ = 0, Σ ± (S q̈ + Ṡ q̇) = 0 (Featherstone 2008, chapter 8).
 
         Args:
             placed: frames of all motions.

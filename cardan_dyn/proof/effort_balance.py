@@ -2,7 +2,7 @@
 
 Along a passive coordinate a joint transmits only the efforts of loads and couplings; along a driven
 or held one, the drive effort or the holding effort adds to them: τ = S · f (Featherstone 2008,
-(5.11)).
+chapter 5).
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class Massive(NamedTuple):
 
         By Newton, the force is m (g - a) with the acceleration a of the centre; by Euler, the
         moment about the centre is -(I α + ω × I ω) in the axes of the body, in which I is constant
-        (Murray, Li, Sastry 1994, (4.16)).
+        (Murray, Li, Sastry 1994, chapter 4).
 
         Args:
             frame: that carries it.

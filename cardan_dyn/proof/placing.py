@@ -125,7 +125,8 @@ def _moved(start: Frame, motion: ElementaryMotion, axis: Vector, x: Sequence[Sca
 def _turned(axes: Axes, axis: Vector, angle: Scalar) -> Axes:
     """Return axes after a turn about `axis`, which is given in them.
 
-    Rodrigues: e' = e cos φ + n × e sin φ + n (n · e) (1 - cos φ), Siciliano et al. (2009), 2.5.
+    Rodrigues: e' = e cos φ + n × e sin φ + n (n · e) (1 - cos φ); Siciliano et al. (2009),
+    chapter 2.
     """
     sine, cosine = sin(angle), cos(angle)
     turned = []
@@ -143,7 +144,7 @@ def _turned(axes: Axes, axis: Vector, angle: Scalar) -> Axes:
 
 
 def _rotation(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Axes:
-    """Return the axes that a unit quaternion turns x, y and z to; Siciliano et al. (2009), 2.6."""
+    """Return what a unit quaternion turns x, y and z to; Siciliano et al. (2009), chapter 2."""
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)),
         (2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)),

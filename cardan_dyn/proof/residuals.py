@@ -284,6 +284,7 @@ class Residuals(NamedTuple):
     def _judged(self) -> dict[str, tuple[Scalar, Scalar]]:
         """Return the residuals by name: errors `(N,)`, and what they are part of."""
         # Errors of loops and rates are relative already.
+        judged: dict[str, tuple[Scalar, Scalar]]
         judged = {"loop": (self.loop_error, 1.0), "rate": (self.rate_error, 1.0)}
         size = self.wrench + self.applied + self.inertia
         if self.elastic is not None:

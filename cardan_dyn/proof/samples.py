@@ -132,7 +132,7 @@ class Rows:
                 own.append(wrench.reshape(6, count).T)
         has_elements = elements is not None
         what = has_elements, (*same,), (*links,), (*pushed,), (*claim.inertia,)
-        self.kind = claim.has_rates, *what
+        self.kind: tuple[Any, ...] = claim.has_rates, *what
         self.parts = [array.T for array in (*given, *own)]
 
     @property

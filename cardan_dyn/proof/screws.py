@@ -58,7 +58,7 @@ def change(twist: Screw, carried: Screw) -> Screw:
     """Return the rate of a twist that is carried by a body with another one: their product v × m.
 
     Of its linear part, it is ω × linear + v × angular, of the angular one, ω × angular
-    (Featherstone 2008, 2.9).
+    (Featherstone 2008, chapter 2).
     """
     (velocity, spin), (linear, angular) = twist, carried
     return add(cross(spin, linear), cross(velocity, angular)), cross(spin, angular)
@@ -73,7 +73,7 @@ def about(point: Vector, wrench: Screw) -> Screw:
 def in_world(wrench: Screw, frame: Frame) -> Screw:
     """Return a wrench in the axes of a frame, about its origin, as one about the corner.
 
-    Featherstone (2008), 2.8.
+    Featherstone (2008), chapter 2.
     """
     axes, origin = frame
     force = combine(axes, wrench[0])
@@ -81,7 +81,7 @@ def in_world(wrench: Screw, frame: Frame) -> Screw:
 
 
 def power(wrench: Screw, twist: Screw) -> Scalar:
-    """Return the power of a wrench on a body with a twist; Featherstone (2008), 2.5."""
+    """Return the power of a wrench on a body with a twist; Featherstone (2008), chapter 2."""
     return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
 
 
@@ -145,7 +145,7 @@ class Screws:
         return found
 
     def absolute(self, relative: Sequence[Screw]) -> list[Screw]:
-        """Return the sums from the world to each motion; Featherstone (2008), (5.7) and (5.8)."""
+        """Return the sums from the world to each motion; Featherstone (2008), chapter 5."""
         sums: list[Screw] = []
         for motion, own in zip(self.frames.motions, relative, strict=True):
             sums.append(plus(sums[motion.before], own) if motion.before >= 0 else own)

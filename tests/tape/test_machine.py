@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from testkit.compiled_functions import needs_kernel
 
+from cardan_dyn import tape as tapes
 from cardan_dyn.compiled import kernel
 
 pytestmark = [
@@ -768,3 +769,25 @@ def test_outputs_have_to_be_writable() -> None:
         kernel.run_program(
             well_formed().handle(2, 2, 32), [np.ones(1), np.ones(50)], outputs, 0, 50
         )
+
+
+@pytest.mark.parametrize(
+    "inputs",
+    [
+        [np.ones((3, 50))],
+        [np.ones((1, 50))],
+        [np.ones((2, 49))],
+        [np.ones((2, 100))[:, ::2]],
+        [np.ones((1, 2, 50))],
+        [np.ones((2, 0))],
+        [np.ones((2, 50)), np.ones((0, 49))],
+        [np.ones((2, 50), dtype=np.float32)],
+    ],
+)
+def test_rows_of_inputs_are_checked(inputs: list[np.ndarray]) -> None:
+    trace = tapes.Trace()
+    x, y = trace.input("x", 1.0), trace.input("y", 1.0)
+    handle, outputs = tapes.Program(trace, [x + y, x - y]).handle(32), np.ones((2, 50))
+    kernel.run_program(handle, [np.ones((2, 50))], outputs, 0, 50)
+    with pytest.raises((TypeError, ValueError)):
+        kernel.run_program(handle, inputs, outputs, 0, 50)

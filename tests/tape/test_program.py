@@ -142,6 +142,29 @@ def test_wrong_inputs_are_refused() -> None:
         Program(trace, [np.ones(3)])
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 31, 32, 33, 999])
+def test_inputs_may_stand_in_rows_of_arrays(count: int) -> None:
+    """In any number of arrays, of lanes or of numbers for all, however they lie in memory."""
+    trace = Trace()
+    names = [str(k) for k in range(9)]
+    x = [trace.input(name, 1.0, uniform=name in "67") for name in names]
+    outputs = [x[0] * x[7] - x[3], x[1] / x[8], x[2] + x[4], x[6]]  # Of x[5] nothing is made.
+    program = Program(trace, outputs, keeps_inputs=True)
+    assert program.inputs == tuple(names)
+    rng = np.random.default_rng(0)
+    a, b, c = rng.normal(size=(count, 3)), rng.normal(size=(1, 5)), rng.normal(size=(2, count, 1))
+    rows = [a.T, b.T, c[1, ::1].T]
+    given = {str(k): a[:, k] for k in range(3)} | {str(k): b[0, k - 3] for k in range(3, 8)}
+    given["8"] = c[1, :, 0]
+    expected = program.run_on_arrays(given, count)
+    np.testing.assert_array_equal(program.run_rows(rows, count), expected)
+    every_other = np.repeat(a, 2, axis=0)[::2].T
+    np.testing.assert_array_equal(program.run_rows([every_other, *rows[1:]], count), expected)
+    for wrong in (rows[:2], [*rows, b.T], [a.T[:2], *rows[1:]], [b.T, *rows]):
+        with pytest.raises(ValueError):
+            program.run_rows(wrong, count)
+
+
 def test_programs_can_be_pickled_and_keep_what_they_give() -> None:
     program, inputs = random_program(7)
     fresh = pickle.dumps(program)

@@ -444,12 +444,35 @@ def test_one_program_serves_all_claims_of_a_kind() -> None:
     (light,) = programs(bodies)
     traced(bodies, weightless._replace(x=claim.x + 0.1, wrenches=0.0 * claim.wrenches))
     assert programs(bodies) == [light]
-    traced(bodies, claim)
+    traced(bodies, claim._replace(loads=0.0 * claim.loads))
     (heavy,) = programs(bodies)
     assert heavy.lines > light.lines
     for changes in ({"loads": 3.0 * claim.loads}, {"gravity": weightless.gravity}):
         assert_same(bodies, claim._replace(**changes))
         assert programs(bodies) == [heavy]
+
+
+def test_a_force_acts_at_its_point() -> None:
+    """It is the same as at the link's origin with its moment about it."""
+    mechanism = MECHANISMS["every kind of joint"]()
+    bodies = random_bodies(mechanism, 0)
+    claim = random_claim(mechanism, bodies, 4)
+    loads = {name: replace(load, in_world=False) for name, load in claim.link_loads.items()}
+    at_origin = {
+        name: replace(
+            load, point=np.zeros(3), moment=load.moment + np.cross(load.point, load.force)
+        )
+        for name, load in loads.items()
+    }
+    assert loads
+    claim = claim._replace(link_loads=loads)
+    for way in (as_text, one_by_one, traced):
+        found, expected = way(bodies, claim), way(bodies, claim._replace(link_loads=at_origin))
+        for one, other in zip(found[:9], expected, strict=False):
+            np.testing.assert_allclose(one, other, rtol=1e-12)
+    elsewhere = {name: replace(load, point=2.0 * load.point) for name, load in loads.items()}
+    moved = traced(bodies, claim._replace(link_loads=elsewhere))
+    assert np.all(moved.power_imbalance != found.power_imbalance)
 
 
 def test_programs_are_traced_once_enough_is_asked() -> None:
