@@ -155,7 +155,7 @@ class Rows:
             if part.shape[1] == 1:
                 scalars += part[:, 0].tolist()
             else:
-                acts = part.any(axis=1).tolist()
+                acts = np.asarray(part.any(axis=1)).tolist()
                 rows = zip(np.ascontiguousarray(part), acts, strict=True)
                 scalars += [row if acts else 0.0 for row, acts in rows]
         return scalars
