@@ -80,6 +80,8 @@ def generic(rows: int, columns: int) -> Array:
 
 def some(count: int, most: int) -> Array:
     """Return indices of some of so many samples, without a pattern: symmetric positions mislead."""
+    if count <= most:
+        return np.arange(count)
     return np.unique((0.5 * (1.0 + generic(most, 1)[:, 0]) * count).astype(int) % count)
 
 

@@ -168,7 +168,8 @@ class Solution(NamedTuple):
         magnification: `(N,)` by how much rounding of positions is magnified in velocities, see
             `InverseDynamics.condition`; None where it is computed when it is asked for.
         cancellation: `(N,)` see `Residuals.cancellation`.
-        closure_condition: `(N,)` condition number of the closure equations alone.
+        closure_condition: `(N,)` condition number of the closure equations alone, or how many
+            times smaller a pivot of their elimination is than where its order was chosen.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
         residuals: violations of balances and constraints. Of a long sweep, as well as of the two
             quantities above, what decides about all samples is kept.

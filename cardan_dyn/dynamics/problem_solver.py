@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
+_CALLS = 32
+"""Calls of one sample each that take as long as tracing does."""
 _MOST_TRACED = 128
 """Velocity coordinates up to which a scene is traced: what self-stresses add is passed through all
 bodies, so that tracing takes as long as the square of their number."""
@@ -157,6 +159,8 @@ class ProblemSolver(Frozen):
         ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
     """
 
+    _asked = 0
+
     def __init__(
         self,
         problem: Problem,
@@ -243,13 +247,25 @@ class ProblemSolver(Frozen):
             return None
         from .taped import TapedSolver  # Sweeps of few samples need none.
 
-        return TapedSolver(problem, self.varied, groups, self.inverse_dynamics.claimed)
+        wanted = self.inverse_dynamics.claimed, self.reactions.opened
+        return TapedSolver(problem, self.varied, groups, *wanted)
 
     def uses_tapes(self, count: int) -> bool:
-        """Return whether a sweep of so many samples is solved by tapes."""
-        from ..tape.program import WORTH_TRACING  # What is made only to be looked at needs none.
+        """Return whether so many samples are solved by tapes, whatever was asked before."""
+        from ..tape import program  # What is made only to be looked at needs none.
 
-        return count >= WORTH_TRACING and self.taped is not None
+        return count >= program.WORTH_TRACING and self.taped is not None
+
+    def is_worth_tapes(self, count: int) -> bool:
+        """Take note of a sweep of so many samples; return whether it is solved by tapes.
+
+        It is if there are many, or once as many were asked for in all.
+        """
+        from ..tape import program
+
+        asked = self._asked + max(count, program.WORTH_TRACING // _CALLS)
+        vars(self)["_asked"] = asked
+        return asked >= program.WORTH_TRACING and self.taped is not None
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -594,6 +610,7 @@ class _Work:
             self._has_rates = acting.has_rates
         self._prescribed = solver.problem.prescribed_columns
         self._outputs = solver.problem.output_indices
+        self._is_taped = solver.is_worth_tapes(len(assembled))
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
@@ -605,11 +622,10 @@ class _Work:
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
         given = targets, acting, turns, self._has_rates, len(assembled)
         inputs = dynamics.inputs_of(solver.problem, *given)
-        is_taped = solver.uses_tapes(len(assembled))
-        solution = self._by_tape(index, inputs) if is_taped else None
+        solution = self._by_tape(index, inputs) if self._is_taped else None
         if solution is None:
             solution = dynamics.solve(assembled.blocks[index], inputs)
-            if is_taped:  # Blocks of a sweep keep the same.
+            if self._is_taped:  # Blocks of a sweep keep the same.
                 solution = solution._replace(magnification=None)
         return solution.reduced(self._outputs, self._prescribed)
 

@@ -81,6 +81,7 @@ class ReactionSolver:
         size: number b of wrenches: of the bodies, then of the `fixed` loops.
         subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
         along: the same coordinates, along which wrenches have components.
+        opened: `(b, 6)` how far couplings change components that state no forces; None if all do.
     """
 
     def __init__(
@@ -119,7 +120,7 @@ class ReactionSolver:
             for body in solver.group.bodies
         }
         self._rule = rule or LeastNorm(mechanism.characteristic_length, wrenches_in_norm(mechanism))
-        self._opened = self._opened_by_couplings()
+        self.opened = self._opened_by_couplings()
         model = mechanism.model
         owners = np.array(
             [joint - 1 for joint in range(1, model.njoints) for _ in range(model.nvs[joint])]
@@ -152,8 +153,8 @@ class ReactionSolver:
         wrenches = self._tree.wrenches(state, cases, self.size)
         spins = self._spins.added(state, cases, wrenches) if self._spins else None
         forces, changes, indeterminate = self._closed(state, cases, wrenches)
-        if self._opened is not None:
-            np.maximum(changes, self._opened, out=changes)
+        if self.opened is not None:
+            np.maximum(changes, self.opened, out=changes)
         for teeth in self._mechanism.teeth:
             if teeth.coupling in indeterminate:
                 changes[[self._mechanism.joints[name].id - 1 for name in teeth.joints]] = 1.0
@@ -169,7 +170,7 @@ class ReactionSolver:
         ]
 
     def _opened_by_couplings(self) -> Array | None:
-        """Return `(b, 6)` how far couplings change components that state no forces; or None."""
+        """Return what `opened` is."""
         mechanism = self._mechanism
         if not mechanism.undescribed:
             return None

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import product
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,9 +13,13 @@ from ..arrays import Array
 from ..mechanics.bodies import Tree
 from ..mechanics.elimination import Pivot
 from ..mechanics.placements import placed
-from ..mechanics.sample import Given, LinkForce, Roles, Solved, solved
-from ..mechanics.vectors import Rotation, Vector
-from ..tape import Program, Scalar, Trace, is_zero
+from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
+from ..mechanics.vectors import Rotation, Vector, times, turned
+from ..tape import Program, Scalar, Trace, absolute, greater, is_zero
+from .inverse_dynamics import Inputs
+from .reactions import UNIQUE_TOLERANCE
+
+_ROUNDING = float(np.finfo(float).eps)
 
 
 class LinkKind(NamedTuple):
@@ -22,37 +27,66 @@ class LinkKind(NamedTuple):
 
     Attributes:
         body: index of the body that carries the link.
-        rotation: of the link in the body; None where the wrench is in the tree's axes.
-        lever: from the body's frame to the point at which the force acts.
-        force, moment: which components may act.
+        rotation: of the link in the body; None where the wrench is in world axes.
+        lever: from the body's frame to the point at which the force acts, in the tree's unit.
     """
 
     body: int
     rotation: Rotation | None
     lever: Vector
-    force: tuple[bool, ...]
-    moment: tuple[bool, ...]
 
 
 class Kind(NamedTuple):
-    """Samples that a tape is traced for: what vanishes at all of them falls away.
+    """Samples that a tape is traced for.
 
     Attributes:
-        speeds, accelerations: which drives have one.
-        gravity: which components act, in the tree's axes.
-        loads: loaded velocity coordinates.
+        moves: whether drives have speeds or accelerations.
         links: of the wrenches on links.
         factored: links with factors on their mass.
         moves_alone: whether the motion is wanted without forces.
     """
 
-    speeds: tuple[bool, ...]
-    accelerations: tuple[bool, ...]
-    gravity: tuple[bool, ...]
-    loads: tuple[int, ...]
+    moves: bool
     links: tuple[LinkKind, ...]
     factored: tuple[str, ...]
     moves_alone: bool
+
+
+class Rows:
+    """The numbers of samples in rows, as a tape takes them.
+
+    Attributes:
+        parts: arrays `(k, n)` of rows, or `(k, 1)` where they are the same for all samples.
+    """
+
+    def __init__(self, parts: Sequence[Array]) -> None:
+        """Keep rows."""
+        self.parts = parts
+
+    @staticmethod
+    def of(
+        inputs: Inputs, links: Sequence[tuple[Array, Array]], offsets: Array, kind: Kind
+    ) -> Rows:
+        """Return the rows of samples but for their coordinates.
+
+        Args:
+            inputs: what is prescribed.
+            links: force and moment `(n, 3)` or `(1, 3)` on each link of the kind.
+            offsets: of couplings, `(c, n)`.
+            kind: of the samples.
+        """
+        factors = (inputs.inertia[name][:, None] for name in kind.factored)
+        given = [inputs.speeds, inputs.accelerations, inputs.gravity, inputs.loads]
+        given += [vector for pair in links for vector in pair]
+        return Rows([*(array.T for array in (*given, *factors)), offsets])
+
+    def acting(self) -> Array:
+        """Return which rows are not zero at some sample."""
+        return np.concatenate([part.any(axis=1) for part in self.parts])
+
+    def of_lanes(self, lanes: Array, count: int) -> Rows:
+        """Return the rows of some of so many samples, by their indices."""
+        return Rows([part[:, lanes] if part.shape[1] == count else part for part in self.parts])
 
 
 class Found(NamedTuple):
@@ -66,6 +100,7 @@ class Found(NamedTuple):
         efforts: `(n, nv)` what drives and held joints exert.
         couplings: `(n, G)` moments.
         error: `(n,)` closure error, see `Sweep.loop_residual`.
+        condition: `(n,)` narrowness of the elimination, see `Eliminated`, or a condition number.
     """
 
     x: Array
@@ -76,6 +111,7 @@ class Found(NamedTuple):
     efforts: Array
     couplings: Array
     error: Array
+    condition: Array
 
     def write(self, samples: Array, others: Sequence[Array]) -> None:
         """Write what was found of some samples, by their indices, in the order of the fields."""
@@ -83,43 +119,26 @@ class Found(NamedTuple):
             own[samples] = other
 
 
-class _Rows:
-    """Where the quantities of one kind stand among the outputs of a program.
+class Judged(NamedTuple):
+    """What a tape says of itself at n samples.
 
-    Those that vanish everywhere are no outputs.
+    Attributes:
+        step, error, growth, narrowness: `(n,)` each, see `Solved`.
+        left_out: `(n,)` zero where the tape considers all that acts.
     """
 
-    def __init__(self, size: int, outputs: list[Scalar]) -> None:
-        """Begin with none of `size` quantities, for outputs that others share."""
-        self._size, self._outputs = size, outputs
-        self._indices: list[int] = []
-        self._rows: list[int] = []
-
-    def put(self, index: int, value: Scalar, unit: float = 1.0) -> None:
-        """Make a quantity an output, in SI units."""
-        if not is_zero(value):
-            self._indices.append(index)
-            self._rows.append(len(self._outputs))
-            self._outputs.append(value if unit == 1.0 else value * unit)
-
-    def read(self, outputs: Array, rest: Array | None = None) -> Array:
-        """Return all quantities `(n, size)`; those that are no outputs are zero, or as in `rest`.
-
-        Args:
-            outputs: `(rows, n)`.
-            rest: `(size, n)`.
-        """
-        if self._indices == list(range(self._size)) and self._size:
-            return outputs[self._rows[0] : self._rows[0] + self._size].T
-        result = np.zeros((self._size, outputs.shape[1])) if rest is None else np.array(rest)
-        result[self._indices] = outputs[self._rows]
-        return result.T
+    step: Array
+    error: Array
+    growth: Array
+    narrowness: Array
+    left_out: Array
 
 
 class Tape:
     """The equations of a scene for one kind of samples, with one order of elimination.
 
     Attributes:
+        acting: which rows of samples it considers; others have to be zero.
         rounding: closure error up to which loops count as closed: that of as many sums of lengths
             as there are bodies.
     """
@@ -134,6 +153,7 @@ class Tape:
         order: Sequence[Pivot],
         shadows: Mapping[int, Array],
         varied: Sequence[int],
+        acting: Array,
     ) -> None:
         """Trace the equations.
 
@@ -147,118 +167,179 @@ class Tape:
             shadows: column of coordinate rows to values `(S,)` at which orders are chosen, in the
                 units of the tree.
             varied: columns of held joints that differ from sample to sample.
+            acting: see the attribute.
 
         Raises:
             UnsuitableError: samples do not tell which self-stresses are independent.
         """
-        self._tree = tree
+        self._tree, self._roles, self._kind, self._order = tree, roles, kind, order
+        self._shadows, self._sizes, self.acting = shadows, sizes, acting
         points = placed(tree, shadows).points
         farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
-        self.rounding = len(tree.bodies) * float(np.finfo(float).eps) * max(1.0, float(farthest))
+        self.rounding = len(tree.bodies) * _ROUNDING * max(1.0, float(farthest))
         moving = {*roles.passives, *roles.drives}
-        self._per_sample = {
+        per_sample = {
             column
             for body in tree.bodies
             if moving.issuperset(body.rates)
             for column in body.columns
         } | set(varied)
+        self._size = len(shadows)
+        self._per_sample = sorted(per_sample)
+        self._uniform = [column for column in range(self._size) if column not in per_sample]
         trace = Trace()
-        found = solved(tree, roles, self._traced(trace, kind, shadows), order)
-        self._lay_out(trace, roles, found, () if kind.moves_alone else wrenches, sizes)
+        given, x, left_out = self._traced(trace)
+        found = solved(tree, roles, given, order)
+        outputs = [found.step, found.error / tree.norm_length, found.growth, found.narrowness]
+        outputs.append(left_out)
+        self._spans = []
+        for quantity in self._quantities(found, x, () if kind.moves_alone else wrenches):
+            values = list(quantity)
+            self._spans.append(slice(len(outputs), len(outputs) + len(values)))
+            outputs += values
+        self._program = Program(trace, outputs, keeps_inputs=True)
 
-    def _traced(self, trace: Trace, kind: Kind, shadows: Mapping[int, Array]) -> Given:
-        """Return what is given at a sample, as inputs of a trace."""
+    def _traced(self, trace: Trace) -> tuple[Given, list[Scalar], Scalar]:
+        """Return what is given at a sample, its coordinates in SI units, and what is left out.
 
-        def given(name: str, acts: Sequence[bool]) -> list[Scalar]:
-            return [
-                trace.input(f"{name}{index}", 1.0) if is_given else 0.0
-                for index, is_given in enumerate(acts)
-            ]
+        Rows become inputs in their order, those of coordinates behind them.
+        """
+        tree, roles, kind = self._tree, self._roles, self._kind
+        length, units = tree.length, tree.units.tolist()
+        left_out: Scalar = 0.0
+        every: list[Scalar] = []
+        for index, acts in enumerate(self.acting.tolist()):
+            value = trace.input(f"r{index}", 1.0)
+            every.append(value if acts else 0.0)
+            left_out = left_out if acts else greater(left_out, absolute(value))
+        rows = iter(every)
 
-        return Given(
-            x={
-                column: trace.input(f"x{column}", value, uniform=column not in self._per_sample)
-                for column, value in shadows.items()
-            },
-            speeds=given("v", kind.speeds),
-            accelerations=given("a", kind.accelerations),
-            gravity=given("g", kind.gravity),
-            loads={rate: trace.input(f"l{rate}", 1.0) for rate in kind.loads},
-            link_forces=[
-                LinkForce(
-                    *(link.body, link.rotation, link.lever),
-                    given(f"f{index}_", link.force),
-                    given(f"m{index}_", link.moment),
-                )
-                for index, link in enumerate(kind.links)
-            ],
-            factors={name: trace.input(f"i{name}", 1.5) for name in kind.factored},
-            offsets=[trace.input(f"o{item.number}", 0.0) for item in self._tree.couplings],
+        def vector(unit: float) -> Vector:
+            """Return the next three rows, in the tree's unit."""
+            return times(tuple(islice(rows, 3)), 1.0 / unit)
+
+        def in_tree(of: Vector) -> Vector:
+            """Return a vector in world axes in those of the tree."""
+            return turned(tuple(map(tuple, tree.axes.tolist())), of)
+
+        speeds, accelerations = (
+            [next(rows) * (1.0 / units[rate]) for rate in roles.drives] for _ in range(2)
         )
+        gravity = in_tree(vector(length))
+        efforts = tree.effort_units.tolist()
+        loads = {rate: next(rows) * (1.0 / unit) for rate, unit in enumerate(efforts)}
+        forces = []
+        for link in kind.links:
+            force, moment = vector(length), vector(length**2)
+            if link.rotation is None:
+                force, moment = in_tree(force), in_tree(moment)
+            forces.append(LinkForce(*link, force, moment))
+        factors = dict(zip(kind.factored, rows, strict=False))
+        offsets = list(islice(rows, len(tree.couplings)))
+        x: list[Scalar] = [0.0] * self._size
+        slides = {body.column for body in tree.bodies if body.kind == "prismatic"}
+        in_units: dict[int, Scalar] = {}
+        for columns, is_uniform in (self._per_sample, False), (self._uniform, True):
+            for column in columns:
+                unit = length if column in slides else 1.0
+                shadow = self._shadows[column] * unit
+                x[column] = trace.input(f"x{column}", shadow, uniform=is_uniform)
+                in_units[column] = x[column] * (1.0 / unit)
+        loads = {rate: load for rate, load in loads.items() if not is_zero(load)}
+        given = Given(in_units, speeds, accelerations, gravity, loads, forces, factors, offsets)
+        return given, x, left_out
 
-    def _lay_out(
-        self,
-        trace: Trace,
-        roles: Roles,
-        found: Solved,
-        wrenches: Sequence[int],
-        sizes: tuple[int, int],
-    ) -> None:
-        """Make a program whose outputs are what is found; without forces where none is wanted."""
-        tree, drives = self._tree, len(roles.drives)
-        length, units, nv = tree.length, tree.units, len(tree.units)
-        judged = found.step, found.error / tree.norm_length, found.growth, found.narrowness
-        outputs: list[Scalar] = list(judged)
-        size = max((body.columns.stop for body in tree.bodies), default=0)
-        every = size, nv, nv, nv * drives, 6 * sizes[0], nv, sizes[1]
-        self._rows = [_Rows(size, outputs) for size in every]
-        x, v, a, ratios, of_wrenches, efforts, couplings = self._rows
-        passives = set(roles.passives)
-        for body in tree.bodies:
-            if passives.issuperset(body.rates):
-                for column in body.columns:
-                    x.put(column, found.x[column], length if body.kind == "prismatic" else 1.0)
-        # Those of a kind one after the other, so that all of them are read as one slice.
-        for rate in range(nv):
-            v.put(rate, found.v.get(rate, 0.0), units[rate])
-        for rate in range(nv):
-            a.put(rate, found.a.get(rate, 0.0), units[rate])
-        for rate, drive in product(range(nv), range(drives)):
-            ratio = found.ratios[drive].get(rate, 0.0)
-            ratios.put(rate * drives + drive, ratio, units[rate] / units[roles.drives[drive]])
-        for rate in range(nv) if wrenches else ():
-            efforts.put(rate, found.exerted.get(rate, 0.0), tree.effort_units[rate])
-        for index in wrenches:
-            force, moment = (found.fixed if index in found.fixed else found.wrenches)[index]
-            for component in range(3):
-                of_wrenches.put(6 * index + component, force[component], length)
-            for component in range(3):
-                of_wrenches.put(6 * index + 3 + component, moment[component], length**2)
-        for coupling, moment in (
-            zip(tree.couplings, found.couplings, strict=True) if wrenches else ()
-        ):
+    def _quantities(
+        self, found: Solved, x: list[Scalar], wrenches: Sequence[int]
+    ) -> Iterator[Iterator[Scalar]]:
+        """Yield the first fields of `Found` in SI units; forces are zero where none is wanted."""
+        tree, roles = self._tree, self._roles
+        length, units, rates = tree.length, tree.units.tolist(), range(len(tree.units))
+        slides = {body.column for body in tree.bodies if body.kind == "prismatic"}
+        closed = set(roles.columns(tree))
+        yield (
+            found.x[column] * (length if column in slides else 1.0) if column in closed else value
+            for column, value in enumerate(x)
+        )
+        yield (found.v.get(rate, 0.0) * units[rate] for rate in rates)
+        yield (found.a.get(rate, 0.0) * units[rate] for rate in rates)
+        drives = [(ratios, units[r]) for ratios, r in zip(found.ratios, roles.drives, strict=True)]
+        yield (of.get(r, 0.0) * (units[r] / unit) for r in rates for of, unit in drives)
+        wanted = set(wrenches)
+        yield (
+            component
+            for index in range(self._sizes[0])
+            for component in _in_si(found, index if index in wanted else -1, length)
+        )
+        efforts = tree.effort_units.tolist()
+        yield (found.exerted.get(r, 0.0) * efforts[r] if wanted else 0.0 for r in rates)
+        moments = [0.0] * self._sizes[1]
+        for coupling, moment in zip(tree.couplings, found.couplings, strict=True):
             joint = coupling.successors[:1]
-            unit = tree.effort_units[joint[0]] if joint else length**2
-            couplings.put(coupling.number, moment, unit)
-        self._program = Program(trace, outputs)
+            unit = efforts[joint[0]] if joint else length**2
+            moments[coupling.number] = moment * unit if wanted else 0.0
+        yield iter(moments)
 
-    def run(self, given: Mapping[str, Any], x: Array) -> tuple[Found, Array]:
+    def run(self, rows: Rows, x: Array) -> tuple[Found, Judged]:
         """Solve n samples.
 
         Args:
-            given: inputs but for coordinates, in the units of the tree.
+            rows: what is given.
             x: `(size, n)` coordinates near closed ones.
+        """
+        outputs = self._program.run_rows(self._with_x(rows, x), x.shape[1])
+        fields = (outputs[span].T for span in self._spans)
+        judged = Judged(*outputs[: len(Judged._fields)])
+        return Found._make([*fields, judged.error, judged.narrowness]), judged
+
+    def openings(self, rows: Rows, x: Array) -> tuple[Array, set[int]]:
+        """Return what statics leaves open at closed samples.
+
+        Arguments as of `run`.
 
         Returns:
-            What is found; and `(4, n)` step, error, growth and narrowness, see `Solved`.
+            `(b, 6)` the greatest influence of self-stresses on each component, see
+            `Solution.influence`; and the couplings (index) whose moments are not unique.
         """
-        inputs = dict(given)
-        for body in self._tree.bodies:
-            unit = self._tree.length if body.kind == "prismatic" else 1.0
-            for column in body.columns:
-                row = x[column] if column in self._per_sample else x[column, 0]
-                inputs[f"x{column}"] = row / unit if unit != 1.0 else row
-        outputs = self._program.run(inputs, x.shape[1])
-        coordinates, *rest = self._rows
-        found = [coordinates.read(outputs, x), *(rows.read(outputs) for rows in rest), outputs[1]]
-        return Found._make(found), outputs[:4]
+        influence, loose = np.zeros((self._sizes[0], 6)), set()
+        program, wrenches, couplings = self._opened
+        if program.outputs:
+            shares = program.run_rows(self._with_x(rows, x), x.shape[1])
+            found = np.sqrt(np.abs(shares).max(axis=1))
+            influence.ravel()[wrenches] = found[: len(wrenches)]
+            open_ones = found[len(wrenches) :] > UNIQUE_TOLERANCE
+            loose = {index for index, is_open in zip(couplings, open_ones, strict=True) if is_open}
+        return influence, loose
+
+    @cached_property
+    def _opened(self) -> tuple[Program, list[int], list[int]]:
+        """What is open as a program; which components its outputs are, and then which couplings."""
+        trace = Trace()
+        wrenches, couplings = openings(self._tree, self._roles, self._traced(trace)[0], self._order)
+        named = {
+            6 * index + component: value
+            for index, values in wrenches.items()
+            for component, value in enumerate(values)
+            if not is_zero(value)
+        }
+        of_couplings = {
+            item.number: value
+            for item, value in zip(self._tree.couplings, couplings or (), strict=bool(couplings))
+            if not is_zero(value)
+        }
+        outputs = [*named.values(), *of_couplings.values()]
+        return Program(trace, outputs, keeps_inputs=True), list(named), list(of_couplings)
+
+    def _with_x(self, rows: Rows, x: Array) -> list[Array]:
+        """Return rows with those of coordinates `(size, n)` behind them."""
+        return [*rows.parts, x[self._per_sample], x[self._uniform, :1]]
+
+
+def _in_si(found: Solved, index: int, length: float) -> Iterator[Scalar]:
+    """Yield the components of a wrench in SI units; zeros of one that is not wanted."""
+    if index < 0:
+        yield from [0.0] * 6
+        return
+    force, moment = (found.fixed if index in found.fixed else found.wrenches)[index]
+    yield from times(force, length)
+    yield from times(moment, length**2)

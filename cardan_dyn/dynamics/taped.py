@@ -8,8 +8,7 @@ general path, which judges ranks and singular positions and says what is wrong.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from ..mechanics.sample import Roles
 from ..problem.problem import Problem
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
-from .tape import Found, Kind, LinkKind, Tape
+from .tape import Found, Judged, Kind, LinkKind, Rows, Tape
 from .velocity_ratios import VelocityRatios
 
 _EPS = float(np.finfo(float).eps)
@@ -35,8 +34,6 @@ _SHADOWS = 16
 """Samples at which an order of elimination is chosen."""
 _MOST_TAPES = 3
 """Orders that are tried at samples of one kind."""
-_MOST_KINDS = 8
-"""Kinds of samples whose tapes are kept, the last ones: of most scenes there are one or two."""
 _GROWTH = 1.0 / THRESHOLD
 """Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
 _FAR = 1e-3
@@ -57,6 +54,7 @@ class TapedSolver:
         varied: Sequence[str],
         groups: Sequence[tuple[Group, bool]],
         wrenches: Sequence[int],
+        opened: Array | None,
     ) -> None:
         """Begin without tapes.
 
@@ -65,10 +63,12 @@ class TapedSolver:
             varied: names of the held joints that differ from sample to sample.
             groups: those that are solved, and whether their forces are, too.
             wrenches: indices of those that are wanted.
+            opened: `(b, 6)` influence of couplings that state no forces; None if all do.
         """
         mechanism = problem.mechanism
         coordinates = mechanism.coordinates
-        self._arguments = problem, varied, groups, wrenches
+        self._arguments = problem, varied, groups, wrenches, opened
+        self._opened = opened
         self._problem, self._mechanism, self._wrenches = problem, mechanism, wrenches
         self._varied = coordinates.columns_of(varied)
         self._solved = (
@@ -86,7 +86,12 @@ class TapedSolver:
             tuple(sorted(wrenches_in_norm(mechanism))),
         )
         self._trees: dict[tuple[str, ...], Tree] = {}
-        self._tapes: dict[Kind, list[Tape]] = {}
+        self._key = (
+            self._roles,
+            tuple(self._varied),
+            tuple(sorted(wrenches)),
+            tuple(group.key for group, _ in groups),
+        )
 
     def __reduce__(self) -> tuple[object, ...]:
         return TapedSolver, self._arguments
@@ -111,16 +116,18 @@ class TapedSolver:
         """
         try:
             with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
-                found, holds = self._with_elements(np.ascontiguousarray(x.T), inputs)
+                found, holds, openings = self._with_elements(np.ascontiguousarray(x.T), inputs)
             (left,) = np.nonzero(~holds)
-            if 2 * len(left) > len(x):
+            if openings is None or 2 * len(left) > len(x):
                 return None
-            # What is unique at these samples is unique wherever tapes hold.
-            known = in_general(some(len(x), _SHADOWS))
+            influence, loose = openings
+            if self._opened is not None:
+                influence = np.maximum(influence, self._opened)
             if len(left):
                 rest = in_general(left)
                 found.write(left, _as_found(rest))
-                known = _with_openings(known, rest)
+                influence = np.maximum(influence, rest.influence)
+                loose = loose | rest.indeterminate_couplings
         except (UnsuitableError, AssemblyError, SingularConfigurationError):
             return None
         count, drives = len(x), len(self._roles.drives)
@@ -128,7 +135,7 @@ class TapedSolver:
         wrenches = found.wrenches.reshape(count, -1, 6)
         of_joints = wrenches, found.efforts, found.couplings
         residuals = dynamics.residuals(found.x, inputs, rates, *of_joints)
-        return known._replace(
+        return Solution(
             x=found.x,
             v=found.v,
             a=found.a,
@@ -138,33 +145,40 @@ class TapedSolver:
             coupling_moments=found.couplings,
             magnification=None,
             cancellation=residuals.cancellation,
-            closure_condition=np.full(count, known.closure_condition.max()),
+            closure_condition=found.condition,
             loop_error=np.maximum(found.error, residuals.loop_error),
             residuals=residuals,
+            influence=influence,
+            indeterminate_couplings=loose,
         )
 
-    def _with_elements(self, x: Array, inputs: Inputs) -> tuple[Found, Array]:
+    def _with_elements(
+        self, x: Array, inputs: Inputs
+    ) -> tuple[Found, Array, tuple[Array, set[int]] | None]:
         """Return what `_found` does; elements exert what follows of the motion alone."""
         elements = self._problem.element_forces
         links = list(inputs.link_loads.values())
         if elements is None:
             return self._found(x, inputs, links)
-        moved, moves = self._found(x, inputs, [], moves_alone=True)
+        moved, moves, _ = self._found(x, inputs, [], moves_alone=True)
         if not moves.any():
-            return moved, moves
+            return moved, moves, None
         # Where the motion is not known, elements exert what they do at another sample.
         known = np.where(moves, np.arange(len(moves)), moves.argmax())
         time = inputs.time[known] if len(inputs.time) == len(known) else inputs.time
         acted = elements.at((moved.x + 2.0 * np.pi * inputs.turns)[known], moved.v[known], time)
         x = np.where(moves, moved.x.T, x)
         inputs = inputs._replace(loads=inputs.loads + acted.efforts)
-        found, holds = self._found(x, inputs, links + acted.link_loads(self._mechanism))
-        return found, holds & moves
+        found, holds, openings = self._found(x, inputs, links + acted.link_loads(self._mechanism))
+        return found, holds & moves, openings
 
     def _found(
         self, x: Array, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool = False
-    ) -> tuple[Found, Array]:
-        """Return what tapes find of n samples, and `(n,)` which of them it holds for.
+    ) -> tuple[Found, Array, tuple[Array, set[int]] | None]:
+        """Return what tapes find of n samples, `(n,)` which of them it holds for, and what is open.
+
+        The last one, see `Tape.openings`, is None where no sample holds, or without forces. What is
+        unique at some samples is unique wherever tapes hold.
 
         Args:
             x: `(size, n)` coordinates near closed ones.
@@ -175,33 +189,40 @@ class TapedSolver:
         Raises:
             UnsuitableError: no order suits the samples.
         """
-        factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
-        if factored not in self._trees:
-            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
-        tree = self._trees[factored]
-        kind, given = self._given(tree, inputs, links, factored)
-        kind = kind._replace(moves_alone=moves_alone)
-        if kind not in self._tapes and len(self._tapes) == _MOST_KINDS:
-            self._tapes.pop(next(iter(self._tapes)))
-        tapes = self._tapes.setdefault(kind, [])
+        kind, tree = self._kind(inputs, links, moves_alone)
+        rows = Rows.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
+        # The same list for all scenes of the mechanism that move alike.
+        tapes: list[Tape] = self._mechanism.kept.of("tapes", (self._key, kind), list)
+        count = x.shape[1]
         if not tapes:
-            tapes.append(self._made(tree, kind, x[:, some(x.shape[1], _SHADOWS)]))
-        found, holds = _closed(tapes[0], given, x)
+            tapes.append(self._made(tree, kind, rows.acting(), x[:, some(count, _SHADOWS)]))
+        found, judged = tapes[0].run(rows, x)
+        if np.count_nonzero(judged.left_out):
+            acting = rows.acting() | tapes[0].acting
+            tapes[:] = [self._made(tree, kind, acting, x[:, some(count, _SHADOWS)])]
+            found, judged = tapes[0].run(rows, x)
+        holds = _closed(tapes[0], rows, found, judged)
+        openings = None
+        if holds.any() and not moves_alone:
+            known = np.flatnonzero(holds)
+            known = known[some(len(known), _SHADOWS)]
+            closed = np.ascontiguousarray(found.x[known].T)
+            openings = tapes[0].openings(rows.of_lanes(known, count), closed)
         for index in range(1, _MOST_TAPES):
-            (left,) = np.nonzero(~holds)
-            if not len(left):
+            left = np.flatnonzero(~holds)
+            if not len(left) or (index == len(tapes) and len(left) < _SHADOWS):
                 break
             if index == len(tapes):
-                if len(left) < _SHADOWS:
-                    break
-                tapes.append(self._made(tree, kind, x[:, left[some(len(left), _SHADOWS)]]))
-            of_left = np.ascontiguousarray(x[:, left])
-            others, serves = _closed(tapes[index], _of_lanes(given, left, x.shape[1]), of_left)
+                some_left = x[:, left[some(len(left), _SHADOWS)]]
+                tapes.append(self._made(tree, kind, tapes[0].acting, some_left))
+            of_left = rows.of_lanes(left, count)
+            others, judged = tapes[index].run(of_left, np.ascontiguousarray(x[:, left]))
+            serves = _closed(tapes[index], of_left, others, judged)
             found.write(left[serves], [values[serves] for values in others])
             holds[left[serves]] = True
-        return found, holds
+        return found, holds, openings
 
-    def _made(self, tree: Tree, kind: Kind, x: Array) -> Tape:
+    def _made(self, tree: Tree, kind: Kind, acting: Array, x: Array) -> Tape:
         """Return a tape whose order is chosen at samples `(size, S)`."""
         shadows = {
             column: x[column] / (tree.length if body.kind == "prismatic" else 1.0)
@@ -210,86 +231,49 @@ class TapedSolver:
         }
         roles = self._roles
         rows = closure_rows(tree, placed(tree, shadows), {*roles.drives, *roles.passives})
-        wanted = self._sizes, self._wrenches
-        return Tape(tree, roles, kind, *wanted, roles.order(rows), shadows, self._varied)
+        wanted, order = (self._sizes, self._wrenches), roles.order(rows)
+        return Tape(tree, roles, kind, *wanted, order, shadows, self._varied, acting)
 
-    def _given(
-        self,
-        tree: Tree,
-        inputs: Inputs,
-        stated: Sequence[LinkLoad],
-        factored: tuple[str, ...],
-    ) -> tuple[Kind, dict[str, Any]]:
-        """Return the kind of some samples, and the inputs of its tapes but for coordinates."""
-        given: dict[str, Any] = {f"i{name}": inputs.inertia[name] for name in factored}
-
-        def put(name: str, columns: Array, rounding: float = 0.0) -> tuple[bool, ...]:
-            """Take columns `(n, k)` that are at some sample no rounding of zero beside others."""
-            sizes = np.abs(columns)
-            acts = (sizes > rounding * sizes.max(axis=1, keepdims=True)).any(axis=0)
-            for index in np.flatnonzero(acts).tolist():
-                given[f"{name}{index}"] = columns[:, index]
-            return tuple(acts.tolist())
-
-        units = tree.units[list(self._roles.drives)]
-        speeds, accelerations = (
-            put("v", inputs.speeds / units),
-            put("a", inputs.accelerations / units),
-        )
-        gravity = put("g", tree.in_axes(inputs.gravity) / tree.length, _EPS)
-        loads = inputs.loads / tree.effort_units
-        loaded = tuple(np.flatnonzero(loads.any(axis=0)).tolist())
-        given |= {f"l{rate}": loads[:, rate] for rate in loaded}
-        links: list[LinkKind] = []
-        for load in stated:
-            if load.body < 0:
-                continue
-            force, moment, rotation = load.force, load.moment, None
-            if load.in_world:
-                force, moment = tree.in_axes(force), tree.in_axes(moment)
-            else:
-                rotation = tuple(map(tuple, load.rotation.T.tolist()))
-            acts = (
-                put(f"f{len(links)}_", force / tree.length, _EPS),
-                put(f"m{len(links)}_", moment / tree.length**2, _EPS),
+    def _kind(
+        self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool
+    ) -> tuple[Kind, Tree]:
+        """Return the kind of some samples, and the mechanism for its tapes."""
+        factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
+        if factored not in self._trees:
+            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
+        tree = self._trees[factored]
+        of_links = tuple(
+            LinkKind(
+                load.body,
+                None if load.in_world else tuple(map(tuple, load.rotation.T.tolist())),
+                tuple((load.place / tree.length).tolist()),
             )
-            lever = tuple((load.place / tree.length).tolist())
-            links.append(LinkKind(load.body, rotation, lever, *acts))
-        given |= self._offsets(tree, inputs.turns)
-        return Kind(speeds, accelerations, gravity, loaded, tuple(links), factored, False), given
+            for load in links
+            if load.body >= 0
+        )
+        return Kind(inputs.has_rates, of_links, factored, moves_alone), tree
 
-    def _offsets(self, tree: Tree, turns: Array) -> dict[str, Array]:
-        """Return the offsets of couplings, with the whole turns `(n, size)` coordinates lack."""
+    def _offsets(self, tree: Tree, turns: Array) -> Array:
+        """Return the offsets `(c, n)` of couplings, with the whole turns coordinates lack."""
         columns = {item.rate: item.column for item in self._mechanism.coordinates.named.values()}
-        result = {}
-        for coupling in tree.couplings:
-            lacking = np.zeros(len(turns))
+        result = np.empty((len(tree.couplings), len(turns)))
+        for row, coupling in zip(result, tree.couplings, strict=True):
+            row[:] = coupling.offset
             for rate in coupling.predecessors:
-                lacking += coupling.ratio * turns[:, columns[rate]]
+                row += 2.0 * np.pi * coupling.ratio * turns[:, columns[rate]]
             for rate in coupling.successors:
-                lacking -= turns[:, columns[rate]]
-            result[f"o{coupling.number}"] = coupling.offset + 2.0 * np.pi * lacking
+                row -= 2.0 * np.pi * turns[:, columns[rate]]
         return result
 
 
-def _with_openings(known: Solution, rest: Solution) -> Solution:
-    """Return a solution with what is open at other samples as well, and their conditions."""
-    conditions = known.closure_condition, rest.closure_condition
-    return known._replace(
-        influence=np.maximum(known.influence, rest.influence),
-        indeterminate_couplings=known.indeterminate_couplings | rest.indeterminate_couplings,
-        closure_condition=np.concatenate(conditions),
-    )
+def _vectors(links: Sequence[LinkLoad]) -> list[tuple[Array, Array]]:
+    """Return forces and moments on links that are not the world's."""
+    return [(load.force, load.moment) for load in links if load.body >= 0]
 
 
-def _closed(tape: Tape, given: Mapping[str, Any], x: Array) -> tuple[Found, Array]:
-    """Return what a tape finds of n samples, and `(n,)` which of them it holds for.
-
-    With x `(size, n)`.
-    """
-    count = x.shape[1]
-    found, judged = tape.run(given, x)
-    step, error, growth, narrowness = judged
+def _closed(tape: Tape, rows: Rows, found: Found, judged: Judged) -> Array:
+    """Return `(n,)` which samples a tape holds for, after further steps where these are needed."""
+    step, _, growth, narrowness, _ = judged
 
     def is_stable() -> Array:
         # Comparisons with NaN say no.
@@ -301,16 +285,11 @@ def _closed(tape: Tape, given: Mapping[str, Any], x: Array) -> tuple[Found, Arra
         if not len(again):
             break
         near = np.ascontiguousarray(found.x[again].T)
-        others, judged[:, again] = tape.run(_of_lanes(given, again, count), near)
+        others, rejudged = tape.run(rows.of_lanes(again, len(step)), near)
         found.write(again, others)
-    return found, is_stable() & (step <= _EXACT) & (error <= tape.rounding)
-
-
-def _of_lanes(given: Mapping[str, Any], lanes: Array, count: int) -> dict[str, Any]:
-    """Return the inputs of some of n samples."""
-    return {
-        name: value[lanes] if len(value) == count > 1 else value for name, value in given.items()
-    }
+        for values, new in zip(judged, rejudged, strict=True):
+            values[again] = new
+    return is_stable() & (step <= _EXACT) & (judged.error <= tape.rounding)
 
 
 def _as_found(general: Solution) -> list[Array]:
@@ -321,4 +300,5 @@ def _as_found(general: Solution) -> list[Array]:
     dense = np.where(ratios.moved >= 0, ratios.values[:, ratios.moved], 0.0).reshape(count, -1)
     wrenches = general.wrenches.reshape(count, -1)
     of_joints = wrenches, general.efforts, general.coupling_moments
-    return [general.x, v, a, dense, *of_joints, general.loop_error]
+    judged = general.loop_error, general.closure_condition
+    return [general.x, v, a, dense, *of_joints, *judged]

@@ -223,7 +223,7 @@ def tree_of(
     return Tree(
         length,
         mechanism.characteristic_length / length,
-        np.array(base.rotation),
+        np.array([[*map(_exact, row)] for row in base.rotation.tolist()]),
         np.array(base.translation),
         tuple(bodies),
         tuple(welds),

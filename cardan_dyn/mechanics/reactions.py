@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ..tape import is_zero
 from .bodies import Mass, Tree
-from .elimination import Eliminated, eliminated, pivots
+from .elimination import Eliminated, Row, eliminated, pivots
 from .placements import Motion, Placed
 from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
 
@@ -215,29 +215,108 @@ def closed(
         exchanged,
         couplings,
     )
-    stresses = [
-        Closed(*of_multipliers(tree, at, factors.dependence(row)))
-        for row in factors.redundant
-        if row in balanced
-    ]
-    loading = [(item, _entries(tree, item, counted)) for item in stresses]
-    # Moments of a closed train of couplings load no joint: none is added.
-    loading = [(item, entries) for item, entries in loading if entries]
-    if not loading:
-        return base
+    stresses = SelfStresses.of(tree, at, factors, counted, balanced)
     own = _entries(tree, base, counted)
-    normal = [
-        {column: _product(entries, other) for column, (_, other) in enumerate(loading)}
-        for _, entries in loading
-    ]
-    right = [-_product(entries, own) for _, entries in loading]
-    order = pivots(
-        [{k: _seen(entry) for k, entry in row.items() if not is_zero(entry)} for row in normal]
-    )
-    amounts = eliminated(normal, order).solve(right)
-    for column, (item, _) in enumerate(loading):
-        base = base.with_added(amounts[column], item)
-    return base
+    right = [-_product(entries, own) for entries in stresses.entries]
+    for column, amount in stresses.normal.solve(right).items():
+        base = base.with_added(amount, stresses.items[column])
+    return stresses.with_least_moments(tree, base)
+
+
+class SelfStresses(NamedTuple):
+    """Independent self-stresses of a closed chain: wrenches that balance each other.
+
+    Attributes:
+        items: the wrenches of each.
+        entries: of each, the components that a norm counts, by six times the wrench's index plus
+            the component; forces times the length.
+        normal: factors of the matrix of their products.
+        trains: those that load no joint: moments of closed trains of couplings.
+    """
+
+    items: list[Closed]
+    entries: list[dict[int, Scalar]]
+    normal: Eliminated
+    trains: list[Closed]
+
+    @staticmethod
+    def of(
+        tree: Tree,
+        at: Placed,
+        factors: Eliminated,
+        counted: Sequence[int],
+        balanced: Collection[int],
+    ) -> SelfStresses:
+        """Return those of redundant closure rows; arguments and errors as of `closed`."""
+        every = [
+            Closed(*of_multipliers(tree, at, factors.dependence(row)))
+            for row in factors.redundant
+            if row in balanced
+        ]
+        loading = [(item, _entries(tree, item, counted)) for item in every]
+        entries = [own for _, own in loading if own]
+        normal = [
+            {column: _product(own, other) for column, other in enumerate(entries)}
+            for own in entries
+        ]
+        items = [item for item, own in loading if own]
+        trains = [item for item, own in loading if not own]
+        return SelfStresses(items, entries, _factors(normal), trains)
+
+    def with_least_moments(self, tree: Tree, of: Closed) -> Closed:
+        """Return wrenches once the moments of couplings are as small as trains allow."""
+        of_trains = [_moments(tree, train) for train in self.trains]
+        normal = [
+            {column: _product(own, other) for column, other in enumerate(of_trains)}
+            for own in of_trains
+        ]
+        moments = _moments(tree, of)
+        right = [-_product(own, moments) for own in of_trains]
+        for column, amount in _factors(normal).solve(right).items():
+            of = of.with_added(amount, self.trains[column])
+        return of
+
+    def influence(
+        self, tree: Tree, at: Placed, counted: Sequence[int]
+    ) -> tuple[dict[int, list[Scalar]], list[Scalar]]:
+        """Return how much of a self-stress of unit norm each component can be, squared.
+
+        With w the component in each self-stress and N the matrix of their products: wᵀ N⁻¹ w.
+
+        Returns:
+            Wrench to its six components in its joint's frame, forces times the length; and the
+            same of each coupling's moment. What is zero follows from the laws of motion alone.
+        """
+        fixed = {loop.wrench: index for index, loop in enumerate(tree.loops)}
+        wrenches: dict[int, list[Scalar]] = {}
+        for index in counted:
+            if index < len(tree.bodies):
+                rotation = at.rotations[index]
+                own = [(i.wrenches.forces[index], i.wrenches.moments[index]) for i in self.items]
+            elif index in fixed:
+                rotation = at.end(tree.loops[fixed[index]].successor)[0]
+                own = [item.exchanged[fixed[index]] for item in self.items]
+            else:
+                continue
+            rows = [
+                [*times(seen(rotation, force), tree.norm_length), *seen(rotation, moment)]
+                for force, moment in own
+            ]
+            wrenches[index] = [self._share(parts) for parts in zip(*rows, strict=True)]
+        couplings = [
+            self._share(own) for own in zip(*(item.couplings for item in self.items), strict=True)
+        ]
+        for train in self.trains:
+            couplings = couplings or [0.0] * len(tree.couplings)
+            total = sum((moment * moment for moment in train.couplings), 0.0)
+            for index, moment in enumerate(train.couplings):
+                couplings[index] = couplings[index] + moment * moment / total
+        return wrenches, couplings
+
+    def _share(self, parts: Sequence[Scalar]) -> Scalar:
+        """Return the influence of what has these parts in the self-stresses."""
+        shares = self.normal.solve(parts)
+        return sum((part * shares[column] for column, part in enumerate(parts)), 0.0)
 
 
 def _entries(tree: Tree, of: Closed, counted: Sequence[int]) -> dict[int, Scalar]:
@@ -255,6 +334,23 @@ def _entries(tree: Tree, of: Closed, counted: Sequence[int]) -> dict[int, Scalar
             if not is_zero(value):
                 result[6 * index + component] = value
     return result
+
+
+def _moments(tree: Tree, of: Closed) -> dict[int, Scalar]:
+    """Return the moments of couplings, forces of slides times the length."""
+    slide_rates = {b.rates[0] for b in tree.bodies if b.kind == "prismatic"}
+    result: dict[int, Scalar] = {}
+    for index, (coupling, moment) in enumerate(zip(tree.couplings, of.couplings, strict=True)):
+        if not is_zero(moment):
+            slides = slide_rates.intersection(coupling.successors)
+            result[index] = moment * tree.norm_length if slides else moment
+    return result
+
+
+def _factors(normal: Sequence[Row]) -> Eliminated:
+    """Return the factors of a matrix of products."""
+    seen = [{k: _seen(entry) for k, entry in row.items() if not is_zero(entry)} for row in normal]
+    return eliminated(normal, pivots(seen))
 
 
 def _product(first: Mapping[int, Scalar], second: Mapping[int, Scalar]) -> Scalar:

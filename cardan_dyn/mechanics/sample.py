@@ -11,7 +11,7 @@ from . import closure
 from .bodies import Tree
 from .elimination import Eliminated, Pivot, Row, eliminated, pivots
 from .placements import Placed, moving, placed, stepped
-from .reactions import Closed, Push, closed, momentum_rates
+from .reactions import Closed, Push, SelfStresses, closed, momentum_rates
 from .vectors import ZERO, Scalar, Vector, seen, times, turned
 
 
@@ -48,6 +48,11 @@ class Roles(NamedTuple):
     def passives(self) -> tuple[int, ...]:
         """Velocity coordinates that loops decide."""
         return tuple(rate for block in self.blocks for rate in block.passives)
+
+    @property
+    def balanced_rows(self) -> set[int]:
+        """Closure rows whose forces are wanted."""
+        return {row for block in self.blocks if block.is_balanced for row in block.rows}
 
     def columns(self, tree: Tree) -> list[int]:
         """Return the columns of the coordinates that loops decide."""
@@ -261,7 +266,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
         given.loads,
         roles.passives,
         roles.counted,
-        {row for block in roles.blocks if block.is_balanced for row in block.rows},
+        roles.balanced_rows,
     )
     return Solved(
         x,
@@ -289,6 +294,19 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
         greater(guess.factors.growth, factors.growth),
         factors.narrowness,
     )
+
+
+def openings(
+    tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]
+) -> tuple[dict[int, list[Scalar]], list[Scalar]]:
+    """Return what statics leaves open at a closed sample, see `SelfStresses.influence`.
+
+    Arguments and errors as of `solved`.
+    """
+    position = Position.of(tree, roles, given.x, given.offsets, order)
+    at, counted = position.at, roles.counted
+    stresses = SelfStresses.of(tree, at, position.factors, counted, roles.balanced_rows)
+    return stresses.influence(tree, at, counted)
 
 
 def _combined(ratios: Sequence[Mapping[int, Scalar]], rates: Sequence[Scalar]) -> dict[int, Scalar]:

@@ -155,16 +155,17 @@ class Rows:
             if part.shape[1] == 1:
                 scalars += part[:, 0].tolist()
             else:
-                acts = part.any(axis=1).tolist()
-                rows = zip(np.ascontiguousarray(part), acts, strict=True)
+                acting = part.any(axis=1).tolist()
+                rows = zip(np.ascontiguousarray(part), acting, strict=True)
                 scalars += [row if acts else 0.0 for row, acts in rows]
         return scalars
 
     def acting(self) -> Array:
         """Return which rows are not zero at all samples, or are so by chance alone."""
         parts = zip(self.names, self.parts, strict=True)
-        acting = [part.any(axis=1) | (name in _BY_CHANCE) for name, part in parts]
-        return np.concatenate(acting)
+        return np.concatenate(
+            [part.any(axis=1) | np.bool_(name in _BY_CHANCE) for name, part in parts]
+        )
 
     def variables(self, trace: Trace) -> list[Scalar]:
         """Return the rows as inputs of a trace."""

@@ -19,8 +19,8 @@ from .vectors import greatest
 
 Text: TypeAlias = Callable[[Sample], Sequence[Scalar]]
 
-_CALL = WORTH_TRACING // 64
-"""Samples for which a text takes as long as for a single one: arrays are as slow as floats then."""
+_FLOATS, _ARRAYS = WORTH_TRACING // 16, WORTH_TRACING // 2
+"""What a call is worth, in samples: with floats, and with arrays, which take as long for a few."""
 _MOST_KINDS = 8
 """Kinds of claims whose programs are kept, the last ones: of most scenes there are one or two."""
 
@@ -44,8 +44,8 @@ class _Known:
         """Take note of claims that no program holds for; return whether there should be one."""
         acting = rows.acting()
         self.acting = acting if self.acting is None else self.acting | acting
-        self.asked += max(samples, rows.count) + _CALL
-        return self.asked > WORTH_TRACING
+        self.asked += max(samples, _FLOATS if rows.count == 1 else _ARRAYS)
+        return self.asked >= WORTH_TRACING
 
     def trace(self, text: Text, rows: Rows, frames: Frames) -> None:
         """Make the program of all rows that were seen to act."""

@@ -18,9 +18,9 @@ from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
 from .on_machine import block_for, filled, machine_is_at_hand, spread
 from .trace import Scalar, Trace
 
-WORTH_TRACING = 4096
-"""Samples from which on tracing pays: it takes as long as a text of mechanics takes on arrays for
-about so many, or the general path of those who solve; of a universal joint as of a platform."""
+WORTH_TRACING = 1024
+"""Samples from which on tracing pays: it takes about as long as the general path takes to follow,
+solve and prove so many, of a universal joint as of a platform."""
 
 
 class Program:

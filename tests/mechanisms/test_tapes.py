@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from compare import differences, sweep_of
 from scenes import draw
+from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics import taped
@@ -223,10 +224,10 @@ def test_elements_at_samples_whose_motion_no_tape_finds(monkeypatch: pytest.Monk
     closed, expected = taped._closed, in_general(swept, monkeypatch)
 
     def partly(*arguments: object) -> object:
-        found, holds = closed(*arguments)  # type: ignore[arg-type]
+        holds = closed(*arguments)  # type: ignore[arg-type]
         holds[1::7] = False
-        found.x[1::7] = np.nan
-        return found, holds
+        arguments[2].x[1::7] = np.nan  # type: ignore[attr-defined]
+        return holds
 
     monkeypatch.setattr(taped, "_closed", partly)
     assert_same(swept(), expected)
@@ -240,27 +241,52 @@ def test_what_is_open_at_samples_of_the_general_path_is_open(
     solve, counts = InverseDynamics.solve, []
 
     def opened(self: InverseDynamics, state: ClosedState, inputs: Inputs) -> Solution:
-        """Find all open at samples but those that tell what is unique where tapes hold."""
+        """Find all open."""
         counts.append(len(state.x))
         found = solve(self, state, inputs)
-        return found._replace(influence=found.influence + (len(counts) > 1))
+        return found._replace(influence=found.influence + 1.0)
 
     monkeypatch.setattr(InverseDynamics, "solve", opened)
     monkeypatch.setattr(InverseDynamics, "prove_flags", lambda self, solution: None)
     assert scene.sweep(positions).unique.any()
-    assert len(counts) == 1
-    counts.clear()
+    assert not counts
     closed = taped._closed
 
     def partly(*arguments: object) -> object:
-        found, holds = closed(*arguments)  # type: ignore[arg-type]
+        holds = closed(*arguments)  # type: ignore[arg-type]
         holds[::5] = False
-        return found, holds
+        return holds
 
     monkeypatch.setattr(taped, "_closed", partly)
     monkeypatch.setattr(taped, "_MOST_TAPES", 1)
     assert not scene.sweep(positions).unique.any()
-    assert counts[1:] == [80]
+    assert counts == [80]
+
+
+@pytest.mark.parametrize("length", [0.3, 1.7])
+def test_moments_that_closed_trains_leave_open_are_least(
+    length: float, monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
+) -> None:
+    """Of wheels alone, and of two wheels and a rack, whose coupling exerts a force."""
+    wheels = [("ab", "a", "b", -2.0), ("bc", "b", "c", -3.0), ("ca", "c", "a", 1.0 / 6.0)]
+    train = gears(*(coupling(*item) for item in wheels), third=True)
+    slide = train.replace('"c" type="continuous"', '"c" type="prismatic"').replace(
+        '<origin xyz="2 0 0"/><axis xyz="0 0 1"/>',
+        f'<origin xyz="{2.0 * length} 0 0"/><axis xyz="0 0 1"/>'
+        '<limit lower="-100" upper="100" effort="1" velocity="1"/>',
+    )
+    assert slide.count("prismatic") == 1
+    for text in (train, slide):
+        scene = cd.Scene(cd.load(text), drive="a", loads={"c": -4.0, "b": 1.0})
+        arguments = np.linspace(0.0, 3.0, 20), 2.0, 1.0
+        sweep = scene.sweep(*arguments)
+        assert sweep.coupling_unique == {"ab": False, "bc": False, "ca": False}
+        expected = in_general(lambda: scene.replace().sweep(*arguments), monkeypatch)  # noqa: B023
+        assert_same(sweep, expected)
+        assert sweep.coupling_unique == expected.coupling_unique
+        assert np.ptp([np.abs(moment).max() for moment in sweep.coupling_moment.values()]) > 0.1
+    assert all(solved_by_tape)
+    assert solved_by_tape
 
 
 def test_blocks_of_both_paths_make_one_sweep(monkeypatch: pytest.MonkeyPatch) -> None:

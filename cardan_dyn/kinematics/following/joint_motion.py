@@ -11,6 +11,7 @@ from ...arrays import Array, blocks
 from ...errors import AssemblyError, SingularConfigurationError
 from ...problem.problem import Problem
 from ...problem.samples import Targets
+from ...tape import program
 from ..closing.all_groups import ClosedState, Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
@@ -30,9 +31,6 @@ from .lines import (
 if TYPE_CHECKING:
     from .taped_lines import TapedLines
 
-_FEWEST_TAPED = 1024
-"""Samples from which on their lines are followed on tapes: tracing takes as long as following 1000
-lines of a universal joint, or 3000 of a Stewart platform, in general."""
 _MOST_TRACED = 128
 """Velocity coordinates up to which lines are traced."""
 _FARTHEST = 64
@@ -233,7 +231,7 @@ class JointMotion:
 
     def _lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)`, by tapes where there are many."""
-        if len(own) < _FEWEST_TAPED or self._taped is None:
+        if len(own) < program.WORTH_TRACING or self._taped is None:
             return self._on_lines(kinematics, own, design_of)
 
         def scouted(positions: Array) -> Array:

@@ -147,11 +147,11 @@ def quintic(coefficients: Array, steps: Array, share: Array) -> Array:
         steps: `(N,)` the polynomial (index) of each sample.
         share: `(N,)` of its step.
     """
-    share = share[:, None]
-    result = coefficients[5].take(steps, 0)
+    share, own = share[:, None], coefficients.take(steps, 1)
+    result = own[5]
     for power in range(4, -1, -1):
         result *= share
-        result += coefficients[power].take(steps, 0)
+        result += own[power]
     return np.asarray(result)
 
 

