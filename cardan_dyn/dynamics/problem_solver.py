@@ -252,20 +252,20 @@ class ProblemSolver(Frozen):
 
     def uses_tapes(self, count: int) -> bool:
         """Return whether so many samples are solved by tapes, whatever was asked before."""
-        from ..tape import program  # What is made only to be looked at needs none.
+        from ..tape.program import WORTH_TRACING  # What is made only to be looked at needs none.
 
-        return count >= program.WORTH_TRACING and self.taped is not None
+        return count >= WORTH_TRACING and self.taped is not None
 
     def is_worth_tapes(self, count: int) -> bool:
         """Take note of a sweep of so many samples; return whether it is solved by tapes.
 
         It is if there are many, or once as many were asked for in all.
         """
-        from ..tape import program
+        from ..tape.program import WORTH_TRACING
 
-        asked = self._asked + max(count, program.WORTH_TRACING // _CALLS)
+        asked = self._asked + max(count, WORTH_TRACING // _CALLS)
         vars(self)["_asked"] = asked
-        return asked >= program.WORTH_TRACING and self.taped is not None
+        return asked >= WORTH_TRACING and self.taped is not None
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""

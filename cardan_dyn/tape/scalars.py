@@ -84,10 +84,10 @@ def select(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
 
     Both are computed; what is not chosen may be NaN.
     """
+    if type(condition) is float and type(a) is float and type(b) is float:
+        return a if condition > 0.0 else b
     trace = trace_of(condition, a, b)
     if trace is None:
-        if type(condition) is type(a) is type(b) is float:
-            return a if condition > 0.0 else b
         return _on_numbers("select", condition, a, b)
     return trace.select(condition, a, b)
 

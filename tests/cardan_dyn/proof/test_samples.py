@@ -482,8 +482,8 @@ def test_a_force_acts_at_its_point() -> None:
 
 
 def test_programs_are_traced_once_enough_is_asked() -> None:
-    """By counts alone: some dozen calls of single samples, or few of many."""
-    for count, most in ((1, 64), (200, 16), (WORTH_TRACING, 1)):
+    """By counts alone: a dozen calls of single samples, or two of several."""
+    for count, most in ((1, 16), (200, 2), (WORTH_TRACING, 1)):
         bodies, claim, _ = claimed(universal(), np.linspace(0.2, 1.4, count))
         bodies._programs = Programs()
         for call in range(1, most + 1):
