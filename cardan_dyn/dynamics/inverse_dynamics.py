@@ -52,7 +52,6 @@ class Inputs(NamedTuple):
         time: at which actuators act, `(N,)` or `(1,)` [s].
         has_rates: whether any sample of the sweep, also of other blocks, has a drive speed or
             acceleration.
-        samples: how many the whole sweep has.
     """
 
     positions: Array
@@ -66,7 +65,6 @@ class Inputs(NamedTuple):
     turns: Array
     time: Array
     has_rates: bool
-    samples: int
 
     @staticmethod
     def of(
@@ -75,7 +73,6 @@ class Inputs(NamedTuple):
         acting: Acting,
         turns: Array,
         has_rates: bool | None = None,
-        samples: int = 0,
     ) -> Inputs:
         """Return what is prescribed for samples.
 
@@ -85,7 +82,6 @@ class Inputs(NamedTuple):
             acting: flat over these samples.
             turns: see the attribute.
             has_rates: see the attribute; None if there are no other samples.
-            samples: see the attribute; 0 if there are no other samples.
         """
         if has_rates is None:
             has_rates = acting.has_rates
@@ -111,7 +107,6 @@ class Inputs(NamedTuple):
             turns,
             acting.time,
             has_rates,
-            samples or targets.size,
         )
 
     def of_samples(self, samples: Array) -> Inputs:
@@ -498,7 +493,6 @@ class InverseDynamics:
                 inertia=inputs.inertia,
                 has_rates=inputs.has_rates,
                 time=inputs.time,
-                samples=inputs.samples,
             )
         )
 

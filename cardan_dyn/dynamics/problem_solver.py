@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
-_CALLS = 32
-"""Calls of one sample each that take as long as tracing does."""
 _MOST_TRACED = 128
 """Velocity coordinates up to which a scene is traced: what self-stresses add is passed through all
 bodies, so that tracing takes as long as the square of their number."""
@@ -42,9 +40,6 @@ samples, so that memory does not grow with the mechanism."""
 _NUMBERS_PER_COORDINATE = 100
 """Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
 and their products; a velocity ratio per drive comes on top."""
-_CACHED_NUMBERS = 1_000_000
-"""About how many of these numbers (8 MB) a block has of its largest group, whose arrays are read
-again and again: with three times as many, samples of a Stewart platform take a tenth longer."""
 _MOST_RATES = 4_000_000
 """Velocities, accelerations and velocity ratios (32 MB) that a sweep of several blocks keeps. More
 of them are computed from closed coordinates when they are asked for, in a third of its time."""
@@ -159,8 +154,6 @@ class ProblemSolver(Frozen):
         ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
     """
 
-    _asked = 0
-
     def __init__(
         self,
         problem: Problem,
@@ -251,21 +244,10 @@ class ProblemSolver(Frozen):
         return TapedSolver(problem, self.varied, groups, *wanted)
 
     def uses_tapes(self, count: int) -> bool:
-        """Return whether so many samples are solved by tapes, whatever was asked before."""
+        """Return whether so many samples are solved by tapes."""
         from ..tape.program import WORTH_TRACING  # What is made only to be looked at needs none.
 
         return count >= WORTH_TRACING and self.taped is not None
-
-    def is_worth_tapes(self, count: int) -> bool:
-        """Take note of a sweep of so many samples; return whether it is solved by tapes.
-
-        It is if there are many, or once as many were asked for in all.
-        """
-        from ..tape.program import WORTH_TRACING
-
-        asked = self._asked + max(count, WORTH_TRACING // _CALLS)
-        vars(self)["_asked"] = asked
-        return asked >= WORTH_TRACING and self.taped is not None
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -399,7 +381,7 @@ class ProblemSolver(Frozen):
         count = targets.size
         spans = [slice(0, count)]
         if count > 1:
-            block_size = self._block_size(targets, guess.kinematics)
+            block_size = self._block_size(targets)
             # Blocks of equal size: a small last one would cost almost as much as a large one.
             blocks_needed = -(-count // block_size)
             ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
@@ -408,16 +390,13 @@ class ProblemSolver(Frozen):
         closed = spans, blocks, guess.kinematics
         return AssembledPositions(self, targets, guess.turns, *closed, along_path)
 
-    def _block_size(self, targets: Targets, kinematics: Kinematics) -> int:
+    def _block_size(self, targets: Targets) -> int:
         """Return how many samples are worked on at a time."""
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
-        if self.uses_tapes(targets.size):
-            # Tapes keep few samples in the cache, so that blocks may be large.
-            return max(1, min(4 * BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
-        movable = [solver.equations.movable.size for solver in kinematics.solvers]
-        cached = _CACHED_NUMBERS // (max(1, *movable) * of_each)
-        return max(1, min(BLOCK_SIZE, cached, _BLOCK_NUMBERS // numbers))
+        # Tapes keep few samples in the cache, so that blocks may be large.
+        most = 4 * BLOCK_SIZE if self.uses_tapes(targets.size) else BLOCK_SIZE
+        return max(1, min(most, _BLOCK_NUMBERS // numbers))
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
         """Return assembled positions that suit what is known of the motion now.
@@ -610,7 +589,7 @@ class _Work:
             self._has_rates = acting.has_rates
         self._prescribed = solver.problem.prescribed_columns
         self._outputs = solver.problem.output_indices
-        self._is_taped = solver.is_worth_tapes(len(assembled))
+        self._is_taped = solver.uses_tapes(len(assembled))
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
@@ -620,7 +599,7 @@ class _Work:
         if len(assembled.spans) > 1:
             targets, turns = targets.block(span), turns[span]
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
-        given = targets, acting, turns, self._has_rates, len(assembled)
+        given = targets, acting, turns, self._has_rates
         inputs = dynamics.inputs_of(solver.problem, *given)
         solution = self._by_tape(index, inputs) if self._is_taped else None
         if solution is None:

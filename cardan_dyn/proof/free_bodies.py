@@ -197,12 +197,9 @@ class FreeBodies:
             self._proven_flags.add(flags)
 
     def check(self, claim: Claim) -> Residuals:
-        """Return the residuals of a claim.
-
-        The first samples are computed with floats or arrays, later ones by a traced program.
-        """
+        """Return the residuals of a claim."""
         elements = None if self._elements is None else self._exerted_by_elements(claim)
-        given = Rows(claim, elements), claim.samples, self.frames
+        given = Rows(claim, elements), self.frames
         results = self._programs.results(self.residuals, *given)
         terms = None if elements is None else elements.terms
         return Residuals._make((*results, bool(self._covered), self._power_known, terms))

@@ -66,7 +66,6 @@ class Claim(NamedTuple):
         has_rates: whether any sample of the sweep has a drive speed or acceleration; if not, `v`
             and `a` are zero.
         time: at which actuators act, `(N,)` or `(1,)` [s].
-        samples: how many the whole sweep has; 0 if no others.
     """
 
     x: Array
@@ -87,7 +86,6 @@ class Claim(NamedTuple):
     inertia: Mapping[str, Array]
     has_rates: bool
     time: Array = np.zeros(1)
-    samples: int = 0
 
 
 @dataclass(frozen=True)

@@ -52,23 +52,6 @@ def test_a_solution_in_blocks_is_that_in_one(monkeypatch: pytest.MonkeyPatch) ->
         np.testing.assert_allclose(getattr(blocked, name), expected, rtol=0.0, atol=1e-11 * scale)
 
 
-def test_blocks_of_large_groups_have_fewer_samples() -> None:
-    """Their arrays stay in the cache, and of small ones, calls are for many samples."""
-    sizes = {}
-    for name, drives in (
-        ("universal_joint", ["bearing_in", "joint_angle"]),
-        ("stewart_platform", [f"leg_{k}" for k in range(1, 7)]),
-    ):
-        scene = cd.Scene(cd.load(name), drive=drives)
-        where = 0.01 * np.ones((4095, len(drives)))
-        in_turn = scene.solver.assembled_in_turn(Targets.of_positions(where))
-        sizes[name] = [span.stop - span.start for span in in_turn.spans]
-        assert sum(sizes[name]) == 4095
-    numbers = 36 * (100 + 6)
-    assert sizes["universal_joint"] == [1023] + 3 * [1024]
-    assert 0.9e6 < numbers * max(sizes["stewart_platform"]) < 1e6
-
-
 def test_loads_that_vary_are_divided_among_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """The torque of a crank without mass is its varying load, at every sample."""
     count = 30

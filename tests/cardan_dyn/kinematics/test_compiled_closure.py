@@ -24,6 +24,7 @@ from testkit.urdf_reader import URDF
 import cardan_dyn as cd
 from benchmarks.robots import delta
 from cardan_dyn import compiled
+from cardan_dyn.elements import stepping
 from cardan_dyn.kinematics.closing.all_groups import Kinematics
 from cardan_dyn.kinematics.closing.equations import LoopAxes, Reduction
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver, GroupState
@@ -491,7 +492,7 @@ def test_other_arguments_are_refused(name: str) -> None:
     """Whatever comes in, nothing beyond its arrays is read or written."""
     function, good = getattr(compiled.kernel, name), arguments_of()[name]
     function(*good)
-    other_plan = compiled.Plan("rows", [[]] * 4, [[]]).handle
+    other_plan = stepping._plan().handle
     refused = (TypeError, ValueError)
     for place, argument in enumerate(good):
         if isinstance(argument, float):

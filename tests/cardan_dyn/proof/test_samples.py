@@ -29,10 +29,8 @@ from cardan_dyn.proof.named_motions import named_motions
 from cardan_dyn.proof.residuals import BALANCE_TOLERANCE, Claim, Residuals
 from cardan_dyn.proof.traced import Programs
 from cardan_dyn.scene.usual_motion import usual_motion
-from cardan_dyn.tape import WORTH_TRACING, Program
+from cardan_dyn.tape import Program
 
-MANY = 1 << 20
-"""Samples of a sweep that is worth tracing."""
 ROUNDING = 1e-13
 NAMES = Residuals._fields[:9]
 FIELDS = (*Claim._fields[:13], "gravity")
@@ -67,12 +65,9 @@ def sample_of(claim: Claim, sample: int) -> Claim:
 
 
 def as_text(bodies: FreeBodies, claim: Claim) -> Residuals:
-    """Return the residuals as the text gives them: as for the first samples of a scene."""
-    known, bodies._programs = bodies._programs, Programs()
-    try:
+    """Return the residuals as the text gives them: as where there is no machine."""
+    with without_kernel():
         return bodies.check(claim)
-    finally:
-        bodies._programs = known
 
 
 def one_by_one(bodies: FreeBodies, claim: Claim) -> Residuals:
@@ -82,12 +77,11 @@ def one_by_one(bodies: FreeBodies, claim: Claim) -> Residuals:
 
 def traced(bodies: FreeBodies, claim: Claim) -> Residuals:
     """Return what a program gives of them."""
-    return bodies.check(claim._replace(samples=MANY))
+    return bodies.check(claim)
 
 
 def programs(bodies: FreeBodies) -> list[Program]:
-    kinds = bodies._programs._of_kinds.values()
-    return [known.program for known in kinds if known.program is not None]
+    return [known.program for known in bodies._programs._of_kinds.values()]
 
 
 def sizes(residuals: Residuals) -> list[np.ndarray]:
@@ -481,21 +475,6 @@ def test_a_force_acts_at_its_point() -> None:
     assert np.all(moved.power_imbalance != found.power_imbalance)
 
 
-def test_programs_are_traced_once_enough_is_asked() -> None:
-    """By counts alone: a dozen calls of single samples, or two of several."""
-    for count, most in ((1, 16), (200, 2), (WORTH_TRACING, 1)):
-        bodies, claim, _ = claimed(universal(), np.linspace(0.2, 1.4, count))
-        bodies._programs = Programs()
-        for call in range(1, most + 1):
-            bodies.check(claim)
-            assert len(programs(bodies)) == (call == most), count
-    bodies._programs = Programs()
-    with without_kernel():
-        for _ in range(100):  # Without the machine, a single sample is computed with floats.
-            bodies.check(sample_of(claim, 0))
-    assert not programs(bodies)
-
-
 def test_few_programs_are_kept() -> None:
     mechanism = MECHANISMS["gears"]()
     bodies = random_bodies(mechanism, 0)
@@ -532,10 +511,8 @@ def test_no_samples_have_no_residuals() -> None:
     bodies = random_bodies(mechanism, 0)
     claim = random_claim(mechanism, bodies, 0)
     nothing = {field: getattr(claim, field)[:0] for field in FIELDS}
-    for samples in (0, MANY):
-        residuals = bodies.check(
-            claim._replace(**nothing, link_loads={}, inertia={}, samples=samples)
-        )
+    for way in (as_text, traced):
+        residuals = way(bodies, claim._replace(**nothing, link_loads={}, inertia={}))
         assert all(array.shape == (0,) for array in residuals[:9])
 
 
