@@ -145,7 +145,8 @@ class TapedSolver:
             coupling_moments=found.couplings,
             magnification=None,
             cancellation=residuals.cancellation,
-            closure_condition=found.condition,
+            # A copy, since it is kept longer than all that it is a row of.
+            closure_condition=found.condition.copy(),
             loop_error=np.maximum(found.error, residuals.loop_error),
             residuals=residuals,
             influence=influence,

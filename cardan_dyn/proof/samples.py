@@ -94,6 +94,7 @@ class Rows:
         kind: all that decides which rows there are, beside the description: claims of one kind have
             the same. First, whether anything moves.
         count: number of samples.
+        ratios: number of velocity ratios of each.
         parts: arrays `(k, N)` of rows, or `(k, 1)` where they are the same for all samples.
     """
 
@@ -106,6 +107,7 @@ class Rows:
         """
         self.count = count = len(claim.x)
         _, rates, self._drives = claim.velocity_ratios.shape
+        self.ratios = rates * self._drives
         given = [claim.speeds, claim.accelerations, claim.held, claim.loads, claim.gravity]
         links, pushed = [], []
         for link, load in claim.link_loads.items():
@@ -118,7 +120,7 @@ class Rows:
             claim.x,
             claim.turns,
             claim.positions,
-            claim.velocity_ratios.reshape(count, rates * self._drives),
+            claim.velocity_ratios.reshape(count, self.ratios),
             claim.wrenches.reshape(count, 6 * claim.wrenches.shape[1]),
             claim.exerted,
             claim.couplings,

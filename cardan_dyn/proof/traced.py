@@ -20,6 +20,9 @@ from .vectors import greatest
 
 Text: TypeAlias = Callable[[Sample], Sequence[Scalar]]
 
+_MOST_TRACED = 256
+"""Velocity ratios up to which a claim is traced: each drive by itself moves all bodies in the text,
+so that tracing takes as long as their number is large. More take arrays."""
 _MOST_KINDS = 8
 """Kinds of claims whose programs are kept, the last ones: of most scenes there are one or two."""
 
@@ -63,7 +66,7 @@ class Programs:
             rows: of the claims.
             frames: of the description.
         """
-        if machine_is_at_hand():
+        if machine_is_at_hand() and rows.ratios <= _MOST_TRACED:
             known = self._known(text, rows, frames)
             results = known.results(rows)
             if results is None:
