@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
-_MOST_TRACED = 128
-"""Velocity coordinates up to which a scene is traced: what self-stresses add is passed through all
-bodies, so that tracing takes as long as the square of their number."""
 _BLOCK_NUMBERS = 6_000_000
 """About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
 samples, so that memory does not grow with the mechanism."""
@@ -228,6 +225,8 @@ class ProblemSolver(Frozen):
         That is teeth, compliances, rods that spin idly, drive efforts alone, loops whose forces are
         not wanted where others are crossed, and very many joints.
         """
+        from ..mechanics.sample import MOST_RATES  # Sweeps of few samples need none.
+
         problem, needed = self.problem, self.assembly.needed
         groups = [(self.assembly.groups[k], k in needed.forces) for k in needed.motion]
         is_crossed = any(group.crossed for group, _ in groups) and not all(
@@ -235,10 +234,10 @@ class ProblemSolver(Frozen):
         )
         has_rods = self.assembly.kinematics.idle_columns.size > 0
         is_unknown = problem.compliance or problem.mechanism.teeth or needed.efforts_alone
-        is_long = problem.mechanism.model.nv > _MOST_TRACED
+        is_long = problem.mechanism.model.nv > MOST_RATES
         if is_unknown or has_rods or is_crossed or is_long:
             return None
-        from .taped import TapedSolver  # Sweeps of few samples need none.
+        from .taped import TapedSolver
 
         wanted = self.inverse_dynamics.claimed, self.reactions.opened
         return TapedSolver(problem, self.varied, groups, *wanted)

@@ -52,8 +52,8 @@ class Kind(NamedTuple):
     moves_alone: bool
 
 
-class Rows:
-    """The numbers of samples in rows, as a tape takes them.
+class Prescribed:
+    """What is prescribed for samples, in rows as a tape takes them.
 
     Attributes:
         parts: arrays `(k, n)` of rows, or `(k, 1)` where they are the same for all samples.
@@ -66,7 +66,7 @@ class Rows:
     @staticmethod
     def of(
         inputs: Inputs, links: Sequence[tuple[Array, Array]], offsets: Array, kind: Kind
-    ) -> Rows:
+    ) -> Prescribed:
         """Return the rows of samples but for their coordinates.
 
         Args:
@@ -78,15 +78,17 @@ class Rows:
         factors = (inputs.inertia[name][:, None] for name in kind.factored)
         given = [inputs.speeds, inputs.accelerations, inputs.gravity, inputs.loads]
         given += [vector for pair in links for vector in pair]
-        return Rows([*(array.T for array in (*given, *factors)), offsets])
+        return Prescribed([*(array.T for array in (*given, *factors)), offsets])
 
     def acting(self) -> Array:
         """Return which rows are not zero at some sample."""
         return np.concatenate([part.any(axis=1) for part in self.parts])
 
-    def of_lanes(self, lanes: Array, count: int) -> Rows:
+    def of_lanes(self, lanes: Array, count: int) -> Prescribed:
         """Return the rows of some of so many samples, by their indices."""
-        return Rows([part[:, lanes] if part.shape[1] == count else part for part in self.parts])
+        return Prescribed(
+            [part[:, lanes] if part.shape[1] == count else part for part in self.parts]
+        )
 
 
 class Found(NamedTuple):
@@ -202,7 +204,7 @@ class Tape:
     def _traced(self, trace: Trace) -> tuple[Given, list[Scalar], Scalar]:
         """Return what is given at a sample, its coordinates in SI units, and what is left out.
 
-        Rows become inputs in their order, those of coordinates behind them.
+        Prescribed become inputs in their order, those of coordinates behind them.
         """
         tree, roles, kind = self._tree, self._roles, self._kind
         length, units = tree.length, tree.units.tolist()
@@ -237,11 +239,11 @@ class Tape:
         factors = dict(zip(kind.factored, rows, strict=False))
         offsets = list(islice(rows, len(tree.couplings)))
         x: list[Scalar] = [0.0] * self._size
-        slides = {body.column for body in tree.bodies if body.kind == "prismatic"}
+        of_columns = tree.coordinate_units(self._size).tolist()
         in_units: dict[int, Scalar] = {}
         for columns, is_uniform in (self._per_sample, False), (self._uniform, True):
             for column in columns:
-                unit = length if column in slides else 1.0
+                unit = of_columns[column]
                 shadow = self._shadows[column] * unit
                 x[column] = trace.input(f"x{column}", shadow, uniform=is_uniform)
                 in_units[column] = x[column] * (1.0 / unit)
@@ -255,10 +257,9 @@ class Tape:
         """Yield the first fields of `Found` in SI units; forces are zero where none is wanted."""
         tree, roles = self._tree, self._roles
         length, units, rates = tree.length, tree.units.tolist(), range(len(tree.units))
-        slides = {body.column for body in tree.bodies if body.kind == "prismatic"}
-        closed = set(roles.columns(tree))
+        closed, of_columns = set(roles.columns(tree)), tree.coordinate_units(len(x)).tolist()
         yield (
-            found.x[column] * (length if column in slides else 1.0) if column in closed else value
+            found.x[column] * of_columns[column] if column in closed else value
             for column, value in enumerate(x)
         )
         yield (found.v.get(rate, 0.0) * units[rate] for rate in rates)
@@ -280,7 +281,7 @@ class Tape:
             moments[coupling.number] = moment * unit if wanted else 0.0
         yield iter(moments)
 
-    def run(self, rows: Rows, x: Array) -> tuple[Found, Judged]:
+    def run(self, rows: Prescribed, x: Array) -> tuple[Found, Judged]:
         """Solve n samples.
 
         Args:
@@ -292,7 +293,7 @@ class Tape:
         judged = Judged(*outputs[: len(Judged._fields)])
         return Found._make([*fields, judged.error, judged.narrowness]), judged
 
-    def openings(self, rows: Rows, x: Array) -> tuple[Array, set[int]]:
+    def openings(self, rows: Prescribed, x: Array) -> tuple[Array, set[int]]:
         """Return what statics leaves open at closed samples.
 
         Arguments as of `run`.
@@ -330,7 +331,7 @@ class Tape:
         outputs = [*named.values(), *of_couplings.values()]
         return Program(trace, outputs, keeps_inputs=True), list(named), list(of_couplings)
 
-    def _with_x(self, rows: Rows, x: Array) -> list[Array]:
+    def _with_x(self, rows: Prescribed, x: Array) -> list[Array]:
         """Return rows with those of coordinates `(size, n)` behind them."""
         return [*rows.parts, x[self._per_sample], x[self._uniform, :1]]
 

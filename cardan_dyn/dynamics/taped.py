@@ -19,14 +19,12 @@ from ..kinematics.loops.closure_blocks import closure_blocks
 from ..kinematics.loops.groups import Group
 from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree, tree_of
-from ..mechanics.closure import rows as closure_rows
 from ..mechanics.elimination import THRESHOLD, UnsuitableError
-from ..mechanics.placements import placed
 from ..mechanics.sample import Roles
 from ..problem.problem import Problem
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
-from .tape import Found, Judged, Kind, LinkKind, Rows, Tape
+from .tape import Found, Judged, Kind, LinkKind, Prescribed, Tape
 from .velocity_ratios import VelocityRatios
 
 _EPS = float(np.finfo(float).eps)
@@ -191,49 +189,50 @@ class TapedSolver:
             UnsuitableError: no order suits the samples.
         """
         kind, tree = self._kind(inputs, links, moves_alone)
-        rows = Rows.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
+        rows = Prescribed.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
         # The same list for all scenes of the mechanism that move alike.
         tapes: list[Tape] = self._mechanism.kept.of("tapes", (self._key, kind), list)
         count = x.shape[1]
         if not tapes:
             tapes.append(self._made(tree, kind, rows.acting(), x[:, some(count, _SHADOWS)]))
-        found, judged = tapes[0].run(rows, x)
+        first = tapes[0]  # Another thread may put others in its place.
+        found, judged = first.run(rows, x)
         if np.count_nonzero(judged.left_out):
-            acting = rows.acting() | tapes[0].acting
-            tapes[:] = [self._made(tree, kind, acting, x[:, some(count, _SHADOWS)])]
-            found, judged = tapes[0].run(rows, x)
-        holds = _closed(tapes[0], rows, found, judged)
+            acting = rows.acting() | first.acting
+            first = self._made(tree, kind, acting, x[:, some(count, _SHADOWS)])
+            tapes[:] = [first]
+            found, judged = first.run(rows, x)
+        holds = _closed(first, rows, found, judged)
         openings = None
         if holds.any() and not moves_alone:
             known = np.flatnonzero(holds)
             known = known[some(len(known), _SHADOWS)]
             closed = np.ascontiguousarray(found.x[known].T)
-            openings = tapes[0].openings(rows.of_lanes(known, count), closed)
+            openings = first.openings(rows.of_lanes(known, count), closed)
         for index in range(1, _MOST_TAPES):
             left = np.flatnonzero(~holds)
-            if not len(left) or (index == len(tapes) and len(left) < _SHADOWS):
+            if not len(left):
                 break
-            if index == len(tapes):
+            if index < len(tapes):
+                other = tapes[index]
+            elif len(left) < _SHADOWS:
+                break
+            else:
                 some_left = x[:, left[some(len(left), _SHADOWS)]]
-                tapes.append(self._made(tree, kind, tapes[0].acting, some_left))
+                other = self._made(tree, kind, first.acting, some_left)
+                tapes.append(other)
             of_left = rows.of_lanes(left, count)
-            others, judged = tapes[index].run(of_left, np.ascontiguousarray(x[:, left]))
-            serves = _closed(tapes[index], of_left, others, judged)
+            others, judged = other.run(of_left, np.ascontiguousarray(x[:, left]))
+            serves = _closed(other, of_left, others, judged)
             found.write(left[serves], [values[serves] for values in others])
             holds[left[serves]] = True
         return found, holds, openings
 
     def _made(self, tree: Tree, kind: Kind, acting: Array, x: Array) -> Tape:
         """Return a tape whose order is chosen at samples `(size, S)`."""
-        shadows = {
-            column: x[column] / (tree.length if body.kind == "prismatic" else 1.0)
-            for body in tree.bodies
-            for column in body.columns
-        }
-        roles = self._roles
-        rows = closure_rows(tree, placed(tree, shadows), {*roles.drives, *roles.passives})
-        wanted, order = (self._sizes, self._wrenches), roles.order(rows)
-        return Tape(tree, roles, kind, *wanted, order, shadows, self._varied, acting)
+        shadows = dict(enumerate(x / tree.coordinate_units(len(x))[:, None]))
+        wanted, order = (self._sizes, self._wrenches), self._roles.order(tree, shadows)
+        return Tape(tree, self._roles, kind, *wanted, order, shadows, self._varied, acting)
 
     def _kind(
         self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool
@@ -272,13 +271,13 @@ def _vectors(links: Sequence[LinkLoad]) -> list[tuple[Array, Array]]:
     return [(load.force, load.moment) for load in links if load.body >= 0]
 
 
-def _closed(tape: Tape, rows: Rows, found: Found, judged: Judged) -> Array:
+def _closed(tape: Tape, rows: Prescribed, found: Found, judged: Judged) -> Array:
     """Return `(n,)` which samples a tape holds for, after further steps where these are needed."""
-    step, _, growth, narrowness, _ = judged
+    step, _, growth, narrowness, left_out = judged
 
     def is_stable() -> Array:
         # Comparisons with NaN say no.
-        serves = (growth <= _GROWTH) & (narrowness <= REGULAR_CONDITION)
+        serves = (growth <= _GROWTH) & (narrowness <= REGULAR_CONDITION) & (left_out == 0.0)
         return np.asarray(serves & (step <= _FAR))
 
     for _ in range(_MOST_STEPS):

@@ -137,6 +137,12 @@ class Tree(NamedTuple):
         """Units `(nv,)` of what acts along velocity coordinates [N·m, N per unit]."""
         return np.asarray(self.length**2 / self.units)
 
+    def coordinate_units(self, size: int) -> Array:
+        """Return the units `(size,)` of coordinate rows: the length for slides, else 1."""
+        units = np.ones(size)
+        units[[body.column for body in self.bodies if body.kind == "prismatic"]] = self.length
+        return units
+
     def in_axes(self, vector: Array) -> Array:
         """Return vectors `(..., 3)` in world axes in those of the tree."""
         return np.asarray(vector @ self.axes)

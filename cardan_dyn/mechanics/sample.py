@@ -14,6 +14,10 @@ from .placements import Placed, moving, placed, stepped
 from .reactions import Closed, Push, SelfStresses, closed, momentum_rates
 from .vectors import ZERO, Scalar, Vector, seen, times, turned
 
+MOST_RATES = 128
+"""Velocity coordinates up to which equations are traced: what self-stresses add is passed through
+all bodies, so that tracing takes as long as the square of their number."""
+
 
 class Block(NamedTuple):
     """Closure rows, and the coordinates that they decide.
@@ -60,8 +64,17 @@ class Roles(NamedTuple):
         moved = [body for body in tree.bodies if passives.issuperset(body.rates)]
         return [column for body in moved for column in body.columns]
 
-    def order(self, rows: Sequence[Mapping[int, Array]]) -> list[Pivot]:
-        """Return an order of elimination for closure rows at samples, see `pivots`."""
+    def order(self, tree: Tree, x: Mapping[int, Array]) -> list[Pivot]:
+        """Return an order of elimination of closure rows.
+
+        Args:
+            tree: the mechanism.
+            x: column to coordinates `(S,)` of the samples at which it is chosen.
+
+        Raises:
+            UnsuitableError: see `pivots`.
+        """
+        rows = closure.rows(tree, placed(tree, x), {*self.drives, *self.passives})
         return pivots(passive_rows(rows, self), [block[:2] for block in self.blocks])
 
 

@@ -289,6 +289,32 @@ def test_moments_that_closed_trains_leave_open_are_least(
     assert solved_by_tape
 
 
+def test_what_a_tape_leaves_out_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
+) -> None:
+    """A tape that another thread made for what acts there does not hold for what acts here."""
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing")
+    positions = np.linspace(0.0, 2.0 * np.pi, 40)
+    scene.sweep(positions)
+    made, unloaded = taped.TapedSolver._made, []
+
+    def always_unloaded(*arguments: object) -> object:
+        found = made(*arguments[:3], unloaded[0], arguments[4])  # type: ignore[arg-type]
+        return found
+
+    (tapes,) = (
+        tapes for (_, kind), tapes in scene.mechanism.kept._values["tapes"].items() if tapes
+    )
+    unloaded.append(tapes[0].acting)
+    monkeypatch.setattr(taped.TapedSolver, "_made", always_unloaded)
+    loads = {"rocker_bearing": -3.0}
+    sweep = scene.sweep(positions, loads=loads)
+    assert solved_by_tape == [True, False]
+    assert_same(
+        sweep, in_general(lambda: scene.replace().sweep(positions, loads=loads), monkeypatch)
+    )
+
+
 def test_blocks_of_both_paths_make_one_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
     positions = np.linspace(0.0, 2.0 * np.pi, 13_000)

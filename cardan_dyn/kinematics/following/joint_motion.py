@@ -31,8 +31,6 @@ from .lines import (
 if TYPE_CHECKING:
     from .taped_lines import TapedLines
 
-_MOST_TRACED = 128
-"""Velocity coordinates up to which lines are traced."""
 _FARTHEST = 64
 """Turns of the drives together up to which a line is followed with all of them."""
 _NEAR_LAST = 0.05
@@ -249,10 +247,12 @@ class JointMotion:
     @cached_property
     def _taped(self) -> TapedLines | None:
         """Follows many lines; None where rods spin idly, or there are very many joints."""
+        from ...mechanics.sample import MOST_RATES  # Sweeps of few samples need none.
+
         kinematics = self._kinematics
-        if kinematics.idle_columns.size or kinematics.coordinates.model.nv > _MOST_TRACED:
+        if kinematics.idle_columns.size or kinematics.coordinates.model.nv > MOST_RATES:
             return None
-        from .taped_lines import TapedLines  # Sweeps of few samples need none.
+        from .taped_lines import TapedLines
 
         legs = [leg for leg in (self._held, self._driven) if leg]
         return TapedLines(self._mechanism, kinematics, self._start, legs)

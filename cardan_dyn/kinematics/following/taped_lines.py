@@ -13,10 +13,8 @@ import numpy as np
 
 from ...arrays import BLOCK_SIZE, Array, some
 from ...mechanics.bodies import tree_of
-from ...mechanics.closure import rows as closure_rows
 from ...mechanics.elimination import Pivot, UnsuitableError
 from ...mechanics.following import NEAR, Line, Place
-from ...mechanics.placements import placed
 from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
 from ...tape import Program, Scalar, Stage, Stages, Trace, select
@@ -61,10 +59,7 @@ class TapedLines:
         drives = tuple(kinematics.drives.tolist())
         self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())
         self._legs = legs
-        self._units = np.ones(len(start))
-        for body in tree.bodies:
-            if body.kind == "prismatic":
-                self._units[list(body.columns)] = tree.length
+        self._units = tree.coordinate_units(len(start))
         self._start = start / self._units
         columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
         self._columns: list[int] = columns
@@ -143,10 +138,7 @@ class TapedLines:
         Raises:
             UnsuitableError: there is none.
         """
-        tree, roles = self._tree, self._roles
-        shadows = dict(enumerate(np.vstack([self._start, scouts]).T))
-        rows = closure_rows(tree, placed(tree, shadows), {*roles.drives, *roles.passives})
-        return roles.order(rows)
+        return self._roles.order(self._tree, dict(enumerate(np.vstack([self._start, scouts]).T)))
 
     def _traced(self, order: Sequence[Pivot]) -> Stages:
         """Return the stages that lead to the ends of lines."""
