@@ -222,8 +222,8 @@ class ProblemSolver(Frozen):
     def taped(self) -> TapedSolver | None:
         """Solves many samples; None where a scene has what tapes do not know.
 
-        That is teeth, compliances, rods that spin idly, drive efforts alone, loops whose forces are
-        not wanted where others are crossed, and very many joints.
+        That is teeth, compliances, rods that spin idly, loops whose forces are not wanted where
+        others are crossed, and very many joints.
         """
         from ..mechanics.sample import MOST_RATES  # Sweeps of few samples need none.
 
@@ -233,14 +233,15 @@ class ProblemSolver(Frozen):
             wanted for _, wanted in groups
         )
         has_rods = self.assembly.kinematics.idle_columns.size > 0
-        is_unknown = problem.compliance or problem.mechanism.teeth or needed.efforts_alone
+        is_unknown = problem.compliance or problem.mechanism.teeth
         is_long = problem.mechanism.model.nv > MOST_RATES
         if is_unknown or has_rods or is_crossed or is_long:
             return None
         from .taped import TapedSolver
 
         wanted = self.inverse_dynamics.claimed, self.reactions.opened
-        return TapedSolver(problem, self.varied, groups, *wanted)
+        scouts = lambda: self.assembly.scouts  # noqa: E731
+        return TapedSolver(problem, self.varied, groups, *wanted, scouts, needed.efforts_alone)
 
     def uses_tapes(self, count: int) -> bool:
         """Return whether so many samples are solved by tapes."""

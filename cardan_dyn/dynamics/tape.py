@@ -10,16 +10,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree
-from ..mechanics.elimination import Pivot
+from ..mechanics.elimination import MOST_GROWTH, Pivot
 from ..mechanics.placements import placed
 from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
 from ..mechanics.vectors import Rotation, Vector, times, turned
-from ..tape import Program, Scalar, Trace, absolute, greater, is_zero
+from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select
 from .inverse_dynamics import Inputs
 from .reactions import UNIQUE_TOLERANCE
 
 _ROUNDING = float(np.finfo(float).eps)
+_EXACT = float(np.sqrt(_ROUNDING))
+"""Newton step that leaves rounding: its square."""
+_FAR = 1e-3
+"""Newton step [rad, or lengths] that is left to the general path, which knows how far off a guess
+may be: between dense samples, guesses are off by 1e-6."""
 
 
 class LinkKind(NamedTuple):
@@ -122,18 +128,21 @@ class Found(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """What a tape says of itself at n samples.
+    """What a tape says of itself at n samples. It holds where the first three are at most 1.
 
     Attributes:
-        step, error, growth, narrowness: `(n,)` each, see `Solved`.
+        instability: `(n,)` of the elimination, and a guess that is far off; infinite where the tape
+            leaves out what acts.
+        inexactness: `(n,)` Newton's last step and the closure error, beside rounding.
         left_out: `(n,)` zero where the tape considers all that acts.
+        error, narrowness: `(n,)` see `Solved`.
     """
 
-    step: Array
-    error: Array
-    growth: Array
-    narrowness: Array
+    instability: Array
+    inexactness: Array
     left_out: Array
+    error: Array
+    narrowness: Array
 
 
 class Tape:
@@ -141,8 +150,6 @@ class Tape:
 
     Attributes:
         acting: which rows of samples it considers; others have to be zero.
-        rounding: closure error up to which loops count as closed: that of as many sums of lengths
-            as there are bodies.
     """
 
     def __init__(
@@ -178,7 +185,8 @@ class Tape:
         self._shadows, self._sizes, self.acting = shadows, sizes, acting
         points = placed(tree, shadows).points
         farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
-        self.rounding = len(tree.bodies) * _ROUNDING * max(1.0, float(farthest))
+        # Loops count as closed up to the error of as many sums of lengths as there are bodies.
+        rounding = len(tree.bodies) * _ROUNDING * max(1.0, float(farthest))
         moving = {*roles.passives, *roles.drives}
         per_sample = {
             column
@@ -192,8 +200,14 @@ class Tape:
         trace = Trace()
         given, x, left_out = self._traced(trace)
         found = solved(tree, roles, given, order)
-        outputs = [found.step, found.error / tree.norm_length, found.growth, found.narrowness]
-        outputs.append(left_out)
+        error = found.error / tree.norm_length
+        # Exactly 1 at the greatest that is allowed.
+        unstable = greater(found.growth / MOST_GROWTH, found.narrowness / REGULAR_CONDITION)
+        outputs = [
+            select(left_out, np.inf, greater(unstable, found.step / _FAR)),
+            greater(found.step / _EXACT, error / rounding),
+            *(left_out, error, found.narrowness),
+        ]
         self._spans = []
         for quantity in self._quantities(found, x, () if kind.moves_alone else wrenches):
             values = list(quantity)
@@ -273,7 +287,8 @@ class Tape:
             for component in _in_si(found, index if index in wanted else -1, length)
         )
         efforts = tree.effort_units.tolist()
-        yield (found.exerted.get(r, 0.0) * efforts[r] if wanted else 0.0 for r in rates)
+        has_efforts = wanted or (roles.efforts_alone and not self._kind.moves_alone)
+        yield (found.exerted.get(r, 0.0) * efforts[r] if has_efforts else 0.0 for r in rates)
         moments = [0.0] * self._sizes[1]
         for coupling, moment in zip(tree.couplings, found.couplings, strict=True):
             joint = coupling.successors[:1]
@@ -303,6 +318,8 @@ class Tape:
             `Solution.influence`; and the couplings (index) whose moments are not unique.
         """
         influence, loose = np.zeros((self._sizes[0], 6)), set()
+        if self._roles.efforts_alone:
+            return influence, loose
         program, wrenches, couplings = self._opened
         if program.outputs:
             shares = program.run_rows(self._with_x(rows, x), x.shape[1])

@@ -1,14 +1,16 @@
-"""Taped: many samples solved by tapes of a scene's equations, each of which judges itself.
+"""Taped: samples solved by tapes of a scene's equations, each of which judges itself.
 
-A tape has an order of elimination that was chosen at some samples. At any other one it serves where
-the elimination does not grow, Newton's last step leaves rounding, and the loops are closed. Samples
-that fail are solved by a second tape, whose order was chosen at such samples, and at last by the
-general path, which judges ranks and singular positions and says what is wrong.
+A tape has an order of elimination that was chosen at some closed configurations of the motion. At
+any other one it serves where the elimination does not grow, Newton's last step leaves rounding, and
+the loops are closed. Samples that fail are solved by a second tape, whose order was chosen where
+the first one does not serve, and at last by the general path, which judges ranks and singular
+positions and says what is wrong.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -17,9 +19,8 @@ from ..elements.link_loads import LinkLoad
 from ..errors import AssemblyError, SingularConfigurationError
 from ..kinematics.loops.closure_blocks import closure_blocks
 from ..kinematics.loops.groups import Group
-from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree, tree_of
-from ..mechanics.elimination import THRESHOLD, UnsuitableError
+from ..mechanics.elimination import Pivot, UnsuitableError
 from ..mechanics.sample import Roles
 from ..problem.problem import Problem
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
@@ -27,18 +28,10 @@ from .reactions import wrenches_in_norm
 from .tape import Found, Judged, Kind, LinkKind, Prescribed, Tape
 from .velocity_ratios import VelocityRatios
 
-_EPS = float(np.finfo(float).eps)
-_SHADOWS = 16
-"""Samples at which an order of elimination is chosen."""
 _MOST_TAPES = 3
 """Orders that are tried at samples of one kind."""
-_GROWTH = 1.0 / THRESHOLD
-"""Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
-_FAR = 1e-3
-"""Newton step [rad, or lengths] that is left to the general path, which knows how far off a guess
-may be: between dense samples, guesses are off by 1e-6."""
-_EXACT = float(np.sqrt(_EPS))
-"""Newton step that leaves rounding: its square."""
+_SAMPLES = 16
+"""Samples that tell what statics leaves open."""
 _MOST_STEPS = 3
 """Further Newton steps of a guess; each squares what is left."""
 
@@ -53,6 +46,8 @@ class TapedSolver:
         groups: Sequence[tuple[Group, bool]],
         wrenches: Sequence[int],
         opened: Array | None,
+        scouts: Callable[[], Array],
+        efforts_alone: bool = False,
     ) -> None:
         """Begin without tapes.
 
@@ -62,18 +57,24 @@ class TapedSolver:
             groups: those that are solved, and whether their forces are, too.
             wrenches: indices of those that are wanted.
             opened: `(b, 6)` influence of couplings that state no forces; None if all do.
+            scouts: closed coordinates `(S, size)` at which orders of elimination are chosen.
+            efforts_alone: whether of all forces the efforts of drives are wanted alone.
         """
         mechanism = problem.mechanism
         coordinates = mechanism.coordinates
-        self._arguments = problem, varied, groups, wrenches, opened
-        self._opened = opened
+        self._opened, self._scouts = opened, scouts
         self._problem, self._mechanism, self._wrenches = problem, mechanism, wrenches
         self._varied = coordinates.columns_of(varied)
         self._solved = (
             [index for group, _ in groups for index in group.loops],
             [index for group, _ in groups for index in group.couplings],
             # As in the general way, which counts what it leaves out with the forces of others.
-            {body for group, wanted in groups if wanted for body in group.inertial_bodies},
+            {
+                body
+                for group, wanted in groups
+                if wanted or efforts_alone
+                for body in group.inertial_bodies
+            },
         )
         fixed = sum(loop.is_fixed for loop in mechanism.loops)
         self._sizes = mechanism.model.njoints - 1 + fixed, len(mechanism.couplings)
@@ -82,6 +83,7 @@ class TapedSolver:
             tuple(coordinates.rates_of(problem.held)),
             closure_blocks(groups),
             tuple(sorted(wrenches_in_norm(mechanism))),
+            efforts_alone,
         )
         self._trees: dict[tuple[str, ...], Tree] = {}
         self._key = (
@@ -90,9 +92,6 @@ class TapedSolver:
             tuple(sorted(wrenches)),
             tuple(group.key for group, _ in groups),
         )
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return TapedSolver, self._arguments
 
     def solution(
         self,
@@ -186,62 +185,78 @@ class TapedSolver:
             moves_alone: whether the motion is wanted without forces.
 
         Raises:
-            UnsuitableError: no order suits the samples.
+            UnsuitableError: no order suits the motion.
         """
         kind, tree = self._kind(inputs, links, moves_alone)
         rows = Prescribed.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
-        # The same list for all scenes of the mechanism that move alike.
-        tapes: list[Tape] = self._mechanism.kept.of("tapes", (self._key, kind), list)
-        count = x.shape[1]
-        if not tapes:
-            tapes.append(self._made(tree, kind, rows.acting(), x[:, some(count, _SHADOWS)]))
-        first = tapes[0]  # Another thread may put others in its place.
-        found, judged = first.run(rows, x)
-        if np.count_nonzero(judged.left_out):
-            acting = rows.acting() | first.acting
-            first = self._made(tree, kind, acting, x[:, some(count, _SHADOWS)])
-            tapes[:] = [first]
-            found, judged = first.run(rows, x)
-        holds = _closed(first, rows, found, judged)
-        openings = None
-        if holds.any() and not moves_alone:
-            known = np.flatnonzero(holds)
-            known = known[some(len(known), _SHADOWS)]
-            closed = np.ascontiguousarray(found.x[known].T)
-            openings = first.openings(rows.of_lanes(known, count), closed)
-        for index in range(1, _MOST_TAPES):
-            left = np.flatnonzero(~holds)
-            if not len(left):
-                break
-            if index < len(tapes):
-                other = tapes[index]
-            elif len(left) < _SHADOWS:
-                break
+        count, openings = x.shape[1], None
+        for index in range(len(self._orders[1])):
+            if not index:
+                tape, found, judged = self._run(index, tree, kind, rows, x)
+                holds = _closed(tape, rows, found, judged)
+                known, own, closed = holds, rows, found
             else:
-                some_left = x[:, left[some(len(left), _SHADOWS)]]
-                other = self._made(tree, kind, first.acting, some_left)
-                tapes.append(other)
-            of_left = rows.of_lanes(left, count)
-            others, judged = other.run(of_left, np.ascontiguousarray(x[:, left]))
-            serves = _closed(other, of_left, others, judged)
-            found.write(left[serves], [values[serves] for values in others])
-            holds[left[serves]] = True
+                (left,) = np.nonzero(~holds)
+                if not len(left):
+                    break
+                own = rows.of_lanes(left, count)
+                tape, closed, judged = self._run(index, tree, kind, own, x[:, left])
+                known = _closed(tape, own, closed, judged)
+                found.write(left[known], [values[known] for values in closed])
+                holds[left[known]] = True
+            if openings is None and not moves_alone and known.any():
+                (lanes,) = np.nonzero(known)
+                lanes = lanes[some(len(lanes), _SAMPLES)]
+                openings = tape.openings(own.of_lanes(lanes, len(known)), closed.x[lanes].T)
         return found, holds, openings
 
-    def _made(self, tree: Tree, kind: Kind, acting: Array, x: Array) -> Tape:
-        """Return a tape whose order is chosen at samples `(size, S)`."""
-        shadows = dict(enumerate(x / tree.coordinate_units(len(x))[:, None]))
-        wanted, order = (self._sizes, self._wrenches), self._roles.order(tree, shadows)
-        return Tape(tree, self._roles, kind, *wanted, order, shadows, self._varied, acting)
+    @cached_property
+    def _orders(self) -> tuple[Array, list[tuple[list[Pivot], Array]]]:
+        """Scouts `(size, S)` in units of the tree, and orders with those of them they are for.
+
+        They are the same for all scenes of the mechanism that move alike.
+        """
+
+        def chosen() -> tuple[Array, list[tuple[list[Pivot], Array]]]:
+            scouts, tree = self._scouts().T, self._tree(())
+            scouts = scouts / tree.coordinate_units(len(scouts))[:, None]
+            return scouts, self._roles.orders(tree, dict(enumerate(scouts)), _MOST_TAPES)
+
+        return self._mechanism.kept.of("orders", self._key, chosen)
+
+    def _tree(self, factored: tuple[str, ...]) -> Tree:
+        """Return the mechanism for tapes with factors on some links."""
+        if factored not in self._trees:
+            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
+        return self._trees[factored]
+
+    def _run(
+        self, index: int, tree: Tree, kind: Kind, rows: Prescribed, x: Array
+    ) -> tuple[Tape, Found, Judged]:
+        """Return what the tape of an order (index) finds, which considers all that acts."""
+        scouts, orders = self._orders
+        order, samples = orders[index]
+        shadows = dict(enumerate(scouts[:, samples]))
+        tapes = self._mechanism.kept.of("tapes", (self._key, kind), dict[int, Tape])
+
+        def made(acting: Array) -> Tape:
+            wanted = self._sizes, self._wrenches, order, shadows, self._varied, acting
+            tapes[index] = Tape(tree, self._roles, kind, *wanted)
+            return tapes[index]
+
+        tape = tapes.get(index) or made(rows.acting())
+        found, judged = tape.run(rows, x)
+        if np.count_nonzero(judged.left_out):
+            tape = made(rows.acting() | tape.acting)
+            found, judged = tape.run(rows, x)
+        return tape, found, judged
 
     def _kind(
         self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool
     ) -> tuple[Kind, Tree]:
         """Return the kind of some samples, and the mechanism for its tapes."""
         factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
-        if factored not in self._trees:
-            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
-        tree = self._trees[factored]
+        tree = self._tree(factored)
         of_links = tuple(
             LinkKind(
                 load.body,
@@ -273,23 +288,18 @@ def _vectors(links: Sequence[LinkLoad]) -> list[tuple[Array, Array]]:
 
 def _closed(tape: Tape, rows: Prescribed, found: Found, judged: Judged) -> Array:
     """Return `(n,)` which samples a tape holds for, after further steps where these are needed."""
-    step, _, growth, narrowness, left_out = judged
-
-    def is_stable() -> Array:
-        # Comparisons with NaN say no.
-        serves = (growth <= _GROWTH) & (narrowness <= REGULAR_CONDITION) & (left_out == 0.0)
-        return np.asarray(serves & (step <= _FAR))
-
+    # Comparisons with NaN say no.
+    is_exact = judged.inexactness <= 1.0
     for _ in range(_MOST_STEPS):
-        (again,) = np.nonzero(is_stable() & (step > _EXACT))
+        again = np.flatnonzero((judged.instability <= 1.0) & ~is_exact)
         if not len(again):
             break
-        near = np.ascontiguousarray(found.x[again].T)
-        others, rejudged = tape.run(rows.of_lanes(again, len(step)), near)
+        others, rejudged = tape.run(rows.of_lanes(again, len(is_exact)), found.x[again].T)
         found.write(again, others)
         for values, new in zip(judged, rejudged, strict=True):
             values[again] = new
-    return is_stable() & (step <= _EXACT) & (judged.error <= tape.rounding)
+        is_exact = judged.inexactness <= 1.0
+    return np.asarray(is_exact & (judged.instability <= 1.0))
 
 
 def _as_found(general: Solution) -> list[Array]:

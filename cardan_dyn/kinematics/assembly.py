@@ -148,6 +148,13 @@ class Assembly:
         """Closes the loops for the scene's drives. Later ones may know more redundant rows."""
         return self._cache.kinematics
 
+    @cached_property
+    def scouts(self) -> Array:
+        """Closed coordinates `(S, size)` all over the motion, see `scouts`."""
+        from .following.scouts import scouts  # What is made only to be looked at needs none.
+
+        return scouts(self._open_kinematics, self.start) if self.decided.size else self.start[None]
+
     def at_design(self, positions: Mapping[str, float]) -> Assembly:
         """Return the same with all varied held joints at one position each, for all samples.
 

@@ -147,6 +147,12 @@ class Tree(NamedTuple):
         """Return vectors `(..., 3)` in world axes in those of the tree."""
         return np.asarray(vector @ self.axes)
 
+    def around(self, loop: Loop) -> set[int]:
+        """Return the bodies on a loop, and the one that carries both sides of it, if any does."""
+        first, second = (self.path(end.body) for end in (loop.predecessor, loop.successor))
+        carriers = [body for body in first if body in second]
+        return (set(first) ^ set(second)).union(carriers[:1])
+
     def path(self, body: int) -> list[int]:
         """Return the bodies from one inwards."""
         path = []

@@ -22,6 +22,8 @@ Row = Mapping[int, Scalar]
 THRESHOLD = 0.1
 """Part of the greatest entry of its column that a pivot has at least, at all samples at which the
 order is chosen: the usual compromise of threshold pivoting (Davis 2006, chapter 6)."""
+MOST_GROWTH = 1.0 / THRESHOLD
+"""Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
 _NOTHING = 1e-9
 """Entry, in units of the length and of one, that counts as none: the rank tolerance of the
 kinematics."""

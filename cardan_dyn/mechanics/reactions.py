@@ -54,12 +54,18 @@ class Wrenches(NamedTuple):
             self.forces[push.body] = less(self.forces[push.body], push.force)
             self.moments[push.body] = less(self.moments[push.body], moment)
 
-    def passed_on(self, tree: Tree, at: Placed) -> Wrenches:
-        """Return what joints carry where these wrenches act on bodies and all that hang there."""
+    def passed_on(self, tree: Tree, at: Placed, among: Collection[int] | None = None) -> Wrenches:
+        """Return what joints carry where these wrenches act on bodies and all that hang there.
+
+        Args:
+            tree: the bodies.
+            at: where they are.
+            among: bodies that it is passed on to, since it vanishes beyond; all of them if None.
+        """
         forces, moments = list(self.forces), list(self.moments)
         for index in range(len(tree.bodies) - 1, -1, -1):
             parent = tree.bodies[index].parent
-            if parent >= 0:
+            if parent >= 0 and (among is None or parent in among):
                 lever = less(at.points[index], at.points[parent])
                 forces[parent] = added(forces[parent], forces[index])
                 moment = added(moments[index], cross(lever, forces[index]))
@@ -127,8 +133,11 @@ def of_multipliers(
     """
     held = Wrenches.none(tree)
     exchanged: list[tuple[Vector, Vector]] = []
+    loaded: set[int] = set()
     for index, loop in enumerate(tree.loops):
         six = [multipliers.get(6 * index + k, 0.0) for k in range(6)]
+        if not all(map(is_zero, six)):
+            loaded |= tree.around(loop)
         force, moment = tuple(six[:3]), tuple(six[3:])
         for end, sign in ((loop.predecessor, 1.0), (loop.successor, -1.0)):
             lever = at.end(end)[1]
@@ -137,7 +146,7 @@ def of_multipliers(
         exchanged.append((times(force, -1.0), times(moment, -1.0)))
     first = 6 * len(tree.loops)
     moments = [-multipliers.get(first + k, 0.0) for k in range(len(tree.couplings))]
-    return held.passed_on(tree, at), exchanged, moments
+    return held.passed_on(tree, at, loaded), exchanged, moments
 
 
 class Closed(NamedTuple):

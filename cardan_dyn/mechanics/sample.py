@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from ..arrays import Array
 from ..tape import absolute, greater, is_zero
 from . import closure
 from .bodies import Tree
-from .elimination import Eliminated, Pivot, Row, eliminated, pivots
+from .elimination import MOST_GROWTH, Eliminated, Pivot, Row, eliminated, pivots
 from .placements import Placed, moving, placed, stepped
-from .reactions import Closed, Push, SelfStresses, closed, momentum_rates
+from .reactions import Closed, Push, SelfStresses, Wrenches, closed, missing, momentum_rates
 from .vectors import ZERO, Scalar, Vector, seen, times, turned
 
 MOST_RATES = 128
@@ -41,12 +43,14 @@ class Roles(NamedTuple):
         held: prescribed, at rest.
         blocks: of what loops decide, each after those that it depends on.
         counted: wrenches that the norm of indeterminate forces counts, see `reactions.closed`.
+        efforts_alone: whether of all forces the efforts of drives are wanted alone.
     """
 
     drives: tuple[int, ...]
     held: tuple[int, ...]
     blocks: tuple[Block, ...]
     counted: tuple[int, ...]
+    efforts_alone: bool = False
 
     @property
     def passives(self) -> tuple[int, ...]:
@@ -64,18 +68,43 @@ class Roles(NamedTuple):
         moved = [body for body in tree.bodies if passives.issuperset(body.rates)]
         return [column for body in moved for column in body.columns]
 
-    def order(self, tree: Tree, x: Mapping[int, Array]) -> list[Pivot]:
-        """Return an order of elimination of closure rows.
+    def orders(
+        self, tree: Tree, x: Mapping[int, Array], most: int, from_first: bool = False
+    ) -> list[tuple[list[Pivot], Array]]:
+        """Return orders of elimination of closure rows, and the samples (index) each is chosen at.
+
+        The first one is chosen at all samples, each other one where those before it serve worst.
 
         Args:
             tree: the mechanism.
-            x: column to coordinates `(S,)` of the samples at which it is chosen.
+            x: column to coordinates `(S,)` of the samples.
+            most: how many at most.
+            from_first: whether all of them have to serve at the first sample, where lines begin.
 
         Raises:
             UnsuitableError: see `pivots`.
         """
-        rows = closure.rows(tree, placed(tree, x), {*self.drives, *self.passives})
-        return pivots(passive_rows(rows, self), [block[:2] for block in self.blocks])
+        at = placed(tree, x)
+        rows = passive_rows(closure.rows(tree, at, {*self.drives, *self.passives}), self)
+        count = len(next(iter(x.values())))
+        every = [{c: np.broadcast_to(entry, count) for c, entry in row.items()} for row in rows]
+        left, growth, quarter = np.arange(count), np.full(count, np.inf), -(-count // 4)
+        found: dict[tuple[tuple[int, int], ...], tuple[list[Pivot], Array]] = {}
+        while len(found) < most:
+            own = [{column: entry[left] for column, entry in row.items()} for row in every]
+            order = pivots(own, [block[:2] for block in self.blocks])
+            places = tuple(pivot[:2] for pivot in order)
+            if places in found:
+                break
+            found[places] = order, left
+            with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
+                growth = np.fmin(growth, eliminated(every, order).growth)
+            (left,) = np.nonzero(
+                growth >= min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter])
+            )
+            if from_first:
+                left = np.union1d([0], left)
+        return list(found.values())
 
 
 class LinkForce(NamedTuple):
@@ -271,11 +300,16 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
     carried = momentum_rates(tree, at, motion, given.factors)
     for link_force in given.link_forces:
         carried.against(at, link_force.push(at))
+    open_tree = carried.passed_on(tree, at)
+    judged = step, position.error, greater(guess.factors.growth, factors.growth), factors.narrowness
+    if roles.efforts_alone:
+        efforts = _by_virtual_work(tree, at, roles, ratios, open_tree, given.loads)
+        return Solved(x, ratios, v, a, {}, {}, efforts, [0.0] * len(tree.couplings), *judged)
     result = closed(
         tree,
         at,
         factors,
-        carried.passed_on(tree, at),
+        open_tree,
         given.loads,
         roles.passives,
         roles.counted,
@@ -302,10 +336,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
         },
         _exerted(tree, at, roles, result, given.loads),
         result.couplings,
-        step,
-        position.error,
-        greater(guess.factors.growth, factors.growth),
-        factors.narrowness,
+        *judged,
     )
 
 
@@ -331,6 +362,24 @@ def _combined(ratios: Sequence[Mapping[int, Scalar]], rates: Sequence[Scalar]) -
         for index, ratio in of_drive.items():
             result[index] = result.get(index, 0.0) + ratio * rate
     return result
+
+
+def _by_virtual_work(
+    tree: Tree,
+    at: Placed,
+    roles: Roles,
+    ratios: Sequence[Mapping[int, Scalar]],
+    open_tree: Wrenches,
+    loads: Mapping[int, Scalar],
+) -> dict[int, Scalar]:
+    """Return what drives exert: closure forces do no work (principle of virtual work)."""
+    needed = missing(
+        open_tree.along(tree, at, range(len(tree.units))), loads, range(len(tree.units))
+    )
+    return {
+        drive: sum((ratio * needed[rate] for rate, ratio in own.items()), 0.0)
+        for drive, own in zip(roles.drives, ratios, strict=True)
+    }
 
 
 def _exerted(

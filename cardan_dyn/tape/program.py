@@ -18,9 +18,9 @@ from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
 from .on_machine import block_for, filled, machine_is_at_hand, spread
 from .trace import Scalar, Trace
 
-WORTH_TRACING = 1024
-"""Samples from which on tracing pays: it takes about as long as the general path takes to follow,
-solve and prove so many, of a universal joint as of a platform."""
+WORTH_TRACING = 1 if machine_is_at_hand() else 1024
+"""Samples from which on tracing pays. Without the compiled machine, NumPy takes about a microsecond
+for an operation of whichever number of samples, and few of them are better solved in general."""
 
 
 class Program:

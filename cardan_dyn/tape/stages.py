@@ -75,6 +75,14 @@ class Stages:
                 )
             if stage.most < 1:
                 raise ArgumentError(f"stage {place} has most={stage.most}; it needs a pass")
+        # Of each input, the row that it is of its own outputs and of those before; -1 for none.
+        self._rows = [
+            [
+                np.array([among.get(name, -1) for name in stage.program.inputs], dtype=np.int32)
+                for among in (stage.carried, stage.taken)
+            ]
+            for stage in self.stages
+        ]
 
     def run(self, inputs: Sequence[Mapping[str, Any]], count: int, threads: int = 1) -> list[Array]:
         """Return the outputs `(outputs, count)` of each stage that is kept.
@@ -87,22 +95,40 @@ class Stages:
         Raises:
             ArgumentError: an input is missing, or has another shape.
         """
+        given = [
+            [values.get(name) for name in stage.program.inputs]
+            for stage, values in zip(self.stages, self._checked(inputs, count), strict=True)
+        ]
+        return self.run_values(given, count, threads)
+
+    def run_values(
+        self, inputs: Sequence[Sequence[Array | None]], count: int, threads: int = 1
+    ) -> list[Array]:
+        """Return what `run` does, with inputs that are not checked.
+
+        Args:
+            inputs: of each stage, arrays `()` or `(count,)`, one for each of its program's inputs;
+                None for those that are taken.
+            count: number of lanes.
+            threads: as for `run`.
+        """
         if not (count and self.stages and machine_is_at_hand()):
-            return self.run_on_arrays(inputs, count)
+            named = [
+                dict(zip(stage.program.inputs, own, strict=True))
+                for stage, own in zip(self.stages, inputs, strict=True)
+            ]
+            return self.run_on_arrays(named, count)
         block = block_for(count)
         lanes = max(block, count)
-        given, outputs = self._checked(inputs, count, lanes)
-        fields = []
-        for stage, values, rows in zip(self.stages, given, outputs, strict=True):
-            program, names = stage.program, stage.program.inputs
-            arrays = [values.get(name) for name in names]
-            carried, taken = (
-                np.array([among.get(name, -1) for name in names], dtype=np.int32)
-                for among in (stage.carried, stage.taken)
-            )
+        outputs, fields = [], []
+        for stage, own, (carried, taken) in zip(self.stages, inputs, self._rows, strict=True):
+            rows = np.empty((stage.program.outputs, lanes)) if stage.kept else None
+            arrays = [v if v is None or not v.ndim else filled(v, lanes) for v in own]
             until = -1 if stage.until is None else stage.until
             ends = (until, stage.within, stage.most)
-            fields.append((program.handle(block), arrays, carried, taken, *ends, None, rows))
+            handle = stage.program.handle(block)
+            fields.append((handle, arrays, carried, taken, *ends, None, rows))
+            outputs.append(rows)
 
         def part(first: int, last: int) -> None:
             compiled.kernel.run_stages(fields, lanes, block, first, last)
@@ -124,7 +150,15 @@ class Stages:
             ArgumentError: as `run`.
         """
         lanes = lanes_of_block(count, block)
-        given, outputs = self._checked(inputs, count, max(count, lanes))
+        padded = max(count, lanes)
+        given = [
+            {name: filled(value, padded) for name, value in values.items()}
+            for values in self._checked(inputs, count)
+        ]
+        outputs = [
+            np.empty((stage.program.outputs, padded)) if stage.kept else None
+            for stage in self.stages
+        ]
         with ExitStack() as lent, np.errstate(all="ignore"):
             bound = [lent.enter_context(x.program.array_block(lanes)) for x in self.stages]
             for part in parts(count, lanes):
@@ -138,24 +172,14 @@ class Stages:
                         rows[:, part] = before
         return [rows[:, :count] for rows in outputs if rows is not None]
 
-    def _checked(
-        self, inputs: Sequence[Mapping[str, Any]], count: int, lanes: int
-    ) -> tuple[list[dict[str, Array]], list[Array | None]]:
-        """Return values of the inputs of each stage, and arrays for outputs that are kept.
-
-        Both have so many lanes.
-        """
+    def _checked(self, inputs: Sequence[Mapping[str, Any]], count: int) -> list[dict[str, Array]]:
+        """Return values of the inputs of each stage that are not taken, each `()` or `(count,)`."""
         if len(inputs) != len(self.stages):
             raise ArgumentError(f"give inputs of {len(self.stages)} stages, not of {len(inputs)}")
-        given = []
-        for stage, values in zip(self.stages, inputs, strict=True):
-            checked = stage.program.checked(values, count, left_out=stage.taken)
-            given.append({name: filled(value, lanes) for name, value in checked.items()})
-        outputs = [
-            np.empty((stage.program.outputs, lanes)) if stage.kept else None
-            for stage in self.stages
+        return [
+            stage.program.checked(values, count, left_out=stage.taken)
+            for stage, values in zip(self.stages, inputs, strict=True)
         ]
-        return given, outputs
 
 
 def _check(place: int, name: str, row: int, rows: int, among: str) -> None:

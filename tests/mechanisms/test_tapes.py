@@ -11,7 +11,7 @@ from scenes import draw
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics import taped
+from cardan_dyn.dynamics import tape, taped
 from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
 from cardan_dyn.kinematics.closing.all_groups import ClosedState
 from cardan_dyn.scene.usual_motion import usual_motion
@@ -211,7 +211,8 @@ def test_samples_that_no_tape_holds_for_are_solved_in_general(
 
     expected = in_general(swept, monkeypatch)
     for growth in (0.0, 1.05, 2.0):
-        monkeypatch.setattr(taped, "_GROWTH", growth)
+        monkeypatch.setattr(tape, "MOST_GROWTH", growth)
+        scene.mechanism.kept.forget("tapes")
         assert_same(swept(), expected)
 
 
@@ -296,17 +297,14 @@ def test_what_a_tape_leaves_out_is_not_lost(
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing")
     positions = np.linspace(0.0, 2.0 * np.pi, 40)
     scene.sweep(positions)
-    made, unloaded = taped.TapedSolver._made, []
+    made = tape.Tape.__init__
+    (tapes,) = scene.mechanism.kept._values["tapes"].values()
+    unloaded = tapes[0].acting
 
-    def always_unloaded(*arguments: object) -> object:
-        found = made(*arguments[:3], unloaded[0], arguments[4])  # type: ignore[arg-type]
-        return found
+    def always_unloaded(*arguments: object) -> None:
+        made(*arguments[:-1], unloaded)  # type: ignore[arg-type]
 
-    (tapes,) = (
-        tapes for (_, kind), tapes in scene.mechanism.kept._values["tapes"].items() if tapes
-    )
-    unloaded.append(tapes[0].acting)
-    monkeypatch.setattr(taped.TapedSolver, "_made", always_unloaded)
+    monkeypatch.setattr(tape.Tape, "__init__", always_unloaded)
     loads = {"rocker_bearing": -3.0}
     sweep = scene.sweep(positions, loads=loads)
     assert solved_by_tape == [True, False]

@@ -228,15 +228,10 @@ class JointMotion:
         return reached
 
     def _lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
-        """Return coordinates `(N, size)` at positions `(N, d)`, by tapes where there are many."""
+        """Return coordinates `(N, size)` at positions `(N, d)`, by tapes where these serve."""
         if len(own) < program.WORTH_TRACING or self._taped is None:
             return self._on_lines(kinematics, own, design_of)
-
-        def scouted(positions: Array) -> Array:
-            found = self._on_lines(kinematics, positions, np.arange(len(positions)))
-            return found.x[found.is_there]
-
-        x, is_there = self._taped.ends(own, scouted)
+        x, is_there = self._taped.ends(own)
         count = len(own)
         reached = Reached(x, is_there, np.zeros(count), np.ones(count), np.full(count, np.inf))
         (rest,) = np.nonzero(~is_there)

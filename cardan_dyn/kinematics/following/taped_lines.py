@@ -8,10 +8,11 @@ general, and say why it cannot be followed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property, partial
 
 import numpy as np
 
-from ...arrays import BLOCK_SIZE, Array, some
+from ...arrays import BLOCK_SIZE, Array
 from ...mechanics.bodies import tree_of
 from ...mechanics.elimination import Pivot, UnsuitableError
 from ...mechanics.following import NEAR, Line, Place
@@ -20,10 +21,8 @@ from ...mechanism.mechanism import Mechanism
 from ...tape import Program, Scalar, Stage, Stages, Trace, select
 from ..closing.all_groups import Kinematics
 from ..loops.closure_blocks import closure_blocks
+from .scouts import scouts
 
-SCOUTS = 16
-"""Closed positions at which an order of elimination is chosen, and lines that fail from which on
-another order is chosen at some of them."""
 _MOST_TAPES = 2
 """Orders that are tried."""
 _LANES = 4 * BLOCK_SIZE
@@ -32,6 +31,7 @@ _MOST_STEPS = 400
 """Steps of a line at most."""
 _MOST_CORRECTIONS = 12
 """Steps of Newton's method at its end at most."""
+_ZERO = np.zeros(())
 
 
 class TapedLines:
@@ -64,15 +64,18 @@ class TapedLines:
         columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
         self._columns: list[int] = columns
         self._passives = self._roles.columns(tree)
-        self._stages: list[Stages] = []
+        self._mechanism, self._kinematics = mechanism, kinematics
+        self._key = self._roles, *map(tuple, legs)
+        # Where nothing moves yet: arrays of one number each.
+        begin = {f"x{column}": value for column, value in enumerate(self._start.tolist())}
+        begin |= {f"e{column}": self._start[column] for column in columns}
+        begin |= {"rest": 1.0, "length": 1.0, "lost": 0.0, "step": np.inf}
+        self._begin = {name: np.array(value) for name, value in begin.items()}
 
-    def ends(self, positions: Array, scouted: Callable[[Array], Array]) -> tuple[Array, Array]:
+    def ends(self, positions: Array) -> tuple[Array, Array]:
         """Return coordinates near closed ones at the ends of lines, and which these hold for.
 
-        Args:
-            positions: `(N, d)` of the drives, to which lines lead [rad or m].
-            scouted: closed coordinates `(S, size)` of those of some positions `(K, d)` that can be
-                reached, found in another way.
+        With positions `(N, d)` of the drives, to which lines lead [rad or m].
 
         Returns:
             `(N, size)`, off by rounding or by the square of `NEAR`; and `(N,)`.
@@ -80,25 +83,33 @@ class TapedLines:
         x = np.tile(self._start, (len(positions), 1))
         is_there = np.zeros(len(positions), dtype=bool)
         targets = positions / self._units[self._columns]
-        (rest,) = np.nonzero(~is_there)
-        for tape in range(_MOST_TAPES):
-            if tape == len(self._stages):
-                if len(rest) < SCOUTS:
-                    break
-                closed = scouted(positions[rest[some(len(rest), SCOUTS)]])
-                try:
-                    order = self.order(closed / self._units)
-                except UnsuitableError:
-                    break
-                self._stages.append(self._traced(order))
+        for index, order in enumerate(self._orders):
+            (rest,) = np.nonzero(~is_there)
+            if not len(rest):
+                break
+            key = self._key, index
+            stages = self._mechanism.kept.of("lines", key, partial(self._traced, order))
             for first in range(0, len(rest), _LANES):
                 own = rest[first : first + _LANES]
-                found, is_there[own] = self._followed(self._stages[tape], targets[own])
+                found, is_there[own] = self._followed(stages, targets[own])
                 x[own[:, None], self._passives] = found.T
-            rest = rest[~is_there[rest]]
         x *= self._units
         x[:, self._columns] = positions
         return x, is_there
+
+    @cached_property
+    def _orders(self) -> list[list[Pivot]]:
+        """Orders of elimination that scouts show: the same for all scenes that move alike."""
+
+        def chosen() -> list[list[Pivot]]:
+            closed = (scouts(self._kinematics, self._start * self._units) / self._units).T
+            try:
+                found = self._roles.orders(self._tree, dict(enumerate(closed)), _MOST_TAPES, True)
+            except UnsuitableError:
+                return []
+            return [order for order, _ in found]
+
+        return self._mechanism.kept.of("orders of lines", self._key, chosen)
 
     def _followed(self, stages: Stages, ends: Array) -> tuple[Array, Array]:
         """Return passive coordinates `(P, K)` at ends of lines, and `(K,)` which are there.
@@ -108,37 +119,21 @@ class TapedLines:
         ways = ends - self._start[self._columns]
         # Lines of a length end together, and so do those of a block.
         order = np.argsort(np.abs(ways).sum(axis=1), kind="stable")
-        ends, ways = ends[order], ways[order]
-        common: dict[str, Array | float] = {
-            f"x{column}": value for column, value in enumerate(self._start.tolist())
-        }
-        common |= {"rest": 1.0, "length": 1.0, "lost": 0.0, "step": np.inf}
-        inputs = []
-        moved = np.zeros(len(self._columns), dtype=bool)
-        for leg in self._legs:
-            moves = np.zeros_like(moved)
-            moves[list(leg)] = True
-            given = dict(common)
+        ends, ways = ends[order].T, ways[order].T
+        given, inputs = dict(self._begin), []
+        # Two stages for each leg, and then the last one.
+        for leg, first in zip((*self._legs, ()), range(0, len(stages.stages), 2), strict=True):
             for drive, column in enumerate(self._columns):
-                stays = self._start[column]
-                given[f"e{column}"] = ends[:, drive] if (moved | moves)[drive] else stays
-                given[f"w{column}"] = ways[:, drive] if moves[drive] else 0.0
-            inputs += [given, given]
-            moved |= moves
-        (outputs,) = stages.run([*inputs, given], len(ends))
+                if drive in leg:
+                    given[f"e{column}"] = ends[drive]
+                given[f"w{column}"] = ways[drive] if drive in leg else _ZERO
+            for stage in stages.stages[first : first + 2]:
+                names = stage.program.inputs
+                inputs.append([None if name in stage.taken else given[name] for name in names])
+        (outputs,) = stages.run_values(inputs, len(order))
         result = np.empty_like(outputs)
         result[:, order] = outputs
         return result[:-1], result[-1] <= NEAR
-
-    def order(self, scouts: Array) -> list[Pivot]:
-        """Return an order of elimination that serves at the start.
-
-        With scouts `(S, size)`, closed, in units of the tree.
-
-        Raises:
-            UnsuitableError: there is none.
-        """
-        return self._roles.order(self._tree, dict(enumerate(np.vstack([self._start, scouts]).T)))
 
     def _traced(self, order: Sequence[Pivot]) -> Stages:
         """Return the stages that lead to the ends of lines."""

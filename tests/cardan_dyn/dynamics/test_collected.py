@@ -15,16 +15,21 @@ from cardan_dyn.dynamics.collected import Evidence, Rows, kept
 from cardan_dyn.dynamics.inverse_dynamics import Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.problem.samples import Targets
+from cardan_dyn.tape import program
 
 COUNT = 30
 
 
 @pytest.fixture(scope="module")
 def solution() -> Solution:
+    """Return one that knows all that any keeps: of the general path."""
     scene = four_bar()
     solver, where = ProblemSolver(scene.problem), positions(scene)
     rates = np.full_like(where, 3.0), np.full_like(where, -1.0)
-    return solver.solve(solver.assemble(Targets.of_positions(where)), acting(solver, *rates))
+    assembled = solver.assemble(Targets.of_positions(where))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(program, "WORTH_TRACING", np.inf)
+        return solver.solve(assembled, acting(solver, *rates))
 
 
 def evidence(*blocks: Solution) -> Evidence:

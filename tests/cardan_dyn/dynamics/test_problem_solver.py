@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -17,8 +18,10 @@ from cardan_dyn.dynamics import problem_solver
 from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
 from cardan_dyn.dynamics.inverse_dynamics import InverseDynamics, Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.dynamics.taped import TapedSolver
 from cardan_dyn.elements.link_loads import WRENCH_COMPONENTS
 from cardan_dyn.problem.samples import Targets
+from cardan_dyn.tape import program
 
 
 def solver(scene: cd.Scene) -> ProblemSolver:
@@ -35,7 +38,7 @@ def test_a_solution_in_blocks_is_that_in_one(monkeypatch: pytest.MonkeyPatch) ->
     where = positions(scene)
     item = solver(scene)
     whole = item.solve(item.assemble(Targets.of_positions(where)), acting(item, *rates(where)))
-    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 8)
+    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 2)  # Tapes take four of them at a time.
     assembled = item.assemble(Targets.of_positions(where))
     # Blocks of equal size: 30 samples in four blocks of seven or eight.
     sizes = [span.stop - span.start for span in assembled.spans]
@@ -201,26 +204,37 @@ def test_problems_with_a_rule_accept_indeterminate_outputs(options: dict[str, ob
     item.refuse_indeterminate(UNIQUE)
 
 
-def test_what_is_solved_is_proven() -> None:
-    """Without closure forces, loads and weights are not in balance."""
+@pytest.mark.parametrize("fewest", [1, np.inf])
+def test_what_is_solved_is_proven(fewest: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without closure forces, loads and weights are not in balance: on tapes and in general."""
+    monkeypatch.setattr(program, "WORTH_TRACING", fewest)
     scene = four_bar()
     item, where = solver(scene), positions(scene)
     assembled = item.assemble(Targets.of_positions(where))
     item.reactions._active.clear()
+    roles = item.taped._roles
+    blocks = tuple(block._replace(is_balanced=False) for block in roles.blocks)
+    item.taped._roles = roles._replace(blocks=blocks)
     with pytest.raises(cd.AccuracyError, match="please report"):
         item.solve(assembled, acting(item, *rates(where)))
 
 
-def test_flags_of_what_is_solved_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("fewest", [1, np.inf])
+def test_flags_of_what_is_solved_are_proven(fewest: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A planar four-bar does not determine its forces out of the plane."""
+    monkeypatch.setattr(program, "WORTH_TRACING", fewest)
     scene = four_bar()
     item, where = solver(scene), positions(scene)
-    assembled, solve = item.assemble(Targets.of_positions(where)), InverseDynamics.solve
+    assembled = item.assemble(Targets.of_positions(where))
 
-    def solved(*arguments: Any) -> Solution:
-        solution = solve(*arguments)
-        return solution._replace(influence=np.zeros_like(solution.influence))
+    def flagged(found: Callable[..., Solution]) -> Callable[..., Solution]:
+        def solved(*arguments: Any) -> Solution:
+            solution = found(*arguments)
+            return solution._replace(influence=np.zeros_like(solution.influence))
 
-    monkeypatch.setattr(InverseDynamics, "solve", solved)
+        return solved
+
+    monkeypatch.setattr(TapedSolver, "solution", flagged(TapedSolver.solution))
+    monkeypatch.setattr(InverseDynamics, "solve", flagged(InverseDynamics.solve))
     with pytest.raises(cd.AccuracyError, match="flagged unique, but changes"):
         item.solve(assembled, acting(item, *rates(where)))

@@ -26,12 +26,8 @@ def motion_of(mechanism: cd.Mechanism, drives: list[str], **options: object) -> 
 
 
 def on_tapes(part: JointMotion, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    def scouted(some: np.ndarray) -> np.ndarray:
-        found = in_general(part, some)
-        return found.x[found.is_there]
-
     assert part._taped is not None
-    return part._taped.ends(positions, scouted)
+    return part._taped.ends(positions)
 
 
 def in_general(part: JointMotion, positions: np.ndarray) -> Reached:
@@ -150,8 +146,8 @@ def line(start: float, end: float) -> tuple[Line, Place]:
     taped = part._taped
     assert taped is not None
     begin, to = np.array([[start, 0.8], [end, 0.8]])
-    x, *scouts = in_general(part, np.stack([begin, to, 0.3 * to])).x
-    order = taped.order(np.stack(scouts) / taped._units)
+    (x,) = in_general(part, begin[None, :]).x
+    order = taped._orders[0]
     columns = taped._columns
     line = Line(
         taped._tree,
