@@ -317,7 +317,7 @@ class Tape:
             `(b, 6)` the greatest influence of self-stresses on each component, see
             `Solution.influence`; and the couplings (index) whose moments are not unique.
         """
-        influence, loose = np.zeros((self._sizes[0], 6)), set()
+        influence, loose = np.zeros((self._sizes[0], 6)), set[int]()
         if self._roles.efforts_alone:
             return influence, loose
         program, wrenches, couplings = self._opened
