@@ -35,10 +35,10 @@ def derivatives(outputs: Sequence[Scalar], wrt: Sequence[Variable]) -> list[list
     for start in starts:
         tangents: dict[int, Scalar] = {start: 1.0}
         for node in order:
-            if any(k in tangents for k in trace.arguments[node]):
+            arguments = trace.nodes[node].arguments
+            if any(k in tangents for k in arguments):
                 tangent: Scalar = 0.0
-                factors = _factors(trace, node)
-                for argument, times in zip(trace.arguments[node], factors, strict=True):
+                for argument, times in zip(arguments, _factors(trace, node), strict=True):
                     if argument in tangents:
                         tangent = tangent + times(tangents[argument])
                 tangents[node] = tangent
@@ -63,12 +63,12 @@ def gradient(output: Scalar, wrt: Sequence[Variable]) -> list[Scalar]:
     order = reached(trace, [end])
     depends = set(starts)
     for node in order:
-        if any(argument in depends for argument in trace.arguments[node]):
+        if any(argument in depends for argument in trace.nodes[node].arguments):
             depends.add(node)
     adjoints: dict[int, Scalar] = {end: 1.0}
     for node in reversed(order):
         if node in adjoints and node in depends:
-            arguments = trace.arguments[node]
+            arguments = trace.nodes[node].arguments
             if depends.isdisjoint(arguments):
                 continue
             for argument, times in zip(arguments, _factors(trace, node), strict=True):
@@ -84,7 +84,7 @@ def _checked(
     if not all(isinstance(variable, Variable) for variable in wrt):
         raise ArgumentError("derivatives are with respect to variables of a trace, not numbers")
     trace = trace_of(*wrt, *outputs) or Trace()
-    return trace, [trace.node(x) for x in outputs], [trace.node(x) for x in wrt]
+    return trace, [trace.index(x) for x in outputs], [trace.index(x) for x in wrt]
 
 
 def _factors(trace: Trace, node: int) -> tuple[Callable[[Scalar], Scalar], ...]:
@@ -92,8 +92,8 @@ def _factors(trace: Trace, node: int) -> tuple[Callable[[Scalar], Scalar], ...]:
 
     Products with 0 or 1, as lanes choose, are chosen themselves: the other may be NaN.
     """
-    arguments = [trace.scalar(argument) for argument in trace.arguments[node]]
-    return _FACTORS[trace.operations[node]](trace.scalar(node), *arguments)
+    arguments = [trace.scalar(argument) for argument in trace.nodes[node].arguments]
+    return _FACTORS[trace.nodes[node].operation](trace.scalar(node), *arguments)
 
 
 _Factors = tuple[Callable[[Scalar], Scalar], ...]
