@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from .operations import CONSTANT, INPUT, NAMES, UNIFORM
-from .trace import Scalar, Trace
+from .trace import Scalar, Trace, Variable
 
 _NUMBERS = {name: number for number, name in enumerate(NAMES)}
 
@@ -66,15 +66,15 @@ def live_part(trace: Trace, outputs: Iterable[Scalar], keeps_inputs: bool = Fals
     ends = [trace.index(x) for x in outputs]
     live = reached(trace, ends)
     number = np.full(len(trace.nodes), -1, dtype=np.int32)
-    number[live] = np.arange(len(live))
-    nodes = [trace.nodes[node] for node in live]
-    operations = np.array([_NUMBERS[node.operation] for node in nodes], dtype=np.int32)
-    leading = [node.arguments for node in nodes]
-    counts = np.array([*map(len, leading)], dtype=np.int32)
+    number[[node.index for node in live]] = np.arange(len(live))
+    operations = np.array([_NUMBERS[node.operation] for node in live], dtype=np.int32)
+    leading = [node.arguments for node in live]
+    counts = np.fromiter(map(len, leading), np.int32)
     arguments = np.full((len(live), 3), -1, dtype=np.int32)
-    arguments[counts[:, None] > np.arange(3)] = number[[*chain.from_iterable(leading)]]
+    filled = counts[:, None] > np.arange(3)
+    arguments[filled] = number[np.fromiter(chain.from_iterable(leading), np.int32)]
     constants = operations == _NUMBERS[CONSTANT]
-    values = [trace.constants[live[node]] for node in np.flatnonzero(constants).tolist()]
+    values = [trace.constants[live[k].index] for k in np.flatnonzero(constants).tolist()]
     arguments[constants, 0] = np.arange(len(values))
     inputs = {name: x for name, x in trace.inputs.items() if keeps_inputs or number[x.index] >= 0}
     of_inputs = number[[x.index for x in inputs.values()]]
@@ -90,13 +90,16 @@ def live_part(trace: Trace, outputs: Iterable[Scalar], keeps_inputs: bool = Fals
     )
 
 
-def reached(trace: Trace, ends: Iterable[int]) -> list[int]:
+def reached(trace: Trace, ends: Iterable[int]) -> list[Variable]:
     """Return the nodes that some depend on, with these, each after its arguments."""
     found = bytearray(len(trace.nodes))
     for end in ends:
         found[end] = True
+    result: list[Variable] = []
     for node in reversed(trace.nodes):
         if found[node.index]:
+            result.append(node)
             for argument in node.arguments:
                 found[argument] = True
-    return [node for node, is_found in enumerate(found) if is_found]
+    result.reverse()
+    return result

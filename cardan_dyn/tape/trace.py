@@ -21,6 +21,7 @@ reassociated.
 
 from __future__ import annotations
 
+import gc
 from collections import defaultdict
 from numbers import Real
 from typing import Any, TypeAlias
@@ -68,7 +69,7 @@ class Variable:
     def __add__(self, other: Scalar) -> Scalar:
         trace = self.trace
         if type(other) is not Variable or other.trace is not trace:
-            number = _number(other)
+            number = other if type(other) is float else _number(other)
             if number == 0.0:
                 return self
             other = trace.constant(number)
@@ -76,12 +77,13 @@ class Variable:
             return self - trace.nodes[other.arguments[0]]
         if self.operation == "negative":
             return other - trace.nodes[self.arguments[0]]
-        return trace.commutative("add", self.index, other.index)
+        i, j = self.index, other.index
+        return trace.node("add", i, j) if i <= j else trace.node("add", j, i)
 
     def __sub__(self, other: Scalar) -> Scalar:
         trace = self.trace
         if type(other) is not Variable or other.trace is not trace:
-            number = _number(other)
+            number = other if type(other) is float else _number(other)
             if number == 0.0:
                 return self
             other = trace.constant(number)
@@ -98,7 +100,7 @@ class Variable:
     def __mul__(self, other: Scalar) -> Scalar:
         trace, own, negated = self.trace, self, False
         if type(other) is not Variable or other.trace is not trace:
-            number = _number(other)
+            number = other if type(other) is float else _number(other)
             if number == 0.0:
                 return 0.0
             if number < 0.0:
@@ -110,7 +112,8 @@ class Variable:
             other, negated = trace.nodes[other.arguments[0]], True
         if own.operation == "negative":
             own, negated = trace.nodes[own.arguments[0]], not negated
-        product = trace.commutative("multiply", own.index, other.index)
+        i, j = own.index, other.index
+        product = trace.node("multiply", i, j) if i <= j else trace.node("multiply", j, i)
         return -product if negated else product
 
     def __truediv__(self, other: Scalar) -> Scalar:
@@ -159,6 +162,10 @@ class Variable:
 class Trace:
     """A graph of operations, which grows while functions of scalars are called with its variables.
 
+    In `with Trace() as trace:` it ends with the block, in which programs are made of it. Its nodes
+    and it refer to each other in circles: Python's collector of such is not run meanwhile, which
+    would take a third as long as tracing does, and has nothing left to collect then.
+
     Attributes:
         nodes: the variable of each node.
         constants: nodes to the values of those that are constants.
@@ -174,6 +181,17 @@ class Trace:
         self._shadows: list[Any] = []
         self._given: dict[int, Any] = {}
         self._samples = 1
+
+    def __enter__(self) -> Trace:
+        self._collects = gc.isenabled()
+        gc.disable()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        collects = self._collects
+        vars(self).clear()
+        if collects:
+            gc.enable()
 
     def input(self, name: str, shadow: Any, uniform: bool = False) -> Variable:
         """Return a new input.
@@ -240,10 +258,6 @@ class Trace:
         index = self._known[operation].setdefault(arguments, end)
         return self._appended(operation, arguments) if index == end else self.nodes[index]
 
-    def commutative(self, operation: str, i: int, j: int) -> Variable:
-        """Return the variable of an operation whose arguments may be exchanged."""
-        return self.node(operation, i, j) if i <= j else self.node(operation, j, i)
-
     def quotient(self, a: Variable, b: Variable, negated: bool) -> Variable:
         """Return a / b, or minus that."""
         if a.operation == "negative":
@@ -275,7 +289,7 @@ class Trace:
             for zero, other in ((a, b), (b, a)):
                 if is_zero(zero) and other.operation == "absolute":
                     return other
-        return self.commutative(operation, i, j)
+        return self.node(operation, min(i, j), max(i, j))
 
     def select(self, condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
         """Return a where the condition is above 0, else b: where it is NaN as well."""
@@ -310,8 +324,6 @@ def _number(x: Any) -> float:
     Raises:
         ArgumentError: it is none.
     """
-    if type(x) is float:
-        return x
     if type(x) is Variable:
         raise ArgumentError(
             "variables of two traces meet; make all inputs of a program by one trace"
