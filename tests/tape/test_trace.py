@@ -223,6 +223,7 @@ def test_a_trace_leaves_nothing_to_collect_and_the_collector_as_it_was(collects:
     def variables() -> int:
         return sum(type(found) is Variable for found in gc.get_objects())
 
+    gc.collect()
     before, was = variables(), gc.isenabled()
     (gc.enable if collects else gc.disable)()
     try:
