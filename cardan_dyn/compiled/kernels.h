@@ -8,6 +8,7 @@
 
 #ifdef HAS_MACHINE
 #define EVERY_MACHINE(WITH) \
+    WITH(instructions) \
     WITH(program) \
     WITH(run_program) \
     WITH(run_stages)

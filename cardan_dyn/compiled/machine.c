@@ -221,6 +221,23 @@ static void release_call(Call *call)
     free(call->room);
 }
 
+int is_array_of(const Py_buffer *buffer, char type)
+{
+    const char *format = buffer->format;
+    /* Where a long has 32 bits, they are told by its letter. */
+    int has_type = format[0] == type || (type == 'i' && format[0] == 'l');
+    if (!has_type || format[1] || buffer->itemsize != (type == 'd' ? 8 : 4)) {
+        PyErr_Format(PyExc_TypeError, "an array of %s is needed",
+                     type == 'd' ? "numbers" : "32-bit integers");
+        return 0;
+    }
+    if ((uintptr_t)buffer->buf % buffer->itemsize) {
+        PyErr_SetString(PyExc_ValueError, "numbers of an array lie across their boundaries");
+        return 0;
+    }
+    return 1;
+}
+
 /* Take an array of doubles, "d", or of 32-bit integers, "i". */
 static const Py_buffer *take_array(Call *call, PyObject *object, char type, int flags)
 {
@@ -235,20 +252,7 @@ static const Py_buffer *take_array(Call *call, PyObject *object, char type, int 
     }
     taken->next = call->held;
     call->held = taken;
-    const Py_buffer *buffer = &taken->buffer;
-    const char *format = buffer->format;
-    /* Where a long has 32 bits, they are told by its letter. */
-    int has_type = format[0] == type || (type == 'i' && format[0] == 'l');
-    if (!has_type || format[1] || buffer->itemsize != (type == 'd' ? 8 : 4)) {
-        PyErr_Format(PyExc_TypeError, "an array of %s is needed",
-                     type == 'd' ? "numbers" : "32-bit integers");
-        return NULL;
-    }
-    if ((uintptr_t)buffer->buf % buffer->itemsize) {
-        PyErr_SetString(PyExc_ValueError, "numbers of an array lie across their boundaries");
-        return NULL;
-    }
-    return buffer;
+    return is_array_of(&taken->buffer, type) ? &taken->buffer : NULL;
 }
 
 /* Take so many integers. */
@@ -302,9 +306,9 @@ static void free_program(PyObject *capsule)
     free(PyCapsule_GetPointer(capsule, PROGRAM));
 }
 
-/* Whether each operand of an instruction is one that there is. Marks inputs that have to be one
-   number. */
-static int is_instruction(const Program *program, const int32_t *row, int is_prologue,
+/* Whether each operand of an instruction is one that there is. Registers become offsets in bytes.
+   Marks inputs that have to be one number. */
+static int is_instruction(const Program *program, int32_t *row, int is_prologue,
                           Py_ssize_t constant_count, char *uniform)
 {
 #define OPERANDS(name, operands) operands,
@@ -312,29 +316,30 @@ static int is_instruction(const Program *program, const int32_t *row, int is_pro
 #undef OPERANDS
     if (row[0] < 0 || row[0] >= (int32_t)(sizeof(operands) / sizeof(*operands)))
         return 0;
-    const int64_t size = 8 * program->lanes;
     for (const char *kind = operands[*row++]; *kind; kind++, row++) {
-        int64_t at = *row, end = size * program->registers, step = size;
-        if (*kind == 'm' && at == -1)
+        const int is_register = strchr("dms", *kind) != NULL;
+        const Py_ssize_t end = is_register     ? program->registers
+                               : *kind == 'k' ? constant_count
+                               : *kind == 'r' ? program->rows
+                                              : program->inputs;
+        if (*kind == 'm' && *row == -1)
             continue;
-        if (strchr("iukr", *kind)) {
-            end = *kind == 'k' ? constant_count : *kind == 'r' ? program->rows : program->inputs;
-            step = 1;
-        }
-        if (at < 0 || at >= end || at % step || (is_prologue && strchr("ir", *kind)))
+        if (*row < 0 || *row >= end || (is_prologue && strchr("ir", *kind)))
             return 0;
         if (*kind == 'u')
-            uniform[at] = 1;
+            uniform[*row] = 1;
+        if (is_register)
+            *row *= 8 * program->lanes;
     }
     return 1;
 }
 
 /* Check that a tape ends, and all its instructions. */
-static int check_tape(const Program *program, int is_prologue, Py_ssize_t rows,
+static int check_tape(const Program *program, int32_t *tape, Py_ssize_t rows,
                       Py_ssize_t constant_count, char *uniform)
 {
+    const int is_prologue = tape == program->prologue;
     const char *name = is_prologue ? "prologue" : "code";
-    const int32_t *tape = is_prologue ? program->prologue : program->code;
     if (!rows || tape[ROW * (rows - 1)] != 0) {
         PyErr_Format(PyExc_ValueError, "the %s of a program does not end", name);
         return -1;
@@ -371,12 +376,14 @@ static Program *copied_program(const Program *sizes, const Py_buffer *prologue,
     *made = *sizes;
     char *at = (char *)(made + 1);
     made->constants = memcpy(at, constants->buf, constants->len);
-    made->prologue = memcpy(at += constants->len, prologue->buf, prologue->len);
-    made->code = memcpy(at += prologue->len, code->buf, code->len);
+    int32_t *first = memcpy(at += constants->len, prologue->buf, prologue->len);
+    int32_t *each = memcpy(at += prologue->len, code->buf, code->len);
+    made->prologue = first;
+    made->code = each;
     made->uniform = at += code->len;
     Py_ssize_t count = constants->len / 8;
-    if (check_tape(made, 1, prologue->shape[0], count, at) < 0 ||
-        check_tape(made, 0, code->shape[0], count, at) < 0) {
+    if (check_tape(made, first, prologue->shape[0], count, at) < 0 ||
+        check_tape(made, each, code->shape[0], count, at) < 0) {
         free(made);
         return NULL;
     }
@@ -386,8 +393,7 @@ static Program *copied_program(const Program *sizes, const Py_buffer *prologue,
 /* program(prologue, constants, code, registers, inputs, outputs, block)
 
    Returns a handle of a program for blocks of 4 or 32 lanes, with so many registers, inputs and
-   outputs. `prologue` and `code` are instructions (n, 8); registers stand in them as offsets in
-   bytes, so many that each has a number for every lane of a block. */
+   outputs. `prologue` and `code` are instructions (n, 8), with numbers of registers. */
 PyObject *program(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;

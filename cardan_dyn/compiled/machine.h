@@ -3,7 +3,7 @@
    A tape is a list of instructions without jumps, each a row of eight 32-bit integers: an
    operation, what it writes, what it reads. It runs on a block of lanes at once, which are samples
    side by side; a register holds a number for each lane of the block. Registers are told by their
-   offset in bytes. */
+   number, and where a tape runs by their offset in bytes. */
 
 #ifndef CARDAN_DYN_MACHINE_H
 #define CARDAN_DYN_MACHINE_H
@@ -78,6 +78,9 @@
     WITH(PMM, "dssssss") /* a b - c d - e f */ \
     WITH(PMA, "dsssss")  /* a b - c d + e */ \
     WITH(SA, "dsssss")   /* a - b c + d e */
+
+/* Whether an array is one of doubles, "d", or of 32-bit integers, "i"; else an error is set. */
+int is_array_of(const Py_buffer *buffer, char type);
 
 /* Where an input lies: numbers of all lanes of the run, one after the other (step 1), or of the
    lanes of any block (step 0). */

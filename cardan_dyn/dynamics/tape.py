@@ -197,23 +197,23 @@ class Tape:
         self._size = len(shadows)
         self._per_sample = sorted(per_sample)
         self._uniform = [column for column in range(self._size) if column not in per_sample]
-        trace = Trace()
-        given, x, left_out = self._traced(trace)
-        found = solved(tree, roles, given, order)
-        error = found.error / tree.norm_length
-        # Exactly 1 at the greatest that is allowed.
-        unstable = greater(found.growth / MOST_GROWTH, found.narrowness / REGULAR_CONDITION)
-        outputs = [
-            select(left_out, np.inf, greater(unstable, found.step / _FAR)),
-            greater(found.step / _EXACT, error / rounding),
-            *(left_out, error, found.narrowness),
-        ]
         self._spans = []
-        for quantity in self._quantities(found, x, () if kind.moves_alone else wrenches):
-            values = list(quantity)
-            self._spans.append(slice(len(outputs), len(outputs) + len(values)))
-            outputs += values
-        self._program = Program(trace, outputs, keeps_inputs=True)
+        with Trace() as trace:
+            given, x, left_out = self._traced(trace)
+            found = solved(tree, roles, given, order)
+            error = found.error / tree.norm_length
+            # Exactly 1 at the greatest that is allowed.
+            unstable = greater(found.growth / MOST_GROWTH, found.narrowness / REGULAR_CONDITION)
+            outputs = [
+                select(left_out, np.inf, greater(unstable, found.step / _FAR)),
+                greater(found.step / _EXACT, error / rounding),
+                *(left_out, error, found.narrowness),
+            ]
+            for quantity in self._quantities(found, x, () if kind.moves_alone else wrenches):
+                values = list(quantity)
+                self._spans.append(slice(len(outputs), len(outputs) + len(values)))
+                outputs += values
+            self._program = Program(trace, outputs, keeps_inputs=True)
 
     def _traced(self, trace: Trace) -> tuple[Given, list[Scalar], Scalar]:
         """Return what is given at a sample, its coordinates in SI units, and what is left out.
@@ -332,21 +332,22 @@ class Tape:
     @cached_property
     def _opened(self) -> tuple[Program, list[int], list[int]]:
         """What is open as a program; which components its outputs are, and then which couplings."""
-        trace = Trace()
-        wrenches, couplings = openings(self._tree, self._roles, self._traced(trace)[0], self._order)
-        named = {
-            6 * index + component: value
-            for index, values in wrenches.items()
-            for component, value in enumerate(values)
-            if not is_zero(value)
-        }
-        of_couplings = {
-            item.number: value
-            for item, value in zip(self._tree.couplings, couplings or (), strict=bool(couplings))
-            if not is_zero(value)
-        }
-        outputs = [*named.values(), *of_couplings.values()]
-        return Program(trace, outputs, keeps_inputs=True), list(named), list(of_couplings)
+        tree = self._tree
+        with Trace() as trace:
+            wrenches, couplings = openings(tree, self._roles, self._traced(trace)[0], self._order)
+            named = {
+                6 * index + component: value
+                for index, values in wrenches.items()
+                for component, value in enumerate(values)
+                if not is_zero(value)
+            }
+            of_couplings = {
+                item.number: value
+                for item, value in zip(tree.couplings, couplings or (), strict=bool(couplings))
+                if not is_zero(value)
+            }
+            outputs = [*named.values(), *of_couplings.values()]
+            return Program(trace, outputs, keeps_inputs=True), list(named), list(of_couplings)
 
     def _with_x(self, rows: Prescribed, x: Array) -> list[Array]:
         """Return rows with those of coordinates `(size, n)` behind them."""

@@ -38,11 +38,12 @@ class _Known:
 
     def __init__(self, text: Text, rows: Rows, frames: Frames, acting: Array) -> None:
         """Trace a text; arguments as of `Programs.results`, and the attribute."""
-        trace, self.acting = Trace(), acting
-        pairs = list(zip(rows.variables(trace), acting.tolist(), strict=True))
-        sample = rows.sample([own if acts else 0.0 for own, acts in pairs], frames)
-        left_out = greatest(own for own, acts in pairs if not acts)
-        self.program = Program(trace, (*text(sample), left_out), keeps_inputs=True)
+        self.acting = acting
+        with Trace() as trace:
+            pairs = list(zip(rows.variables(trace), acting.tolist(), strict=True))
+            sample = rows.sample([own if acts else 0.0 for own, acts in pairs], frames)
+            left_out = greatest(own for own, acts in pairs if not acts)
+            self.program = Program(trace, (*text(sample), left_out), keeps_inputs=True)
 
     def results(self, rows: Rows) -> Array | None:
         """Return the results of the program; None where it does not hold."""

@@ -35,13 +35,12 @@ def derivatives(outputs: Sequence[Scalar], wrt: Sequence[Variable]) -> list[list
     for start in starts:
         tangents: dict[int, Scalar] = {start: 1.0}
         for node in order:
-            if any(k in tangents for k in trace.arguments[node]):
+            if any(k in tangents for k in node.arguments):
                 tangent: Scalar = 0.0
-                factors = _factors(trace, node)
-                for argument, times in zip(trace.arguments[node], factors, strict=True):
+                for argument, times in zip(node.arguments, _factors(node), strict=True):
                     if argument in tangents:
                         tangent = tangent + times(tangents[argument])
-                tangents[node] = tangent
+                tangents[node.index] = tangent
         columns.append([tangents.get(end, 0.0) for end in ends])
     return [list(row) for row in zip(*columns, strict=True)] if columns else [[] for _ in ends]
 
@@ -63,17 +62,15 @@ def gradient(output: Scalar, wrt: Sequence[Variable]) -> list[Scalar]:
     order = reached(trace, [end])
     depends = set(starts)
     for node in order:
-        if any(argument in depends for argument in trace.arguments[node]):
-            depends.add(node)
+        if not depends.isdisjoint(node.arguments):
+            depends.add(node.index)
     adjoints: dict[int, Scalar] = {end: 1.0}
     for node in reversed(order):
-        if node in adjoints and node in depends:
-            arguments = trace.arguments[node]
-            if depends.isdisjoint(arguments):
-                continue
-            for argument, times in zip(arguments, _factors(trace, node), strict=True):
+        if node.index in adjoints and not depends.isdisjoint(node.arguments):
+            own = adjoints[node.index]
+            for argument, times in zip(node.arguments, _factors(node), strict=True):
                 if argument in depends:
-                    adjoints[argument] = adjoints.get(argument, 0.0) + times(adjoints[node])
+                    adjoints[argument] = adjoints.get(argument, 0.0) + times(own)
     return [adjoints.get(start, 0.0) for start in starts]
 
 
@@ -84,16 +81,16 @@ def _checked(
     if not all(isinstance(variable, Variable) for variable in wrt):
         raise ArgumentError("derivatives are with respect to variables of a trace, not numbers")
     trace = trace_of(*wrt, *outputs) or Trace()
-    return trace, [trace.node(x) for x in outputs], [trace.node(x) for x in wrt]
+    return trace, [trace.index(x) for x in outputs], [trace.index(x) for x in wrt]
 
 
-def _factors(trace: Trace, node: int) -> tuple[Callable[[Scalar], Scalar], ...]:
+def _factors(node: Variable) -> tuple[Callable[[Scalar], Scalar], ...]:
     """Return the derivative of a node with respect to each argument, as products with it.
 
     Products with 0 or 1, as lanes choose, are chosen themselves: the other may be NaN.
     """
-    arguments = [trace.scalar(argument) for argument in trace.arguments[node]]
-    return _FACTORS[trace.operations[node]](trace.scalar(node), *arguments)
+    arguments = [node.trace.scalar(argument) for argument in node.arguments]
+    return _FACTORS[node.operation](node, *arguments)
 
 
 _Factors = tuple[Callable[[Scalar], Scalar], ...]

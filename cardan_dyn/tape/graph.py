@@ -2,34 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
 
-from .operations import INPUT
-from .trace import Scalar, Trace
+import numpy as np
+
+from ..arrays import Array
+from .operations import CONSTANT, INPUT, NAMES, UNIFORM
+from .trace import Scalar, Trace, Variable
+
+_NUMBERS = {name: number for number, name in enumerate(NAMES)}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Graph:
     """Nodes in an order in which each comes after its arguments.
 
     Attributes:
-        operations: of each node, a name of `ON_ARRAYS`, `CONSTANT` or `INPUT`.
-        arguments: of each node, indices of nodes before it; of an input, its place in `inputs`.
-        uniform: whether each node has one value for all lanes of a run.
-        constants: nodes to the values of those that are constants.
+        operations: of each node, its number in `NAMES` `(n,)`.
+        arguments: of each node, nodes before it `(n, 3)`, -1 where it has fewer; of a constant its
+            place in `constants`, of an input that in `inputs`.
+        constants: values.
         inputs: names of inputs, in the order of their creation.
         uniform_inputs: names of those of them that are numbers.
         outputs: the node of each output; one may be several outputs.
     """
 
-    operations: tuple[str, ...]
-    arguments: tuple[tuple[int, ...], ...]
-    uniform: tuple[bool, ...]
-    constants: dict[int, float]
+    operations: Array
+    arguments: Array
+    constants: Array
     inputs: tuple[str, ...]
     uniform_inputs: frozenset[str]
-    outputs: tuple[int, ...]
+    outputs: Array
+
+    def nodes(self) -> Iterator[tuple[str, list[int]]]:
+        """Yield the name of each node's operation, and its arguments."""
+        pairs = zip(self.operations.tolist(), self.arguments.tolist(), strict=True)
+        return ((NAMES[number], [k for k in row if k >= 0]) for number, row in pairs)
+
+    @cached_property
+    def uniform(self) -> list[bool]:
+        """Whether each node has one value for all lanes of a run."""
+        uniform: list[bool] = []
+        for operation, arguments in self.nodes():
+            is_leaf = operation in (CONSTANT, INPUT, UNIFORM)
+            uniform.append(operation != INPUT if is_leaf else all(uniform[k] for k in arguments))
+        return uniform
 
 
 def live_part(trace: Trace, outputs: Iterable[Scalar], keeps_inputs: bool = False) -> Graph:
@@ -43,37 +63,43 @@ def live_part(trace: Trace, outputs: Iterable[Scalar], keeps_inputs: bool = Fals
     Raises:
         ArgumentError: an output is of another trace.
     """
-    ends = [trace.node(x) for x in outputs]
+    ends = [trace.index(x) for x in outputs]
     live = reached(trace, ends)
-    number = {node: k for k, node in enumerate(live)}
-    names = [name for name, node in trace.inputs.items() if keeps_inputs or node in number]
-    arguments = [tuple([number[k] for k in trace.arguments[node]]) for node in live]
-    for place, name in enumerate(names):
-        if trace.inputs[name] in number:
-            arguments[number[trace.inputs[name]]] = (place,)
+    number = np.full(len(trace.nodes), -1, dtype=np.int32)
+    number[[node.index for node in live]] = np.arange(len(live))
+    operations = np.array([_NUMBERS[node.operation] for node in live], dtype=np.int32)
+    leading = [node.arguments for node in live]
+    counts = np.fromiter(map(len, leading), np.int32)
+    arguments = np.full((len(live), 3), -1, dtype=np.int32)
+    filled = counts[:, None] > np.arange(3)
+    arguments[filled] = number[np.fromiter(chain.from_iterable(leading), np.int32)]
+    constants = operations == _NUMBERS[CONSTANT]
+    values = [trace.constants[live[k].index] for k in np.flatnonzero(constants).tolist()]
+    arguments[constants, 0] = np.arange(len(values))
+    inputs = {name: x for name, x in trace.inputs.items() if keeps_inputs or number[x.index] >= 0}
+    of_inputs = number[[x.index for x in inputs.values()]]
+    (places,) = np.nonzero(of_inputs >= 0)
+    arguments[of_inputs[places], 0] = places
     return Graph(
-        operations=tuple([trace.operations[node] for node in live]),
-        arguments=tuple(arguments),
-        uniform=tuple([trace.uniform[node] for node in live]),
-        constants={number[k]: x for k, x in trace.constants.items() if k in number},
-        inputs=tuple(names),
-        uniform_inputs=frozenset(name for name in names if trace.uniform[trace.inputs[name]]),
-        outputs=tuple([number[node] for node in ends]),
+        operations=operations,
+        arguments=arguments,
+        constants=np.array(values),
+        inputs=tuple(inputs),
+        uniform_inputs=frozenset(name for name, x in inputs.items() if x.operation == UNIFORM),
+        outputs=number[ends],
     )
 
 
-def reached(trace: Trace, ends: Iterable[int]) -> list[int]:
+def reached(trace: Trace, ends: Iterable[int]) -> list[Variable]:
     """Return the nodes that some depend on, with these, each after its arguments."""
-    found: set[int] = set()
-    waiting = list(ends)
-    while waiting:
-        node = waiting.pop()
-        if node not in found:
-            found.add(node)
-            waiting.extend(trace.arguments[node])
-    return sorted(found)
-
-
-def leaves(graph: Graph, node: int) -> tuple[int, ...]:
-    """Return the nodes that a node is computed from; none for constants and inputs."""
-    return () if graph.operations[node] == INPUT else graph.arguments[node]
+    found = bytearray(len(trace.nodes))
+    for end in ends:
+        found[end] = True
+    result: list[Variable] = []
+    for node in reversed(trace.nodes):
+        if found[node.index]:
+            result.append(node)
+            for argument in node.arguments:
+                found[argument] = True
+    result.reverse()
+    return result

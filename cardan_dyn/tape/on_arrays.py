@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from .graph import Graph, leaves
-from .operations import CONSTANT, INPUT, ON_ARRAYS
+from .graph import Graph
+from .operations import CONSTANT, INPUT, ON_ARRAYS, UNIFORM
 
 MOST_LANES = 4096
 """Lanes of the greatest block: fewer cost more for each, as NumPy takes its time for each call."""
@@ -37,17 +37,16 @@ class ArrayBlock:
         self.outputs: Array = registers[: len(graph.outputs)]
         self._once: list[Callable[[], Any]] = []
         self._each: list[Callable[[], Any]] = []
-        for node, operation in enumerate(graph.operations):
-            arguments = graph.arguments[node]
+        for node, (operation, arguments) in enumerate(graph.nodes()):
             if operation == CONSTANT:
-                held[node][...] = graph.constants[node]
-            elif operation == INPUT:
+                held[node][...] = graph.constants[arguments[0]]
+            elif operation in (INPUT, UNIFORM):
                 self.inputs[graph.inputs[arguments[0]]] = held[node]
             else:
                 steps = self._once if graph.uniform[node] else self._each
                 taken = [held[k] for k in arguments]
                 steps.append(partial(ON_ARRAYS[operation], *taken, out=held[node]))
-        for row, node in enumerate(graph.outputs):
+        for row, node in enumerate(graph.outputs.tolist()):
             if graph.uniform[node] or places[node] != row:
                 self._each.append(partial(np.copyto, registers[row], held[node]))
 
@@ -98,22 +97,23 @@ def _registers(graph: Graph) -> tuple[int, dict[int, int]]:
     An operation may write over its own arguments, where nothing reads them later.
     """
     kept: dict[int, int] = {}
-    for row, node in enumerate(graph.outputs):
-        if graph.operations[node] != INPUT:
+    nodes = [
+        (operation, () if operation in (CONSTANT, INPUT, UNIFORM) else arguments)
+        for operation, arguments in graph.nodes()
+    ]
+    for row, node in enumerate(graph.outputs.tolist()):
+        if nodes[node][0] != INPUT:
             kept.setdefault(node, row)
-    last = {}
-    for node in range(len(graph.operations)):
-        for argument in leaves(graph, node):
-            last[argument] = node
+    last = {k: node for node, (_, arguments) in enumerate(nodes) for k in arguments}
     rows = len(graph.outputs)
     places = dict(kept)
     free: list[int] = []
-    for node, operation in enumerate(graph.operations):
+    for node, (operation, arguments) in enumerate(nodes):
         if graph.uniform[node]:
             continue
         free.extend(
             places[k]
-            for k in set(leaves(graph, node))
+            for k in set(arguments)
             if last[k] == node and k not in kept and not graph.uniform[k]
         )
         if node not in places:

@@ -1,13 +1,15 @@
-"""On the machine: which blocks of lanes compiled code runs, on which threads."""
+"""On the machine: the code of a graph, which blocks of lanes it runs on, on which threads."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import compiled
 from ..arrays import Array
+from .graph import Graph
 
 _LARGE_BLOCK, _SMALL_BLOCK = 32, 4
 """Lanes of a block, as the machine is compiled for them."""
@@ -16,6 +18,35 @@ _LARGE_BLOCK, _SMALL_BLOCK = 32, 4
 def machine_is_at_hand() -> bool:
     """Return whether there is a compiled machine."""
     return hasattr(compiled.kernel, "run_program")
+
+
+class Code(NamedTuple):
+    """Instructions on registers, each a row of eight integers; an END closes both lists.
+
+    Attributes:
+        prologue: what runs once `(n, 8)`: uniform values, whose registers nothing else writes.
+        body: what runs for each block of lanes `(m, 8)`.
+        registers: how many there are.
+    """
+
+    prologue: Array
+    body: Array
+    registers: int
+
+
+def code_of(graph: Graph) -> Code:
+    """Return the code of a graph, which rounds as the graph does.
+
+    Raises:
+        ValueError: the graph is too large.
+    """
+    fields = graph.operations, graph.arguments, graph.constants, graph.outputs
+    prologue, body, registers = compiled.kernel.instructions(*fields)
+    return Code(_rows(prologue), _rows(body), registers)
+
+
+def _rows(text: bytes) -> Array:
+    return np.frombuffer(text, np.int32).reshape(-1, 8)
 
 
 def block_for(count: int) -> int:

@@ -11,6 +11,7 @@ from ..arrays import Array
 
 CONSTANT: Final = "constant"
 INPUT: Final = "input"
+UNIFORM: Final = "uniform input"
 
 
 def _select(condition: Array, a: Array, b: Array, out: Array | None = None) -> Array:
@@ -41,3 +42,5 @@ ON_ARRAYS: Final[dict[str, Callable[..., Any]]] = {
     "arctan2": np.arctan2,
 }
 """Operations to their functions of arrays, which take an array `out` for the result."""
+NAMES: Final = (CONSTANT, INPUT, UNIFORM, *ON_ARRAYS)
+"""What nodes are, by their numbers in graphs: the order of `compiled/lowering.c`."""

@@ -7,7 +7,7 @@ import re
 
 from ..errors import ArgumentError
 from .graph import Graph
-from .operations import CONSTANT, INPUT
+from .operations import CONSTANT, INPUT, UNIFORM
 from .program import Program
 
 _EXPRESSIONS = {
@@ -49,8 +49,9 @@ def as_c(program: Program, name: str) -> str:
     graph = program.graph
     once: list[str] = []
     each: list[str] = []
-    for node, uniform in enumerate(graph.uniform):
-        (once if uniform else each).append(f"const double x{node} = {_value(graph, node)};")
+    for node, (operation, arguments) in enumerate(graph.nodes()):
+        value = _value(graph, operation, arguments)
+        (once if graph.uniform[node] else each).append(f"const double x{node} = {value};")
     stores = [f"outputs[{row} * count + lane] = x{node};" for row, node in enumerate(graph.outputs)]
     inputs = [
         f"   {place}: {text}{', one number' if text in graph.uniform_inputs else ''}"
@@ -76,12 +77,11 @@ def as_c(program: Program, name: str) -> str:
     )
 
 
-def _value(graph: Graph, node: int) -> str:
-    operation, arguments = graph.operations[node], graph.arguments[node]
+def _value(graph: Graph, operation: str, arguments: list[int]) -> str:
     if operation == CONSTANT:
-        return _number(graph.constants[node])
-    if operation == INPUT:
-        return f"inputs[{arguments[0]}][{'0' if graph.uniform[node] else 'lane'}]"
+        return _number(float(graph.constants[arguments[0]]))
+    if operation in (INPUT, UNIFORM):
+        return f"inputs[{arguments[0]}][{'0' if operation == UNIFORM else 'lane'}]"
     return _EXPRESSIONS[operation].format(*[f"x{argument}" for argument in arguments])
 
 

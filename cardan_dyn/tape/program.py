@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,8 @@ from .. import compiled
 from ..arrays import Array
 from ..errors import ArgumentError, choices
 from .graph import Graph, live_part
-from .instructions import Code, code_of
 from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
-from .on_machine import block_for, filled, machine_is_at_hand, spread
+from .on_machine import Code, block_for, code_of, filled, machine_is_at_hand, spread
 from .trace import Scalar, Trace
 
 WORTH_TRACING = 1 if machine_is_at_hand() else 1024
@@ -125,22 +123,22 @@ class Program:
                 outputs[:, part] = bound.outputs
         return outputs[:, :count]
 
-    @cached_property
-    def code(self) -> Code:
-        """Instructions of the machine."""
-        return code_of(self.graph)
-
     @property
-    def lines(self) -> int:
-        """How many instructions run for each block of lanes."""
-        return len(self.code.body) - 1
+    def code(self) -> Code:
+        """Instructions of the machine, which there has to be.
+
+        Raises:
+            ValueError: the program is too large.
+        """
+        return code_of(self.graph)
 
     def handle(self, block: int) -> Any:
         """Return the program as the machine keeps it, for blocks of so many lanes."""
         if block not in self._handles:
-            code = self.code
+            prologue, body, registers = self.code
+            sizes = registers, len(self.inputs), self.outputs, block
             self._handles[block] = compiled.kernel.program(
-                *code.for_lanes(block), code.registers, len(self.inputs), self.outputs, block
+                prologue, self.graph.constants, body, *sizes
             )
         return self._handles[block]
 

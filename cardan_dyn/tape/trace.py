@@ -21,6 +21,8 @@ reassociated.
 
 from __future__ import annotations
 
+import gc
+from collections import defaultdict
 from numbers import Real
 from typing import Any, TypeAlias
 
@@ -28,7 +30,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .operations import CONSTANT, INPUT, ON_ARRAYS
+from .operations import CONSTANT, INPUT, ON_ARRAYS, UNIFORM
 
 Scalar: TypeAlias = Any
 """A float, an array `(N,)` of all samples at once, or a `Variable`: texts are written for each."""
@@ -42,15 +44,22 @@ def is_zero(x: Scalar) -> bool:
 class Variable:
     """A scalar whose value is not known yet: a node of a trace.
 
-    `+ - * /` and unary `-` take other variables of the same trace, and numbers.
+    `+ - * /` and unary `-` take other variables of the same trace, and numbers. They ask for
+    little beyond themselves: a first call of a scene mostly traces.
+
+    Attributes:
+        trace: that it is of.
+        index: of the node.
+        operation: a name of `ON_ARRAYS`, or `CONSTANT`, `INPUT` or `UNIFORM`.
+        arguments: indices of nodes before it; none of constants and inputs.
     """
 
-    __slots__ = ("index", "trace")
+    __slots__ = ("arguments", "index", "operation", "trace")
     __array_ufunc__ = None  # NumPy's numbers leave operators with variables to these.
-
-    def __init__(self, trace: Trace, index: int) -> None:
-        self.trace = trace
-        self.index = index
+    trace: Trace
+    index: int
+    operation: str
+    arguments: tuple[int, ...]
 
     @property
     def shadow(self) -> Array:
@@ -58,31 +67,84 @@ class Variable:
         return self.trace.shadow(self.index)
 
     def __add__(self, other: Scalar) -> Scalar:
-        return self.trace.add(self, other)
-
-    def __radd__(self, other: Scalar) -> Scalar:
-        return self.trace.add(other, self)
+        trace = self.trace
+        if type(other) is not Variable or other.trace is not trace:
+            number = other if type(other) is float else _number(other)
+            if number == 0.0:
+                return self
+            other = trace.constant(number)
+        if other.operation == "negative":
+            return self - trace.nodes[other.arguments[0]]
+        if self.operation == "negative":
+            return other - trace.nodes[self.arguments[0]]
+        i, j = self.index, other.index
+        return trace.node("add", i, j) if i <= j else trace.node("add", j, i)
 
     def __sub__(self, other: Scalar) -> Scalar:
-        return self.trace.subtract(self, other)
+        trace = self.trace
+        if type(other) is not Variable or other.trace is not trace:
+            number = other if type(other) is float else _number(other)
+            if number == 0.0:
+                return self
+            other = trace.constant(number)
+        if other.operation == "negative":
+            return self + trace.nodes[other.arguments[0]]
+        if self.operation == "negative":
+            return -(trace.nodes[self.arguments[0]] + other)
+        return 0.0 if self is other else trace.node("subtract", self.index, other.index)
 
     def __rsub__(self, other: Scalar) -> Scalar:
-        return self.trace.subtract(other, self)
+        number = _number(other)
+        return -self if number == 0.0 else self.trace.constant(number) - self
 
     def __mul__(self, other: Scalar) -> Scalar:
-        return self.trace.multiply(self, other)
-
-    def __rmul__(self, other: Scalar) -> Scalar:
-        return self.trace.multiply(other, self)
+        trace, own, negated = self.trace, self, False
+        if type(other) is not Variable or other.trace is not trace:
+            number = other if type(other) is float else _number(other)
+            if number == 0.0:
+                return 0.0
+            if number < 0.0:
+                number, negated = -number, True
+            if number == 1.0:
+                return -self if negated else self
+            other = trace.constant(number)
+        elif other.operation == "negative":
+            other, negated = trace.nodes[other.arguments[0]], True
+        if own.operation == "negative":
+            own, negated = trace.nodes[own.arguments[0]], not negated
+        i, j = own.index, other.index
+        product = trace.node("multiply", i, j) if i <= j else trace.node("multiply", j, i)
+        return -product if negated else product
 
     def __truediv__(self, other: Scalar) -> Scalar:
-        return self.trace.divide(self, other)
+        if type(other) is Variable and other.trace is self.trace:
+            return self.trace.quotient(self, other, False)
+        number = _number(other)
+        negated = number < 0.0
+        number = -number if negated else number
+        if number == 1.0:
+            return -self if negated else self
+        return self.trace.quotient(self, self.trace.constant(number), negated)
 
     def __rtruediv__(self, other: Scalar) -> Scalar:
-        return self.trace.divide(other, self)
+        number = _number(other)
+        if number == 0.0:
+            return 0.0
+        negated = number < 0.0
+        return self.trace.quotient(
+            self.trace.constant(-number if negated else number), self, negated
+        )
 
-    def __neg__(self) -> Scalar:
-        return self.trace.negative(self)
+    def __neg__(self) -> Variable:
+        trace = self.trace
+        if self.operation == "negative":
+            return trace.nodes[self.arguments[0]]
+        if self.operation == "subtract":
+            i, j = self.arguments
+            return trace.node("subtract", j, i)
+        return trace.node("negative", self.index)
+
+    __radd__, __rmul__ = __add__, __mul__
 
     def __pos__(self) -> Variable:
         return self
@@ -94,31 +156,42 @@ class Variable:
         )
 
     def __repr__(self) -> str:
-        return f"<Variable {self.index}: {self.trace.operations[self.index]}>"
+        return f"<Variable {self.index}: {self.operation}>"
 
 
 class Trace:
     """A graph of operations, which grows while functions of scalars are called with its variables.
 
+    In `with Trace() as trace:` it ends with the block, in which programs are made of it. Its nodes
+    and it refer to each other in circles: Python's collector of such is not run meanwhile, which
+    would take a third as long as tracing does, and has nothing left to collect then.
+
     Attributes:
-        operations: of each node, a name of `ON_ARRAYS`, `CONSTANT` or `INPUT`.
-        arguments: of each node, indices of nodes before it; none of constants and inputs.
-        uniform: whether each node has one value for all lanes of a run.
+        nodes: the variable of each node.
         constants: nodes to the values of those that are constants.
-        inputs: names of inputs to their nodes, in the order of their creation.
+        inputs: names of inputs to their variables, in the order of their creation.
     """
 
     def __init__(self) -> None:
-        self.operations: list[str] = []
-        self.arguments: list[tuple[int, ...]] = []
-        self.uniform: list[bool] = []
+        self.nodes: list[Variable] = []
         self.constants: dict[int, float] = {}
-        self.inputs: dict[str, int] = {}
-        self._variables: list[Variable] = []
-        self._merged: dict[tuple[object, ...], Variable] = {}
+        self.inputs: dict[str, Variable] = {}
+        self._known: dict[str, dict[tuple[int, ...], int]] = defaultdict(dict)
+        self._of_numbers: dict[float | str, Variable] = {}
         self._shadows: list[Any] = []
         self._given: dict[int, Any] = {}
         self._samples = 1
+
+    def __enter__(self) -> Trace:
+        self._collects = gc.isenabled()
+        gc.disable()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        collects = self._collects
+        vars(self).clear()
+        if collects:
+            gc.enable()
 
     def input(self, name: str, shadow: Any, uniform: bool = False) -> Variable:
         """Return a new input.
@@ -143,9 +216,8 @@ class Trace:
             )
         if values.ndim:
             self._samples = len(values)
-        variable = self._appended(INPUT, (), uniform)
+        variable = self.inputs[name] = self._appended(UNIFORM if uniform else INPUT, ())
         self._given[variable.index] = values
-        self.inputs[name] = variable.index
         return variable
 
     def shadow(self, index: int) -> Array:
@@ -160,184 +232,108 @@ class Trace:
     def scalar(self, index: int) -> Scalar:
         """Return what a node stands for: a float if it is a constant, else its variable."""
         constant = self.constants.get(index)
-        return self._variables[index] if constant is None else constant
+        return self.nodes[index] if constant is None else constant
 
-    def node(self, x: Scalar) -> int:
+    def index(self, x: Scalar) -> int:
         """Return the node of a scalar; a number gets one if it has none.
 
         Raises:
             ArgumentError: the scalar is a variable of another trace, or no number.
         """
-        if type(x) is Variable:
-            if x.trace is not self:
-                raise ArgumentError(
-                    "variables of two traces meet; make all inputs of a program by one trace"
-                )
-            return x.index
-        value = self._number(x)
-        # 0.0 and -0.0 are equal, but not the same.
-        key = (CONSTANT, value, str(value)) if value == 0.0 else (CONSTANT, value)
-        variable = self._merged.get(key)
+        is_own = type(x) is Variable and x.trace is self
+        return (x if is_own else self.constant(_number(x))).index
+
+    def constant(self, value: float) -> Variable:
+        """Return the node of a number."""
+        key = value or str(value)  # 0.0 and -0.0 are equal, but not the same.
+        variable = self._of_numbers.get(key)
         if variable is None:
-            variable = self._merged[key] = self._appended(CONSTANT, (), True)
+            variable = self._of_numbers[key] = self._appended(CONSTANT, ())
             self.constants[variable.index] = value
-        return variable.index
+        return variable
 
-    def add(self, a: Scalar, b: Scalar) -> Scalar:
-        """Return a + b."""
-        a, b = self._taken(a), self._taken(b)
-        if is_zero(a):
-            return b
-        if is_zero(b):
-            return a
-        i, j = self.node(a), self.node(b)
-        if self.operations[j] == "negative":
-            return self.subtract(a, self._argument(j))
-        if self.operations[i] == "negative":
-            return self.subtract(b, self._argument(i))
-        return self._commutative("add", i, j)
+    def node(self, operation: str, *arguments: int) -> Variable:
+        """Return the variable of an operation, a new one unless it was written down before."""
+        end = len(self.nodes)
+        index = self._known[operation].setdefault(arguments, end)
+        return self._appended(operation, arguments) if index == end else self.nodes[index]
 
-    def subtract(self, a: Scalar, b: Scalar) -> Scalar:
-        """Return a - b."""
-        a, b = self._taken(a), self._taken(b)
-        if is_zero(b):
-            return a
-        if is_zero(a):
-            return self.negative(b)
-        i, j = self.node(a), self.node(b)
-        if self.operations[j] == "negative":
-            return self.add(a, self._argument(j))
-        if self.operations[i] == "negative":
-            return self.negative(self.add(self._argument(i), b))
-        return 0.0 if i == j else self._node("subtract", i, j)
-
-    def multiply(self, a: Scalar, b: Scalar) -> Scalar:
-        """Return a * b."""
-        a, b = self._taken(a), self._taken(b)
-        if is_zero(a) or is_zero(b):
-            return 0.0
-        negated_a, a = self._without_sign(a)
-        negated_b, b = self._without_sign(b)
-        if type(a) is float and a == 1.0:
-            product = b
-        elif type(b) is float and b == 1.0:
-            product = a
-        else:
-            product = self._commutative("multiply", self.node(a), self.node(b))
-        return product if negated_a == negated_b else self.negative(product)
-
-    def divide(self, a: Scalar, b: Scalar) -> Scalar:
-        """Return a / b."""
-        a, b = self._taken(a), self._taken(b)
-        if is_zero(a):
-            return 0.0
-        negated_a, a = self._without_sign(a)
-        negated_b, b = self._without_sign(b)
-        if type(b) is float and b == 1.0:
-            quotient = a
-        else:
-            quotient = self._node("divide", self.node(a), self.node(b))
-        return quotient if negated_a == negated_b else self.negative(quotient)
-
-    def negative(self, a: Scalar) -> Scalar:
-        """Return -a."""
-        if type(a) is not Variable:
-            return -a
-        operation, arguments = self.operations[a.index], self.arguments[a.index]
-        if operation == "negative":
-            return self._variables[arguments[0]]
-        if operation == "subtract":
-            return self._node("subtract", arguments[1], arguments[0])
-        return self._node("negative", a.index)
+    def quotient(self, a: Variable, b: Variable, negated: bool) -> Variable:
+        """Return a / b, or minus that."""
+        if a.operation == "negative":
+            a, negated = self.nodes[a.arguments[0]], not negated
+        if b.operation == "negative":
+            b, negated = self.nodes[b.arguments[0]], not negated
+        quotient = self.node("divide", a.index, b.index)
+        return -quotient if negated else quotient
 
     def function(self, operation: str, x: Variable) -> Scalar:
         """Return a function of one variable: sqrt, sin, cos, absolute, exp, log or tanh."""
-        if operation in ("sin", "cos", "absolute"):
-            negated, x = self._without_sign(x)
-            if negated and operation == "sin":
-                return self.negative(self._node(operation, x.index))
-            if operation == "absolute" and self.operations[x.index] == "absolute":
-                return x
-        return self._node(operation, x.index)
+        if x.operation == "negative" and operation in ("sin", "cos", "absolute"):
+            found = self.function(operation, self.nodes[x.arguments[0]])
+            return -found if operation == "sin" else found
+        if operation == x.operation == "absolute":
+            return x
+        return self.node(operation, x.index)
 
     def arctan2(self, y: Scalar, x: Scalar) -> Scalar:
         """Return the angle of the point (x, y) from the axis of x [rad]."""
-        return self._node("arctan2", self.node(y), self.node(x))
+        return self.node("arctan2", self.index(y), self.index(x))
 
     def extreme(self, operation: str, a: Scalar, b: Scalar) -> Scalar:
         """Return the "greater" or the "smaller" one; NaN if one is NaN."""
-        i, j = self.node(a), self.node(b)
+        i, j = self.index(a), self.index(b)
         if i == j:
             return a
         if operation == "greater":
-            for zero, other in ((a, j), (b, i)):
-                if is_zero(zero) and self.operations[other] == "absolute":
-                    return self._variables[other]
-        return self._commutative(operation, i, j)
+            for zero, other in ((a, b), (b, a)):
+                if is_zero(zero) and other.operation == "absolute":
+                    return other
+        return self.node(operation, min(i, j), max(i, j))
 
     def select(self, condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
         """Return a where the condition is above 0, else b: where it is NaN as well."""
-        condition = self._taken(condition)
-        if type(condition) is float:
-            return a if condition > 0.0 else b
-        i, j = self.node(a), self.node(b)
-        return a if i == j else self._node("select", self.node(condition), i, j)
+        if type(condition) is not Variable:
+            return a if _number(condition) > 0.0 else b
+        i, j = self.index(a), self.index(b)
+        return a if i == j else self.node("select", self.index(condition), i, j)
 
-    def _taken(self, x: Scalar) -> Scalar:
-        """Return a variable as it is, and any number as a float."""
-        kind = type(x)
-        return x if kind is Variable or kind is float else self._number(x)
-
-    def _number(self, x: Any) -> float:
-        if not isinstance(x, Real):
-            raise ArgumentError(
-                f"a traced variable meets {type(x).__name__}; it takes numbers and variables,"
-                " arrays are given to the program"
-            )
-        return float(x)
-
-    def _without_sign(self, x: Scalar) -> tuple[bool, Scalar]:
-        """Return whether a scalar is the negative of another, and that one; else the scalar."""
-        if type(x) is float:
-            return (True, -x) if x < 0.0 else (False, x)
-        if self.operations[x.index] == "negative":
-            return True, self._argument(x.index)
-        return False, x
-
-    def _argument(self, index: int) -> Variable:
-        return self._variables[self.arguments[index][0]]
-
-    def _commutative(self, operation: str, i: int, j: int) -> Variable:
-        return self._node(operation, i, j) if i <= j else self._node(operation, j, i)
-
-    def _node(self, operation: str, *arguments: int) -> Variable:
-        """Return the variable of an operation, a new one unless it was written down before."""
-        key = (operation, *arguments)
-        variable = self._merged.get(key)
-        if variable is None:
-            uniform = True
-            for argument in arguments:
-                uniform = uniform and self.uniform[argument]
-            variable = self._merged[key] = self._appended(operation, arguments, uniform)
-        return variable
-
-    def _appended(self, operation: str, arguments: tuple[int, ...], uniform: bool) -> Variable:
-        variable = Variable(self, len(self.operations))
-        self._variables.append(variable)
-        self.operations.append(operation)
-        self.arguments.append(arguments)
-        self.uniform.append(uniform)
+    def _appended(self, operation: str, arguments: tuple[int, ...]) -> Variable:
+        variable = Variable()
+        variable.trace = self
+        variable.index = len(self.nodes)
+        variable.operation = operation
+        variable.arguments = arguments
+        self.nodes.append(variable)
         return variable
 
     def _value(self, node: int) -> Any:
         """Return the values of a node at the shadow samples, those of nodes before it known."""
-        operation = self.operations[node]
+        operation = self.nodes[node].operation
         if operation == CONSTANT:
             return self.constants[node]
-        if operation == INPUT:
+        if operation in (INPUT, UNIFORM):
             return self._given[node]
         known = self._shadows
-        return ON_ARRAYS[operation](*[known[argument] for argument in self.arguments[node]])
+        return ON_ARRAYS[operation](*[known[k] for k in self.nodes[node].arguments])
+
+
+def _number(x: Any) -> float:
+    """Return a number that a variable meets.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    if type(x) is Variable:
+        raise ArgumentError(
+            "variables of two traces meet; make all inputs of a program by one trace"
+        )
+    if not isinstance(x, Real):
+        raise ArgumentError(
+            f"a traced variable meets {type(x).__name__}; it takes numbers and variables,"
+            " arrays are given to the program"
+        )
+    return float(x)
 
 
 def trace_of(*scalars: Scalar) -> Trace | None:

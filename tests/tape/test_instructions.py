@@ -3,47 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from testkit import arithmetic
+from testkit.machine import OPERATIONS, RESULTS, ROUNDED, needs_machine
 
 from cardan_dyn import compiled, tape
+from cardan_dyn.compiled import kernel
 from cardan_dyn.tape import Program, Trace
-from cardan_dyn.tape.instructions import UNWANTED, Code, Operation
+from cardan_dyn.tape.on_machine import Code
+from cardan_dyn.tape.operations import NAMES
+
+pytestmark = needs_machine
 
 MEANINGS: dict[str, Callable[..., Any]] = {
-    "ADD": lambda a, b: a + b,
-    "SUB": lambda a, b: a - b,
-    "MUL": lambda a, b: a * b,
-    "DIV": lambda a, b: a / b,
-    "RCP": lambda a: 1.0 / a,
-    "NEG": lambda a: -a,
-    "SQRT": np.sqrt,
-    "ABS": np.abs,
-    "MAX": np.maximum,
-    "MIN": np.minimum,
-    "SEL": lambda a, b, c: np.where(a > 0.0, b, c),
-    "FMA": lambda a, b, c: a * b + c,
-    "FMS": lambda a, b, c: a * b - c,
-    "FNMA": lambda a, b, c: c - a * b,
-    "P2": lambda a, b, c, d: a * b + c * d,
-    "M2": lambda a, b, c, d: a * b - c * d,
-    "P3": lambda a, b, c, d, e, f: a * b + c * d + e * f,
-    "A2": lambda a, b, c, d, e: a + b * c + d * e,
-    "S2": lambda a, b, c, d, e: a - b * c - d * e,
-    "AS": lambda a, b, c, d, e: a + b * c - d * e,
-    "SA": lambda a, b, c, d, e: a - b * c + d * e,
-    "AMX": lambda a, b: np.maximum(a, np.abs(b)),
-    "AMD": lambda a, b, c: np.maximum(a, np.abs(b - c)),
-    "ADD3": lambda a, b, c: a + b + c,
-    "PPM": lambda a, b, c, d, e, f: a * b + c * d - e * f,
-    "PMP": lambda a, b, c, d, e, f: a * b - c * d + e * f,
-    "PMM": lambda a, b, c, d, e, f: a * b - c * d - e * f,
-    "PMA": lambda a, b, c, d, e: a * b - c * d + e,
+    **ROUNDED,
     "EXP": np.exp,
     "LOG": np.log,
     "TANH": np.tanh,
@@ -55,31 +33,31 @@ TWO_RESULTS: dict[str, Callable[..., Any]] = {
     "ROT": lambda a, b, c, d: (a * c - b * d, a * d + b * c),
 }
 OPERANDS = {
-    **{name: function.__code__.co_argcount for name, function in TWO_RESULTS.items()},
-    **{
-        name: function.nin if isinstance(function, np.ufunc) else function.__code__.co_argcount
-        for name, function in MEANINGS.items()
-    },
+    name: function.nin if isinstance(function, np.ufunc) else function.__code__.co_argcount
+    for name, function in {**MEANINGS, **TWO_RESULTS}.items()
 }
+UNWANTED = -1
+"""Written where nothing reads it."""
 
 
-def run(code: Code, inputs: list[np.ndarray], rows: int, count: int) -> np.ndarray:
+def run(program: Program, inputs: list[np.ndarray], count: int) -> np.ndarray:
     """Return outputs of code, instruction by instruction; nothing reads what was not written."""
+    code = program.code
     registers: dict[int, np.ndarray] = {}
-    outputs = np.full((rows, count), np.nan)
+    outputs = np.full((program.outputs, count), np.nan)
     for number, *operands in [*code.prologue.tolist(), *code.body.tolist()]:
-        name = Operation(number).name
+        name = OPERATIONS[number]
         first, second = operands[:2]
         if name == "END":
             continue
         if name in ("LOAD", "LDU"):
             registers[first] = np.broadcast_to(inputs[second], count)
         elif name == "KST":
-            registers[first] = np.full(count, code.constants[second])
+            registers[first] = np.full(count, program.graph.constants[second])
         elif name == "STORE":
             outputs[second] = registers[first]
         else:
-            results = 2 if name in TWO_RESULTS else 1
+            results = RESULTS.get(name, 1)
             read = [registers[k] for k in operands[results : results + OPERANDS[name]]]
             found = TWO_RESULTS[name](*read) if results == 2 else (MEANINGS[name](*read),)
             for register, values in zip(operands, found, strict=False):
@@ -91,7 +69,7 @@ def run(code: Code, inputs: list[np.ndarray], rows: int, count: int) -> np.ndarr
 
 def names(code: Code) -> list[str]:
     """Return the operations of the body but loads, stores and the end."""
-    found = [Operation(number).name for number in code.body[:-1, 0].tolist()]
+    found = [OPERATIONS[number] for number in code.body[:-1, 0].tolist()]
     return [name for name in found if name not in ("LOAD", "STORE")]
 
 
@@ -110,7 +88,7 @@ def test_instructions_give_what_the_graph_does_to_the_last_bit(
     program = Program(trace, outputs)
     with np.errstate(all="ignore"):
         values = [inputs[name] for name in program.inputs]
-        found = run(program.code, values, len(outputs), 50)
+        found = run(program, values, 50)
     np.testing.assert_array_equal(found, program.run_on_arrays(inputs, 50))
 
 
@@ -243,7 +221,98 @@ def test_registers_are_used_again() -> None:
         value = tape.sqrt(value)
     program = Program(trace, [value])
     assert program.code.registers == 1
-    assert program.lines == 102
+    assert len(program.code.body) == 103
+
+
+def graph(nodes: str, outputs: Sequence[int], constants: int = 0) -> list[np.ndarray]:
+    """Return a graph as the machine takes it, of nodes with their arguments or places."""
+    rows = [node.split() for node in nodes.split(", ")]
+    arguments = [[*map(int, row[1:]), -1, -1, -1][:3] for row in rows]
+    return [
+        np.array([NAMES.index(row[0]) for row in rows], dtype=np.int32),
+        np.array(arguments, dtype=np.int32).reshape(-1, 3),
+        np.arange(float(constants)),
+        np.array(outputs, dtype=np.int32),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("nodes", "outputs"),
+    [
+        ("input 0, sqrt 1", [1]),
+        ("input 0, sqrt -1", [1]),
+        ("input 0, add 0 2", [1]),
+        ("input 0, select 0 0", [1]),
+        ("constant 1", [0]),
+        ("constant", [0]),
+        ("input 0", [1]),
+        ("input 0", [-1]),
+        ("input 0, sin 0, sin 0", [1, 2]),
+    ],
+)
+def test_graphs_that_are_none_are_refused(nodes: str, outputs: list[int]) -> None:
+    with pytest.raises(ValueError, match="of a graph"):
+        kernel.instructions(*graph(nodes, outputs, constants=1))
+
+
+def test_arrays_of_other_types_and_sizes_are_refused() -> None:
+    fields = graph("input 0, sqrt 0", [1])
+    kernel.instructions(*fields)
+    for place in range(4):
+        for dtype in (np.int64, np.float32, ">i4", ">f8"):
+            others = [*fields[:place], fields[place].astype(dtype), *fields[place + 1 :]]
+            with pytest.raises(TypeError):
+                kernel.instructions(*others)
+    for number in (-1, len(NAMES), 2**31 - 1):
+        with pytest.raises(ValueError, match="node 1 of a graph"):
+            kernel.instructions(np.array([1, number], dtype=np.int32), *fields[1:])
+    with pytest.raises(ValueError, match="arguments"):
+        kernel.instructions(fields[0][:1], *fields[1:])
+    with pytest.raises((BufferError, ValueError)):
+        kernel.instructions(np.ones(4, dtype=np.int32)[::2], *fields[1:])
+    with pytest.raises(TypeError, match="4 arguments"):
+        kernel.instructions(*fields[:3])
+    with pytest.raises(TypeError):
+        kernel.instructions([1, 4], *fields[1:])
+
+
+def test_graphs_that_are_too_large_are_refused() -> None:
+    # What is only zero takes no memory.
+    most = 2**23
+    operations, arguments = np.zeros(most, np.int32), np.zeros((most, 3), np.int32)
+    few = graph("input 0", [0])
+    with pytest.raises(ValueError, match="too many"):
+        kernel.instructions(operations, arguments, np.ones(1), few[3])
+    with pytest.raises(ValueError, match="too many"):
+        kernel.instructions(*few[:3], operations)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_any_arrays_are_refused_or_become_a_program(seed: int) -> None:
+    """Also where equal nodes are written twice, or not all are read."""
+    rng = np.random.default_rng(seed)
+    made = 0
+    for _ in range(500):
+        count = int(rng.integers(1, 40))
+        reach = int(rng.integers(1, 12))
+        operations = rng.integers(0, len(NAMES), count, dtype=np.int32)
+        operations[: min(3, count)] = 1
+        if rng.random() < 0.5:  # Mostly sums of products.
+            operations[3:] = rng.choice([3, 4, 5, 5], max(0, count - 3))
+        last = np.arange(count)[:, None]
+        arguments = (last - rng.integers(1, reach + 1, (count, 3))).astype(np.int32)
+        if rng.random() < 0.9:
+            arguments = np.maximum(arguments, 0)
+        arguments[operations <= 2] = 0
+        outputs = rng.integers(0, count, int(rng.integers(0, 9)), dtype=np.int32)
+        try:
+            found = kernel.instructions(operations, arguments, np.ones(1), outputs)
+        except ValueError:
+            continue
+        made += 1
+        prologue, body = (np.frombuffer(rows, np.int32).reshape(-1, 8) for rows in found[:2])
+        kernel.program(prologue, np.ones(1), body, found[2], 1, len(outputs), 32)
+    assert made > 100
 
 
 def test_numbers_of_operations_are_those_of_the_machine() -> None:
@@ -251,4 +320,4 @@ def test_numbers_of_operations_are_those_of_the_machine() -> None:
     if not header.is_file():
         pytest.skip("sources of the machine are in checkouts alone")
     listed = re.findall(r"WITH\((\w+), \"", header.read_text(encoding="utf-8"))
-    assert listed == [operation.name for operation in Operation]
+    assert listed == OPERATIONS

@@ -77,7 +77,6 @@ def test_no_lanes_and_no_outputs() -> None:
     empty = Program(Trace(), [])
     assert empty.inputs == ()
     assert empty.run({}, 7).shape == empty.run_on_arrays({}, 7).shape == (0, 7)
-    assert empty.lines == 0
 
 
 @pytest.mark.parametrize("count", [1, 3, 40])
@@ -174,11 +173,10 @@ def test_programs_can_be_pickled_and_keep_what_they_give() -> None:
     for text in (fresh, used):
         copy = pickle.loads(text)
         assert copy.inputs == program.inputs
-        assert copy.lines == program.lines
         np.testing.assert_array_equal(copy.run(inputs, 1000), expected)
         np.testing.assert_array_equal(copy.run_on_arrays(inputs, 1000), expected)
     # Arrays of blocks are not part of it.
-    assert len(used) < len(fresh) + 64 * program.lines + 2000
+    assert len(used) < len(fresh) + 64 * len(program.graph.operations) + 2000
 
 
 def test_what_lanes_do_not_choose_may_be_anything() -> None:

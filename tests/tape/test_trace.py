@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import operator
 from collections.abc import Callable
@@ -215,3 +216,28 @@ def test_wrong_operands_are_refused(trace: Trace, x: Variable) -> None:
         trace.input("z", [1.0, 2.0, 3.0])
     with pytest.raises(errors.ArgumentError, match="shape"):
         trace.input("z", [[1.0, 2.0]])
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_a_trace_leaves_nothing_to_collect_and_the_collector_as_it_was(collects: bool) -> None:
+    def variables() -> int:
+        return sum(type(found) is Variable for found in gc.get_objects())
+
+    gc.collect()
+    before, was = variables(), gc.isenabled()
+    (gc.enable if collects else gc.disable)()
+    try:
+        with Trace() as trace:
+            assert not gc.isenabled()
+            x = trace.input("x", 1.0)
+            program = Program(trace, [tape.sqrt(x * 3.0 - 1.0)])
+        assert gc.isenabled() is collects
+        with pytest.raises(ZeroDivisionError), Trace():
+            _ = 1 / 0
+        assert gc.isenabled() is collects
+        gc.disable()
+        del x
+        assert variables() == before
+    finally:
+        (gc.enable if was else gc.disable)()
+    assert program.run({"x": 1.0}, 1).tolist() == [[math.sqrt(2.0)]]

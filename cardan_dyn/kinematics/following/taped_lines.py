@@ -173,17 +173,18 @@ class TapedLines:
     def _program(
         self, text: Callable[[Trace, Line], Sequence[Scalar]], order: Sequence[Pivot]
     ) -> Program:
-        trace = Trace()
         drives = self._columns
-        still = {
-            column: trace.input(f"x{column}", value, uniform=True)
-            for column, value in enumerate(self._start.tolist())
-            if column not in {*drives, *self._passives}
-        }
-        ends, ways = (
-            {column: trace.input(f"{kind}{column}", 0.0) for column in drives} for kind in "ew"
-        )
-        return Program(trace, text(trace, Line(self._tree, self._roles, order, ends, ways, still)))
+        with Trace() as trace:
+            still = {
+                column: trace.input(f"x{column}", value, uniform=True)
+                for column, value in enumerate(self._start.tolist())
+                if column not in {*drives, *self._passives}
+            }
+            ends, ways = (
+                {column: trace.input(f"{kind}{column}", 0.0) for column in drives} for kind in "ew"
+            )
+            line = Line(self._tree, self._roles, order, ends, ways, still)
+            return Program(trace, text(trace, line))
 
     def _begun(self, trace: Trace, line: Line) -> list[Scalar]:
         """Return the rows of a place where lines begin; NaN where the leg before did not end."""

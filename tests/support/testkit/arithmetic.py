@@ -132,11 +132,10 @@ def of_graph(graph: Graph, inputs: dict[str, Any]) -> list[Any]:
     """Return the outputs of a graph as mpmath finds them, one lane."""
     values: list[Any] = []
     with mpmath.workdps(DIGITS):
-        for node, operation in enumerate(graph.operations):
-            arguments = graph.arguments[node]
+        for operation, arguments in graph.nodes():
             if operation == "constant":
-                values.append(mpmath.mpf(graph.constants[node]))
-            elif operation == "input":
+                values.append(mpmath.mpf(float(graph.constants[arguments[0]])))
+            elif operation in ("input", "uniform input"):
                 values.append(mpmath.mpf(inputs[graph.inputs[arguments[0]]]))
             else:
                 values.append(IN_DIGITS[operation](*[values[k] for k in arguments]))
