@@ -3,21 +3,11 @@
 import ast
 import re
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "cardan_dyn"
 COMPILED = PACKAGE / "compiled"
-
-_CLOSING = "cardan_dyn.kinematics.closing"
-CONSTANTS = {
-    "HALF_TURN": f"{_CLOSING}.equations",
-    **dict.fromkeys(
-        ("STRAIGHT", "CURVATURE", "BENT", "MOST_BENT", "NONE"), f"{_CLOSING}.group_solver"
-    ),
-}
-"""Constants that compiled functions and their twins have in common, and the modules of these."""
 
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
@@ -118,35 +108,14 @@ def test_no_compiled_function_knows_the_proof() -> None:
         assert "compiled" not in path.read_text(encoding="utf-8"), path.name
 
 
-def test_every_compiled_function_is_called_and_has_a_twin_that_names_it() -> None:
+def test_every_compiled_function_is_there_and_is_called() -> None:
     sources = {path.name: path.read_text(encoding="utf-8") for path in COMPILED.glob("*.[ch]")}
-    listed = sources["kernels.h"].split("#define EVERY_FUNCTION")[1].split("#define")[0]
+    listed = sources["kernels.h"].split("#define EVERY_FUNCTION")[1].split("#else")[0]
     functions = set(re.findall(r"WITH\((\w+)\)", listed))
+    written = set(re.findall(r"^PyObject \*(\w+)\(", "\n".join(sources.values()), re.MULTILINE))
+    assert functions <= written
     texts = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")]
-    twins = {twin for text in texts for twin in re.findall(r"# Twin: `(\w+)` of (\S+\.c)", text)}
-    assert {name for name, _ in twins} == functions
-    for name, file in twins:
-        assert re.search(rf"^PyObject \*{name}\(", sources[Path(file).name], re.MULTILINE), name
-    called = {name for text in texts for name in re.findall(r"kernel\.(\w+)\(", text)}
-    # What runs programs: these are written down in Python, and computed by NumPy as well.
-    machine = sources["kernels.h"].split("#define EVERY_MACHINE")[1].split("#else")[0]
-    assert called == functions | set(re.findall(r"WITH\((\w+)\)", machine)) | {"plan"}
-
-
-def test_compiled_functions_have_the_constants_of_their_twins() -> None:
-    own = {"SINGULAR", "TAU"}  # What NumPy has functions for, as for sines of the machine.
-    found = {
-        (path.name, name): float(value)
-        for path in COMPILED.glob("*.[ch]")
-        if path.name != "machine.c"
-        for name, value in re.findall(
-            r"^#define (\w+) ([\d.]+(?:e-?\d+)?)$", path.read_text(encoding="utf-8"), re.MULTILINE
-        )
-        if name not in own and ("." in value or "e" in value)
-    }
-    assert {name for _, name in found} == set(CONSTANTS)
-    for (_, name), value in found.items():
-        assert value == getattr(import_module(CONSTANTS[name]), f"_{name}"), name
+    assert {name for text in texts for name in re.findall(r"kernel\.(\w+)\(", text)} == functions
 
 
 def test_every_room_is_in_the_architecture() -> None:

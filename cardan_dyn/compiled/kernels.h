@@ -3,42 +3,20 @@
 #ifndef CARDAN_DYN_KERNELS_H
 #define CARDAN_DYN_KERNELS_H
 
-#include "arrays.h"
 #include "machine.h"
 
 #ifdef HAS_MACHINE
-#define EVERY_MACHINE(WITH) \
+#define EVERY_FUNCTION(WITH) \
     WITH(instructions) \
     WITH(program) \
     WITH(run_program) \
     WITH(run_stages)
 #else
-#define EVERY_MACHINE(WITH)
+#define EVERY_FUNCTION(WITH)
 #endif
-
-#define EVERY_FUNCTION(WITH) \
-    EVERY_MACHINE(WITH) \
-    WITH(closure) \
-    WITH(explicit_step) \
-    WITH(moved) \
-    WITH(newton_step) \
-    WITH(passive_accelerations) \
-    WITH(passive_rates) \
-    WITH(refined) \
-    WITH(same_side)
-
-/* What plans are of. */
-#define EVERY_PLAN(WITH) \
-    WITH(closure) \
-    WITH(moves) \
-    WITH(stepping)
 
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);
 EVERY_FUNCTION(DECLARED)
-#undef DECLARED
-
-#define DECLARED(name) extern const PlanKind name##_plan;
-EVERY_PLAN(DECLARED)
 #undef DECLARED
 
 #endif

@@ -8,7 +8,21 @@
 #ifndef CARDAN_DYN_MACHINE_H
 #define CARDAN_DYN_MACHINE_H
 
-#include "arrays.h"
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define INLINE static inline __attribute__((always_inline))
+
+typedef PyObject *const *Arguments;
+
+#define EXACTLY(nargs, count)                                                                     \
+    if ((nargs) != (count)) {                                                                     \
+        PyErr_Format(PyExc_TypeError, "%d arguments are needed, not %zd", (int)(count), (nargs)); \
+        return NULL;                                                                              \
+    }
 
 /* It is written with vectors and labels as values, which GCC and Clang have beyond C. */
 #ifdef __GNUC__

@@ -15,9 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import compiled
 from ..arrays import Array
-from ..compiled import Plan
 from ..errors import SimulationError
 
 Rate = Callable[[float, Array], Array]
@@ -103,14 +101,6 @@ def _tableau() -> _Tableau:
         [row[:count] for row, count in zip(DOP853.A_EXTRA, more, strict=True)],
         np.linalg.solve(chebyshev, powers @ factors),
     )
-
-
-@cache
-def _plan() -> Plan:
-    """Return the plan of `compiled.kernel.explicit_step`."""
-    tableau = _tableau()
-    numbers = np.array(tableau.places), tableau.rows.ravel(), tableau.last, tableau.errors.ravel()
-    return Plan("stepping", [], numbers)
 
 
 def _at(part: float) -> Array:
@@ -287,14 +277,8 @@ class Stepper:
             weighed: row at the start, its rate, and rates `(1 + K, n)` of all other stages, which
                 are written.
         """
-        # Twin: `explicit_step` of compiled/stepping.c.
         derivative, tableau, row, rates = self._derivative, self._tableau, weighed[0], weighed[1:]
         taken = len(tableau.last)
-        if compiled.kernel is not None:
-            last, stages = np.empty_like(row), np.empty((taken, row.size))
-            given = time, length, weighed, stages, [*stages], self._allowed, self._rtol, last
-            sums = compiled.kernel.explicit_step(_plan().handle, derivative, *given)
-            return last, stages[-1], *sums
         np.multiply(tableau.rows, length, out=self._weights[:, 1:])
         stage = row
         for index, place, weights in self._stages:

@@ -38,7 +38,6 @@ class Moves(NamedTuple):
             x: `(N, size)` rows; they are changed.
             step: `(N, k)` displacements [rad, m], of balls rotation vectors in the ball's frame.
         """
-        # Twin: `moved` of compiled/closure.c.
         x[:, self.columns] += step[:, self.steps]
         if len(self.quaternions):
             turns = _exponential(step[:, self.rotations])

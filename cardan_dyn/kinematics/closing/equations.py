@@ -8,8 +8,6 @@ only as seen from the body that carries it, so rows are chosen in the axes of th
 one from which both sides of the loop hang. It is the base unless several loops are solved together.
 Where a slide between that body and the loop's other joints moves a point that all their axes pass
 through, more rows are redundant in the axes of a body behind the slide.
-
-What is computed at positions is written once more in compiled/closure.c.
 """
 
 from __future__ import annotations

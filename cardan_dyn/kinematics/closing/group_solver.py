@@ -12,14 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import compiled
 from ...arrays import Array, generic
 from ...mechanism.kept import MOST, Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
 from .batch_model import BatchModel, actions_of, batch_model
-from .closure_plan import ClosurePlan, closure_plan, moves_plan
 from .equations import ClosureEquations, Reduction
 from .stacked import (
     apart,
@@ -70,8 +68,6 @@ _UNMOVED = 1e-12
 how its line lies, so each step turns it about that in proportion."""
 _MOST_SETTLING = 40
 """Greatest number of such steps: half a turn takes seven of the longest ones."""
-_MOST_INVERTED = 48
-"""Passives up to which the compiled functions invert their rows: LAPACK is made for more."""
 MOST_STEPS = 12
 """Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
 each squares the error; the rest is for guesses from which steps are shortened to `LONGEST_STEP`."""
@@ -96,7 +92,6 @@ class GroupSolver:
     def __init__(self, mechanism: Mechanism, group: Group) -> None:
         self.group = group
         self._kept = Kept()
-        self._plans: dict[int, ClosurePlan] = {}
         self.coordinates = coordinates = mechanism.coordinates
         self.batch = _batch_model(mechanism, group)
         self.equations = ClosureEquations(mechanism, self.batch, group)
@@ -143,9 +138,6 @@ class GroupSolver:
             inverse: inverse at a position nearby; used where it is near enough.
             correction: `(N,)` how far the guess was off; zero if None.
         """
-        # Twin: `closure` of compiled/closure.c.
-        if compiled.kernel is not None:
-            return self._compiled(x, reduction, turns, inverse, correction)
         equations = self.equations
         placed = self.batch.placed(x)
         actions = actions_of(placed)
@@ -177,35 +169,6 @@ class GroupSolver:
         )
         return state, equations.project(error, slips, actions, reduction)
 
-    def _compiled(
-        self,
-        x: Array,
-        reduction: Reduction,
-        turns: Array | None,
-        inverse: Array | None,
-        correction: Array | None,
-    ) -> tuple[GroupState, Array]:
-        """Return what `evaluate` does, by compiled functions."""
-        plan, placed, empty = self.plan(reduction), self.batch.placed(x), np.empty
-        count, bodies, _ = placed.shape
-        movable, rows, whole = self.equations.movable.size, plan.rows, plan.whole
-        actions, twists = empty((count, 6 * bodies, 6)), empty((count, movable, 6))
-        all_rows, error = empty((count, movable, whole)), empty((count, rows))
-        of_samples = empty((4, count))
-        own = empty((count, whole, whole)) if plan.inverts else None
-        found = actions, twists, all_rows, error, of_samples, own
-        is_regular = compiled.kernel.closure(plan.plan.handle, placed, x, turns, *found)
-        condition = of_samples[1]  # Iterating over an array takes longer.
-        if own is None or not is_regular:
-            square = all_rows[:, self.group.known.size :]
-            inverse, null, condition = self._factors(square, inverse)
-        else:
-            inverse, null = own, own[:, :rows, :0]
-        if correction is None:
-            correction = of_samples[2]
-        factors = inverse, null, of_samples[0], condition, correction, of_samples[3]
-        return GroupState(self, reduction, x, actions, twists, all_rows, *factors), error
-
     def _factors(self, square: Array, inverse: Array | None) -> tuple[Array, Array, Array]:
         """Return inverses, null spaces and condition numbers of the passives' rows.
 
@@ -220,32 +183,6 @@ class GroupSolver:
         if idle:
             return factorised_with_spins(square, self.row_scale, idle)
         return factorised(square, self.row_scale)
-
-    def plan(self, reduction: Reduction) -> ClosurePlan:
-        """Return the plan of the compiled functions for the rows that are solved."""
-        try:
-            return self._plans[id(reduction)]
-        except KeyError:
-            pass
-        if len(self._plans) >= MOST:
-            self._plans = {}
-        given = self.equations, reduction, self.coordinates, self._scale, self.row_scale
-        plan = self._kept.of("plan", reduction.key, lambda: closure_plan(*given, _MOST_INVERTED))
-        # While it is kept here, no other reduction has its identity.
-        self._plans[id(reduction)] = plan._replace(reduction=reduction)
-        return plan
-
-    def _move(self, x: Array, step: Array) -> None:
-        """Move the passives of rows `x (N, size)` by steps `(N, p)`, in place."""
-        if compiled.kernel is None:
-            self._moves.apply(x, step)
-        else:
-            compiled.kernel.moved(self._moves_plan.handle, x, step)
-
-    @cached_property
-    def _moves_plan(self) -> compiled.Plan:
-        """The plan of `_move`."""
-        return moves_plan(self._moves)
 
     def linearised(self, x: Array) -> tuple[Array, Array, Array]:
         """Return all closure equations at `x (N, size)` about the welds, slides in lengths.
@@ -303,33 +240,24 @@ class GroupSolver:
             reduction: the rows that are solved.
         """
         state, error = self.evaluate(x.copy(), reduction)
-        steps = self._steps(state, error, np.inf)
+        steps = self._steps(state, error)
         left = self._bend(state, steps, np.inf)
-        self._move(x, steps.step)
+        self._moves.apply(x, steps.step)
         return state._replace(correction=steps.sizes, left=left)
 
     def _steps(
         self,
         state: GroupState,
         error: Array,
-        longest: float,
         rounding: Array | None = None,
     ) -> _Steps:
-        """Return Newton's steps from a state with its error; compiled ones are bent already.
+        """Return Newton's steps from a state with its error.
 
         Args:
             state: where they begin.
             error: `(N, R)`, see `evaluate`.
-            longest: see `_bend`.
             rounding: `(p,)` steps that are not worth taking, if that is of interest.
         """
-        if compiled.kernel is not None:
-            count = len(error)
-            step, of_samples = np.empty((count, self._scale.size)), np.empty((3, count))
-            given = state.inverse, error, state.twists, state.actions, rounding, longest
-            handle = self.plan(state.reduction).plan.handle
-            compiled.kernel.newton_step(handle, *given, step, of_samples)
-            return _Steps(step, of_samples[0], of_samples[1], of_samples[2])
         step = state.step(error)
         scaled = np.abs(step * self._scale)
         sizes = np.maximum.reduce(scaled, axis=1, initial=0.0)
@@ -337,10 +265,10 @@ class GroupSolver:
         if rounding is not None:
             level[np.logical_and.reduce(scaled <= rounding, axis=1)] = 1.0
             level[np.logical_and.reduce(scaled <= _NONE * rounding, axis=1)] = 0.0
-        return _Steps(step, sizes, None, level)
+        return _Steps(step, sizes, level)
 
     def _bend(self, state: GroupState, steps: _Steps, longest: float = LONGEST_STEP) -> Array:
-        """Let Newton steps follow the curvature, where that is known, unless they do so already.
+        """Let Newton steps follow the curvature, where that is known.
 
         Args:
             state: where they begin.
@@ -350,9 +278,6 @@ class GroupSolver:
         Returns:
             Errors `(N,)` after them, in order of magnitude [rad].
         """
-        # Twin: `newton_step` of compiled/closure.c.
-        if steps.left is not None:
-            return steps.left
         step, sizes = steps.step, steps.sizes
         if longest < np.inf and not _greatest(sizes) <= longest:
             step *= np.minimum(1.0, longest / np.maximum(sizes, longest))[:, None]
@@ -440,8 +365,8 @@ class GroupSolver:
         angles, spins, spin = None, np.zeros(1), 0.0
         is_done = np.zeros(len(x), dtype=bool)
         for count in range(most if settling is None else most + _MOST_SETTLING):
-            steps = self._steps(state, error, LONGEST_STEP, rounding if may_stay else None)
-            step, sizes, left, level = steps
+            steps = self._steps(state, error, rounding if may_stay else None)
+            step, sizes, level = steps
             counted = sizes
             if settling is not None:
                 angles = self.equations.rod_spins.turned(state.actions)
@@ -471,8 +396,6 @@ class GroupSolver:
                     return state.with_samples(few, later)
                 # So a sample ends where it does whatever others are beside it.
                 step[is_done] = sizes[is_done] = 0.0
-                if left is not None:
-                    left[is_done] = 0.0
                 if angles is not None:
                     angles[is_done] = 0.0
             correction = correction + counted
@@ -494,7 +417,7 @@ class GroupSolver:
             left = self._bend(state, steps)
             if angles is not None:
                 step += state.spun_back(angles)
-            self._move(x, step)
+            self._moves.apply(x, step)
             nearby = state.inverse if worst < _NEARBY and spin < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
             may_stay = False
@@ -526,9 +449,9 @@ class GroupSolver:
         Returns:
             The state before the last step of each sample, whose residual is what that step leaves.
         """
-        steps = self._steps(state, error, LONGEST_STEP)
+        steps = self._steps(state, error)
         sizes, left = steps.sizes, self._bend(state, steps)
-        self._move(x, steps.step)
+        self._moves.apply(x, steps.step)
         correction = state.correction + sizes
         is_near = (left <= leaves) & np.isfinite(state.condition)
         residual = np.minimum(left, state.residual)
@@ -593,15 +516,12 @@ class _Steps(NamedTuple):
         step: `(N, p)` displacements of the passives.
         sizes: `(N,)` their greatest ones [rad], slides counted in lengths; before steps are
             shortened.
-        left: `(N,)` error [rad] after them in order of magnitude, of steps that are shortened and
-            bent; None if they are neither.
         level: `(N,)` 0 where the step is too small to be taken, 1 where it is rounding; else, and
             where rounding is of no interest, 2.
     """
 
     step: Array
     sizes: Array
-    left: Array | None
     level: Array
 
 
@@ -774,7 +694,6 @@ class GroupState(NamedTuple):
 
         Idle rods do not turn about their lines.
         """
-        # Twin: `passive_rates` of compiled/closure.c.
         return -self.solve(self._of_known(known))
 
     def accelerations(self, v: Array, known: Array) -> Array:
@@ -784,7 +703,6 @@ class GroupState(NamedTuple):
             v: joint rates.
             known: accelerations `(N, k)` of what is known.
         """
-        # Twin: `passive_accelerations` of compiled/closure.c.
         v, equations = v[:, self.equations.movable], self.equations
         drift = equations.drift(self.twists, v)
         drift = equations.project(drift, None, self.actions, self.reduction)
@@ -800,11 +718,7 @@ class GroupState(NamedTuple):
 
     def set_rates(self, v: Array) -> None:
         """Write the rates of the passives into joint rates `(N, nv, c)`, see `rates`."""
-        if compiled.kernel is not None:
-            handle = self.solver.plan(self.reduction).plan.handle
-            compiled.kernel.passive_rates(handle, self.rows, self.inverse, v)
-        else:
-            v[:, self.group.passives] = self.rates(v[:, self.group.known])
+        v[:, self.group.passives] = self.rates(v[:, self.group.known])
 
     def set_accelerations(self, v: Array, a: Array) -> None:
         """Write the accelerations of the passives into those of all joints `(N, nv)`.
@@ -813,9 +727,4 @@ class GroupState(NamedTuple):
             v: joint rates `(N, nv)`.
             a: joint accelerations, those of what is known, and the result.
         """
-        if compiled.kernel is not None:
-            handle = self.solver.plan(self.reduction).plan.handle
-            given = self.rows, self.inverse, self.twists, self.actions, v
-            compiled.kernel.passive_accelerations(handle, *given, a)
-        else:
-            a[:, self.group.passives] = self.accelerations(v, a[:, self.group.known])
+        a[:, self.group.passives] = self.accelerations(v, a[:, self.group.known])

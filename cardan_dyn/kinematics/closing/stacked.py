@@ -8,18 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ... import compiled
 from ...arrays import Array
 from ..tolerances import RANK_TOLERANCE
 
 _STALE = 1e-8
 """Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
 refinement squares this error, to 1e-16."""
-
-_FEW_ROWS = 48
-"""Rows up to which compiled functions compare signs of determinants."""
-_FEW_NUMBERS = 48
-"""Rows times right-hand sides up to which compiled functions solve: NumPy's are made for more."""
 
 
 def same_side(rows: Array, inverses: Array) -> Array:
@@ -32,11 +26,6 @@ def same_side(rows: Array, inverses: Array) -> Array:
         rows: `(N, p, R)` transposed closure matrices.
         inverses: `(N, R, p)` of those at the other positions.
     """
-    # Twin: `same_side` of compiled/stacked.c.
-    if compiled.kernel is not None and rows.shape[1] <= _FEW_ROWS:
-        result = np.empty(len(inverses) if len(rows) == 1 else len(rows))
-        compiled.kernel.same_side(rows, inverses, result)
-        return np.asarray(result > 0.0)
     return np.asarray(np.linalg.det(np.matmul(rows, inverses)) > 0.0)
 
 
@@ -172,15 +161,6 @@ def refined(matrices: Array, inverses: Array, right: Array) -> Array:
         inverses: `(N, j, i)`.
         right: right-hand sides `(N, i, k)`.
     """
-    # Twin: `refined` of compiled/stacked.c.
-    _, rows, columns = matrices.shape
-    sides = right.shape[2]
-    # A sample must come out alike whatever others are beside it: their number may not decide.
-    if compiled.kernel is not None and max(rows, columns) * sides <= _FEW_NUMBERS:
-        count = len(matrices) if len(right) == 1 else len(right)
-        solution = np.empty((count, columns, sides))
-        compiled.kernel.refined(matrices, inverses, right, solution)
-        return solution
     solution = np.matmul(inverses, right)
     solution += np.matmul(inverses, right - np.matmul(matrices, solution))
     return solution
