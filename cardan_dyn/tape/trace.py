@@ -285,11 +285,11 @@ class Trace:
         i, j = self.index(a), self.index(b)
         if i == j:
             return a
-        if operation == "greater":
-            for zero, other in ((a, b), (b, a)):
-                if is_zero(zero) and other.operation == "absolute":
-                    return other
-        return self.node(operation, min(i, j), max(i, j))
+        if operation == "greater" and is_zero(a) and b.operation == "absolute":
+            return b
+        if operation == "greater" and is_zero(b) and a.operation == "absolute":
+            return a
+        return self.node(operation, i, j) if i <= j else self.node(operation, j, i)
 
     def select(self, condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
         """Return a where the condition is above 0, else b: where it is NaN as well."""
