@@ -8,7 +8,8 @@ there as well.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
+from itertools import chain, islice
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from .vectors import Scalar
 
 Row = Mapping[int, Scalar]
 """Column to entry of a row of a sparse matrix."""
+_Candidate: TypeAlias = tuple[int, float, float, float]
+"""An entry that may be the pivot of its column: its row, and what part of the greatest entry of the
+column it is: at the first sample, the least, and the mean over all samples."""
 
 THRESHOLD = 0.1
 """Part of the greatest entry of its column that a pivot has at least, at all samples at which the
@@ -140,7 +144,11 @@ def pivots(
     Raises:
         UnsuitableError: a column vanishes at all samples.
     """
-    left = [dict(entries) for entries in rows]
+    shape = max((np.shape(x) for entries in rows for x in entries.values()), default=()) or (1,)
+    left = [
+        {c: x if np.shape(x) == shape else np.full(shape, x) for c, x in entries.items()}
+        for entries in rows
+    ]
     columns: dict[int, set[int]] = {}
     for index, entries in enumerate(left):
         for column in entries:
@@ -150,16 +158,16 @@ def pivots(
         free, undone = set(own_rows), set(own_columns)
         judged: dict[int, list[_Candidate]] = {}
         while undone:
+            judged |= _candidates(
+                {c: sorted(columns.get(c, set()) & free) for c in undone.difference(judged)}, left
+            )
             best: tuple[bool, bool, float, float, int, int] | None = None
             for column in undone:
-                if column not in judged:
-                    owners = columns.get(column, set())
-                    judged[column] = _candidates(column, owners & free, left)
                 for row, first, least, mean in judged[column]:
-                    cost = (len(left[row]) - 1) * (len(columns[column]) - 1)
                     is_small = least < THRESHOLD
-                    worth = -mean if is_small else float(cost), -least
-                    key = first < THRESHOLD, is_small, *worth, row, column
+                    cost = (len(left[row]) - 1) * (len(columns[column]) - 1)
+                    worth = -mean if is_small else float(cost)
+                    key = first < THRESHOLD, is_small, worth, -least, row, column
                     if best is None or key < best:
                         best = key
             if best is None or (best[1] and best[2] == 0.0):
@@ -173,45 +181,33 @@ def pivots(
             for other in left[row]:
                 columns[other].discard(row)
                 judged.pop(other, None)
+            right = np.array(list(left[row].values())).reshape(-1, *shape)
             with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
-                for owner in below:
-                    factor = left[owner].pop(column) / pivot
-                    for other, entry in left[row].items():
-                        left[owner][other] = left[owner].get(other, 0.0) - factor * entry
-                        columns[other].add(owner)
+                for own in (left[owner] for owner in below):
+                    taken = own.pop(column) / pivot * right
+                    for other, entry in zip(left[row], taken, strict=True):
+                        own[other] = own.get(other, 0.0) - entry
+            for other in left[row]:
+                columns[other] |= below
     return order
 
 
-class _Candidate(NamedTuple):
-    """An entry of a column that may be its pivot.
-
-    Attributes:
-        row: where it stands.
-        first, least, mean: of its parts of the greatest entry of the column: at the first sample,
-            and over all of them.
-    """
-
-    row: int
-    first: float
-    least: float
-    mean: float
-
-
 def _candidates(
-    column: int, owners: set[int], left: Sequence[Mapping[int, Array]]
-) -> list[_Candidate]:
-    """Return the entries of a column."""
-    rows = sorted(owners)
-    if not rows:
-        return []
-    sizes = np.abs(np.array(np.broadcast_arrays(*(left[row][column] for row in rows))))
-    sizes = sizes.reshape(len(rows), -1)
+    owners: Mapping[int, Sequence[int]], left: Sequence[Mapping[int, Array]]
+) -> dict[int, list[_Candidate]]:
+    """Return the entries of columns, in rows each."""
+    counts = [len(rows) for rows in owners.values() if rows]
+    if not counts:
+        return {column: [] for column in owners}
+    sizes = np.abs([left[row][column] for column, rows in owners.items() for row in rows])
     # Samples at which an earlier pivot vanished, or the whole column does, tell nothing.
-    sizes = np.where(np.isfinite(sizes), sizes, 0.0)
-    most = sizes.max(axis=0)
-    parts = np.where(most > _NOTHING, sizes / np.where(most > _NOTHING, most, 1.0), 0.0)
-    sizes = parts[:, 0], parts.min(axis=1), parts.mean(axis=1)
-    return [_Candidate(*entry) for entry in zip(rows, *map(np.ndarray.tolist, sizes), strict=True)]
+    sizes[~np.isfinite(sizes)] = 0.0
+    most = np.maximum.reduceat(sizes, np.cumsum([0, *counts[:-1]]))
+    most[most <= _NOTHING] = np.inf
+    sizes /= np.repeat(most, counts, axis=0)
+    parts = map(np.ndarray.tolist, (sizes[:, 0], sizes.min(axis=1), sizes.mean(axis=1)))
+    entries = zip(chain.from_iterable(owners.values()), *parts, strict=True)
+    return {column: list(islice(entries, len(rows))) for column, rows in owners.items()}
 
 
 def eliminated(rows: Sequence[Row], order: Sequence[Pivot]) -> Eliminated:

@@ -216,7 +216,7 @@ class Trace:
             )
         if values.ndim:
             self._samples = len(values)
-        variable = self.inputs[name] = self._appended(UNIFORM if uniform else INPUT, ())
+        variable = self.inputs[name] = self._leaf(UNIFORM if uniform else INPUT)
         self._given[variable.index] = values
         return variable
 
@@ -248,15 +248,24 @@ class Trace:
         key = value or str(value)  # 0.0 and -0.0 are equal, but not the same.
         variable = self._of_numbers.get(key)
         if variable is None:
-            variable = self._of_numbers[key] = self._appended(CONSTANT, ())
+            variable = self._of_numbers[key] = self._leaf(CONSTANT)
             self.constants[variable.index] = value
         return variable
 
     def node(self, operation: str, *arguments: int) -> Variable:
         """Return the variable of an operation, a new one unless it was written down before."""
-        end = len(self.nodes)
+        nodes = self.nodes
+        end = len(nodes)
         index = self._known[operation].setdefault(arguments, end)
-        return self._appended(operation, arguments) if index == end else self.nodes[index]
+        if index < end:
+            return nodes[index]
+        variable = Variable()
+        variable.trace = self
+        variable.index = end
+        variable.operation = operation
+        variable.arguments = arguments
+        nodes.append(variable)
+        return variable
 
     def quotient(self, a: Variable, b: Variable, negated: bool) -> Variable:
         """Return a / b, or minus that."""
@@ -285,11 +294,11 @@ class Trace:
         i, j = self.index(a), self.index(b)
         if i == j:
             return a
-        if operation == "greater":
-            for zero, other in ((a, b), (b, a)):
-                if is_zero(zero) and other.operation == "absolute":
-                    return other
-        return self.node(operation, min(i, j), max(i, j))
+        if operation == "greater" and is_zero(a) and b.operation == "absolute":
+            return b
+        if operation == "greater" and is_zero(b) and a.operation == "absolute":
+            return a
+        return self.node(operation, i, j) if i <= j else self.node(operation, j, i)
 
     def select(self, condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
         """Return a where the condition is above 0, else b: where it is NaN as well."""
@@ -298,14 +307,11 @@ class Trace:
         i, j = self.index(a), self.index(b)
         return a if i == j else self.node("select", self.index(condition), i, j)
 
-    def _appended(self, operation: str, arguments: tuple[int, ...]) -> Variable:
-        variable = Variable()
-        variable.trace = self
-        variable.index = len(self.nodes)
-        variable.operation = operation
-        variable.arguments = arguments
-        self.nodes.append(variable)
-        return variable
+    def _leaf(self, operation: str) -> Variable:
+        """Return a new node without arguments."""
+        leaf = self.node(operation, len(self.nodes))
+        leaf.arguments = ()
+        return leaf
 
     def _value(self, node: int) -> Any:
         """Return the values of a node at the shadow samples, those of nodes before it known."""
