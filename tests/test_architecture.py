@@ -21,7 +21,7 @@ CONSTANTS = {
 
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
-    ("checks", "compiled", "frozen", "markup", "time_left", "units"),
+    ("checks", "compiled", "frozen", "markup", "threads", "time_left", "units"),
     ("figures", "tape"),
     ("description",),
     ("mechanism",),

@@ -22,6 +22,7 @@ from ..mechanics.bodies import Tree, tree_of
 from ..mechanics.elimination import THRESHOLD, UnsuitableError
 from ..mechanics.sample import Roles
 from ..problem.problem import Problem
+from ..threads import in_turn
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
 from .tape import Found, Judged, Kind, LinkKind, Prescribed, Tape
@@ -229,7 +230,8 @@ class TapedSolver:
         return found, holds, openings
 
     def _made(self, tree: Tree, kind: Kind, acting: Array, x: Array) -> Tape:
-        """Return a tape whose order is chosen at samples `(size, S)`."""
+        """Return a tape whose order is chosen at samples `(size, S)`, which others will run too."""
+        in_turn()
         shadows = dict(enumerate(x / tree.coordinate_units(len(x))[:, None]))
         wanted, order = (self._sizes, self._wrenches), self._roles.order(tree, shadows)
         return Tape(tree, self._roles, kind, *wanted, order, shadows, self._varied, acting)

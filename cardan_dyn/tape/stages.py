@@ -17,7 +17,7 @@ from .. import compiled
 from ..arrays import Array
 from ..errors import ArgumentError
 from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
-from .on_machine import block_for, filled, machine_is_at_hand, spread
+from .on_machine import block_for, filled, machine_is_at_hand
 from .program import Program
 
 
@@ -76,13 +76,12 @@ class Stages:
             if stage.most < 1:
                 raise ArgumentError(f"stage {place} has most={stage.most}; it needs a pass")
 
-    def run(self, inputs: Sequence[Mapping[str, Any]], count: int, threads: int = 1) -> list[Array]:
+    def run(self, inputs: Sequence[Mapping[str, Any]], count: int) -> list[Array]:
         """Return the outputs `(outputs, count)` of each stage that is kept.
 
         Args:
             inputs: of each stage, values as for `Program.run`, but for inputs that are taken.
             count: number of lanes.
-            threads: how many of them compute, each a part of the lanes. The results are the same.
 
         Raises:
             ArgumentError: an input is missing, or has another shape.
@@ -103,11 +102,7 @@ class Stages:
             until = -1 if stage.until is None else stage.until
             ends = (until, stage.within, stage.most)
             fields.append((program.handle(block), arrays, carried, taken, *ends, None, rows))
-
-        def part(first: int, last: int) -> None:
-            compiled.kernel.run_stages(fields, lanes, block, first, last)
-
-        spread(part, lanes, block, threads)
+        compiled.kernel.run_stages(fields, lanes, block, 0, lanes)
         return [rows[:, :count] for rows in outputs if rows is not None]
 
     def run_on_arrays(

@@ -8,6 +8,7 @@ general, and say why it cannot be followed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
 from ...tape import Program, Scalar, Stage, Stages, Trace, select
+from ...threads import in_threads
 from ..closing.all_groups import Kinematics
 from ..loops.closure_blocks import closure_blocks
 
@@ -91,24 +93,30 @@ class TapedLines:
                 except UnsuitableError:
                     break
                 self._stages.append(self._traced(order))
-            for first in range(0, len(rest), _LANES):
-                own = rest[first : first + _LANES]
-                found, is_there[own] = self._followed(self._stages[tape], targets[own])
-                x[own[:, None], self._passives] = found.T
+            follow = partial(self._follow, self._stages[tape], targets, x, is_there)
+            in_threads(follow, [rest[k : k + _LANES] for k in range(0, len(rest), _LANES)])
             rest = rest[~is_there[rest]]
         x *= self._units
         x[:, self._columns] = positions
         return x, is_there
 
-    def _followed(self, stages: Stages, ends: Array) -> tuple[Array, Array]:
-        """Return passive coordinates `(P, K)` at ends of lines, and `(K,)` which are there.
+    def _follow(
+        self, stages: Stages, targets: Array, x: Array, is_there: Array, own: Array
+    ) -> None:
+        """Write coordinates at ends of some of N lines, and which are there.
 
-        With ends `(K, d)`, all in units of the tree.
+        Args:
+            stages: that lead there.
+            targets: `(N, d)` ends of the drives, as all coordinates in units of the tree.
+            x: `(N, size)` coordinates, of which passive ones are written.
+            is_there: `(N,)`, written.
+            own: indices of the lines.
         """
-        ways = ends - self._start[self._columns]
+        ways = targets[own] - self._start[self._columns]
         # Lines of a length end together, and so do those of a block.
         order = np.argsort(np.abs(ways).sum(axis=1), kind="stable")
-        ends, ways = ends[order], ways[order]
+        own, ways = own[order], ways[order]
+        ends = targets[own]
         common: dict[str, Array | float] = {
             f"x{column}": value for column, value in enumerate(self._start.tolist())
         }
@@ -126,9 +134,7 @@ class TapedLines:
             inputs += [given, given]
             moved |= moves
         (outputs,) = stages.run([*inputs, given], len(ends))
-        result = np.empty_like(outputs)
-        result[:, order] = outputs
-        return result[:-1], result[-1] <= NEAR
+        x[own[:, None], self._passives], is_there[own] = outputs[:-1].T, outputs[-1] <= NEAR
 
     def order(self, scouts: Array) -> list[Pivot]:
         """Return an order of elimination that serves at the start.
