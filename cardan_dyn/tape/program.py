@@ -89,7 +89,7 @@ class Program:
         # A single lane has numbers alone, which hold for those that the block has beside it.
         arrays = inputs if count == 1 else [filled(values, lanes) for values in inputs]
         outputs = np.empty((self.outputs, lanes))
-        compiled.kernel.run_program(self.handle(block), arrays, outputs, 0, lanes)
+        compiled.kernel.run_program(self.handle(block), arrays, outputs)
         return outputs[:, :count]
 
     def run_on_arrays(

@@ -102,7 +102,7 @@ class Stages:
             until = -1 if stage.until is None else stage.until
             ends = (until, stage.within, stage.most)
             fields.append((program.handle(block), arrays, carried, taken, *ends, None, rows))
-        compiled.kernel.run_stages(fields, lanes, block, 0, lanes)
+        compiled.kernel.run_stages(fields, lanes, block)
         return [rows[:, :count] for rows in outputs if rows is not None]
 
     def run_on_arrays(
