@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import BLOCK_SIZE, Array, flat
+from ..arrays import BLOCK_SIZE, LARGE_BLOCK, Array, flat
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
@@ -385,8 +385,7 @@ class ProblemSolver(Frozen):
         """Return how many samples are worked on at a time."""
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
-        # Tapes keep few samples in the cache, so that blocks may be large.
-        most = 4 * BLOCK_SIZE if self.uses_tapes(targets.size) else BLOCK_SIZE
+        most = LARGE_BLOCK if self.uses_tapes(targets.size) else BLOCK_SIZE
         return max(1, min(most, _BLOCK_NUMBERS // numbers))
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:

@@ -12,12 +12,10 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.arrays import BLOCK_SIZE
+from cardan_dyn.arrays import LARGE_BLOCK
 from cardan_dyn.threads import cores, in_threads, in_turn, on_cores
 
 NUMBERS = [1, 2, 8]
-BLOCK = 4 * BLOCK_SIZE
-"""Samples of a block that tapes solve."""
 
 
 @pytest.fixture(autouse=True)
@@ -161,7 +159,7 @@ def compliant(count: int) -> cd.Sweep:
     return scene.sweep(np.linspace(0.0, 20.0, count), 9.0, loads={"bearing_out": -10.0})
 
 
-@pytest.mark.parametrize("count", [BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 1, 3 * BLOCK])
+@pytest.mark.parametrize("count", [LARGE_BLOCK - 1, LARGE_BLOCK, LARGE_BLOCK + 1, 3 * LARGE_BLOCK])
 @pytest.mark.parametrize("swept", [one_drive, load_from_the_middle_on, two_drives, compliant])
 def test_sweeps_are_the_same_to_the_last_bit(swept: Callable[[int], cd.Sweep], count: int) -> None:
     expected, *others = (on(number, swept, count) for number in NUMBERS)
@@ -200,6 +198,6 @@ def test_what_a_block_raises_is_raised(count: int) -> None:
         held={"joint_angle": 0.5},
         elements=[cd.Actuator("bearing_out", broken)],
     )
-    times = np.linspace(0.0, 5.0, 5 * BLOCK)
+    times = np.linspace(0.0, 5.0, 5 * LARGE_BLOCK)
     with on_cores(count), pytest.raises(cd.ArgumentError, match="of the user"):
         scene.sweep(np.linspace(0.0, 6.0, len(times)), time=times)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, blocks, consecutive
+from ...arrays import LARGE_BLOCK, Array, blocks, consecutive
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
@@ -206,7 +206,7 @@ class DriveMotion:
                 turns[block, self._columns] = periods * branch.windings[self._columns]
             x[block, self._columns] = branch.values(where, self._columns)
 
-        in_threads(write, blocks(targets.size))
+        in_threads(write, blocks(targets.size, LARGE_BLOCK))
 
     def _positions(self, targets: Targets) -> Array:
         """Return the drive's positions `(N,)` at targets of the scene."""

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from ...arrays import BLOCK_SIZE, Array, some
+from ...arrays import LARGE_BLOCK, Array, blocks, some
 from ...mechanics.bodies import tree_of
 from ...mechanics.elimination import Pivot, UnsuitableError
 from ...mechanics.following import NEAR, Line, Place
@@ -28,8 +28,6 @@ SCOUTS = 16
 another order is chosen at some of them."""
 _MOST_TAPES = 2
 """Orders that are tried."""
-_LANES = 4 * BLOCK_SIZE
-"""Lines that are followed at a time."""
 _MOST_STEPS = 400
 """Steps of a line at most."""
 _MOST_CORRECTIONS = 12
@@ -94,7 +92,7 @@ class TapedLines:
                     break
                 self._stages.append(self._traced(order))
             follow = partial(self._follow, self._stages[tape], targets, x, is_there)
-            in_threads(follow, [rest[k : k + _LANES] for k in range(0, len(rest), _LANES)])
+            in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
             rest = rest[~is_there[rest]]
         x *= self._units
         x[:, self._columns] = positions

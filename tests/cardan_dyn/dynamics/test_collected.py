@@ -15,6 +15,7 @@ from cardan_dyn.dynamics.collected import Evidence, Rows, kept
 from cardan_dyn.dynamics.inverse_dynamics import Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.problem.samples import Targets
+from cardan_dyn.threads import on_cores
 
 COUNT = 30
 
@@ -99,13 +100,15 @@ def of_two_drives(scene: cd.Scene, count: int) -> cd.Sweep:
 def test_memory_beyond_what_is_returned_does_not_grow(
     joint: cd.Mechanism, options: dict[str, object], sweep: Callable[[cd.Scene, int], cd.Sweep]
 ) -> None:
+    """For each core, that is: here for one."""
     loads = {"bearing_out": -100.0}
     scene = cd.Scene(joint, loads=loads, outputs=["bearing_out"], **options)  # type: ignore
     sweep(scene, 2_000)
     beyond = []
     for count in (50_000, 100_000):
         tracemalloc.start()
-        result = sweep(scene, count)
+        with on_cores(1):
+            result = sweep(scene, count)
         returned, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         assert result.condition.size == count
