@@ -17,6 +17,9 @@ else:
 
 BLOCK_SIZE = 1024
 """Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
+LARGE_BLOCK = 8 * BLOCK_SIZE
+"""The same where tapes keep few of them in the cache: what Python does between operations on arrays
+then takes little, so that threads seldom wait for it."""
 _LEFT, _RIGHT = np.array([1, 2, 0, 2, 0, 1]), np.array([2, 0, 1, 1, 2, 0])
 """Components whose products a cross product adds, and three that it takes off."""
 _FACTORS = np.array([[3, 2, 1, 0], [2, 3, 0, 1], [1, 0, 3, 2], [0, 1, 2, 3]])
@@ -98,9 +101,9 @@ def consecutive(indices: Array) -> slice | Array:
     return indices
 
 
-def blocks(count: int) -> list[slice]:
-    """Return so many samples in blocks of at most `BLOCK_SIZE`."""
-    return [slice(first, first + BLOCK_SIZE) for first in range(0, count, BLOCK_SIZE)]
+def blocks(count: int, most: int = BLOCK_SIZE) -> list[slice]:
+    """Return so many samples in blocks of at most `most`."""
+    return [slice(first, first + most) for first in range(0, count, most)]
 
 
 def flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:

@@ -11,7 +11,7 @@ COMPILED = PACKAGE / "compiled"
 
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
-    ("checks", "compiled", "frozen", "markup", "time_left", "units"),
+    ("checks", "compiled", "frozen", "markup", "threads", "time_left", "units"),
     ("figures", "tape"),
     ("description",),
     ("mechanism",),

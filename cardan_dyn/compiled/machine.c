@@ -2,10 +2,8 @@
 
    A program is a prologue, which runs once in a call, its constants, and its code, which runs for
    each block; both work on the same registers. It is checked and copied when it is made, and calls
-   check their arrays, so that no instruction reads or writes what is not the call's. Blocks begin
-   at the first lane of a call and every so many further on. The last block of the arrays lies over
-   lanes of the one before it, but only writes its own, so that nothing depends on how calls share
-   the lanes among them. */
+   check their arrays, so that no instruction reads or writes what is not the call's. The last block
+   of the arrays lies over lanes of the one before it, but only writes its own. */
 
 #include "kernels.h"
 
@@ -119,7 +117,7 @@ typedef struct Taken {
 
 typedef struct {
     const Machine *machine;
-    Py_ssize_t lanes, first, last; /* of the arrays, and those that run */
+    Py_ssize_t lanes; /* of the arrays */
     Stage *stages;
     Py_ssize_t count;
     Taken *held;
@@ -127,16 +125,6 @@ typedef struct {
 } Call;
 
 /* ------------------------------------------------------------------------------- running */
-
-/* Bring the lanes of a block from one on, and before the last of the call, to the outputs. */
-static void write_outputs(const Call *call, const Stage *stage, Py_ssize_t block, Py_ssize_t from)
-{
-    const int lanes = call->machine->lanes;
-    const int skipped = (int)(from - block);
-    const int end = call->last - block < lanes ? (int)(call->last - block) : lanes;
-    call->machine->write(stage->outputs + block, stage->apart, stage->results, stage->program->rows,
-                         skipped, end, stage->streaming);
-}
 
 /* Whether a row of the outputs is within the bound in all lanes; NaN is not. */
 static int is_done(const Stage *stage, int lanes)
@@ -183,7 +171,7 @@ static void run_call(const Call *call)
         machine->run(stage->program->prologue, stage->program->constants, (char *)stage->registers,
                      stage->given, NULL, 0);
     }
-    for (Py_ssize_t from = call->first; from < call->last; from += machine->lanes) {
+    for (Py_ssize_t from = 0; from < call->lanes; from += machine->lanes) {
         const Py_ssize_t end = from + machine->lanes;
         const Py_ssize_t block = end <= call->lanes ? from : call->lanes - machine->lanes;
         const double *before = NULL;
@@ -194,7 +182,8 @@ static void run_call(const Call *call)
             if (stage->passes)
                 stage->passes[from / machine->lanes] = (int32_t)passes;
             if (stage->outputs)
-                write_outputs(call, stage, block, from);
+                machine->write(stage->outputs + block, stage->apart, stage->results,
+                               stage->program->rows, (int)(from - block), stage->streaming);
         }
     }
 #ifdef __x86_64__
@@ -445,20 +434,13 @@ static int take_program(Call *call, Stage *stage, PyObject *handle)
     return 0;
 }
 
-/* Take which lanes are to run: the first, which starts a block, and the one after the last. */
-static int take_lanes(Call *call, PyObject *const *span)
+/* Check that there are lanes enough. */
+static int check_lanes(const Call *call)
 {
     const int block = call->machine->lanes;
     if (call->lanes < block) {
         PyErr_Format(PyExc_ValueError, "%zd lanes are fewer than a block of %d", call->lanes,
                      block);
-        return -1;
-    }
-    if (take_count(span[1], 0, call->lanes, &call->last) < 0 ||
-        take_count(span[0], 0, call->last, &call->first) < 0)
-        return -1;
-    if (call->first % block) {
-        PyErr_Format(PyExc_ValueError, "lane %zd does not start a block of %d", call->first, block);
         return -1;
     }
     return 0;
@@ -585,15 +567,14 @@ static PyObject *finished(Call *call, int failed)
     Py_RETURN_NONE;
 }
 
-/* run_program(program, inputs, outputs, first, last)
+/* run_program(program, inputs, outputs)
 
-   Runs a program on lanes from `first`, which starts a block, up to `last`. Inputs are arrays of
-   one number or of one for each lane, or rows of such arrays; `outputs` has the shape (rows, lanes).
-   There are as many lanes as a block has, or more. */
+   Runs a program. Inputs are arrays of one number or of one for each lane, or rows of such arrays;
+   `outputs` has the shape (rows, lanes). There are as many lanes as a block has, or more. */
 PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
-    EXACTLY(nargs, 5)
+    EXACTLY(nargs, 3)
     Stage *stage = calloc(1, sizeof(Stage));
     if (!stage)
         return PyErr_NoMemory();
@@ -604,7 +585,7 @@ PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
     const Py_buffer *outputs = failed ? NULL : take_outputs(&call, stage, given[2]);
     if (outputs) {
         call.lanes = outputs->shape[1];
-        failed = take_lanes(&call, given + 3) < 0 || take_inputs(&call, stage, given[1]) < 0;
+        failed = check_lanes(&call) < 0 || take_inputs(&call, stage, given[1]) < 0;
     }
     return finished(&call, failed || !outputs);
 }
@@ -654,7 +635,7 @@ static int take_stage(Call *call, Stage *stage, PyObject *const *fields, const P
     return 0;
 }
 
-/* Take stages, and the arguments after them: lanes, block, first, last. */
+/* Take stages, and the arguments after them: lanes, block. */
 static int take_stages(Call *call, PyObject *stages, PyObject *const *rest)
 {
     Py_ssize_t block;
@@ -682,17 +663,16 @@ static int take_stages(Call *call, PyObject *stages, PyObject *const *rest)
                          s, stage->program->lanes, block);
             return -1;
         }
-        if ((!before && take_lanes(call, rest + 2) < 0) ||
+        if ((!before && check_lanes(call) < 0) ||
             take_stage(call, stage, fields, before) < 0)
             return -1;
     }
     return 0;
 }
 
-/* run_stages(stages, lanes, block, first, last)
+/* run_stages(stages, lanes, block)
 
-   Runs stages, one after the other on each block, on lanes from `first`, which starts a block, up
-   to `last`. A stage is a tuple of
+   Runs stages, one after the other on each block. A stage is a tuple of
 
      program   its handle
      inputs    arrays as for `run_program`; None where one is taken
@@ -707,7 +687,7 @@ static int take_stages(Call *call, PyObject *stages, PyObject *const *rest)
 PyObject *run_stages(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
-    EXACTLY(nargs, 5)
+    EXACTLY(nargs, 3)
     /* It keeps the handles while other threads may change what was given. */
     PyObject *stages = PySequence_Tuple(given[0]);
     if (!stages)

@@ -106,14 +106,14 @@ typedef struct {
 /* A variant of the machine, for blocks of so many lanes.
 
    `run` runs a tape up to its END on the block that begins at a lane; outputs are rows of the
-   block. `write` brings lanes from one to before another of so many rows to where they are kept,
-   in rows so far apart; `streaming` passes by the caches. */
+   block. `write` brings lanes from one on, of so many rows, to where they are kept, in rows so
+   far apart; `streaming` passes by the caches. */
 typedef struct {
     int lanes;
     void (*run)(const int32_t *row, const double *constants, char *registers, const Input *inputs,
                 double *outputs, Py_ssize_t lane);
     void (*write)(double *to, Py_ssize_t apart, const double *rows, Py_ssize_t count, int from,
-                  int end, int streaming);
+                  int streaming);
 } Machine;
 
 #endif

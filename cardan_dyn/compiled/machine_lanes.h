@@ -238,12 +238,12 @@ OWN_JUMPS TARGET static void NAMED(run)(const int32_t *row, const double *consta
 }
 
 TARGET static void NAMED(write)(double *to, Py_ssize_t apart, const double *rows, Py_ssize_t count,
-                                int from, int end, int streaming)
+                                int from, int streaming)
 {
     for (; count > 0; count--, to += apart, rows += LANES) {
         const Numbers *row = (const Numbers *)rows;
-        if (from > 0 || end < LANES)
-            memcpy(to + from, rows + from, sizeof(double) * (end - from));
+        if (from > 0)
+            memcpy(to + from, rows + from, sizeof(double) * (LANES - from));
         else if (streaming && (uintptr_t)to % sizeof(Numbers) == 0)
             EACH_VECTOR STREAM(to + i * WIDTH, row[i]);
         else

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks import described, number, numbers, several, vector, whole
+from ..checks import described, number, numbers, several, vector
 from ..errors import ArgumentError, ModelError, choices
 from ..mechanism.mechanism import Mechanism, load
 from .design.layout import layout
@@ -154,7 +154,6 @@ class DriveLine(LineData):
         gravity: ArrayLike | None = None,
         slipping: str | None = None,
         variants: Variants | None = None,
-        workers: int = 1,
     ) -> Analysis:
         """Return the motion of all shafts and what acts in all joints, bearings and splines.
 
@@ -170,7 +169,6 @@ class DriveLine(LineData):
             slipping: `out` if the splines are drawn out under torque, `in` if they are pushed in:
                 their friction then acts against it. None without friction.
             variants: designs, from `variants`; results are then designs × positions.
-            workers: see `Scene.sweep`.
 
         Raises:
             ArgumentError: a value is missing, not finite or out of its range.
@@ -208,7 +206,6 @@ class DriveLine(LineData):
             gravity=np.zeros(3) if gravity is None else vector("gravity", gravity, 3),
             slipping=_SLIPPING[slipping],
             variants=variants,
-            workers=whole("workers", workers),
         )
         return self._solver.analysed(task)
 

@@ -199,7 +199,8 @@ class Solution(NamedTuple):
         # A sum of squares is finite only if all its terms are, and takes less than looking at each.
         total = 0.0
         for array in arrays:
-            total += np.vdot(array, array)
+            flat = array.ravel("K")
+            total += flat @ flat
         if math.isfinite(total):
             return set()
         named = zip(FINITE, arrays, strict=True)

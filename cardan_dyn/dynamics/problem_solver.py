@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import BLOCK_SIZE, Array, flat
+from ..arrays import BLOCK_SIZE, LARGE_BLOCK, Array, flat
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
@@ -123,16 +123,8 @@ class InTurn(Sequence[ClosedState]):
         whole = span is self.spans[-1] and span.start == 0
         return self._guess if whole else self._guess.of_samples(span)
 
-    def given_up(self, empty: Callable[[Array], Array] | None = None) -> Array:
-        """Return the guesses `(N, size)`: of a block that was read, they may be overwritten.
-
-        Args:
-            empty: makes the array in which they are to be; they stay where they are if None.
-        """
-        if empty is not None:
-            moved = empty(self._guess.x)
-            moved[:] = self._guess.x
-            self._guess = self._guess._replace(x=moved)
+    def given_up(self) -> Array:
+        """Return the guesses `(N, size)`: of a block that was read, they may be overwritten."""
         return self._guess.x
 
 
@@ -394,8 +386,7 @@ class ProblemSolver(Frozen):
         """Return how many samples are worked on at a time."""
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
-        # Tapes keep few samples in the cache, so that blocks may be large.
-        most = 4 * BLOCK_SIZE if self.uses_tapes(targets.size) else BLOCK_SIZE
+        most = LARGE_BLOCK if self.uses_tapes(targets.size) else BLOCK_SIZE
         return max(1, min(most, _BLOCK_NUMBERS // numbers))
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
@@ -418,13 +409,12 @@ class ProblemSolver(Frozen):
             return solver.assembled_in_turn(assembled.targets, assembled.along_path)
         return assembled
 
-    def solve(self, assembled: AssembledPositions, acting: Acting, workers: int = 1) -> Solution:
+    def solve(self, assembled: AssembledPositions, acting: Acting) -> Solution:
         """Return all that is solved and proven at assembled positions.
 
         Args:
             assembled: N samples of this solver. Those whose blocks are closed in turn are used up.
             acting: how fast the drives move and what acts; it broadcasts with the samples.
-            workers: greatest number of processes that divide the blocks among them.
 
         Raises:
             AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
@@ -435,7 +425,7 @@ class ProblemSolver(Frozen):
             solution = work.block(0)
             solution.prove(assembled.targets.positions)
         else:
-            solution = work.all(workers)
+            solution = work.all()
         self.inverse_dynamics.prove_flags(solution)
         if self.problem.strict:
             self.refuse_indeterminate(solution.unique[self.problem.output_indices])
@@ -626,7 +616,7 @@ class _Work:
 
         return solver.taped.solution(dynamics, x, inputs, in_general)
 
-    def all(self, workers: int) -> Solution:
+    def all(self) -> Solution:
         """Return what is kept of all blocks, see `collected`."""
         from .collected import collected  # Many sweeps are a single block.
 
@@ -636,9 +626,9 @@ class _Work:
             return assembled.targets.block(assembled.spans[index]).positions
 
         # Coordinates take the place of the guesses that they were found from.
-        guesses = assembled.blocks.given_up if isinstance(assembled.blocks, InTurn) else None
+        guesses = assembled.blocks.given_up() if isinstance(assembled.blocks, InTurn) else None
         keeps_rates = self._solver.keeps_rates(len(assembled))
-        return collected(assembled.spans, self.block, positions_of, guesses, workers, keeps_rates)
+        return collected(assembled.spans, self.block, positions_of, guesses, keeps_rates)
 
 
 def _memory() -> float:

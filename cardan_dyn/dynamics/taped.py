@@ -23,6 +23,7 @@ from ..mechanics.bodies import Tree, tree_of
 from ..mechanics.elimination import Pivot, UnsuitableError
 from ..mechanics.sample import Roles
 from ..problem.problem import Problem
+from ..threads import in_turn
 from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
 from .reactions import wrenches_in_norm
 from .tape import Found, Judged, Kind, LinkKind, Prescribed, Tape
@@ -240,6 +241,7 @@ class TapedSolver:
         tapes = self._mechanism.kept.of("tapes", (self._key, kind), dict[int, Tape])
 
         def made(acting: Array) -> Tape:
+            in_turn()
             wanted = self._sizes, self._wrenches, order, shadows, self._varied, acting
             tapes[index] = Tape(tree, self._roles, kind, *wanted)
             return tapes[index]

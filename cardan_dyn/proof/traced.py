@@ -15,6 +15,7 @@ import numpy as np
 from ..arrays import Array
 from ..mechanism.frames import Frames
 from ..tape import Program, Scalar, Trace, machine_is_at_hand
+from ..threads import in_turn
 from .samples import Rows, Sample
 from .vectors import greatest
 
@@ -38,6 +39,7 @@ class _Known:
 
     def __init__(self, text: Text, rows: Rows, frames: Frames, acting: Array) -> None:
         """Trace a text; arguments as of `Programs.results`, and the attribute."""
+        in_turn()
         self.acting = acting
         with Trace() as trace:
             pairs = list(zip(rows.variables(trace), acting.tolist(), strict=True))

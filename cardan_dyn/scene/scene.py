@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ..arrays import Array
-from ..checks import flag, mapping, names, whole
+from ..checks import flag, mapping, names
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..elements.link_loads import Wrench
 from ..errors import ArgumentError, MobilityError, choices, hinting
@@ -258,7 +258,7 @@ class Scene(Prescribed):
             "g": "gravity=(0, 0, -9.81)",
             "drive drives free": "which joints are driven is said to the scene: "
             "scene.replace(drive=...)",
-            "n_jobs processes threads parallel": "processes are workers=...",
+            "n_jobs workers processes threads parallel": "all cores are used",
         }
     )
     def sweep(
@@ -272,7 +272,6 @@ class Scene(Prescribed):
         gravity: ArrayLike | None = None,
         inertia: Mapping[str, ArrayLike] | None = None,
         along_path: bool = False,
-        workers: int = 1,
         time: ArrayLike = 0.0,
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
@@ -291,11 +290,13 @@ class Scene(Prescribed):
         `<limit>` elements of the description are not regarded. Whatever was asked before, results
         agree to 1e-15 times `Sweep.condition`, not bit for bit.
 
-        Beside its arguments and results, a sweep of any size takes some 20 MB of memory for each
-        worker; of mechanisms with very many joints its blocks alone hold up to 48 MB. Of each
-        sample it keeps coordinates, the wrenches of the outputs and what drives and held joints
-        exert; where velocities, accelerations and velocity ratios take more than 32 MB, `motion`
-        computes them when they are read.
+        Many samples are solved on all cores that the process may use (`os.sched_setaffinity`); how
+        many these are does not change a bit of the results. Beside its arguments and results, a
+        sweep of any size takes some 20 MB of memory for each core; of mechanisms with very many
+        joints its blocks alone hold up to 48 MB each. Of each sample it keeps coordinates, the
+        wrenches of the outputs and what drives and held joints exert; where velocities,
+        accelerations and velocity ratios take more than 32 MB, `motion` computes them when they
+        are read.
 
         Args:
             position: drive positions of any shape [rad or m], in any order; for d drives
@@ -312,8 +313,6 @@ class Scene(Prescribed):
                 trajectory of a robot: every sample, in C order, is then followed from the one
                 before it. Unless path and straight line pass a singular configuration on different
                 sides, both lead to the same one; a path may reach what the line does not.
-            workers: processes that share the work of many samples, where the platform can fork
-                them; results are the same to the last bit.
             time: at which actuators act, of any shape [s].
 
         Raises:
@@ -330,8 +329,6 @@ class Scene(Prescribed):
         # left at is seen without any.
         if along_path is not False:
             along_path = flag("along_path", along_path)
-        if type(workers) is not int or workers < 1:
-            workers = whole("workers", workers)
         solver, problem = self._solver, self._problem
         if problem.free:
             problem.refuse_free("a sweep")
@@ -358,7 +355,7 @@ class Scene(Prescribed):
                 solver.refuse_too_many(math.prod(shape))
                 positions = solver.assembled_in_turn(targets, along_path)
             solver = positions.solver
-            solution = solver.solve(positions, acting, workers)
+            solution = solver.solve(positions, acting)
         return _collecting()(solver, positions, acting, solution)
 
     def assemble(

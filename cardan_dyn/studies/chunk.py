@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError, CardanError, MissingExtraError
+from ..threads import on_cores
 from .outcomes import Outcome, Outcomes, Schema, outcomes_of
 from .parameters import Parameters
 
@@ -113,8 +114,8 @@ def compute(job: bytes, box: Box, wanted: Array | None = None, *, alone: bool = 
         wanted: which of them, of the shape of the box; all if None.
         alone: compute each by a copy of the function of its own.
     """
-    # One thread for linear algebra: workers would fight for cores, and sums depend on the number.
-    with _one_thread():
+    # Workers would fight for cores, and sums of linear algebra depend on the number of threads.
+    with _one_thread(), on_cores(1):
         run = _Run(unpacked(job), box)
         if not alone:
             run.cases(wanted)

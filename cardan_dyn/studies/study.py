@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import concurrent.futures as futures
 import math
-import os
 import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
@@ -16,6 +15,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described, flag, mapping, text, whole
 from ..errors import ArgumentError, CardanError, choices
+from ..threads import cores
 from .chunk import FAILED, Box, Computed, Job, entry, failure, missing, packed, unpacked
 from .chunking import MOST_BYTES, boxes, chunk_shape, count, filled, slabs
 from .engines import Engine, Here, OfDask, OfExecutor, Task, threads_of, workers_of
@@ -29,6 +29,8 @@ from .store import Damage, Store, of_cases, refuse_different, within
 from .sweeps import Sweeps
 
 if TYPE_CHECKING:
+    import os
+
     import pandas
     import xarray
 
@@ -447,10 +449,10 @@ class Study:
         if self._executor is not None:
             workers = workers_of(self._executor)
             return f"{type(self._executor).__name__} of {workers} workers", workers
-        cores = _cores() if self._workers is None else self._workers
+        own = cores() if self._workers is None else self._workers
         if self._workers is None and left * self._seconds < _STARTED:
             return "this process, since it does not take long", 1
-        return ("this process", 1) if cores == 1 else (f"{cores} processes of this machine", cores)
+        return ("this process", 1) if own == 1 else (f"{own} processes of this machine", own)
 
     @contextmanager
     def _engine(self, left: int) -> Iterator[Engine]:
@@ -621,10 +623,3 @@ def _refuse_missing() -> None:
     for package in ("zarr", "xarray", "pandas", "distributed", "threadpoolctl"):
         if find_spec(package) is None:
             raise missing(package)
-
-
-def _cores() -> int:
-    """Return the number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

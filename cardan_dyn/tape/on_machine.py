@@ -1,8 +1,7 @@
-"""On the machine: the code of a graph, which blocks of lanes it runs on, on which threads."""
+"""On the machine: the code of a graph, and which blocks of lanes it runs on."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -59,24 +58,3 @@ def filled(value: Array, lanes: int) -> Array:
     if value.ndim and 1 < value.shape[-1] < lanes:
         value = value.take(np.minimum(np.arange(lanes), value.shape[-1] - 1), -1)
     return np.ascontiguousarray(value) if value.ndim else value
-
-
-def spread(part: Callable[[int, int], object], count: int, block: int, threads: int) -> None:
-    """Let threads run parts of all lanes.
-
-    Args:
-        part: runs the lanes from a first one, which begins a block, to one before the last.
-        count: number of lanes.
-        block: lanes of a block.
-        threads: how many there are at most.
-    """
-    if threads <= 1 or count <= block:
-        part(0, count)
-        return
-    blocks = -(-count // block)
-    shares = min(threads, blocks)
-    bounds = [*(blocks * k // shares * block for k in range(shares)), count]
-    from concurrent.futures import ThreadPoolExecutor  # Most runs have one thread.
-
-    with ThreadPoolExecutor(shares) as pool:
-        list(pool.map(part, bounds[:-1], bounds[1:]))

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..errors import ArgumentError, choices
 from .graph import Graph, live_part
 from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
-from .on_machine import Code, block_for, code_of, filled, machine_is_at_hand, spread
+from .on_machine import Code, block_for, code_of, filled, machine_is_at_hand
 from .trace import Scalar, Trace
 
 WORTH_TRACING = 1 if machine_is_at_hand() else 1024
@@ -49,14 +49,13 @@ class Program:
         self._blocks: dict[int, ArrayBlock] = {}
         self._handles: dict[int, Any] = {}
 
-    def run(self, inputs: Mapping[str, Any], count: int, threads: int = 1) -> Array:
+    def run(self, inputs: Mapping[str, Any], count: int) -> Array:
         """Return the outputs `(outputs, count)`.
 
         Args:
             inputs: values by name, at least of `inputs`: a number, or `(count,)`, which uniform
                 inputs do not take.
             count: number of lanes.
-            threads: how many of them compute, each a part of the lanes. The results are the same.
 
         Raises:
             ArgumentError: an input is missing, or has another shape.
@@ -64,37 +63,31 @@ class Program:
         if not count or not machine_is_at_hand():
             return self.run_on_arrays(inputs, count)
         values = self.checked(inputs, count)
-        return self._run_on_machine([values[name] for name in self.inputs], count, threads)
+        return self._run_on_machine([values[name] for name in self.inputs], count)
 
-    def run_rows(self, rows: Sequence[Array], count: int, threads: int = 1) -> Array:
+    def run_rows(self, rows: Sequence[Array], count: int) -> Array:
         """Return what `run` does, with inputs that stand in arrays one below the other.
 
         Args:
             rows: arrays `(k, count)`, or `(k, 1)` of numbers, with a row for each of `inputs` in
                 their order. Uniform inputs take numbers alone.
             count: number of lanes.
-            threads: as for `run`.
 
         Raises:
             ValueError: there are more rows than inputs, or fewer, or rows of another length.
         """
         if count and machine_is_at_hand():
-            return self._run_on_machine(rows, count, threads)
+            return self._run_on_machine(rows, count)
         every = [row if len(row) == count else row[0] for part in rows for row in part]
         return self.run_on_arrays(dict(zip(self.inputs, every, strict=True)), count)
 
-    def _run_on_machine(self, inputs: Sequence[Array], count: int, threads: int) -> Array:
+    def _run_on_machine(self, inputs: Sequence[Array], count: int) -> Array:
         block = block_for(count)
         lanes = max(block, count)
         # A single lane has numbers alone, which hold for those that the block has beside it.
         arrays = inputs if count == 1 else [filled(values, lanes) for values in inputs]
         outputs = np.empty((self.outputs, lanes))
-        handle = self.handle(block)
-
-        def part(first: int, last: int) -> None:
-            compiled.kernel.run_program(handle, arrays, outputs, first, last)
-
-        spread(part, lanes, block, threads)
+        compiled.kernel.run_program(self.handle(block), arrays, outputs)
         return outputs[:, :count]
 
     def run_on_arrays(

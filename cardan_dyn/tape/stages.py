@@ -17,7 +17,7 @@ from .. import compiled
 from ..arrays import Array
 from ..errors import ArgumentError
 from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
-from .on_machine import block_for, filled, machine_is_at_hand, spread
+from .on_machine import block_for, filled, machine_is_at_hand
 from .program import Program
 
 
@@ -84,13 +84,12 @@ class Stages:
             for stage in self.stages
         ]
 
-    def run(self, inputs: Sequence[Mapping[str, Any]], count: int, threads: int = 1) -> list[Array]:
+    def run(self, inputs: Sequence[Mapping[str, Any]], count: int) -> list[Array]:
         """Return the outputs `(outputs, count)` of each stage that is kept.
 
         Args:
             inputs: of each stage, values as for `Program.run`, but for inputs that are taken.
             count: number of lanes.
-            threads: how many of them compute, each a part of the lanes. The results are the same.
 
         Raises:
             ArgumentError: an input is missing, or has another shape.
@@ -99,18 +98,15 @@ class Stages:
             [values.get(name) for name in stage.program.inputs]
             for stage, values in zip(self.stages, self._checked(inputs, count), strict=True)
         ]
-        return self.run_values(given, count, threads)
+        return self.run_values(given, count)
 
-    def run_values(
-        self, inputs: Sequence[Sequence[Array | None]], count: int, threads: int = 1
-    ) -> list[Array]:
+    def run_values(self, inputs: Sequence[Sequence[Array | None]], count: int) -> list[Array]:
         """Return what `run` does, with inputs that are not checked.
 
         Args:
             inputs: of each stage, arrays `()` or `(count,)`, one for each of its program's inputs;
                 None for those that are taken.
             count: number of lanes.
-            threads: as for `run`.
         """
         if not (count and self.stages and machine_is_at_hand()):
             named = [
@@ -129,11 +125,7 @@ class Stages:
             handle = stage.program.handle(block)
             fields.append((handle, arrays, carried, taken, *ends, None, rows))
             outputs.append(rows)
-
-        def part(first: int, last: int) -> None:
-            compiled.kernel.run_stages(fields, lanes, block, first, last)
-
-        spread(part, lanes, block, threads)
+        compiled.kernel.run_stages(fields, lanes, block)
         return [rows[:, :count] for rows in outputs if rows is not None]
 
     def run_on_arrays(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics import collected, problem_solver
+from cardan_dyn.dynamics import problem_solver
 
 COUNT = 5000
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, COUNT)
@@ -66,7 +66,6 @@ def test_a_long_sweep_keeps_what_it_was_asked_for(
 ) -> None:
     """Positions, coordinates, wrenches of the outputs, two efforts, the condition."""
     monkeypatch.setattr(problem_solver, "_MOST_RATES", 0)
-    monkeypatch.setattr(collected, "_MOST_SAMPLES", 500)
     for outputs, wrenches in ((None, 5), (["bearing_out"], 1)):
         one = scene(joint, outputs=outputs)
         for _ in range(12):  # What is learned of the motion is kept by the scene.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from inspect import signature
-from itertools import pairwise
 from typing import Any
 
 import mpmath
@@ -67,7 +65,7 @@ class Program:
 
     def run(self, inputs: Sequence[Array], outputs: int, lanes: int, block: int) -> Array:
         found = np.full((outputs, lanes), np.nan)
-        kernel.run_program(self.handle(len(inputs), outputs, block), inputs, found, 0, lanes)
+        kernel.run_program(self.handle(len(inputs), outputs, block), inputs, found)
         return found
 
     def oracle(self, inputs: Sequence[Array], outputs: int, lanes: int) -> Array:
@@ -275,40 +273,6 @@ def test_the_last_block_lies_over_the_one_before(block: int, more: int) -> None:
     assert_same(program.run(inputs, outputs, lanes, block), program.oracle(inputs, outputs, lanes))
 
 
-@pytest.mark.parametrize("block", BLOCKS)
-def test_a_call_writes_its_own_lanes_alone(block: int) -> None:
-    program, inputs, outputs, _ = random_program(4)
-    lanes = 5 * block + 3
-    inputs = [np.resize(values, lanes) if values.size > 1 else values for values in inputs]
-    handle = program.handle(len(inputs), outputs, block)
-    expected = program.oracle(inputs, outputs, lanes)
-    for first in range(0, lanes, block):
-        for last in {first, first + 1, first + block - 1, 3 * block + 2, lanes}:
-            if not first <= last <= lanes:
-                continue
-            found = np.full((outputs, lanes), 7.0)
-            kernel.run_program(handle, inputs, found, first, last)
-            assert_same(found[:, first:last], expected[:, first:last])
-            assert (found[:, :first] == 7.0).all() and (found[:, last:] == 7.0).all()
-
-
-@pytest.mark.parametrize("block", BLOCKS)
-def test_threads_share_lanes(block: int) -> None:
-    program, inputs, outputs, _ = random_program(6)
-    lanes = 200 * block + 1
-    inputs = [np.resize(values, lanes) if values.size > 1 else values for values in inputs]
-    handle = program.handle(len(inputs), outputs, block)
-    found = np.empty((outputs, lanes))
-    starts = range(0, lanes, 9 * block)
-
-    def part(first: int) -> None:
-        kernel.run_program(handle, inputs, found, first, min(first + 9 * block, lanes))
-
-    with ThreadPoolExecutor(8) as pool:
-        list(pool.map(part, starts))
-    assert_same(found, program.oracle(inputs, outputs, lanes))
-
-
 @pytest.mark.parametrize("apart", [0, 1, 3])
 def test_outputs_larger_than_the_caches(apart: int) -> None:
     """They pass by the caches where their rows lie at multiples of a vector, else not."""
@@ -323,7 +287,7 @@ def test_outputs_may_be_rows_and_lanes_of_a_larger_array() -> None:
     program, inputs, outputs, lanes = random_program(8)
     whole = np.full((2 * outputs, lanes + 9), 7.0)
     part = whole[::-2, 5 : lanes + 5]
-    kernel.run_program(program.handle(len(inputs), outputs, 32), inputs, part, 0, lanes)
+    kernel.run_program(program.handle(len(inputs), outputs, 32), inputs, part)
     assert_same(part, program.oracle(inputs, outputs, lanes))
     assert (whole[::2] == 7.0).all() and (whole[:, :5] == 7.0).all()
     assert (whole[:, lanes + 5 :] == 7.0).all()
@@ -337,7 +301,7 @@ def test_a_program_keeps_what_it_was_made_of() -> None:
         tape[:] = 10**9
     fields[1][:] = np.nan
     found = np.empty((outputs, lanes))
-    kernel.run_program(handle, inputs, found, 0, lanes)
+    kernel.run_program(handle, inputs, found)
     assert_same(found, program.oracle(inputs, outputs, lanes))
 
 
@@ -435,20 +399,13 @@ def stages_of(
 @pytest.mark.usefixtures("instructions")
 @pytest.mark.parametrize("block", BLOCKS)
 @pytest.mark.parametrize(("within", "most"), [(1e-12, 50), (1e-12, 3), (0.0, 12), (-1.0, 4)])
-@pytest.mark.parametrize("threads", [1, 3])
-def test_stages_hand_on_their_results(block: int, within: float, most: int, threads: int) -> None:
+def test_stages_hand_on_their_results(block: int, within: float, most: int) -> None:
     lanes = 6 * block + 3
     x = np.sort(np.exp(RNG(0).normal(0.0, 6.0, lanes)))
     x[2 * block + 1] = np.nan  # It is never within a bound.
     expected, passes = expected_of_stages(x, block, within, most)
     stages, rows, found = stages_of(x, block, within, most)
-    bounds = [*(k * 2 * block for k in range(threads)), lanes]
-    with ThreadPoolExecutor(threads) as pool:
-        run = pool.map(
-            lambda span: kernel.run_stages(stages, lanes, block, *span),
-            pairwise(bounds),
-        )
-        list(run)
+    kernel.run_stages(stages, lanes, block)
     assert_same(rows[:3], expected[:3])
     assert_same(rows[4], expected[3])
     np.testing.assert_array_equal(found, passes)
@@ -462,25 +419,11 @@ def test_lanes_of_a_stage_depend_on_those_of_their_block_alone(block: int) -> No
     lanes = 4 * block
     x = np.exp(RNG(1).normal(0.0, 6.0, lanes))
     together, rows, _ = stages_of(x, block, 1e-12, 50)
-    kernel.run_stages(together, lanes, block, 0, lanes)
+    kernel.run_stages(together, lanes, block)
     for first in range(0, lanes, block):
         alone, own, _ = stages_of(x[first : first + block], block, 1e-12, 50)
-        kernel.run_stages(alone, block, block, 0, block)
+        kernel.run_stages(alone, block, block)
         assert_same(own, rows[:, first : first + block])
-
-
-@pytest.mark.parametrize("block", BLOCKS)
-def test_part_of_a_block_is_run_as_all_of_it(block: int) -> None:
-    lanes = 3 * block
-    x = np.exp(RNG(2).normal(0.0, 6.0, lanes))
-    stages, expected, expected_passes = stages_of(x, block, 1e-12, 50)
-    kernel.run_stages(stages, lanes, block, 0, lanes)
-    for last in range(block + 1, 2 * block):
-        stages, rows, passes = stages_of(x, block, 1e-12, 50)
-        kernel.run_stages(stages, lanes, block, block, last)
-        assert_same(rows[:, block:last], expected[:, block:last])
-        assert (rows[:, last:] == 7.0).all()
-        np.testing.assert_array_equal(passes, [0, expected_passes[1], 0])
 
 
 @pytest.mark.parametrize("block", BLOCKS)
@@ -493,7 +436,7 @@ def test_carried_inputs_are_rows_of_the_last_pass(block: int, most: int) -> None
     rows = np.empty((2, block))
     ends = (-1, 0.0, most, None, rows)
     exchanged = (program.handle(2, 2, block), [first, second], integers(0, 1), integers(-1, -1))
-    kernel.run_stages([(*exchanged, *ends)], block, block, 0, block)
+    kernel.run_stages([(*exchanged, *ends)], block, block)
     assert_same(rows, np.array([second, first] if most % 2 else [first, second]))
 
 
@@ -528,10 +471,10 @@ def test_fields_of_stages_are_checked(
     stage: int, field: int, value: object, error: type[Exception]
 ) -> None:
     stages, _, _ = stages_of(np.ones(50), 32, 0.0, 3)
-    kernel.run_stages(stages, 50, 32, 0, 50)
+    kernel.run_stages(stages, 50, 32)
     stages[stage] = (*stages[stage][:field], value, *stages[stage][field + 1 :])
     with pytest.raises(error):
-        kernel.run_stages(stages, 50, 32, 0, 50)
+        kernel.run_stages(stages, 50, 32)
 
 
 @pytest.mark.parametrize("source", ["carried", "taken"])
@@ -545,10 +488,10 @@ def test_a_uniform_input_cannot_be_a_row(source: str) -> None:
         return (program.handle(1, 1, 32), [np.ones(())], rows["carried"], rows["taken"], *ends)
 
     first = stage()
-    kernel.run_stages([first, stage()], 40, 32, 0, 40)
+    kernel.run_stages([first, stage()], 40, 32)
     rows[source] = integers(0)
     with pytest.raises(ValueError, match="one number for all lanes"):
-        kernel.run_stages([first, stage()], 40, 32, 0, 40)
+        kernel.run_stages([first, stage()], 40, 32)
 
 
 @pytest.mark.parametrize(
@@ -563,12 +506,10 @@ def test_a_uniform_input_cannot_be_a_row(source: str) -> None:
         (1, -1, ValueError),
         (2, 4, ValueError),
         (2, 33, ValueError),
-        (3, 1, ValueError),
-        (4, 51, ValueError),
     ],
 )
 def test_arguments_of_stages_are_checked(place: int, value: object, error: type[Exception]) -> None:
-    arguments = [stages_of(np.ones(50), 32, 0.0, 3)[0], 50, 32, 0, 50]
+    arguments = [stages_of(np.ones(50), 32, 0.0, 3)[0], 50, 32]
     kernel.run_stages(*arguments)
     arguments[place] = value
     with pytest.raises(error):
@@ -682,15 +623,10 @@ def test_other_fields_of_a_program_are_checked(
         (2, np.ones((50, 2)).T, ValueError),
         (2, np.ones(100), ValueError),
         (2, np.ones((2, 50), np.float32), TypeError),
-        (3, 4, ValueError),
-        (3, -32, ValueError),
-        (3, 64, ValueError),
-        (4, 51, ValueError),
-        (4, -1, ValueError),
     ],
 )
 def test_arguments_of_a_run_are_checked(place: int, value: object, error: type[Exception]) -> None:
-    arguments = [well_formed().handle(2, 2, 32), [np.ones(1), np.ones(50)], np.ones((2, 50)), 0, 50]
+    arguments = [well_formed().handle(2, 2, 32), [np.ones(1), np.ones(50)], np.ones((2, 50))]
     kernel.run_program(*arguments)
     arguments[place] = value
     with pytest.raises(error):
@@ -701,9 +637,7 @@ def test_outputs_have_to_be_writable() -> None:
     outputs = np.ones((2, 50))
     outputs.flags.writeable = False
     with pytest.raises(ValueError, match="read-only"):
-        kernel.run_program(
-            well_formed().handle(2, 2, 32), [np.ones(1), np.ones(50)], outputs, 0, 50
-        )
+        kernel.run_program(well_formed().handle(2, 2, 32), [np.ones(1), np.ones(50)], outputs)
 
 
 @pytest.mark.parametrize(
@@ -723,6 +657,6 @@ def test_rows_of_inputs_are_checked(inputs: list[np.ndarray]) -> None:
     trace = tapes.Trace()
     x, y = trace.input("x", 1.0), trace.input("y", 1.0)
     handle, outputs = tapes.Program(trace, [x + y, x - y]).handle(32), np.ones((2, 50))
-    kernel.run_program(handle, [np.ones((2, 50))], outputs, 0, 50)
+    kernel.run_program(handle, [np.ones((2, 50))], outputs)
     with pytest.raises((TypeError, ValueError)):
-        kernel.run_program(handle, inputs, outputs, 0, 50)
+        kernel.run_program(handle, inputs, outputs)

@@ -37,10 +37,9 @@ def newton(most: int = 50, kept: bool = False) -> Stage:
 
 
 def both(stages: Stages, inputs: list[dict[str, object]], count: int) -> list[list[np.ndarray]]:
-    """Return what stages give on the machine, by one thread and three, and on arrays."""
+    """Return what stages give on the machine and on arrays."""
     return [
         stages.run(inputs, count),
-        stages.run(inputs, count, threads=3),
         stages.run_on_arrays(inputs, count),
         stages.run_on_arrays(inputs, count, block=7),
     ]

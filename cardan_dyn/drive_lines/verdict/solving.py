@@ -65,7 +65,6 @@ class Task(NamedTuple):
         gravity: `(3,)` [m/s²].
         slipping: 1 if splines are drawn out, -1 if they are pushed in, 0 without friction.
         variants: designs; None for the line as it is.
-        workers: see `Scene.sweep`.
     """
 
     speed: float
@@ -76,7 +75,6 @@ class Task(NamedTuple):
     gravity: Array
     slipping: int
     variants: Variants | None
-    workers: int
 
 
 class _Seat(NamedTuple):
@@ -421,14 +419,14 @@ def _solved(
     rates = {"speed": task.speed, "acceleration": task.acceleration}
     is_moving = task.speed != 0.0 or task.acceleration != 0.0
     # Without mass, forces in motion are those at rest.
-    unit = closed.swept(workers=task.workers, **(rates if is_moving and not setup.is_heavy else {}))
+    unit = closed.swept(**(rates if is_moving and not setup.is_heavy else {}))
     sweeps = [unit]
     ratio = closed.ratio(unit)
     torque = np.broadcast_to(task.torque, ratio.shape)
     static = closed.forces(unit).times(torque if task.at_output else torque / ratio)
     moving, inertial = unit, None
     if setup.is_heavy and (is_moving or task.gravity.any()):
-        moving = closed.swept(loads=_NO_TORQUE, gravity=task.gravity, workers=task.workers, **rates)
+        moving = closed.swept(loads=_NO_TORQUE, gravity=task.gravity, **rates)
         inertial = closed.forces(moving)
         sweeps.append(moving)
     for index in range(len(setup.slips) if task.slipping else 0):

@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, blocks, consecutive
+from ...arrays import LARGE_BLOCK, Array, blocks, consecutive
 from ...errors import AssemblyError, CardanError, SingularConfigurationError
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
 from ...problem.samples import Targets
+from ...threads import in_threads
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
@@ -193,7 +194,8 @@ class DriveMotion:
         if branch.may_refine(node_limit):
             branch.refine(kinematics.part([self._index], self.groups), node_limit)
         position, (every,) = self._positions(targets), followed.values
-        for block in blocks(targets.size):
+
+        def write(block: slice) -> None:
             periods = every[block]
             where, is_there = position[block], followed.is_there[block]
             if np.count_nonzero(is_there) < len(is_there):
@@ -203,6 +205,8 @@ class DriveMotion:
                 where = turned_back(where, periods[:, 0], branch.period or 0.0)
                 turns[block, self._columns] = periods * branch.windings[self._columns]
             x[block, self._columns] = branch.values(where, self._columns)
+
+        in_threads(write, blocks(targets.size, LARGE_BLOCK))
 
     def _positions(self, targets: Targets) -> Array:
         """Return the drive's positions `(N,)` at targets of the scene."""

@@ -12,21 +12,20 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ...arrays import BLOCK_SIZE, Array
+from ...arrays import LARGE_BLOCK, Array, blocks
 from ...mechanics.bodies import tree_of
 from ...mechanics.elimination import Pivot, UnsuitableError
 from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
 from ...tape import Program, Scalar, Stage, Stages, Trace, select
+from ...threads import in_threads
 from ..closing.all_groups import Kinematics
 from ..loops.closure_blocks import closure_blocks
 from .scouts import scouts
 
 _MOST_TAPES = 2
 """Orders that are tried."""
-_LANES = 4 * BLOCK_SIZE
-"""Lines that are followed at a time."""
 _MOST_STEPS = 400
 """Steps of a line at most."""
 _MOST_CORRECTIONS = 12
@@ -89,10 +88,8 @@ class TapedLines:
                 break
             key = self._key, index
             stages = self._mechanism.kept.of("lines", key, partial(self._traced, order))
-            for first in range(0, len(rest), _LANES):
-                own = rest[first : first + _LANES]
-                found, is_there[own] = self._followed(stages, targets[own])
-                x[own[:, None], self._passives] = found.T
+            follow = partial(self._follow, stages, targets, x, is_there)
+            in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
         x *= self._units
         x[:, self._columns] = positions
         return x, is_there
@@ -111,15 +108,23 @@ class TapedLines:
 
         return self._mechanism.kept.of("orders of lines", self._key, chosen)
 
-    def _followed(self, stages: Stages, ends: Array) -> tuple[Array, Array]:
-        """Return passive coordinates `(P, K)` at ends of lines, and `(K,)` which are there.
+    def _follow(
+        self, stages: Stages, targets: Array, x: Array, is_there: Array, own: Array
+    ) -> None:
+        """Write coordinates at ends of some of N lines, and which are there.
 
-        With ends `(K, d)`, all in units of the tree.
+        Args:
+            stages: that lead there.
+            targets: `(N, d)` ends of the drives, as all coordinates in units of the tree.
+            x: `(N, size)` coordinates, of which passive ones are written.
+            is_there: `(N,)`, written.
+            own: indices of the lines.
         """
-        ways = ends - self._start[self._columns]
+        ways = targets[own] - self._start[self._columns]
         # Lines of a length end together, and so do those of a block.
         order = np.argsort(np.abs(ways).sum(axis=1), kind="stable")
-        ends, ways = ends[order].T, ways[order].T
+        own, ways = own[order], ways[order].T
+        ends = targets[own].T
         given, inputs = dict(self._begin), []
         # Two stages for each leg, and then the last one.
         for leg, first in zip((*self._legs, ()), range(0, len(stages.stages), 2), strict=True):
@@ -131,9 +136,7 @@ class TapedLines:
                 names = stage.program.inputs
                 inputs.append([None if name in stage.taken else given[name] for name in names])
         (outputs,) = stages.run_values(inputs, len(order))
-        result = np.empty_like(outputs)
-        result[:, order] = outputs
-        return result[:-1], result[-1] <= NEAR
+        x[own[:, None], self._passives], is_there[own] = outputs[:-1].T, outputs[-1] <= NEAR
 
     def _traced(self, order: Sequence[Pivot]) -> Stages:
         """Return the stages that lead to the ends of lines."""

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import groupby
+from multiprocessing import get_all_start_methods, get_context
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...checks import flag, mapping, numbers, positive, whole
-from ...dynamics.workers import in_order, shares_of
-from ...errors import ArgumentError
+from ...errors import ArgumentError, CardanError
 from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ...time_left import Task
@@ -220,7 +223,8 @@ def floquet(
         edges: whether unstable intervals and their edges are found, to 1e-8 of the speed; speeds
             then ascend, and narrow intervals are looked for between them.
         max_amplitude: see `periodic_motion`.
-        workers: processes that share the designs, where the platform can fork them.
+        workers: processes that share the designs, where the platform can fork them: what is
+            done is too small for threads.
 
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
@@ -232,22 +236,38 @@ def floquet(
         raise ArgumentError("edges: give ascending speeds of one sense")
     first = rotating_scene(scene)
     designs = _designs(held)
-    count = max((len(values) for values in designs.values()), default=1)
-
-    def work(share: range) -> list[_Done]:
-        found = []
-        with Task("stability", len(share)) as task:
-            for design in share:
-                rotating = first
-                if designs:
-                    places = {name: float(values[design]) for name, values in designs.items()}
-                    rotating = rotating_scene(scene.replace(held=places))
-                found.append(_of_design(MotionSearch(rotating, max_amplitude), speeds, edges))
-                task.tell(len(found))
-        return found
-
-    done = [item for part in in_order(work, shares_of(count, workers)) for item in part]
+    rows = zip(*(values.tolist() for values in designs.values()), strict=True)
+    places = [dict(zip(designs, row, strict=True)) for row in rows] or [{}]
+    work = partial(_of_design, scene, max_amplitude, speeds, edges)
+    done: list[_Done] = []
+    with _mapped(min(workers, len(places))) as mapped, Task("stability", len(places)) as task:
+        for found in mapped(work, places):
+            done.append(found)
+            task.tell(len(done))
     return _collected(first.scene, speeds, designs, done, edges)
+
+
+@contextmanager
+def _mapped(workers: int) -> Iterator[Callable[..., Iterable[Any]]]:
+    """Lend what maps a function, by processes if there are several.
+
+    Raises:
+        CardanError: a process was lost.
+    """
+    from concurrent.futures import BrokenExecutor, ProcessPoolExecutor  # Most charts do without.
+
+    if workers == 1 or sys.platform == "darwin" or "fork" not in get_all_start_methods():
+        yield map
+        return
+    pool = ProcessPoolExecutor(workers, get_context("fork"))
+    try:
+        yield pool.map
+    except BrokenExecutor as error:
+        raise CardanError(
+            "a worker process was lost, perhaps for want of memory; use fewer workers"
+        ) from error
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 _Done = tuple[Stability, list[Region], float]
@@ -278,8 +298,12 @@ def _collected(
     )
 
 
-def _of_design(search: MotionSearch, speeds: Array, edges: bool) -> _Done:
-    """Return stability, regions and period of one design."""
+def _of_design(
+    scene: Scene, max_amplitude: float, speeds: Array, edges: bool, held: Mapping[str, float]
+) -> _Done:
+    """Return stability, regions and period of a scene that holds joints to other positions."""
+    rotating = rotating_scene(scene.replace(held=held) if held else scene)
+    search = MotionSearch(rotating, max_amplitude)
     refuse_unheld(search.primary(speeds[:: max(1, len(speeds) // _LOOKED_AT)]))
     found = stability(search, speeds)
     unstable: list[Region] = []

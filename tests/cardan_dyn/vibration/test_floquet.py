@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +54,20 @@ def test_workers_change_nothing(chart: Floquet) -> None:
     )
     np.testing.assert_array_equal(shared.trace, alone.trace)
     np.testing.assert_allclose(shared.trace[:3], chart.trace[:, :3], atol=1e-12)
+
+
+@pytest.mark.skipif(sys.platform in ("darwin", "win32"), reason="nothing is forked here")
+def test_a_lost_worker_is_reported(chart: Floquet, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = os.getpid()
+
+    def dying(*given: object) -> None:
+        assert os.getpid() != here
+        os._exit(9)
+
+    module = sys.modules[Floquet.__module__]
+    monkeypatch.setattr(module, "MotionSearch", dying)
+    with pytest.raises(cd.CardanError, match="a worker process was lost"):
+        vibration.floquet(chart.scene, 1.0, held={"joint_angle": [0.1, 0.2]}, workers=2)
 
 
 def test_growth_is_that_of_the_fastest_disturbance() -> None:

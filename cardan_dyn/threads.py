@@ -1,0 +1,106 @@
+"""Threads: pieces of work done beside each other, on all cores that this process may use.
+
+Compiled programs and NumPy's operations on large arrays let other threads run meanwhile. What is
+found does not depend on how many threads there are: pieces read what is known when they begin, and
+those that have to learn more are done in turn.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar, copy_context
+from functools import partial
+from typing import TypeVar
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+_given: ContextVar[int] = ContextVar("_given", default=0)
+_is_beside: ContextVar[bool] = ContextVar("_is_beside", default=False)
+
+
+def cores() -> int:
+    """Return how many cores work may use: all that this process may, unless some were given."""
+    if given := _given.get():
+        return given
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def on_cores(count: int) -> Iterator[None]:
+    """Let work use so many cores."""
+    before = _given.set(count)
+    try:
+        yield
+    finally:
+        _given.reset(before)
+
+
+def in_turn() -> None:
+    """Say that what follows changes what others read, which nothing does beside other work."""
+    if _is_beside.get():
+        raise _NotBesideError
+
+
+def in_threads(
+    work: Callable[[_Item], _Result],
+    items: Sequence[_Item],
+    tell: Callable[[int], None] = lambda done: None,
+) -> list[_Result]:
+    """Return what work gives for each item, in their order.
+
+    Items that call `in_turn` are begun again: the first of them alone, then the others beside each
+    other as before, and so on with twice as many alone each time.
+
+    Args:
+        work: does an item. Each is in a context of its own, so that NumPy warns of what it does
+            here, and starts no threads itself.
+        items: what there is to do; each is worth starting a thread for.
+        tell: is called with how many are done.
+
+    Raises:
+        BaseException: what the first item raises of those that fail. No others are begun then, and
+            those that were are waited for, as if this is interrupted.
+    """
+    results: dict[int, _Result] = {}
+    left: Sequence[int] = range(len(items))
+    alone, pool, threads = 1, None, min(cores(), len(items))
+    if threads > 1:
+        from concurrent.futures import ThreadPoolExecutor  # Most work is a single item.
+
+        pool = ThreadPoolExecutor(threads)
+    try:
+        while left:
+            tasks = [partial(copy_context().run, _beside, work, items[index]) for index in left]
+            outcomes: Sequence[Callable[[], _Result]] = tasks
+            if pool:
+                outcomes = [pool.submit(task).result for task in tasks]
+            waiting = []
+            for index, outcome in zip(left, outcomes, strict=True):
+                try:
+                    results[index] = outcome()
+                    tell(len(results))
+                except _NotBesideError:
+                    waiting.append(index)
+            for index in waiting[:alone]:
+                results[index] = work(items[index])
+                tell(len(results))
+            left, alone = waiting[alone:], 2 * alone
+    finally:
+        if pool:
+            pool.shutdown(cancel_futures=True)
+    return [results[index] for index in range(len(items))]
+
+
+class _NotBesideError(BaseException):
+    """Work has to be done in turn."""
+
+
+def _beside(work: Callable[[_Item], _Result], item: _Item) -> _Result:
+    _is_beside.set(True)
+    _given.set(1)
+    return work(item)
