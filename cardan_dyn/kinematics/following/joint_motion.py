@@ -33,15 +33,6 @@ if TYPE_CHECKING:
 
 _FARTHEST = 64
 """Turns of the drives together up to which a line is followed with all of them."""
-_NEAR_LAST = 0.05
-"""Distance of a position from the last one [rad, or lengths of the mechanism] up to which it is
-tried to reach it from there."""
-_CLEAR = 0.15
-"""How far apart closure equations may be (see `Kinematics.apart`) between two ways that lead to the
-same configuration. Where a singular configuration lay between them it would be at least 1; the rest
-is for how the equations change on both ways, of which only the greatest condition is known."""
-_ALL_OF_IT, _IS_THERE = np.ones(1), np.ones(1, dtype=bool)
-"""The share of a way that is gone in a step, and what is said of its end; of a single sample."""
 
 
 class JointMotion:
@@ -210,9 +201,6 @@ class JointMotion:
     def _reached(self, kinematics: Kinematics, own: Array, targets: Targets) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)` without whole turns."""
         known = self._known_part(kinematics)
-        from_last = self._near_last(known, own)
-        if from_last is not None:
-            return from_last
         reached = self._lines(known, own, targets.design_of)
         if any(
             one is not other
@@ -223,8 +211,6 @@ class JointMotion:
                 reached.keep(
                     rest, self._on_lines(self._kinematics, own[rest], targets.design_of[rest])
                 )
-        if len(own) == 1 and reached.is_there[0]:
-            self._last = _Last(known, own, reached.x.copy(), float(reached.condition[0]))
         return reached
 
     def _lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
@@ -258,38 +244,6 @@ class JointMotion:
             self._known = kinematics, kinematics.part(self._drives, self.groups)
             self._at_start, self._last = None, None
         return self._known[1]
-
-    def _near_last(self, known: Kinematics, own: Array) -> Reached | None:
-        """Return what is reached at a position `(1, d)` near the last one; None if that is far.
-
-        A loop of a controller asks for one position after the other. The straight line to each is
-        so near the line to the last one that it leads to the same configuration: the closure
-        equations on both hardly differ.
-        """
-        last = self._last
-        if last is None or len(own) != 1:
-            return None
-        way = own - last.position
-        if not np.maximum.reduce(np.abs(way / self._units), axis=None) <= _NEAR_LAST:
-            return None
-        there = last.state
-        rows = Rows.along(known, there, way)
-        guess = rows.after(_ALL_OF_IT)
-        guess[:, self._drive_columns] = own
-        state = known.newton_step(guess)
-        # Before the last position both the rates and the inverses of the equations may be greater.
-        worse = last.condition / float(there.condition[0])
-        apart = float(known.apart(state, there.inverses)[0])
-        apart *= worse**2 if worse > 1.0 else 1.0
-        # Written so that what is not a number is far as well.
-        is_safe = apart <= _CLEAR and bool(rows.longest(known.coordinates)[0] >= 1.0)
-        if not (is_safe and bool(state.correction[0] < allowed_error(state.condition)[0])):
-            return None
-        condition, greatest = last.condition / (1.0 - apart), state.condition
-        if condition > greatest[0]:
-            greatest = np.array([condition])
-        self._last = _Last(known, own, state, float(greatest[0]))
-        return Reached(state.x, _IS_THERE.copy(), state.residual, greatest, state.left)
 
     def _follow_whole_ways(
         self,
@@ -401,30 +355,6 @@ class JointMotion:
         for own, rows in (own_x, x), (own_turns, turns):
             for block in blocks(len(own)):
                 rows[block, columns] = own[block, columns]
-
-
-class _Last:
-    """A single position that was reached.
-
-    Attributes:
-        position: `(1, d)` of the drives.
-        condition: greatest condition number on the way there.
-    """
-
-    def __init__(
-        self, kinematics: Kinematics, position: Array, there: Array | ClosedState, condition: float
-    ) -> None:
-        """Keep a position with its state, or with coordinates `(1, size)` near closed ones."""
-        self.position, self.condition = position, condition
-        self._kinematics, self._there = kinematics, there
-
-    @property
-    def state(self) -> ClosedState:
-        """The closed position."""
-        there = self._there
-        if not isinstance(there, ClosedState):
-            self._there = there = self._kinematics.evaluate(there)
-        return there
 
 
 def _along_one(
