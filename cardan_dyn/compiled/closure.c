@@ -7,7 +7,7 @@
 #include "stacked.h"
 
 #define HALF_TURN 1e-12
-#define STRAIGHT 1e-9
+#define STRAIGHT 3e-10
 #define CURVATURE 100.0
 #define BENT 0.1
 #define MOST_BENT 0.25

@@ -47,7 +47,7 @@ of it is rounding, from which no amplitude follows."""
 _CONVERGED = 1e-17
 """Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
 order is known before the loops are evaluated once more."""
-_STRAIGHT, _CURVATURE = 1e-9, 100.0
+_STRAIGHT, _CURVATURE = 3e-10, 100.0
 """Newton steps [rad] up to which nothing is gained by bending them, since they leave less than
 rounding: this times their square at most, where no singular configuration is near."""
 _BENT = 0.1

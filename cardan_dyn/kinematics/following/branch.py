@@ -193,7 +193,7 @@ class Branch:
         singularity = singularity_at(kinematics, last, elsewhere)
         passives = [column for solver in kinematics.solvers for column in solver.group.passives]
         hint = gimbal_note(kinematics.coordinates, last, passives)
-        if singularity.modes_meet or left > -_AT_LIMIT:
+        if singularity.modes_meet or left > -_AT_LIMIT or len(nodes) == 1:
             condition = float(kinematics.evaluate(last[None, :]).condition[0])
             raise SingularConfigurationError(
                 f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
