@@ -11,7 +11,6 @@
 #define CURVATURE 100.0
 #define BENT 0.1
 #define MOST_BENT 0.25
-#define NONE 0.25
 #define TAU 6.283185307179586
 
 /* The arrays of a plan, see kinematics/closing/closure_plan.py. */
@@ -516,35 +515,33 @@ static double size_of(const Closure *of, const double *step)
 }
 
 /* newton_step(plan, inverse (N, R + k, p), error (N, R), twists (N, m, 6), actions (N, 6 n, 6),
-               rounding (p) or None, longest, step (N, p), samples (3, N)).
+               longest, step (N, p), samples (2, N)).
 
-   The step is shortened to the longest, then bent. `samples` are its sizes, before that; what it
-   leaves; and 0 if the step is no more than a part of rounding, 1 if it is rounding, 2 if more, or
-   if no rounding is given. */
+   The step is shortened to the longest, then bent. `samples` are its sizes, before that, and what
+   it leaves. */
 PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
-    EXACTLY(nargs, 9)
-    Array arrays[7];
+    EXACTLY(nargs, 8)
+    Array arrays[6];
     Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
     Closure closure, *of = &closure;
     if (closure_of(given[0], of) < 0)
         return NULL;
-    double longest = PyFloat_AsDouble(given[6]);
+    double longest = PyFloat_AsDouble(given[5]);
     if (longest == -1.0 && PyErr_Occurred())
         return NULL;
-    if (take_each(&held, given + 1, "3 2 3 3 ?1") || take_each(&held, given + 7, "=2 =2"))
+    if (take_each(&held, given + 1, "3 2 3 3") || take_each(&held, given + 6, "=2 =2"))
         goto done;
     Array *inverse = arrays, *error = arrays + 1, *twists = arrays + 2, *actions = arrays + 3;
-    Array *rounding = arrays[4].at ? arrays + 4 : NULL, *step = arrays + 5, *samples = arrays + 6;
+    Array *step = arrays + 4, *samples = arrays + 5;
     Py_ssize_t count = error->size[0], p = of->passive;
     if (has_size(error, 1, of->rows, 0) || has_size(inverse, 0, count, 0) ||
         has_size(inverse, 1, of->whole, 0) || has_size(inverse, 2, p, 0) ||
         is_whole(twists, count, 0, of->movable, 6) ||
         is_whole(actions, count, 0, 6 * of->bodies, 6) ||
-        (rounding && has_size(rounding, 0, p, 0)) ||
-        has_size(step, 0, count, 0) || has_size(step, 1, p, 0) || has_size(samples, 0, 3, 0) ||
+        has_size(step, 0, count, 0) || has_size(step, 1, p, 0) || has_size(samples, 0, 2, 0) ||
         has_size(samples, 1, count, 0))
         goto done;
     double *work = room_for(&held, 2 * of->whole + of->movable + p);
@@ -560,12 +557,7 @@ PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs)
             off[k] = error->at[sample * error->step[0] + k * error->step[1]];
         memset(own, 0, sizeof(double) * p);
         add_product(&transposed, off, -1.0, own);
-        double size = size_of(of, own), level = rounding ? 0.0 : 2.0;
-        for (Py_ssize_t k = 0; rounding && k < p; k++) {
-            double scaled = fabs(own[k] * of->numbers[STEP_SCALE][k]);
-            double least = rounding->at[k * rounding->step[0]];
-            level = greater(level, scaled <= NONE * least ? 0.0 : scaled <= least ? 1.0 : 2.0);
-        }
+        double size = size_of(of, own);
         double left = CURVATURE * (size * size);
         if (isfinite(longest) && !(size <= longest))
             for (Py_ssize_t k = 0; k < p; k++)
@@ -587,7 +579,6 @@ PyObject *newton_step(PyObject *module, Arguments given, Py_ssize_t nargs)
         double *of_sample = samples->at + sample * samples->step[1];
         of_sample[0] = size;
         of_sample[samples->step[0]] = left;
-        of_sample[2 * samples->step[0]] = level;
     }
     answer = Py_NewRef(Py_None);
 done:

@@ -159,10 +159,7 @@ class GuessCache:
                 self._redundancy = self._study.of_states(
                     np.concatenate([part.states for part in self._parts] + [x[some]])
                 )
-            # They are the motion whose amplitudes decide which Newton steps are mere rounding: by
-            # half of these, since rounding adds up in closed forms.
-            amplitudes = dict.fromkeys(range(len(self.kinematics.solvers)), 0.5 * x)
-            return Guess(x, turns, self.kinematics.with_amplitudes(amplitudes), True)
+            return Guess(x, turns, self.kinematics, True)
 
     def _at_start(self, targets: Targets) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` of the start, and no whole turns."""
