@@ -281,11 +281,9 @@ class Assembly:
         from .following.branch import Branch
         from .following.reach import reach_of  # Most scenes are swept without.
 
-        drive = self._problem.independent[0]
-        branch = Branch(self._open_kinematics, self.start, self._problem.mechanism.kept)
-        start = self.start[self._problem.mechanism.coordinates.named[drive].column]
+        branch = Branch.shared(self._open_kinematics, self.start, self._problem.mechanism.kept)
         length = self._problem.mechanism.characteristic_length
-        return reach_of(branch, float(start), self._drive_slides, length)
+        return reach_of(branch, self._drive_slides, length)
 
     def modes(self) -> AssemblyModes:
         """Return the assembly modes with the drives where the description's own mode starts.

@@ -173,9 +173,7 @@ class LoopSystem:
             kinematics = together.of_drive(coordinate.rate)
         from .following.branch import Branch  # Most scenes start where their joints are held.
 
-        branch = Branch(kinematics, state)
-        branch.cover(min(value, state[column]), max(value, state[column]))
-        return branch.states()[-1 if value > state[column] else 0]
+        return Branch(kinematics, state).at(value)
 
     def _columns(self, joints: tuple[str, ...]) -> Array:
         return np.array(self.mechanism.coordinates.rates_of(joints), dtype=int)

@@ -1,13 +1,11 @@
-"""Branches: followed quickly as well as carefully, and never past where assembly modes meet."""
+"""Branches are never followed past where assembly modes meet."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.scenes import double, relative, universal
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.following.lines import Lines, Rows
 
 LINK = (
     '<link name="{0}"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx=".01" '
@@ -59,39 +57,3 @@ def test_no_branch_leads_past_where_assembly_modes_meet(
         np.testing.assert_allclose(turn.motion.position("D"), near, atol=1e-11)
         # The rounding of the description itself is magnified by the distance squared.
         np.testing.assert_allclose(turn.drive_effort, 3.0, rtol=1e-8)
-
-
-@pytest.mark.parametrize("degrees", [8.5, 50.0, 80.0, 89.0])
-def test_following_quickly_equals_following_carefully(
-    joint: cd.Mechanism, shaft: cd.Mechanism, degrees: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Where the quick way gets nowhere, what one Newton step per node follows is closed anew."""
-    positions = np.linspace(-7.0, 7.0, 300)
-    beta = np.deg2rad(degrees)
-
-    def turns() -> list[cd.Sweep]:
-        crank = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -1.0})
-        scenes = (universal(joint, beta), double(shaft, beta, 0.7 * beta), crank)
-        return [scene.sweep(positions) for scene in scenes]
-
-    quick = turns()
-    to_ends, attempts = Lines.to_ends, []
-
-    def carefully(lines: Lines, rows: Rows, quick: bool) -> None:
-        attempts.append(quick)
-        if not quick:
-            to_ends(lines, rows, quick)
-
-    monkeypatch.setattr(Lines, "to_ends", carefully)
-    for mechanism in (joint, shaft):
-        mechanism.kept.forget("branch")
-    careful = turns()
-    for mechanism in (joint, shaft):
-        mechanism.kept.forget("branch")
-    assert attempts.count(True) == attempts.count(False) >= 3
-    for fast, exact in zip(quick, careful, strict=True):
-        allowed = 10.0 * np.finfo(float).eps * float(np.max(exact.condition))
-        assert relative(fast.drive_effort, exact.drive_effort) < allowed < 1e-10
-        for name in fast.outputs:
-            size = max(np.max(np.abs(exact[joint].moment)) for joint in exact.outputs)
-            assert np.max(np.abs(fast[name].moment - exact[name].moment)) < allowed * size

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable
 from functools import cached_property
 from typing import NamedTuple
 
@@ -55,7 +55,6 @@ class Kinematics:
         drives: Array,
         solvers: list[GroupSolver],
         reductions: list[Reduction] | None = None,
-        rounding: list[Array] | None = None,
     ) -> None:
         """Make the kinematics.
 
@@ -64,29 +63,15 @@ class Kinematics:
             drives: velocity coordinates of the drives.
             solvers: one per group.
             reductions: per group; all rows if None.
-            rounding: per group, see `GroupSolver.rounding`; zero if None.
         """
         self.coordinates = coordinates
         self.drives = drives
         self.solvers = solvers
         self.reductions = reductions or [solver.equations.full() for solver in solvers]
-        self._rounding = rounding or [np.zeros(solver.group.passives.size) for solver in solvers]
 
     def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
         """Return the same with other rows of every group."""
-        return Kinematics(self.coordinates, self.drives, self.solvers, reductions, self._rounding)
-
-    def with_amplitudes(self, states: Mapping[int, Array | None]) -> Kinematics:
-        """Return the same with Newton tolerances for the amplitudes of a motion.
-
-        Args:
-            states: by group, `(K, size)` coordinates all over its motion; None if they are unknown.
-        """
-        rounding = list(self._rounding)
-        for index, known in states.items():
-            if known is not None:
-                rounding[index] = self.solvers[index].rounding(known)
-        return Kinematics(self.coordinates, self.drives, self.solvers, self.reductions, rounding)
+        return Kinematics(self.coordinates, self.drives, self.solvers, reductions)
 
     def part(self, drives: list[int], groups: list[int]) -> Kinematics:
         """Return the kinematics of some groups for some drives, both by their indices."""
@@ -95,7 +80,6 @@ class Kinematics:
             self.drives[drives],
             [self.solvers[index] for index in groups],
             [self.reductions[index] for index in groups],
-            [self._rounding[index] for index in groups],
         )
 
     def of_drive(self, rate: int) -> Kinematics:
@@ -114,7 +98,6 @@ class Kinematics:
             self.drives.tobytes(),
             *(solver.group.key for solver in self.solvers),
             *(reduction.key for reduction in self.reductions),
-            *(rounding.tobytes() for rounding in self._rounding),
         )
 
     @property
@@ -192,11 +175,9 @@ class Kinematics:
         """
         x = self.coordinates.normalised(x.copy())
         states = []
-        for solver, reduction, rounding in zip(
-            self.solvers, self.reductions, self._rounding, strict=True
-        ):
+        for solver, reduction in zip(self.solvers, self.reductions, strict=True):
             given = turns, most, leaves, settles, left
-            states.append(solver.newton(x, reduction, rounding, *given))
+            states.append(solver.newton(x, reduction, *given))
         return _joined(x, states)
 
     def evaluate(self, x: Array) -> ClosedState:

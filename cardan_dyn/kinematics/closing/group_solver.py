@@ -31,21 +31,13 @@ from .stacked import (
     transposed,
 )
 
-_EXACT = 2e-15
-"""A Newton step of this size, relative to an angle's amplitude, is the rounding of the angle."""
-_NONE = 0.25
-"""Part of a step that is mere rounding below which a sample stays as it is while others are closed:
-with all of it loops of the universal joint stay open five times as far as where all are closed."""
 _FEW = 0.4
 """Share of the samples up to which a Newton step is taken for these alone: it saves more than it
 costs to take them out and put them back."""
-_AT_REST = 1e-13
-"""A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
-of it is rounding, from which no amplitude follows."""
 _CONVERGED = 1e-17
 """Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
 order is known before the loops are evaluated once more."""
-_STRAIGHT, _CURVATURE = 1e-9, 100.0
+_STRAIGHT, _CURVATURE = 3e-10, 100.0
 """Newton steps [rad] up to which nothing is gained by bending them, since they leave less than
 rounding: this times their square at most, where no singular configuration is near."""
 _BENT = 0.1
@@ -105,21 +97,6 @@ class GroupSolver:
         # positions are singular.
         self.row_scale = self._length ** sliding[:, None] if np.any(sliding) else None
         self.known_scale = self._length ** slides[group.known][:, None]
-
-    def rounding(self, states: Array) -> Array:
-        """Return `(p,)` Newton steps of the passives that are mere rounding.
-
-        A guess is exact when it is off by the rounding of the motion's amplitude: where the motion
-        is small, so is what its wrenches follow from.
-
-        Args:
-            states: `(K, size)` coordinates all over the motion.
-        """
-        moved = np.zeros(len(self._scale))
-        moved[self._moves.steps] = np.max(np.abs(states[:, self._moves.columns]), axis=0)
-        moved[self._moves.rotations] = 1.0
-        moved *= self._scale
-        return _EXACT * np.where(moved < _AT_REST, 1.0, np.minimum(1.0, moved))
 
     def evaluate(
         self,
@@ -245,27 +222,15 @@ class GroupSolver:
         self._moves.apply(x, steps.step)
         return state._replace(correction=steps.sizes, left=left)
 
-    def _steps(
-        self,
-        state: GroupState,
-        error: Array,
-        rounding: Array | None = None,
-    ) -> _Steps:
+    def _steps(self, state: GroupState, error: Array) -> _Steps:
         """Return Newton's steps from a state with its error.
 
         Args:
             state: where they begin.
             error: `(N, R)`, see `evaluate`.
-            rounding: `(p,)` steps that are not worth taking, if that is of interest.
         """
         step = state.step(error)
-        scaled = np.abs(step * self._scale)
-        sizes = np.maximum.reduce(scaled, axis=1, initial=0.0)
-        level = np.full(len(step), 2.0)
-        if rounding is not None:
-            level[np.logical_and.reduce(scaled <= rounding, axis=1)] = 1.0
-            level[np.logical_and.reduce(scaled <= _NONE * rounding, axis=1)] = 0.0
-        return _Steps(step, sizes, level)
+        return _Steps(step, np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0))
 
     def _bend(self, state: GroupState, steps: _Steps, longest: float = LONGEST_STEP) -> Array:
         """Let Newton steps follow the curvature, where that is known.
@@ -298,7 +263,6 @@ class GroupSolver:
         self,
         x: Array,
         reduction: Reduction,
-        rounding: Array,
         turns: Array | None = None,
         most: int = MOST_STEPS,
         leaves: float | None = None,
@@ -310,7 +274,6 @@ class GroupSolver:
         Args:
             x: `(N, size)` coordinates; those of the passives are corrected in place.
             reduction: the rows that are solved.
-            rounding: `(p,)` steps that are not worth taking, see `rounding`.
             turns: see `evaluate`.
             most: greatest number of Newton steps.
             leaves: error that may be left [rad]. Nothing is evaluated after a step that leaves
@@ -325,16 +288,16 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        stays = None
-        if left is not None and not settles:
-            if _greatest(left) <= _CONVERGED:
-                return state
-            stays = left <= _CONVERGED
+        if settles:
+            left = None
+        if left is not None and _greatest(left) <= _CONVERGED:
+            return state
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
         if leaves is not None and state.is_square:
             return self._near(state, error, x, turns, most, leaves)
         settling = np.zeros(len(x), dtype=bool) if settles else None
-        state = self._from(state, error, x, rounding, turns, most, settling, stays=stays)
+        stays = np.zeros(len(x), dtype=bool) if left is None else left <= _CONVERGED
+        state = self._from(state, error, x, turns, most, stays, settling)
         if settles:
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
@@ -346,27 +309,22 @@ class GroupSolver:
         state: GroupState,
         error: Array,
         x: Array,
-        rounding: Array,
         turns: Array | None,
         most: int,
+        is_done: Array,
         settling: Array | None = None,
-        may_stay: bool = True,
-        stays: Array | None = None,
     ) -> GroupState:
         """Take Newton steps from a state with its error `(N, R)`; see `newton`.
 
-        A guess may be exact but for rounding; what a step was taken for may not stay in it, unless
-        what that left is less: such samples stay as they are, `(N,)`. Idle rods begin to turn where
-        their loops are nearly closed, and are `settling (N,)` from then on: how far that opens the
-        loops again says nothing about the guess. None leaves rods as they are.
+        Samples that are done `(N,)` stay as they are. Idle rods begin to turn where their loops are
+        nearly closed, and are `settling (N,)` from then on: how far that opens the loops again says
+        nothing about the guess. None leaves rods as they are.
         """
         reduction, correction = state.reduction, state.correction
         # By which idle rods are to be turned, if they are.
         angles, spins, spin = None, np.zeros(1), 0.0
-        is_done = np.zeros(len(x), dtype=bool)
         for count in range(most if settling is None else most + _MOST_SETTLING):
-            steps = self._steps(state, error, rounding if may_stay else None)
-            step, sizes, level = steps
+            step, sizes = steps = self._steps(state, error)
             counted = sizes
             if settling is not None:
                 angles = self.equations.rod_spins.turned(state.actions)
@@ -376,21 +334,14 @@ class GroupSolver:
                 counted = np.where(settling, 0.0, sizes)
                 settling = settling | (sizes <= _NEARBY)
                 angles[~settling] = 0.0
-            if may_stay:
-                if _greatest(level) <= 1.0 and spin <= _EXACT:
-                    break
-                is_done = (level == 0.0) & (spins <= _EXACT)
-                if stays is not None:
-                    is_done |= stays
             if len(x) > 1:
                 few = np.flatnonzero(~is_done)
                 if not few.size:
                     break
                 if few.size <= _FEW * len(x):
-                    # Of guesses that are exact but for rounding, that of some is too much.
                     own, own_turns = x[few], None if turns is None else turns[few]
                     begun = None if settling is None else settling[few]
-                    rest = rounding, own_turns, most - count, begun, may_stay
+                    rest = own_turns, most - count, np.zeros(few.size, dtype=bool), begun
                     later = self._from(state.of(few), error[few], own, *rest)
                     x[few] = own
                     return state.with_samples(few, later)
@@ -408,7 +359,7 @@ class GroupSolver:
                     return state
                 own, own_turns = x[few], None if turns is None else turns[few]
                 begun = None if settling is None else settling[few]
-                rest = rounding, own_turns, most - count, begun, may_stay
+                rest = own_turns, most - count, np.zeros(few.size, dtype=bool), begun
                 later = self._from(before.of(few), error[few], own, *rest)
                 x[few] = own
                 return state.with_samples(few, later)
@@ -420,10 +371,9 @@ class GroupSolver:
             self._moves.apply(x, step)
             nearby = state.inverse if worst < _NEARBY and spin < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby, correction)
-            may_stay = False
             if settling is not None:
                 # Steps that are mere rounding are as large as the condition makes them.
-                unmoved = np.maximum(_UNMOVED, _EXACT * state.condition)
+                unmoved = np.maximum(_UNMOVED, 10.0 * np.finfo(float).eps * state.condition)
                 is_done = (sizes < unmoved) & (spins < _SETTLED)
                 if np.logical_and.reduce(is_done):
                     break
@@ -516,13 +466,10 @@ class _Steps(NamedTuple):
         step: `(N, p)` displacements of the passives.
         sizes: `(N,)` their greatest ones [rad], slides counted in lengths; before steps are
             shortened.
-        level: `(N,)` 0 where the step is too small to be taken, 1 where it is rounding; else, and
-            where rounding is of no interest, 2.
     """
 
     step: Array
     sizes: Array
-    level: Array
 
 
 class GroupState(NamedTuple):

@@ -15,19 +15,18 @@ from ...threads import in_threads
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
-from .branch import SAMPLES_PER_CALL, TURN, TURN_PARTS, Branch
+from .branch import TURN, Branch
 
 _MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
 least eight nodes, which are followed one by one."""
-_SAMPLES_PER_NODE = 8
-"""Samples that have to use a branch before it gets one more node. On the bundled universal joint,
-four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
-4 to 6 µs per sample: at this rate nodes cost less than half of what steps have taken so far, and
-scripts that ask for one position at a time soon have exact guesses as well."""
 _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 """Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
+
+
+_TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
+"""One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
 
 
 class Followed(NamedTuple):
@@ -70,7 +69,7 @@ def turned_back(angles: Array, periods: Array, period: Array | float) -> Array:
     turns = periods * np.rint(period / TURN)
     if not np.count_nonzero(turns):
         return angles
-    for part in TURN_PARTS:
+    for part in _TURN_PARTS:
         angles = angles - turns * part
     return angles
 
@@ -110,30 +109,19 @@ class DriveMotion:
         self._drive = drive = problem.independent[self._index]
         self.groups = groups
         self._kinematics = kinematics.part(drives, groups)
-        self._begun_at, self._kept = start, problem.mechanism.kept
-        self.branch = self._begun()
+        self.branch = Branch.shared(self._kinematics, start, problem.mechanism.kept)
         coordinates = problem.mechanism.coordinates
         self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
         item = coordinates.named[drive]
-        self._start = float(start[item.column])
+        self._start = self.branch.start
         self._length = problem.mechanism.characteristic_length
         self._slides = item.slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
-        self._samples_served = 0
         self._is_studied = False
-
-    def _begun(self) -> Branch:
-        """Return the branch as it is where it begins."""
-        return Branch(self._kinematics, self._begun_at, self._kept)
 
     @property
     def states(self) -> Array:
         """Closed coordinates `(K, size)` at positions distributed over the branch."""
-        return self.branch.states()
-
-    @property
-    def amplitudes(self) -> Array:
-        """States `(K, size)` that show how far joints move."""
         return self.branch.states()
 
     def more_states(self) -> Array:
@@ -176,9 +164,7 @@ class DriveMotion:
         self._is_studied = True
         return Followed((periods[:, None],), is_new, is_there)
 
-    def write(
-        self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
-    ) -> None:
+    def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
 
         Args:
@@ -186,14 +172,8 @@ class DriveMotion:
             targets: N samples.
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
-            kinematics: of the scene, with the rows that are known to be independent.
         """
-        self._samples_served += max(targets.size, SAMPLES_PER_CALL)
-        branch = self.branch
-        node_limit = self._samples_served // _SAMPLES_PER_NODE
-        if branch.may_refine(node_limit):
-            branch.refine(kinematics.part([self._index], self.groups), node_limit)
-        position, (every,) = self._positions(targets), followed.values
+        branch, position, (every,) = self.branch, self._positions(targets), followed.values
 
         def write(block: slice) -> None:
             periods = every[block]
@@ -225,34 +205,23 @@ class DriveMotion:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
         try:
-            return self._covered(self.branch, targets)
-        except (AssemblyError, SingularConfigurationError):
-            pass
-        # What stops a branch, and where, depends on the steps that it took: on those of earlier
-        # calls as well. What is told is what the way from the start to these positions meets.
-        branch = self._begun()
-        try:
-            periods = self._covered(branch, targets)
+            return self._covered(targets)
         except (AssemblyError, SingularConfigurationError) as error:
             raise self._beyond(targets, error) from error
-        self.branch = branch
-        return periods
 
-    def _covered(self, branch: Branch, targets: Array) -> Array:
+    def _covered(self, targets: Array) -> Array:
         """See `_cover`; errors are those of the branch."""
+        branch, turns_through = self.branch, self._turns_freely
         low, high = float(targets.min()), float(targets.max())
-        # Sweeps over more than a turn look for a period.
-        leaves_turn = high - low >= TURN or max(high, -low) > TURN
-        is_far = self._turns_freely and leaves_turn
-        turns_through = True
-        if is_far and branch.period is None:
+        if turns_through:
             try:
-                branch.find_period()
+                # Positions that are nearer to the start than half a period are taken as they are.
+                branch.find_period(max(high - self._start, self._start - low))
             except (AssemblyError, SingularConfigurationError):
                 turns_through = False  # The samples may lie on this side of what stops it.
         if branch.period is not None:
-            return np.asarray(np.floor((targets - branch.span[0]) / branch.period))
-        if is_far and turns_through and high - low > _MOST_TURNS * TURN:
+            return np.asarray(np.floor((targets - self._start) / branch.period + 0.5))
+        if turns_through and high - low > _MOST_TURNS * TURN:
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
                 f"{(high - low) / TURN:.0f} turns cannot be followed; sweep over at most "
@@ -291,7 +260,7 @@ class DriveMotion:
 
         if error.sample is not None:
             return error
-        low, high = reach_of(self._begun(), self._start, self._slides, self._length)
+        low, high = reach_of(self.branch, self._slides, self._length)
         # Samples may lie beyond both ends; the error is that of one of them.
         sign = -1.0 if float(nearest_of(error)) < self._start else 1.0  # type: ignore[arg-type]
         beyond = sign * targets > sign * (low if sign < 0.0 else high)

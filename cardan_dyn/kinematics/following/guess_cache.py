@@ -7,7 +7,6 @@ followed together.
 
 from __future__ import annotations
 
-import operator
 import threading
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -90,9 +89,6 @@ class GuessCache:
         self._varied = varied
         self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.independent))
         self._is_scouted = False
-        # What the Newton tolerances of the kinematics beside follow from.
-        self._known: list[Kinematics | Array | None] = []
-        self._amplified = redundancy.kinematics
         self._lock = threading.RLock()
 
     @property
@@ -128,7 +124,6 @@ class GuessCache:
                 is_new = is_new or item.is_new
             if is_new and not self._redundancy.settled:
                 self._learn()
-                kinematics = self._redundancy.kinematics
             is_there = None
             if not strict:
                 is_there = followed[0].is_there
@@ -141,13 +136,13 @@ class GuessCache:
             x, turns = self._at_start(targets)
             for part in self._parts:
                 # What was followed is let go as soon as it is written.
-                part.write(followed.pop(0), targets, x, turns, kinematics)
+                part.write(followed.pop(0), targets, x, turns)
             self._set_drives(x, targets)
             if np.count_nonzero(turns[:, self._columns]):
                 turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
             is_exact = not self._has_joint_motion
-            return Guess(x, turns, self._with_amplitudes(), is_exact, is_there, left)
+            return Guess(x, turns, self.kinematics, is_exact, is_there, left)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, of a motion found by other means.
@@ -164,10 +159,7 @@ class GuessCache:
                 self._redundancy = self._study.of_states(
                     np.concatenate([part.states for part in self._parts] + [x[some]])
                 )
-            # They are the motion whose amplitudes decide which Newton steps are mere rounding: by
-            # half of these, since rounding adds up in closed forms.
-            amplitudes = dict.fromkeys(range(len(self.kinematics.solvers)), 0.5 * x)
-            return Guess(x, turns, self.kinematics.with_amplitudes(amplitudes), True)
+            return Guess(x, turns, self.kinematics, True)
 
     def _at_start(self, targets: Targets) -> tuple[Array, Array]:
         """Return coordinates `(N, size)` of the start, and no whole turns."""
@@ -202,24 +194,6 @@ class GuessCache:
                 part.branch.find_period()
                 self._learn()
             return part.branch.period
-
-    def _with_amplitudes(self) -> Kinematics:
-        """Return the kinematics with Newton tolerances for what is known of the motion.
-
-        They are made anew where more is known than at the last call.
-        """
-        amplitudes = [part.amplitudes for part in self._parts]
-        # By identity, since known states are never changed, and comparing takes as long as this.
-        known = [self.kinematics, *amplitudes]
-        if len(known) != len(self._known) or any(map(operator.is_not, known, self._known)):
-            of_groups = {
-                index: states
-                for part, states in zip(self._parts, amplitudes, strict=True)
-                for index in part.groups
-            }
-            self._known = known
-            self._amplified = self.kinematics.with_amplitudes(of_groups)
-        return self._amplified
 
     @cached_property
     def _parts(self) -> list[DriveMotion | JointMotion]:

@@ -46,11 +46,9 @@ class JointMotion:
     Attributes:
         groups: indices of the groups whose passives they move.
         is_exact: see `DriveMotion`.
-        amplitudes: None, since guesses are not exact but for rounding.
     """
 
     is_exact = False
-    amplitudes = None
 
     def __init__(
         self,
@@ -344,9 +342,7 @@ class JointMotion:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error
 
-    def write(
-        self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
-    ) -> None:
+    def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
         (own_x, own_turns), columns = followed.values, self._columns
         if len(x) == 1:

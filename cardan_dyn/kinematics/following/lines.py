@@ -5,8 +5,9 @@ by the straight line of drive positions from the start to it, whatever other sam
 lines advance together, each with steps of its own length: every step has a predictor (extrapolation
 by two derivatives), a corrector (Newton's method) and a control, which keeps steps so short that
 Newton's method cannot change the assembly mode. The branch of a single drive is two such lines
-whose nodes are kept. As these lead on, its steps become shorter towards singular configurations,
-where assembly modes meet; samples at the ends of lines may be singular, and are refused later.
+that lead on without an end. Their steps become shorter towards singular configurations, where
+assembly modes meet, and are so short that what is interpolated over them stays in one; samples at
+the ends of other lines may be singular, and are refused later.
 """
 
 from __future__ import annotations
@@ -50,10 +51,6 @@ _APPROACH = 0.7
 margin stays positive and the singular configuration is never stepped over."""
 _LONGER, _SHORTER, _AFTER_REJECTION = 4.0, 0.1, 0.5
 """Greatest and least ratio of a step to the one before it, and the greatest after a failure."""
-_TRIED = np.array([1.8, 1.1, 0.65])
-"""Ratios to the step that errors let expect, longest first, which are tried together where nodes
-are proven afterwards: a round takes about as long for several, and the longest that is safe leads
-farther than one that was chosen beforehand."""
 _SHORTEST = 1e-9
 """Step [rad] below which a line cannot be followed any farther, far above the rounding of drive
 positions, so that a step always moves; as a share of its way where only its end counts."""
@@ -261,9 +258,8 @@ class Lines:
         tried: `(L,)` share at which the last step failed, one to open loops if there was any; it
             counts as long as the line has not passed it.
         residual: `(L,)` closure error there; zero where no step failed.
-        condition: `(L,)` condition number there.
         greatest: `(L,)` greatest condition number at the steps that were taken.
-        nodes: after `to_ends`, the lines (index) and coordinates that each round has reached.
+        rows: what is known where each line is, with derivatives with respect to the share.
     """
 
     def __init__(
@@ -273,19 +269,34 @@ class Lines:
         columns: list[int],
         ends: Array,
         begin: ClosedState | None = None,
+        leads: bool = False,
     ) -> None:
-        """Begin at the starts; arguments as of `samples_on_lines`, with one start or L."""
-        self._kinematics, self._columns = kinematics, columns
-        self._begin = kinematics.evaluate(starts) if begin is None else begin
-        self.x = starts.repeat(len(ends) // len(starts), axis=0) if len(starts) else starts.copy()
+        """Begin at the starts; arguments as of `samples_on_lines`, with one start or L.
+
+        Lines that lead on do so beyond their ends, which only say how far a share of one is.
+        """
+        self._kinematics, self._columns, self._leads = kinematics, columns, leads
+        state = kinematics.evaluate(starts) if begin is None else begin
+        of_each = len(ends) // max(len(starts), 1)
+        self.x = starts.repeat(of_each, axis=0)
         begins = self.x[:, columns]
         self._begins, self._ends, self._way = begins, ends, ends - begins
-        units = kinematics.coordinates.scale[columns]
-        self._extent = np.max(np.abs(self._way) * units, axis=1, initial=0.0)
+        self._whole = np.inf if leads else 1.0
         self.share, self.tried, self.residual = np.zeros((3, len(ends)))
-        self.condition = np.ones(len(ends))
-        self.greatest = self._begin.condition.repeat(len(ends) // max(len(starts), 1))
-        self.nodes: list[tuple[Array, Array]] = []
+        self.greatest = state.condition.repeat(of_each)
+        self._inverses = [inverse.repeat(of_each, 0) for inverse in state.inverses]
+        with np.errstate(all="ignore"):
+            self.rows = Rows.along(kinematics, state, self._way)._replace(x=self.x)
+            self._longest = self.rows.longest(kinematics.coordinates)
+            extent = np.abs(self._way) * kinematics.coordinates.scale[columns]
+            self._shortest = _SHORTEST / np.max(extent, axis=1, initial=0.0)
+        self._step, self._margin = np.ones(len(ends)), 1.0 / self.greatest
+        if leads:
+            self._longest = np.minimum(self._longest, _SINGULAR_DISTANCE * self._margin)
+            # Of the first step no error is known yet; of several, the longest may lead as far.
+            self._step = _FIRST_STEP * self._longest
+        else:
+            self._shortest = np.minimum(self._shortest, _SHORTEST)
 
     def at(self, samples: OnLines) -> Reached:
         """Follow all lines to their ends, or as far as they lead; see `samples_on_lines`."""
@@ -315,137 +326,105 @@ class Lines:
                 rows[:, self._columns] = self._positions(lines[step], share)
             values[chosen] = rows
 
-        self._follow(passed, 1.0 if len(keys) <= len(self.x) else _BETWEEN)
+        aim = 1.0
+        if len(keys) > len(self.x):
+            aim, self._step = _BETWEEN, _FIRST_STEP * self._longest
+        self._follow(passed, aim, np.ones(len(self.x)))
         is_there = samples.share <= self.share[samples.line]
         values[~is_there] = self.x[samples.line[~is_there]]
         of_lines = self.residual[samples.line], self.greatest[samples.line]
         return Reached(values, is_there, *of_lines, np.full(len(values), np.inf))
 
-    def to_ends(self, rows: Rows, quick: bool) -> None:
-        """Follow all lines of a single drive as far as they lead, and keep all nodes.
+    def lead(self, until: Array, passed: Callable[[int, Rows], None]) -> None:
+        """Follow lines that lead on to shares `(L,)` or beyond, unless they end before.
+
+        Where steps end depends on the lines alone.
 
         Args:
-            rows: at the starts, with derivatives with respect to the drive.
-            quick: take one Newton step per node, which leaves an error of its square, and of steps
-                of several lengths the longest that is safe; who uses the nodes closes them and
-                proves that each leads on to the next.
+            until: negative where a line stays where it is.
+            passed: is told of each step: the line, and the row where it ends, closed but for
+                rounding.
         """
 
-        def passed(lines: Array, to: Array, old: Rows, new: Rows) -> None:
-            self.nodes.append((lines, new.x))
+        def each(lines: Array, to: Array, old: Rows, new: Rows) -> None:
+            for index, line in enumerate(lines.tolist()):
+                passed(line, new.of([index]))
 
-        way = self._way
-        begin = Rows(self.x, way * rows.first, way**2 * rows.second)
-        self._follow(passed, 1.0, quick, begin)
+        self._follow(each, 1.0, until)
 
-    def _follow(
-        self, passed: _Passed, aim: float, quick: bool = False, begin: Rows | None = None
-    ) -> None:
+    def _follow(self, passed: _Passed, aim: float, until: Array) -> None:
         with np.errstate(all="ignore"):  # Steps out of reach may overflow; they are not safe.
-            self._steps(passed, aim, quick, begin)
+            self._steps(passed, aim, until)
         # What failed before a line passed it says nothing any more.
-        is_beyond = self.tried < self.share
-        self.residual[is_beyond], self.condition[is_beyond] = 0.0, 1.0
+        self.residual[self.tried < self.share] = 0.0
 
-    def _steps(self, passed: _Passed, aim: float, quick: bool, begin: Rows | None) -> None:
+    def _steps(self, passed: _Passed, aim: float, until: Array) -> None:
         """Take steps until no line goes on.
 
         Args:
             passed: is told of the steps that were taken.
             aim: part of the allowed error that steps are chosen for.
-            quick: see `to_ends`.
-            begin: rows at the starts of lines that lead on, and so keep clear of singular
-                configurations; None where only their ends count.
+            until: `(L,)` shares.
         """
         kinematics, layout, share = self._kinematics, self._kinematics.coordinates, self.share
-        state = self._begin
-        rows = begin or Rows.along(kinematics, state, self._way)._replace(x=self.x)
-        self.condition[:] = state.condition
-        margin = 1.0 / self.condition
-        longest, step = rows.longest(layout), np.ones(len(share))
-        if begin or aim < 1.0:
-            # Of the first step no error is known yet; of several, the longest may lead as far.
-            step = longest / _TRIED[0] if quick else _FIRST_STEP * longest
-        if begin:
-            longest = np.minimum(longest, _SINGULAR_DISTANCE * margin / self._extent)
-            step = np.minimum(step, longest)
-        shortest = _SHORTEST / self._extent
-        if not begin:
-            shortest = np.minimum(shortest, _SHORTEST)
-        inverses = [inverse.repeat(len(share) // len(inverse), 0) for inverse in state.inverses]
-        ratios = _TRIED if quick else np.ones(1)
-        active = np.arange(len(share))
+        rows, step, longest = self.rows, self._step, self._longest
+        leaves = None if self._leads else NEAR
+        line = np.arange(len(share))
         while True:
             # Written so that what is not a number stops as well.
-            active = active[(share[active] < 1.0) & (step[active] >= shortest[active])]
-            if not active.size:
+            line = line[(share[line] < until[line]) & (step[line] >= self._shortest[line])]
+            if not line.size:
                 return
-            line = active.repeat(len(ratios))
-            remaining = 1.0 - share[line]
-            length = np.multiply.outer(step[active], ratios).ravel()
-            length = np.minimum(np.minimum(length, longest[line]), remaining)
+            remaining = self._whole - share[line]
+            length = np.minimum(np.minimum(step[line], longest[line]), remaining)
             to = np.where(length == remaining, 1.0, share[line] + length)
             at = rows.of(line)
             guess = at.after(length)
             guess[:, self._columns] = self._positions(line, to)
-            if quick:
-                state = kinematics.newton_step(guess)
-            else:
-                state = kinematics.close(guess, most=MOST_CORRECTIONS, leaves=NEAR)
+            state = kinematics.close(guess, most=MOST_CORRECTIONS, leaves=leaves)
             new = Rows.along(kinematics, state, self._way[line])
             # Towards a dead point the derivatives grow without bound: a step can be short enough
             # to extrapolate to its end, and too long to interpolate over it.
             back = np.abs(new.after(-length) - at.x) * layout.scale
             error = np.maximum(state.correction, np.max(back, axis=1, initial=0.0))
-            error /= allowed_error(state.condition) if begin else ALLOWED_ERROR
-            is_safe = kinematics.same_side(state, [inverse[line] for inverse in inverses])
-            is_safe &= error < REJECTED
-            if begin:
+            error /= allowed_error(state.condition) if self._leads else ALLOWED_ERROR
+            is_safe = kinematics.same_side(state, [inverse[line] for inverse in self._inverses])
+            is_safe &= state.residual < CLOSURE_TOLERANCE
+            if self._leads:
                 is_safe &= state.condition < _AMBIGUOUS_CONDITION
-            if not quick:
-                is_safe &= state.residual < CLOSURE_TOLERANCE
-            # Of every line the longest step that is safe, or the shortest.
-            safe = is_safe.reshape(-1, len(ratios))
-            longest_safe = np.where(safe.any(axis=1), safe.argmax(axis=1), len(ratios) - 1)
-            best = np.arange(0, len(line), len(ratios)) + longest_safe
-            taken = is_safe[best]
+            taken = is_safe & (error < REJECTED)
             # What is not a number counts as the greatest error.
-            ratio = np.fmax(np.cbrt(aim / np.maximum(error[best], 1e-6)), _SHORTER)
-            most = np.where(taken, _LONGER, _AFTER_REJECTION)
-            step[active] = length[best] * np.minimum(ratio, most)
-            if is_safe.all() and len(ratios) == 1:
-                chosen: Array | slice = slice(None)
-            else:
-                chosen = best[taken]
+            ratio = np.fmax(np.cbrt(aim / np.maximum(error, 1e-6)), _SHORTER)
+            step[line] = length * np.minimum(ratio, np.where(taken, _LONGER, _AFTER_REJECTION))
+            chosen: Array | slice = slice(None)
+            if not taken.all():
+                (chosen,) = np.nonzero(taken)
                 # Loops that are open beyond say more than steps that were too long.
-                failed, lost = best[~taken], active[~taken]
+                (failed,) = np.nonzero(~taken)
                 is_told = ~(state.residual[failed] < CLOSURE_TOLERANCE)
-                is_told |= self.tried[lost] <= share[lost]
-                failed, lost = failed[is_told], lost[is_told]
+                is_told |= self.tried[line[failed]] <= share[line[failed]]
+                failed = failed[is_told]
+                lost = line[failed]
                 self.tried[lost], self.residual[lost] = to[failed], state.residual[failed]
-                self.condition[lost] = state.condition[failed]
             done, to, length, new = line[chosen], to[chosen], length[chosen], new.of(chosen)
             passed(done, to, at.of(chosen), new)
             share[done] = to
-            self.greatest[done] = np.maximum(self.greatest[done], state.condition[chosen])
-            if done.size == active.size and (to == 1.0).all():
+            condition = state.condition[chosen]
+            self.greatest[done] = np.maximum(self.greatest[done], condition)
+            if done.size == line.size and (to == self._whole).all():
                 self.x[done] = new.x
                 return
             longest[done] = new.longest(layout)
-            if begin:
+            if self._leads:
                 # The margin is taken to fall in proportion to the distance from where it vanishes.
-                margins = 1.0 / state.condition[chosen]
-                approach = _APPROACH * length * margins / np.maximum(margin[done] - margins, 0.0)
-                step[done], margin[done] = np.fmin(step[done], approach), margins
+                margins = 1.0 / condition
+                before, self._margin[done] = self._margin[done], margins
+                approach = _APPROACH * length * margins / np.maximum(before - margins, 0.0)
+                step[done] = np.fmin(step[done], approach)
                 longest[done] = np.fmin(longest[done], approach)
             rows.keep(done, new)
-            for inverse, after in zip(inverses, state.inverses, strict=True):
+            for inverse, after in zip(self._inverses, state.inverses, strict=True):
                 inverse[done] = after[chosen]
-
-    def tried_at(self, line: int) -> Array:
-        """Return the drive positions `(d,)` that were tried last on a line."""
-        (position,) = self._positions(np.array([line]), self.tried[[line]])
-        return np.asarray(position)
 
     def _positions(self, lines: Array, share: Array) -> Array:
         """Return drive positions `(K, d)` at shares `(K,)` of lines, exact at their ends."""

@@ -60,12 +60,11 @@ def degrees_hint(position: float) -> str:
     )
 
 
-def reach_of(branch: Branch, start: float, slides: bool, length: float) -> tuple[float, float]:
+def reach_of(branch: Branch, slides: bool, length: float) -> tuple[float, float]:
     """Return the limits of a drive [rad or m], ±inf where it has none.
 
     Args:
         branch: of the drive.
-        start: where the drive starts.
         slides: whether it slides.
         length: characteristic length of the mechanism [m].
     """
@@ -77,7 +76,7 @@ def reach_of(branch: Branch, start: float, slides: bool, length: float) -> tuple
         except (AssemblyError, SingularConfigurationError):
             pass  # It does not turn through; the limits say how far it goes.
         reach = _REACH_OF_ANGLE
-    return branch.limit(start - reach), branch.limit(start + reach)
+    return branch.limit(branch.start - reach), branch.limit(branch.start + reach)
 
 
 def out_of_reach(

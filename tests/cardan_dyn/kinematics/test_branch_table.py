@@ -1,31 +1,20 @@
-"""Branch table: interpolation, extrapolation and derivatives, against known functions."""
+"""Rows: interpolation, extrapolation and derivatives, against known functions."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from testkit.planar_linkages import described, four_bar, joint, link, solver
+from testkit.planar_linkages import four_bar, solver
 
-import cardan_dyn as cd
-from cardan_dyn.kinematics.following.branch import BranchTable
-from cardan_dyn.kinematics.following.lines import Rows
-
-DRIVE = 1
-
-
-@pytest.fixture(scope="module")
-def coordinates() -> cd.mechanism.coordinates.Coordinates:
-    joints = joint("A", "ground", "a"), joint("B", "a", "b"), joint("D", "b", "c")
-    return described(*(link(name) for name in "abc"), *joints).coordinates
+from cardan_dyn.kinematics.following.branch import Branch
+from cardan_dyn.kinematics.following.lines import Rows, quintic
 
 
 def polynomials(degree: int) -> list[Polynomial]:
-    """One per coordinate; that of the drive is its position itself."""
+    """One per coordinate."""
     coefficients = np.random.default_rng(5).uniform(-1.0, 1.0, (3, degree + 1))
-    curves = [Polynomial(row) for row in coefficients]
-    curves[DRIVE] = Polynomial([0.0, 1.0])
-    return curves
+    return [Polynomial(row) for row in coefficients]
 
 
 def evaluated(curves: list[Polynomial], positions: np.ndarray) -> np.ndarray:
@@ -38,38 +27,31 @@ def rows_on(curves: list[Polynomial], positions: object) -> Rows:
     return Rows(evaluated(x, at), evaluated(first, at), 0.5 * evaluated(second, at))
 
 
-def table_on(curves: list[Polynomial], positions: object, coordinates: object) -> BranchTable:
-    return BranchTable(rows_on(curves, positions), DRIVE, coordinates)
+def between(curves: list[Polynomial], nodes: object, positions: np.ndarray) -> np.ndarray:
+    """What quintics between nodes are at positions."""
+    rows, at = rows_on(curves, nodes), np.asarray(nodes, dtype=float)
+    left = at[1:-1].searchsorted(positions)
+    share = (positions - at[left]) / np.diff(at)[left]
+    return quintic(rows.of(slice(-1)).quintics(np.diff(at), rows.of(slice(1, None))), left, share)
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3, 4, 5])
-def test_polynomials_up_to_degree_five_are_interpolated_exactly(
-    coordinates: object, degree: int
-) -> None:
+def test_polynomials_up_to_degree_five_are_interpolated_exactly(degree: int) -> None:
     curves = polynomials(degree)
-    table = table_on(curves, [-1.0, -0.3, 0.9, 1.0], coordinates)
     positions = np.linspace(-1.0, 1.0, 41)
-    guess = table.guess(positions)
+    guess = between(curves, [-1.0, -0.3, 0.9, 1.0], positions)
     np.testing.assert_allclose(guess, evaluated(curves, positions), rtol=0.0, atol=1e-14)
-    np.testing.assert_array_equal(guess[:, DRIVE], positions)
 
 
-def test_the_error_at_degree_six_falls_with_its_sixth_power(coordinates: object) -> None:
+def test_the_error_at_degree_six_falls_with_its_sixth_power() -> None:
     curves = polynomials(6)
 
     def error(width: float) -> float:
         middle = np.array([0.5 * width])
-        table = table_on(curves, [0.0, width], coordinates)
-        return float(np.max(np.abs(table.guess(middle) - evaluated(curves, middle))))
+        guess = between(curves, [0.0, width], middle)
+        return float(np.max(np.abs(guess - evaluated(curves, middle))))
 
     assert error(1.0) / error(0.5) == pytest.approx(64.0, rel=1e-6)
-
-
-def test_a_single_node_is_repeated(coordinates: object) -> None:
-    table = table_on(polynomials(3), [0.5], coordinates)
-    guess = table.guess(np.array([0.1, 0.7]))
-    np.testing.assert_array_equal(guess[:, DRIVE], [0.1, 0.7])
-    np.testing.assert_array_equal(guess[:, [0, 2]], table.states[[0, 0]][:, [0, 2]])
 
 
 def test_extrapolation_is_exact_to_degree_two() -> None:
@@ -86,30 +68,13 @@ def test_extrapolation_misses_the_cubic_term() -> None:
     assert back[0, 0] == pytest.approx(2.0 * 0.3**3)
 
 
-def test_quaternions_of_guesses_have_unit_length() -> None:
-    layout = cd.load("stewart_platform").coordinates
-    x, first, second = np.random.default_rng(3).uniform(0.1, 0.3, (3, 2, layout.size))
-    column = layout.columns["leg_1"].start
-    x[:, column] = [0.0, 1.0]
-    guess = BranchTable(Rows(x, first, second), column, layout).guess(np.array([0.2, 0.6]))
-    for name in ("ball_2", "ball_6"):
-        norms = np.linalg.norm(guess[:, layout.columns[name]], axis=1)
-        np.testing.assert_allclose(norms, 1.0, rtol=1e-15)
-
-
-def test_new_nodes_are_sorted_in_and_leave_the_old_table_alone(coordinates: object) -> None:
-    curves = polynomials(4)
-    table = table_on(curves, [0.0, 1.0], coordinates)
-    longer = table.with_nodes(rows_on(curves, [2.0, -1.0, 0.5]))
-    np.testing.assert_array_equal(longer.positions, [-1.0, 0.0, 0.5, 1.0, 2.0])
-    for found, expected in zip(longer.rows, rows_on(curves, longer.positions), strict=True):
-        np.testing.assert_array_equal(found, expected)
-    assert (longer.span, longer.size) == ((-1.0, 2.0), 5)
-    assert (table.span, table.size) == ((0.0, 1.0), 2)
-    for item in (table, longer):
-        for array in item.rows:
-            with pytest.raises(ValueError, match="read-only"):
-                array[0] = 0.0
+def test_a_single_node_is_repeated() -> None:
+    kinematics, start = solver(four_bar(), "A")
+    guess = Branch(kinematics, start).guess(np.array([0.1, 0.7]))
+    column = four_bar().coordinates.columns["A"].start
+    np.testing.assert_array_equal(guess[:, column], [0.1, 0.7])
+    rest = np.delete(guess, column, axis=1)
+    np.testing.assert_array_equal(rest, np.delete(np.stack([start] * 2), column, axis=1))
 
 
 @pytest.mark.parametrize("drive", ["A", "D"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.groups import exact, guesses, loop_named, only_group, state_of
+from testkit.groups import guesses, loop_named, only_group, state_of
 from testkit.linkages import LIMIT, carriage, rack
 from testkit.planar_linkages import (
     COUPLER,
@@ -31,7 +31,7 @@ def test_newton_closes_a_four_bar_in_the_mode_of_the_guess() -> None:
     mechanism = four_bar()
     item, reduction, _ = only_group(mechanism, "A")
     x = guesses(mechanism, "A", ANGLES)
-    state = item.newton(x, reduction, exact(item))
+    state = item.newton(x, reduction)
     np.testing.assert_allclose(pin_distance(mechanism, x), COUPLER, rtol=1e-14)
     np.testing.assert_array_equal(values(mechanism, x, "A"), ANGLES)
     # The loop's own angle is that of the rocker relative to the coupler.
@@ -118,23 +118,23 @@ def test_what_a_step_leaves_needs_no_other_step() -> None:
     mechanism = four_bar()
     item, reduction, _ = only_group(mechanism, "A")
     x = guesses(mechanism, "A", ANGLES)
-    item.newton(x, reduction, exact(item))
+    item.newton(x, reduction)
     x[:, mechanism.coordinates.columns["B"].start] += 1e-6
     left = item.newton_step(x, reduction).left
     assert np.max(left) < 1e-17
     stepped = x.copy()
-    state = item.newton(x, reduction, exact(item), left=left)
+    state = item.newton(x, reduction, left=left)
     np.testing.assert_array_equal(x, stepped)
     assert np.max(state.residual) < 1e-15
     # Of others the steps are taken, of both kinds beside each other too.
     x[1::2, mechanism.coordinates.columns["B"].start] += 1e-3
     moved, left[1::2] = x.copy(), np.inf
-    state = item.newton(x, reduction, exact(item), left=left)
+    state = item.newton(x, reduction, left=left)
     np.testing.assert_array_equal(x[::2], stepped[::2])
     assert np.all(state.correction[1::2] > 9e-4)
     assert np.max(state.residual) < 1e-15
     alone = moved[1::2]
-    item.newton(alone, reduction, exact(item), left=left[1::2])
+    item.newton(alone, reduction, left=left[1::2])
     np.testing.assert_array_equal(x[1::2], alone)
 
 
@@ -144,26 +144,11 @@ def test_the_number_of_newton_steps_is_limited() -> None:
     residuals = []
     for most in range(4):
         x = guesses(mechanism, "A", np.array([0.3]))
-        residuals.append(float(item.newton(x, reduction, exact(item), most=most).residual[0]))
+        residuals.append(float(item.newton(x, reduction, most=most).residual[0]))
     assert residuals[0] > residuals[1] > residuals[2] > residuals[3]
     single = guesses(mechanism, "A", np.array([0.3]))
     item.newton_step(single, reduction)
     np.testing.assert_array_equal(item.evaluate(single, reduction)[0].residual, residuals[1:2])
-
-
-def test_steps_that_are_mere_rounding_are_not_taken() -> None:
-    mechanism = four_bar()
-    item, reduction, _ = only_group(mechanism, "A")
-    x = guesses(mechanism, "A", ANGLES)
-    item.newton(x, reduction, exact(item))
-    nearly = x.copy()
-    nearly[:, mechanism.coordinates.columns["B"].start] += 1e-6
-    state = item.newton(nearly, reduction, np.full(3, 1e-5))
-    assert not np.any(state.correction)
-    assert np.max(state.residual) > 1e-7
-    state = item.newton(nearly, reduction, np.full(3, 1e-8))
-    assert np.max(state.residual) < 1e-14
-    np.testing.assert_allclose(nearly, x, atol=1e-14)
 
 
 def test_steps_are_taken_for_the_samples_that_need_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -171,23 +156,24 @@ def test_steps_are_taken_for_the_samples_that_need_them(monkeypatch: pytest.Monk
     mechanism = four_bar()
     item, reduction, _ = only_group(mechanism, "A")
     closed = guesses(mechanism, "A", np.linspace(-0.6, 0.6, 40))
-    item.newton(closed, reduction, exact(item))
+    item.newton(closed, reduction)
     evaluate, counted = item.evaluate, []
     monkeypatch.setattr(
         item, "evaluate", lambda x, *rest: counted.append(len(x)) or evaluate(x, *rest)
     )
-    column, rounding = mechanism.coordinates.columns["B"].start, np.full(3, 1e-14)
+    column = mechanism.coordinates.columns["B"].start
     for some, expected in (([3, 17, 18], [40, 3]), (list(range(20)), [40, 40])):
         x, counted[:] = closed.copy(), []
         x[some, column] += 1e-10
-        alone = x[some]
-        state = item.newton(x, reduction, rounding)
+        alone, left = x[some], np.zeros(40)
+        left[some] = np.inf
+        state = item.newton(x, reduction, left=left)
         assert counted == expected
         others = np.setdiff1d(np.arange(40), some)
         np.testing.assert_array_equal(x[others], closed[others])
         assert not state.correction[others].any()
         assert np.all(state.correction[some] > 9e-11)
-        of_them = item.newton(alone, reduction, rounding)
+        of_them = item.newton(alone, reduction)
         np.testing.assert_array_equal(x[some], alone)
         np.testing.assert_array_equal(state.residual[some], of_them.residual)
         there, _ = evaluate(x, reduction)
@@ -204,7 +190,7 @@ def test_long_steps_are_shortened_to_half_a_radian() -> None:
     full = x.copy()
     stepped = item.newton_step(full, reduction)
     assert np.max(np.abs(full - before)[0]) > 0.5
-    state = item.newton(x, reduction, exact(item), most=1)
+    state = item.newton(x, reduction, most=1)
     steps = np.max(np.abs(x - before), axis=1)
     assert steps[0] == pytest.approx(0.5, rel=1e-12)
     np.testing.assert_allclose(x[1], full[1], rtol=1e-12)
@@ -223,12 +209,12 @@ def test_nothing_is_evaluated_after_a_step_that_leaves_little(
     item, reduction, _ = only_group(mechanism, "A")
     x, counted, evaluate = guesses(mechanism, "A", ANGLES), [], item.evaluate
     closed = x.copy()
-    item.newton(closed, reduction, exact(item))
+    item.newton(closed, reduction)
     monkeypatch.setattr(
         item, "evaluate", lambda x, *rest: counted.append(len(x)) or evaluate(x, *rest)
     )
     together = x.copy()
-    state = item.newton(together, reduction, exact(item), leaves=1e-12)
+    state = item.newton(together, reduction, leaves=1e-12)
     # The middle guess is exact; those on both sides need the fewer steps the nearer they are.
     assert counted[0] == len(x)
     assert len(counted) <= 5
@@ -239,7 +225,7 @@ def test_nothing_is_evaluated_after_a_step_that_leaves_little(
     for k in range(len(x)):
         # Two of a kind, since NumPy adds up products of a single sample in another order.
         alone = x[[k, k]]
-        own = item.newton(alone, reduction, exact(item), leaves=1e-12)
+        own = item.newton(alone, reduction, leaves=1e-12)
         np.testing.assert_array_equal(alone[0], together[k])
         np.testing.assert_array_equal(own.inverse[0], state.inverse[k])
 
@@ -258,7 +244,7 @@ def test_what_is_not_finite_ends_the_iteration() -> None:
     item, reduction, _ = only_group(mechanism, "A")
     x = guesses(mechanism, "A", np.array([0.1]))
     x[0, mechanism.coordinates.columns["B"].start] = np.inf
-    state = item.newton(x, reduction, exact(item))
+    state = item.newton(x, reduction)
     assert not state.residual[0] < 1.0
 
 
@@ -268,7 +254,7 @@ def test_the_inverse_of_a_position_nearby_serves_as_well(monkeypatch: pytest.Mon
     mechanism = four_bar()
     item, reduction, _ = only_group(mechanism, "A")
     x = guesses(mechanism, "A", ANGLES)
-    item.newton(x, reduction, exact(item))
+    item.newton(x, reduction)
     fresh, _ = item.evaluate(x, reduction)
     near = fresh.inverse * (1.0 + 1e-10)
     reused, _ = item.evaluate(x, reduction, inverse=near)
@@ -323,42 +309,6 @@ def test_a_driven_slide_is_scaled_among_what_is_known() -> None:
     assert np.shares_memory(state.scaled_rows, state.rows)
 
 
-def test_rounding_is_that_of_the_amplitude_of_a_motion() -> None:
-    mechanism = cd.load(scaled_slider_crank(100.0))
-    item, _, start = only_group(mechanism, "a")
-    layout = mechanism.coordinates
-    states = np.repeat(start[None], 3, axis=0)
-    states[:, layout.columns["b"].start] = [0.0, -1e-3, 5e-4]
-    states[:, layout.columns["c"].start] = [0.0, 7.0, 0.0]
-    states[:, layout.columns["d"].start] = [0.1, 0.0, 0.0]
-    rounding = item.rounding(states)
-    passives = item.group.passives.tolist()
-    computed = {
-        name: rounding[passives.index(layout.velocity_columns[name].start)] for name in "bcd"
-    }
-    smallest = computed["c"]
-    # An angle of more than a radian counts as one radian.
-    assert 0.0 < smallest < 1e-14
-    assert computed["b"] == pytest.approx(1e-3 * smallest)
-    assert computed["d"] == pytest.approx(0.1 / mechanism.characteristic_length * smallest)
-    # What rests shows nothing but rounding: it is allowed that of a whole radian.
-    np.testing.assert_array_equal(item.rounding(start[None]), [smallest] * 3)
-
-
-def test_balls_are_rounded_like_angles_of_a_radian() -> None:
-    mechanism = cd.load("stewart_platform")
-    kinematics, start = solver(mechanism, *(f"leg_{leg}" for leg in range(1, 7)))
-    (item,) = kinematics.solvers
-    states = np.repeat(start[None], 2, axis=0)
-    states[1, mechanism.coordinates.angle_columns] = 0.25
-    rounding = item.rounding(states)
-    velocities = mechanism.coordinates.velocity_columns["ball_3"]
-    passives = item.group.passives.tolist()
-    ball = [passives.index(column) for column in range(velocities.start, velocities.stop)]
-    angle = passives.index(mechanism.coordinates.velocity_columns["base_1_x"].start)
-    np.testing.assert_allclose(rounding[ball], rounding[angle] * 4.0, rtol=1e-12)
-
-
 def test_couplings_are_closed_with_whole_turns() -> None:
     mechanism = geared(-2.5)
     item, reduction, start = only_group(mechanism, "A")
@@ -369,7 +319,7 @@ def test_couplings_are_closed_with_whole_turns() -> None:
     turns = np.zeros_like(x)
     turns[1, [a, b]] = [2.0, -4.0]
     x[1, b] = -6.5
-    state = item.newton(x, reduction, exact(item), turns)
+    state = item.newton(x, reduction, turns)
     np.testing.assert_allclose(x[:, b], [-0.5, -0.5 - 2.0 * np.pi], rtol=1e-13)
     assert np.max(state.residual) < 1e-14
     np.testing.assert_allclose(state.rates(np.ones((2, 1, 1))), -2.5, rtol=1e-15)
@@ -438,7 +388,7 @@ def test_a_group_without_passives_stays_as_it_is() -> None:
     mechanism = described(link("a"), joint("A", "ground", "a"))
     item, reduction, _ = only_group(mechanism, "A")
     x = guesses(mechanism, "A", ANGLES)
-    state = item.newton(x, reduction, exact(item))
+    state = item.newton(x, reduction)
     np.testing.assert_array_equal(x, guesses(mechanism, "A", ANGLES))
     assert not np.any(state.residual)
     assert not np.any(item.newton_step(x, reduction).correction)

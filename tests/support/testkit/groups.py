@@ -9,9 +9,6 @@ from cardan_dyn.kinematics.closing.equations import Reduction
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver, GroupState
 from testkit.planar_linkages import described, joint, link, solver
 
-EXACT = 0.0
-"""Rounding with which Newton's method goes on as far as it can."""
-
 
 def only_group(mechanism: cd.Mechanism, *drives: str) -> tuple[GroupSolver, Reduction, np.ndarray]:
     """The only group of a mechanism, its reachable rows, and its zero position."""
@@ -26,15 +23,11 @@ def guesses(mechanism: cd.Mechanism, drive: str, positions: np.ndarray) -> np.nd
     return x
 
 
-def exact(item: GroupSolver) -> np.ndarray:
-    return np.full(item.group.passives.size, EXACT)
-
-
 def state_of(mechanism: cd.Mechanism, drive: str, positions: np.ndarray) -> GroupState:
     """Closed states at positions of the drive."""
     item, reduction, _ = only_group(mechanism, drive)
     x = guesses(mechanism, drive, positions)
-    return item.newton(x, reduction, exact(item))
+    return item.newton(x, reduction)
 
 
 def overconstrained() -> cd.Mechanism:
