@@ -232,8 +232,8 @@ class ProblemSolver(Frozen):
         from .taped import TapedSolver
 
         wanted = self.inverse_dynamics.claimed, self.reactions.opened
-        scouts = lambda: self.assembly.scouts  # noqa: E731
-        return TapedSolver(problem, self.varied, groups, *wanted, scouts, needed.efforts_alone)
+        given = problem, self.varied, groups, *wanted, self.assembly
+        return TapedSolver(*given, needed.efforts_alone)
 
     def uses_tapes(self, count: int) -> bool:
         """Return whether so many samples are solved by tapes."""

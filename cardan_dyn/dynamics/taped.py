@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import Array, some
 from ..elements.link_loads import LinkLoad
 from ..errors import AssemblyError, SingularConfigurationError
+from ..kinematics.assembly import Assembly
 from ..kinematics.loops.closure_blocks import closure_blocks
 from ..kinematics.loops.groups import Group
 from ..mechanics.bodies import Tree, tree_of
@@ -47,7 +48,7 @@ class TapedSolver:
         groups: Sequence[tuple[Group, bool]],
         wrenches: Sequence[int],
         opened: Array | None,
-        scouts: Callable[[], Array],
+        assembly: Assembly,
         efforts_alone: bool = False,
     ) -> None:
         """Begin without tapes.
@@ -58,12 +59,12 @@ class TapedSolver:
             groups: those that are solved, and whether their forces are, too.
             wrenches: indices of those that are wanted.
             opened: `(b, 6)` influence of couplings that state no forces; None if all do.
-            scouts: closed coordinates `(S, size)` at which orders of elimination are chosen.
+            assembly: at whose scouts orders of elimination are chosen.
             efforts_alone: whether of all forces the efforts of drives are wanted alone.
         """
         mechanism = problem.mechanism
         coordinates = mechanism.coordinates
-        self._opened, self._scouts = opened, scouts
+        self._opened, self._assembly = opened, assembly
         self._problem, self._mechanism, self._wrenches = problem, mechanism, wrenches
         self._varied = coordinates.columns_of(varied)
         self._solved = (
@@ -87,6 +88,7 @@ class TapedSolver:
             efforts_alone,
         )
         self._trees: dict[tuple[str, ...], Tree] = {}
+        self._tapes: dict[Kind, dict[int, Tape]] = {}
         self._key = (
             self._roles,
             tuple(self._varied),
@@ -115,7 +117,7 @@ class TapedSolver:
         try:
             with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
                 found, holds, openings = self._with_elements(np.ascontiguousarray(x.T), inputs)
-            (left,) = np.nonzero(~holds)
+            (left,) = (~holds).nonzero()
             if openings is None or 2 * len(left) > len(x):
                 return None
             influence, loose = openings
@@ -197,7 +199,7 @@ class TapedSolver:
                 holds = _closed(tape, rows, found, judged)
                 known, own, closed = holds, rows, found
             else:
-                (left,) = np.nonzero(~holds)
+                (left,) = (~holds).nonzero()
                 if not len(left):
                     break
                 own = rows.of_lanes(left, count)
@@ -206,7 +208,7 @@ class TapedSolver:
                 found.write(left[known], [values[known] for values in closed])
                 holds[left[known]] = True
             if openings is None and not moves_alone and known.any():
-                (lanes,) = np.nonzero(known)
+                (lanes,) = known.nonzero()
                 lanes = lanes[some(len(lanes), _SAMPLES)]
                 openings = tape.openings(own.of_lanes(lanes, len(known)), closed.x[lanes].T)
         return found, holds, openings
@@ -219,7 +221,7 @@ class TapedSolver:
         """
 
         def chosen() -> tuple[Array, list[tuple[list[Pivot], Array]]]:
-            scouts, tree = self._scouts().T, self._tree(())
+            scouts, tree = self._assembly.scouts.T, self._tree(())
             scouts = scouts / tree.coordinate_units(len(scouts))[:, None]
             return scouts, self._roles.orders(tree, dict(enumerate(scouts)), _MOST_TAPES)
 
@@ -238,7 +240,9 @@ class TapedSolver:
         scouts, orders = self._orders
         order, samples = orders[index]
         shadows = dict(enumerate(scouts[:, samples]))
-        tapes = self._mechanism.kept.of("tapes", (self._key, kind), dict[int, Tape])
+        if kind not in self._tapes:
+            self._tapes[kind] = self._mechanism.kept.of("tapes", (self._key, kind), dict[int, Tape])
+        tapes = self._tapes[kind]
 
         def made(acting: Array) -> Tape:
             in_turn()
@@ -293,7 +297,7 @@ def _closed(tape: Tape, rows: Prescribed, found: Found, judged: Judged) -> Array
     # Comparisons with NaN say no.
     is_exact = judged.inexactness <= 1.0
     for _ in range(_MOST_STEPS):
-        again = np.flatnonzero((judged.instability <= 1.0) & ~is_exact)
+        again = ((judged.instability <= 1.0) & ~is_exact).nonzero()[0]
         if not len(again):
             break
         others, rejudged = tape.run(rows.of_lanes(again, len(is_exact)), found.x[again].T)

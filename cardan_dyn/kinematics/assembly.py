@@ -196,7 +196,7 @@ class Assembly:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        state = guess.kinematics.close(guess.x, guess.turns, settles=True, left=guess.left)
+        state = guess.kinematics.close(guess.x, guess.turns, settles=True)
         is_closed = _is_closed(state, guess)
         if np.count_nonzero(is_closed) < len(is_closed):
             bad = int(np.argmin(is_closed))

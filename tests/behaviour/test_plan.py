@@ -56,6 +56,7 @@ def test_a_line_solved_in_groups_equals_the_line_solved_at_once(
 
 def test_outputs_of_one_line_leave_the_other_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two lines on one input: what is not asked for costs nothing, and nothing changes."""
+    monkeypatch.setattr("cardan_dyn.tape.program.WORTH_TRACING", np.inf)
     both = cd.load(two_lines(3))
     options = {"drive": "bearing_0", "loads": {"left_3": -5.0, "right_3": -7.0}}
     whole = cd.Scene(both, **options).sweep(POSITIONS, **RATES)
@@ -116,6 +117,7 @@ def test_drive_effort_alone_comes_from_virtual_work(
 def test_terms_that_are_zero_are_not_computed(
     joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("cardan_dyn.tape.program.WORTH_TRACING", np.inf)
     scene = universal(joint, 0.5)
     calls = counted(monkeypatch)
     scene.sweep(POSITIONS)

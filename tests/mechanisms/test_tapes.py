@@ -315,7 +315,7 @@ def test_what_a_tape_leaves_out_is_not_lost(
 
 def test_blocks_of_both_paths_make_one_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
-    positions = np.linspace(0.0, 2.0 * np.pi, 13_000)
+    positions = np.linspace(0.0, 2.0 * np.pi, 40_000)
     expected = in_general(lambda: scene.replace().sweep(positions, 3.0), monkeypatch)
     solution, asked = taped.TapedSolver.solution, []
 

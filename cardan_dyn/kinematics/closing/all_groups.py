@@ -23,7 +23,6 @@ class ClosedState(NamedTuple):
         residual: `(N,)` worst closure error, see `ClosureEquations.error`.
         condition: `(N,)` greatest condition number of a group's closure equations.
         correction: `(N,)` how far the guess was off.
-        left: `(N,)` see `GroupState.left`, the greatest of all groups with passives.
     """
 
     x: Array
@@ -31,7 +30,6 @@ class ClosedState(NamedTuple):
     residual: Array
     condition: Array
     correction: Array
-    left: Array
 
     @property
     def inverses(self) -> list[Array]:
@@ -143,16 +141,6 @@ class Kinematics:
         """
         return self.with_reductions([solver.open_reduction(x) for solver in self.solvers])
 
-    def newton_step(self, x: Array) -> ClosedState:
-        """Take one Newton step towards closed loops from guesses `x (N, size)`.
-
-        Returns:
-            Coordinates after the step, and all else as it is before it.
-        """
-        x = self.coordinates.normalised(x.copy())
-        pairs = zip(self.solvers, self.reductions, strict=True)
-        return _joined(x, [solver.newton_step(x, reduction) for solver, reduction in pairs])
-
     def close(
         self,
         x: Array,
@@ -160,7 +148,6 @@ class Kinematics:
         most: int = MOST_STEPS,
         settles: bool = False,
         leaves: float | None = None,
-        left: Array | None = None,
     ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
@@ -171,12 +158,11 @@ class Kinematics:
             settles: whether idle rods are turned about their lines to where they settle, so that
                 their positions do not depend on the way there.
             leaves: see `GroupSolver.newton`.
-            left: likewise.
         """
         x = self.coordinates.normalised(x.copy())
         states = []
         for solver, reduction in zip(self.solvers, self.reductions, strict=True):
-            given = turns, most, leaves, settles, left
+            given = turns, most, leaves, settles
             states.append(solver.newton(x, reduction, *given))
         return _joined(x, states)
 
@@ -257,32 +243,16 @@ class Kinematics:
             result &= group_state.same_side(inverse)
         return result
 
-    def apart(self, state: ClosedState, inverses: list[Array]) -> Array:
-        """Return `(N,)` how far the closure equations at other positions differ from those here.
-
-        Below 1 nothing between them is singular, see `stacked.apart`.
-
-        Args:
-            state: closed positions.
-            inverses: of every group's closure equations at the other positions.
-        """
-        result = np.zeros(len(state.x))
-        for group_state, inverse in zip(state.groups, inverses, strict=True):
-            np.maximum(result, group_state.apart(inverse), out=result)
-        return result
-
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
     """Return the state of all groups, each at the coordinates `x`."""
     if len(groups) == 1 and groups[0].solver.group.passives.size:
         (only,) = groups
-        return ClosedState(x, groups, only.residual, only.condition, only.correction, only.left)
+        return ClosedState(x, groups, only.residual, only.condition, only.correction)
     residual, condition = np.zeros(len(x)), np.ones(len(x))
-    correction, left = np.zeros(len(x)), np.zeros(len(x))
+    correction = np.zeros(len(x))
     for group in groups:
         np.maximum(residual, group.residual, out=residual)
         np.maximum(condition, group.condition, out=condition)
         np.maximum(correction, group.correction, out=correction)
-        if group.group.passives.size:
-            np.maximum(left, group.left, out=left)
-    return ClosedState(x, groups, residual, condition, correction, left)
+    return ClosedState(x, groups, residual, condition, correction)

@@ -226,9 +226,8 @@ class ClosureEquations:
         factored = twists * self._factors[index]
         if rows.shape[1] == 6:
             return factored
-        # One product of tall matrices is faster than one for every sample.
-        block = factored.reshape(-1, 6) @ rows
-        return block.reshape(*twists.shape[:2], rows.shape[1])
+        # A product for every sample: one of tall matrices rounds by their number.
+        return np.asarray(np.matmul(factored, rows))
 
     def project(
         self, twist: Array, slips: Array | None, actions: Array, reduction: Reduction
@@ -248,7 +247,7 @@ class ClosureEquations:
                 blocks.append((twist[:, [index]] @ self._weighted(axes, actions, rows))[:, 0])
             else:
                 own = weighted[:, index]
-                blocks.append(own if rows.shape[1] == 6 else own @ rows)
+                blocks.append(own if rows.shape[1] == 6 else np.matmul(own[:, None], rows)[:, 0])
         if self.couplings or not blocks:
             none = np.zeros((len(twist), self.coupling_rows.shape[1]))
             blocks.append(none if slips is None else slips / self.slip_units)
@@ -571,9 +570,9 @@ class LoopPaths(NamedTuple):
         np.multiply(
             twists[:, self.columns], rates[:, self.columns, None], out=joint.transpose(3, 1, 2, 0)
         )
-        carrier = np.matmul(self.carries, joint)
+        carrier = _summed(self.carries, joint)
         if closes:
-            ends = np.matmul(self.sides, joint)
+            ends = _summed(self.sides, joint)
             joint *= self.signs
             carrier = np.concatenate((carrier, ends[:, :, :1]), axis=2)
             joint = np.concatenate((joint, ends[:, :, 1:]), axis=2)
@@ -582,12 +581,25 @@ class LoopPaths(NamedTuple):
         # A joint's twist (v, ω) that moves with the twist (V, Ω) of its carrier changes by
         # (Ω × v + V × ω, Ω × ω). Of all products of their components, summed over the joints, each
         # of the three cross products is the difference of two.
-        products = np.einsum("alkn,blkn->abln", carrier, joint)
+        products = np.zeros((6, 6, len(self.columns), len(rates)))
+        for k in range(joint.shape[2]):
+            products += carrier[:, None, :, k] * joint[:, :, k]
         products = products.reshape(36, *products.shape[2:])
         differences = products.take(_ADDED, 0)
         differences -= products.take(_TAKEN_OFF, 0)
         differences[:3] += differences[6:]
         return differences[:6].T
+
+
+def _summed(factors: Array, values: Array) -> Array:
+    """Return sums `(6, l, j, N)` of values `(6, l, k, N)` times factors `(l, j, k)`.
+
+    One term after the other, so that a sample comes out alike whatever others are beside it.
+    """
+    result = np.zeros((*values.shape[:2], factors.shape[1], values.shape[3]))
+    for k in range(values.shape[2]):
+        result += factors[:, :, k, None] * values[:, :, k, None]
+    return result
 
 
 def drift_along(paths: list[LoopPaths], twists: Array, rates: Array, closes: bool = False) -> Array:

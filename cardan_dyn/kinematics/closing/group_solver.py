@@ -20,7 +20,6 @@ from ..loops.structure import OPEN_CONFIGURATIONS
 from .batch_model import BatchModel, actions_of, batch_model
 from .equations import ClosureEquations, Reduction
 from .stacked import (
-    apart,
     condition_numbers,
     factorised,
     factorised_with_spins,
@@ -142,7 +141,6 @@ class GroupSolver:
             residual=residual,
             condition=condition,
             correction=np.zeros(len(x)) if correction is None else correction,
-            left=np.full(len(x), np.inf),
         )
         return state, equations.project(error, slips, actions, reduction)
 
@@ -209,43 +207,27 @@ class GroupSolver:
         actions = self.batch.actions(rows)
         return self.equations.reduction(self.equations.unit_twists.of(actions), actions)
 
-    def newton_step(self, x: Array, reduction: Reduction) -> GroupState:
-        """Take one Newton step from a guess; return the state at the guess.
+    def _steps(self, state: GroupState, error: Array) -> tuple[Array, Array]:
+        """Return Newton's steps `(N, p)` from a state with its error `(N, R)`, see `evaluate`.
 
-        Args:
-            x: `(N, size)` coordinates; those of the passives are corrected in place.
-            reduction: the rows that are solved.
-        """
-        state, error = self.evaluate(x.copy(), reduction)
-        steps = self._steps(state, error)
-        left = self._bend(state, steps, np.inf)
-        self._moves.apply(x, steps.step)
-        return state._replace(correction=steps.sizes, left=left)
-
-    def _steps(self, state: GroupState, error: Array) -> _Steps:
-        """Return Newton's steps from a state with its error.
-
-        Args:
-            state: where they begin.
-            error: `(N, R)`, see `evaluate`.
+        And their greatest parts `(N,)` [rad], slides counted in lengths.
         """
         step = state.step(error)
-        return _Steps(step, np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0))
+        return step, np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0)
 
-    def _bend(self, state: GroupState, steps: _Steps, longest: float = LONGEST_STEP) -> Array:
-        """Let Newton steps follow the curvature, where that is known.
+    def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
+        """Shorten Newton steps, and let them follow the curvature, where that is known.
 
         Args:
             state: where they begin.
-            steps: changed in place.
-            longest: what they are shortened to [rad].
+            step: changed in place.
+            sizes: see `_steps`.
 
         Returns:
             Errors `(N,)` after them, in order of magnitude [rad].
         """
-        step, sizes = steps.step, steps.sizes
-        if longest < np.inf and not _greatest(sizes) <= longest:
-            step *= np.minimum(1.0, longest / np.maximum(sizes, longest))[:, None]
+        if not _greatest(sizes) <= LONGEST_STEP:
+            step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
         left = _CURVATURE * sizes**2
         is_good = (sizes > _STRAIGHT) & (sizes <= _BENT)
         if not np.logical_or.reduce(is_good):
@@ -267,7 +249,6 @@ class GroupSolver:
         most: int = MOST_STEPS,
         leaves: float | None = None,
         settles: bool = False,
-        left: Array | None = None,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
@@ -281,23 +262,16 @@ class GroupSolver:
                 as far as rounding lets them, as is done where equations outnumber unknowns.
             settles: whether idle rods are turned about their lines to where they settle, see
                 `RodSpins.turned`.
-            left: `(N,)` error of the guess where a step that was taken to it tells, see
-                `GroupState.left`; infinite elsewhere.
         """
         settles = settles and bool(self.group.idle)
         state, error = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        if settles:
-            left = None
-        if left is not None and _greatest(left) <= _CONVERGED:
-            return state
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
         if leaves is not None and state.is_square:
             return self._near(state, error, x, turns, most, leaves)
         settling = np.zeros(len(x), dtype=bool) if settles else None
-        stays = np.zeros(len(x), dtype=bool) if left is None else left <= _CONVERGED
-        state = self._from(state, error, x, turns, most, stays, settling)
+        state = self._from(state, error, x, turns, most, settling)
         if settles:
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
@@ -311,20 +285,20 @@ class GroupSolver:
         x: Array,
         turns: Array | None,
         most: int,
-        is_done: Array,
         settling: Array | None = None,
     ) -> GroupState:
         """Take Newton steps from a state with its error `(N, R)`; see `newton`.
 
-        Samples that are done `(N,)` stay as they are. Idle rods begin to turn where their loops are
-        nearly closed, and are `settling (N,)` from then on: how far that opens the loops again says
-        nothing about the guess. None leaves rods as they are.
+        Idle rods begin to turn where their loops are nearly closed, and are `settling (N,)` from
+        then on: how far that opens the loops again says nothing about the guess. None leaves rods
+        as they are.
         """
         reduction, correction = state.reduction, state.correction
         # By which idle rods are to be turned, if they are.
         angles, spins, spin = None, np.zeros(1), 0.0
+        is_done = np.zeros(len(x), dtype=bool)
         for count in range(most if settling is None else most + _MOST_SETTLING):
-            step, sizes = steps = self._steps(state, error)
+            step, sizes = self._steps(state, error)
             counted = sizes
             if settling is not None:
                 angles = self.equations.rod_spins.turned(state.actions)
@@ -341,7 +315,7 @@ class GroupSolver:
                 if few.size <= _FEW * len(x):
                     own, own_turns = x[few], None if turns is None else turns[few]
                     begun = None if settling is None else settling[few]
-                    rest = own_turns, most - count, np.zeros(few.size, dtype=bool), begun
+                    rest = own_turns, most - count, begun
                     later = self._from(state.of(few), error[few], own, *rest)
                     x[few] = own
                     return state.with_samples(few, later)
@@ -359,13 +333,13 @@ class GroupSolver:
                     return state
                 own, own_turns = x[few], None if turns is None else turns[few]
                 begun = None if settling is None else settling[few]
-                rest = own_turns, most - count, np.zeros(few.size, dtype=bool), begun
+                rest = own_turns, most - count, begun
                 later = self._from(before.of(few), error[few], own, *rest)
                 x[few] = own
                 return state.with_samples(few, later)
             if count >= most and _greatest(counted) > _STRAIGHT:
                 break
-            left = self._bend(state, steps)
+            left = self._bend(state, step, sizes)
             if angles is not None:
                 step += state.spun_back(angles)
             self._moves.apply(x, step)
@@ -399,9 +373,9 @@ class GroupSolver:
         Returns:
             The state before the last step of each sample, whose residual is what that step leaves.
         """
-        steps = self._steps(state, error)
-        sizes, left = steps.sizes, self._bend(state, steps)
-        self._moves.apply(x, steps.step)
+        step, sizes = self._steps(state, error)
+        left = self._bend(state, step, sizes)
+        self._moves.apply(x, step)
         correction = state.correction + sizes
         is_near = (left <= leaves) & np.isfinite(state.condition)
         residual = np.minimum(left, state.residual)
@@ -432,7 +406,8 @@ class GroupSolver:
             return np.zeros((len(x), 0))
         angles = x if turns is None else x + 2.0 * np.pi * turns
         columns = self.coordinates.column_of(equations.coupled_columns)
-        return np.asarray(angles[:, columns] @ equations.coupled_ratios + equations.coupled_offsets)
+        slips = np.matmul(angles[:, None, columns], equations.coupled_ratios)[:, 0]
+        return np.asarray(slips + equations.coupled_offsets)
 
 
 def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
@@ -459,19 +434,6 @@ def _greatest(values: Array) -> float:
     return float(values[0]) if values.size == 1 else float(np.maximum.reduce(values, initial=0.0))
 
 
-class _Steps(NamedTuple):
-    """Newton's steps.
-
-    Attributes:
-        step: `(N, p)` displacements of the passives.
-        sizes: `(N,)` their greatest ones [rad], slides counted in lengths; before steps are
-            shortened.
-    """
-
-    step: Array
-    sizes: Array
-
-
 class GroupState(NamedTuple):
     """A group at given positions: its closure equations there and their factors.
 
@@ -490,8 +452,6 @@ class GroupState(NamedTuple):
         residual: `(N,)` closure error, see `ClosureEquations.error`.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         correction: `(N,)` how far the guess was off.
-        left: `(N,)` error [rad] that a step taken from here leaves, in order of magnitude;
-            infinite where none was taken.
     """
 
     solver: GroupSolver
@@ -505,7 +465,6 @@ class GroupState(NamedTuple):
     residual: Array
     condition: Array
     correction: Array
-    left: Array
 
     @property
     def group(self) -> Group:
@@ -570,18 +529,6 @@ class GroupState(NamedTuple):
             inverse: of the closure equations at the other positions.
         """
         return same_side(self.square, inverse)
-
-    def apart(self, inverse: Array) -> Array:
-        """Return `(N,)` how far the closure equations at other positions differ, see `apart`.
-
-        Args:
-            inverse: of the closure equations at the other positions.
-        """
-        return apart(self.square, inverse, self.solver.row_scale)
-
-    def follows_on(self) -> Array:
-        """Return `(N - 1,)` whether positions lie on the same side as those before them."""
-        return same_side(self.square[1:], self.inverse[:-1])
 
     @property
     def is_square(self) -> bool:

@@ -29,26 +29,6 @@ def same_side(rows: Array, inverses: Array) -> Array:
     return np.asarray(np.linalg.det(np.matmul(rows, inverses)) > 0.0)
 
 
-def apart(rows: Array, inverses: Array, scale: Array | None) -> Array:
-    """Return `(N,)` how far matrices A are from others B: at least the eigenvalues of A B⁻¹ - 1.
-
-    Where it is below 1, no matrix on the straight line from B to A is singular.
-
-    Args:
-        rows: `(N, p, R)` transposed closure matrices.
-        inverses: `(N, R, p)` of those at the other positions.
-        scale: `(p, 1)` units of their rows, None if all are 1.
-    """
-    power = np.matmul(rows, inverses)
-    if scale is not None:
-        power *= scale / scale.T
-    power -= np.eye(rows.shape[1])
-    # Norms of large matrices are far above their eigenvalues, those of powers much less.
-    for _ in range(2):
-        power = np.matmul(power, power)
-    return np.asarray(np.sqrt(np.sqrt(np.abs(power).sum(axis=2).max(axis=1, initial=0.0))))
-
-
 def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
     """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
 

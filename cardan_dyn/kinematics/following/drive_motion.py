@@ -38,14 +38,11 @@ class Followed(NamedTuple):
             they lack.
         is_new: whether anything was seen of the motion that was not known before.
         is_there: `(N,)` whether samples are within reach; the values of others mean nothing.
-        left: `(N,)` error of the coordinates as far as a step tells, see `GroupState.left`; None
-            if none was taken.
     """
 
     values: tuple[Array, ...]
     is_new: bool
     is_there: Array
-    left: Array | None = None
 
 
 def turns_freely(mechanism: Mechanism, drive: str) -> bool:

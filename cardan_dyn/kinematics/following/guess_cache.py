@@ -34,7 +34,6 @@ class Guess(NamedTuple):
         followed: whether `x` lies on a branch, so that a large correction means another mode.
         is_there: `(N,)` whether samples are within reach; the coordinates of others mean nothing.
             None where all have to be.
-        left: `(N,)` error of `x` as far as a step tells, see `GroupState.left`; None if none does.
     """
 
     x: Array
@@ -42,14 +41,12 @@ class Guess(NamedTuple):
     kinematics: Kinematics
     followed: bool
     is_there: Array | None = None
-    left: Array | None = None
 
     def of_samples(self, samples: slice | Array) -> Guess:
         """Return the guess of some samples, by their indices."""
         arrays = self.x[samples], self.turns[samples]
         is_there = None if self.is_there is None else self.is_there[samples]
-        left = None if self.left is None else self.left[samples]
-        return Guess(*arrays, self.kinematics, self.followed, is_there, left)
+        return Guess(*arrays, self.kinematics, self.followed, is_there)
 
 
 class GuessCache:
@@ -129,10 +126,6 @@ class GuessCache:
                 is_there = followed[0].is_there
                 for item in followed[1:]:
                     is_there = is_there & item.is_there
-            # What several motions leave is not known where it is not known of one.
-            left = followed[0].left
-            for item in followed[1:]:
-                left = None if left is None or item.left is None else np.maximum(left, item.left)
             x, turns = self._at_start(targets)
             for part in self._parts:
                 # What was followed is let go as soon as it is written.
@@ -142,7 +135,7 @@ class GuessCache:
                 turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
             is_exact = not self._has_joint_motion
-            return Guess(x, turns, self.kinematics, is_exact, is_there, left)
+            return Guess(x, turns, self.kinematics, is_exact, is_there)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, of a motion found by other means.

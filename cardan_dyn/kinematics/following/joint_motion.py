@@ -12,7 +12,7 @@ from ...errors import AssemblyError, SingularConfigurationError
 from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ...tape import program
-from ..closing.all_groups import ClosedState, Kinematics
+from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import TURN, Branch, whole_turns
@@ -20,8 +20,6 @@ from .drive_motion import Followed, turned_back, turns_freely
 from .lines import (
     OnLines,
     Reached,
-    Rows,
-    allowed_error,
     along_lines,
     beyond_reach,
     follow,
@@ -83,10 +81,6 @@ class JointMotion:
             index for index in self._driven if turns_freely(problem.mechanism, self._names[index])
         ]
         self._turns: dict[int, tuple[float, Array] | None] = {}
-        # The start and the last single position, for the kinematics of one scene.
-        self._known: tuple[Kinematics, Kinematics] | None = None
-        self._at_start: ClosedState | None = None
-        self._last: _Last | None = None
 
     @property
     def states(self) -> Array:
@@ -124,8 +118,7 @@ class JointMotion:
             if along_path:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
                 count = len(x)
-                of_samples = np.zeros(count), np.zeros(count), np.full(count, np.inf)
-                reached = Reached(x, np.ones(count, dtype=bool), *of_samples)
+                reached = Reached(x, np.ones(count, dtype=bool), np.zeros(count))
             else:
                 own = asked.copy()
                 self._take_turns_off(own, turns, targets.design_of)
@@ -145,7 +138,7 @@ class JointMotion:
             self._seen = x[::every]
         elif np.any(is_there):
             self._seen = x[np.nonzero(is_there)[0][::every]]
-        return Followed((x, turns), True, is_there, reached.left)
+        return Followed((x, turns), True, is_there)
 
     def _take_turns_off(self, own: Array, turns: Array, design_of: Array) -> None:
         """Take whole turns off positions `(N, d)`, and add them to `turns (N, size)`."""
@@ -198,7 +191,7 @@ class JointMotion:
 
     def _reached(self, kinematics: Kinematics, own: Array, targets: Targets) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)` without whole turns."""
-        known = self._known_part(kinematics)
+        known = kinematics.part(self._drives, self.groups)
         reached = self._lines(known, own, targets.design_of)
         if any(
             one is not other
@@ -217,7 +210,7 @@ class JointMotion:
             return self._on_lines(kinematics, own, design_of)
         x, is_there = self._taped.ends(own)
         count = len(own)
-        reached = Reached(x, is_there, np.zeros(count), np.ones(count), np.full(count, np.inf))
+        reached = Reached(x, is_there, np.zeros(count))
         (rest,) = np.nonzero(~is_there)
         if rest.size:
             reached.keep(rest, self._on_lines(kinematics, own[rest], design_of[rest]))
@@ -235,13 +228,6 @@ class JointMotion:
 
         legs = [leg for leg in (self._held, self._driven) if leg]
         return TapedLines(self._mechanism, kinematics, self._start, legs)
-
-    def _known_part(self, kinematics: Kinematics) -> Kinematics:
-        """Return the kinematics of this motion, the same object as long as the scene's is it."""
-        if self._known is None or self._known[0] is not kinematics:
-            self._known = kinematics, kinematics.part(self._drives, self.groups)
-            self._at_start, self._last = None, None
-        return self._known[1]
 
     def _follow_whole_ways(
         self,
@@ -269,7 +255,6 @@ class JointMotion:
     def _on_lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
         """Return coordinates `(N, size)` at positions `(N, d)`, followed along straight lines."""
         groups, columns = list(range(len(self.groups))), self._drive_columns
-        begin: ClosedState | None = self._state_at_start(kinematics)
         starts, of_design = self._start[None, :], np.zeros(len(own), dtype=int)
         if self._held:
             _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
@@ -278,37 +263,26 @@ class JointMotion:
                 starts,
                 [columns[index] for index in self._held],
                 own[chosen][:, self._held],
-                begin,
             )
-            starts, begin = at_designs.x, None
+            starts = at_designs.x
         kinematics = kinematics.part(self._driven, groups)
         columns, own = [columns[index] for index in self._driven], own[:, self._driven]
         if not self._driven:
             count = len(own)
-            of_samples = np.zeros(count), np.ones(count), np.full(count, np.inf)
-            reached = Reached(starts[of_design], np.ones(count, dtype=bool), *of_samples)
+            reached = Reached(starts[of_design], np.ones(count, dtype=bool), np.zeros(count))
         elif len(self._driven) == 1:
-            reached = _along_one(kinematics, starts, columns, own[:, 0], of_design, begin)
+            reached = _along_one(kinematics, starts, columns, own[:, 0], of_design)
         else:
             whole = starts if len(starts) == 1 else starts[of_design]
-            reached = along_lines(kinematics, whole, columns, own, begin)
+            reached = along_lines(kinematics, whole, columns, own)
         if not self._held:
             return reached
-        np.maximum(reached.condition, at_designs.condition[of_design], out=reached.condition)
         if np.all(at_designs.is_there):
             return reached
         lost = ~at_designs.is_there[of_design]
         reached.x[lost] = starts[of_design[lost]]
         reached.residual[lost] = at_designs.residual[of_design[lost]]
         return reached._replace(is_there=reached.is_there & ~lost)
-
-    def _state_at_start(self, kinematics: Kinematics) -> ClosedState:
-        """Return the state at the start, which is kept for what is known of the scene."""
-        if self._known is None or self._known[1] is not kinematics:
-            return kinematics.evaluate(self._start[None, :])
-        if self._at_start is None:
-            self._at_start = kinematics.evaluate(self._start[None, :])
-        return self._at_start
 
     def _turn_of(self, index: int) -> tuple[float, Array] | None:
         """Return a drive's period [rad] while the others rest at the start, and its windings."""
@@ -359,13 +333,12 @@ def _along_one(
     columns: list[int],
     positions: Array,
     of_start: Array,
-    begin: ClosedState | None,
 ) -> Reached:
     """Return coordinates `(N, size)` at positions `(N,)` of one drive.
 
     Samples with the same start on the same side of it lie on the same line.
 
-    With starts `(D, size)`, of_start `(N,)`; begin is the state of a single start, if it is known.
+    With starts `(D, size)`, of_start `(N,)`.
     """
     ahead = positions - starts[of_start, columns[0]]
     sides = 2 * of_start + (ahead < 0.0)
@@ -376,7 +349,7 @@ def _along_one(
     share = np.abs(ahead[order]) / np.where(longest > 0.0, longest, 1.0)[line]
     ends = positions[order][last][:, None]
     whole = starts if len(starts) == 1 else starts[used // 2]
-    found = samples_on_lines(kinematics, whole, columns, ends, OnLines(line, share), begin)
+    found = samples_on_lines(kinematics, whole, columns, ends, OnLines(line, share))
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     return Reached(*(values[back] for values in found))

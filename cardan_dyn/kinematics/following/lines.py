@@ -159,15 +159,11 @@ class Reached(NamedTuple):
         x: `(N, size)` closed coordinates at the end of each line, or where it could not go on.
         is_there: `(N,)` whether that is the end.
         residual: `(N,)` closure error of the last step that was tried, where it is not.
-        condition: `(N,)` greatest condition number on the line, as far as it was followed.
-        left: `(N,)` error of `x` as far as a step tells, see `GroupState.left`.
     """
 
     x: Array
     is_there: Array
     residual: Array
-    condition: Array
-    left: Array
 
     def keep(self, lines: Array, others: Reached) -> None:
         """Overwrite what was found of some lines, by their indices."""
@@ -198,7 +194,6 @@ def along_lines(
     starts: Array,
     columns: list[int],
     positions: Array,
-    begin: ClosedState | None = None,
 ) -> Reached:
     """Follow the straight lines from closed coordinates to drive positions `(N, d)`.
 
@@ -207,11 +202,10 @@ def along_lines(
         starts: `(N, size)` or `(1, size)` closed coordinates to begin at.
         columns: columns of the drives in a row of coordinates.
         positions: [rad or m].
-        begin: state of a single start, if it is known.
     """
     count = len(positions)
     samples = OnLines(np.arange(count), np.ones(count))
-    return samples_on_lines(kinematics, starts, columns, positions, samples, begin)
+    return samples_on_lines(kinematics, starts, columns, positions, samples)
 
 
 def samples_on_lines(
@@ -220,7 +214,6 @@ def samples_on_lines(
     columns: list[int],
     ends: Array,
     samples: OnLines,
-    begin: ClosedState | None = None,
 ) -> Reached:
     """Return coordinates at samples on straight lines.
 
@@ -233,12 +226,10 @@ def samples_on_lines(
         columns: columns of the drives in a row of coordinates.
         ends: drive positions `(L, d)` to which the lines lead [rad or m].
         samples: N samples.
-        begin: state of a single start, if it is known.
     """
     count, size = len(samples.line), starts.shape[1]
-    if len(starts) == 1 < len(ends) and begin is None:
-        begin = kinematics.evaluate(starts)
-    reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), *np.empty((3, count)))
+    begin = kinematics.evaluate(starts) if len(starts) == 1 else None
+    reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), np.empty(count))
     for first in range(0, len(ends), BLOCK_SIZE):
         chosen = slice(first, first + BLOCK_SIZE)
         span, own = samples.of_lines(first, first + BLOCK_SIZE)
@@ -258,7 +249,6 @@ class Lines:
         tried: `(L,)` share at which the last step failed, one to open loops if there was any; it
             counts as long as the line has not passed it.
         residual: `(L,)` closure error there; zero where no step failed.
-        greatest: `(L,)` greatest condition number at the steps that were taken.
         rows: what is known where each line is, with derivatives with respect to the share.
     """
 
@@ -283,14 +273,13 @@ class Lines:
         self._begins, self._ends, self._way = begins, ends, ends - begins
         self._whole = np.inf if leads else 1.0
         self.share, self.tried, self.residual = np.zeros((3, len(ends)))
-        self.greatest = state.condition.repeat(of_each)
         self._inverses = [inverse.repeat(of_each, 0) for inverse in state.inverses]
         with np.errstate(all="ignore"):
             self.rows = Rows.along(kinematics, state, self._way)._replace(x=self.x)
             self._longest = self.rows.longest(kinematics.coordinates)
             extent = np.abs(self._way) * kinematics.coordinates.scale[columns]
             self._shortest = _SHORTEST / np.max(extent, axis=1, initial=0.0)
-        self._step, self._margin = np.ones(len(ends)), 1.0 / self.greatest
+        self._step, self._margin = np.ones(len(ends)), 1.0 / state.condition.repeat(of_each)
         if leads:
             self._longest = np.minimum(self._longest, _SINGULAR_DISTANCE * self._margin)
             # Of the first step no error is known yet; of several, the longest may lead as far.
@@ -332,8 +321,7 @@ class Lines:
         self._follow(passed, aim, np.ones(len(self.x)))
         is_there = samples.share <= self.share[samples.line]
         values[~is_there] = self.x[samples.line[~is_there]]
-        of_lines = self.residual[samples.line], self.greatest[samples.line]
-        return Reached(values, is_there, *of_lines, np.full(len(values), np.inf))
+        return Reached(values, is_there, self.residual[samples.line])
 
     def lead(self, until: Array, passed: Callable[[int, Rows], None]) -> None:
         """Follow lines that lead on to shares `(L,)` or beyond, unless they end before.
@@ -409,15 +397,13 @@ class Lines:
             done, to, length, new = line[chosen], to[chosen], length[chosen], new.of(chosen)
             passed(done, to, at.of(chosen), new)
             share[done] = to
-            condition = state.condition[chosen]
-            self.greatest[done] = np.maximum(self.greatest[done], condition)
             if done.size == line.size and (to == self._whole).all():
                 self.x[done] = new.x
                 return
             longest[done] = new.longest(layout)
             if self._leads:
                 # The margin is taken to fall in proportion to the distance from where it vanishes.
-                margins = 1.0 / condition
+                margins = 1.0 / state.condition[chosen]
                 before, self._margin[done] = self._margin[done], margins
                 approach = _APPROACH * length * margins / np.maximum(before - margins, 0.0)
                 step[done] = np.fmin(step[done], approach)

@@ -38,7 +38,7 @@ def test_a_solution_in_blocks_is_that_in_one(monkeypatch: pytest.MonkeyPatch) ->
     where = positions(scene)
     item = solver(scene)
     whole = item.solve(item.assemble(Targets.of_positions(where)), acting(item, *rates(where)))
-    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 2)  # Tapes take four of them at a time.
+    monkeypatch.setattr(problem_solver, "LARGE_BLOCK", 8)
     assembled = item.assemble(Targets.of_positions(where))
     # Blocks of equal size: 30 samples in four blocks of seven or eight.
     sizes = [span.stop - span.start for span in assembled.spans]

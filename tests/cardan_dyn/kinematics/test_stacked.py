@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from cardan_dyn.kinematics.closing.stacked import (
-    apart,
     condition_numbers,
     factorised,
     factorised_with_spins,
@@ -158,27 +157,3 @@ def test_products_and_transposes() -> None:
     expected = np.array([matrix @ vector for matrix, vector in zip(matrices, vectors, strict=True)])
     np.testing.assert_allclose(times(matrices, vectors), expected, atol=1e-15)
     np.testing.assert_array_equal(transposed(matrices)[1], matrices[1].T)
-
-
-def test_apart_bounds_the_distance_from_singular_matrices() -> None:
-    """Of B + t (A - B), the first singular t is that of an eigenvalue of A B⁻¹ - 1."""
-    first = random(40, 6, 6)
-    change = 0.3 * np.random.default_rng(8).normal(size=(40, 6, 6))
-    second = first + change
-    found = apart(second, np.linalg.inv(first), None)
-    eigenvalues = np.linalg.eigvals(change @ np.linalg.inv(first))
-    greatest = np.max(np.abs(eigenvalues), axis=1)
-    assert np.all(found >= greatest * (1.0 - 1e-9))
-    assert np.all(found < 3.0 * greatest)
-    for index in np.flatnonzero(found < 1.0):
-        between = first[index] + np.linspace(0.0, 1.0, 101)[:, None, None] * change[index]
-        assert np.ptp(np.sign(np.linalg.det(between))) == 0.0
-    assert 3 < np.sum(found < 1.0) < 37
-
-
-def test_apart_does_not_depend_on_units() -> None:
-    first, second = random(3, 4, 4), random(3, 4, 4) + 0.1
-    units = np.array([1.0, 1e-3, 1.0, 50.0])[:, None]
-    plain = apart(second, np.linalg.inv(first), None)
-    scaled = apart(second / units, np.linalg.inv(first / units), units)
-    np.testing.assert_allclose(scaled, plain, rtol=1e-9)
