@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
-from functools import partial
+from threading import Thread
 from typing import TypeVar
 
 _Item = TypeVar("_Item")
@@ -51,48 +51,29 @@ def in_threads(
     items: Sequence[_Item],
     tell: Callable[[int], None] = lambda done: None,
 ) -> list[_Result]:
-    """Return what work gives for each item, in their order.
+    """Return what work gives for each item, in their order; this thread does its part.
 
     Items that call `in_turn` are begun again: the first of them alone, then the others beside each
     other as before, and so on with twice as many alone each time.
 
     Args:
-        work: does an item. Each is in a context of its own, so that NumPy warns of what it does
-            here, and starts no threads itself.
+        work: does an item. NumPy warns there of what it does here, and work within starts no
+            threads itself.
         items: what there is to do; each is worth starting a thread for.
         tell: is called with how many are done.
 
     Raises:
-        BaseException: what the first item raises of those that fail. No others are begun then, and
-            those that were are waited for, as if this is interrupted.
+        BaseException: what the first item raises of those that fail. No others are begun then, nor
+            once this is interrupted; those that were begun are waited for.
     """
     results: dict[int, _Result] = {}
-    left: Sequence[int] = range(len(items))
-    alone, pool, threads = 1, None, min(cores(), len(items))
-    if threads > 1:
-        from concurrent.futures import ThreadPoolExecutor  # Most work is a single item.
-
-        pool = ThreadPoolExecutor(threads)
-    try:
-        while left:
-            tasks = [partial(copy_context().run, _beside, work, items[index]) for index in left]
-            outcomes: Sequence[Callable[[], _Result]] = tasks
-            if pool:
-                outcomes = [pool.submit(task).result for task in tasks]
-            waiting = []
-            for index, outcome in zip(left, outcomes, strict=True):
-                try:
-                    results[index] = outcome()
-                    tell(len(results))
-                except _NotBesideError:
-                    waiting.append(index)
-            for index in waiting[:alone]:
-                results[index] = work(items[index])
-                tell(len(results))
-            left, alone = waiting[alone:], 2 * alone
-    finally:
-        if pool:
-            pool.shutdown(cancel_futures=True)
+    left, alone = list(range(len(items))), 1
+    while left:
+        waiting = _beside(work, items, left, results, tell)
+        for index in waiting[:alone]:
+            results[index] = work(items[index])
+            tell(len(results))
+        left, alone = waiting[alone:], 2 * alone
     return [results[index] for index in range(len(items))]
 
 
@@ -100,7 +81,42 @@ class _NotBesideError(BaseException):
     """Work has to be done in turn."""
 
 
-def _beside(work: Callable[[_Item], _Result], item: _Item) -> _Result:
-    _is_beside.set(True)
-    _given.set(1)
-    return work(item)
+def _beside(
+    work: Callable[[_Item], _Result],
+    items: Sequence[_Item],
+    left: Sequence[int],
+    results: dict[int, _Result],
+    tell: Callable[[int], None],
+) -> list[int]:
+    """Do the items that are left, by their indices, and return those that have to be alone."""
+    rest = iter(left)  # Of all threads, each of which takes the next one.
+    waiting: list[int] = []
+    failed: dict[int, BaseException] = {}
+
+    def run(tell: Callable[[int], None] = lambda done: None) -> None:
+        _is_beside.set(True)
+        _given.set(1)
+        for index in rest:
+            try:
+                results[index] = work(items[index])
+                tell(len(results))
+            except _NotBesideError:
+                waiting.append(index)
+            except BaseException as error:
+                failed[index] = error
+                list(rest)
+
+    count = min(cores(), len(left)) - 1
+    others = [Thread(target=copy_context().run, args=(run,)) for _ in range(count)]
+    try:
+        for thread in others:
+            thread.start()
+        copy_context().run(run, tell)
+    finally:
+        list(rest)
+        for thread in others:
+            if thread.is_alive():
+                thread.join()
+    if failed:
+        raise failed[min(failed)]
+    return sorted(waiting)

