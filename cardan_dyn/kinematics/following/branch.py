@@ -138,7 +138,8 @@ class Branch:
             curves = rows.of(slice(-1)).quintics(way / self.unit, rows.of(slice(1, None)))
             scale = kinematics.coordinates.scale
             fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / _FIFTH
-            (long,) = np.nonzero(fifth > _AT_LEAST)
+            # What does not become smaller by parts is left to whoever closes guesses.
+            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > _AT_LIMIT * self.unit))
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)

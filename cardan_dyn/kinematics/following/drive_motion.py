@@ -79,10 +79,7 @@ class DriveMotion:
     Attributes:
         branch: it; all joints that the drive does not move stay where they start.
         groups: indices of the groups whose passives it moves.
-        is_exact: guesses are so near that a large correction means another assembly mode.
     """
-
-    is_exact = True
 
     def __init__(
         self,
@@ -111,12 +108,12 @@ class DriveMotion:
         self.branch = Branch.shared(self._kinematics, start, problem.mechanism.kept)
         coordinates = problem.mechanism.coordinates
         self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
-        item = coordinates.named[drive]
         self._start = self.branch.start
         self._length = problem.mechanism.characteristic_length
-        self._slides = item.slides
+        self._slides = coordinates.named[drive].slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
-        self._is_studied = False
+        # What was known of the branch after the last call: other scenes may have made it longer.
+        self._span: tuple[float, float] | None = None
 
     @property
     def states(self) -> Array:
@@ -150,7 +147,6 @@ class DriveMotion:
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        span = self.branch.span
         positions = self._positions(targets)
         periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
         if strict:
@@ -159,9 +155,8 @@ class DriveMotion:
             is_there = self._within_reach(positions)
             if np.any(is_there):
                 periods[is_there] = self._cover(positions[is_there])
-        is_new = not self._is_studied or self.branch.span != span
-        self._is_studied = True
-        return Followed((periods[:, None],), is_new, is_there)
+        before, self._span = self._span, self.branch.span
+        return Followed((periods[:, None],), self._span != before, is_there)
 
     def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
@@ -207,25 +202,27 @@ class DriveMotion:
 
     def _covered(self, targets: Array) -> Array:
         """See `_cover`; errors are those of the branch."""
-        branch, turns_through = self.branch, self._turns_freely
-        low, high = float(targets.min()), float(targets.max())
+        branch, start, turns_through = self.branch, self._start, self._turns_freely
+        low, high = min(float(targets.min()), start), max(float(targets.max()), start)
         if turns_through:
             try:
                 # Positions that are nearer to the start than half a period are taken as they are.
-                branch.find_period(max(high - self._start, self._start - low))
+                branch.find_period(max(high - start, start - low))
             except (AssemblyError, SingularConfigurationError):
                 turns_through = False  # The samples may lie on this side of what stops it.
-        if branch.period is not None:
-            return np.asarray(np.floor((targets - self._start) / branch.period + 0.5))
+        if turns_through and branch.period is not None:
+            return np.asarray(np.floor((targets - start) / branch.period + 0.5))
         if turns_through and high - low > _MOST_TURNS * TURN:
+            sample = int(np.argmax(np.abs(targets - start)))
+            position = float(targets[sample])
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
                 f"{(high - low) / TURN:.0f} turns cannot be followed; sweep over at most "
                 f"{_MOST_TURNS} turns",
-                position=high,
-                nearest=low + _MOST_TURNS * TURN,
+                position=position,
+                nearest=start + float(np.copysign(_MOST_TURNS * TURN, position - start)),
                 residual=0.0,
-                sample=int(np.argmax(targets)),
+                sample=sample,
             )
         branch.cover(low, high)
         return np.zeros(len(targets))
