@@ -15,6 +15,7 @@ from testkit.ball_rods import WAYS
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
+from cardan_dyn import compiled
 from cardan_dyn.scene.usual_motion import usual_motion
 
 LOAD = 100.0
@@ -60,6 +61,12 @@ def assert_same(first: cd.Sweep, second: cd.Sweep) -> None:
             assert np.max(np.abs(difference)) <= allowed * size
 
 
+def assert_same_bits(found: np.ndarray, expected: np.ndarray) -> None:
+    """NumPy adds up products of a single sample in another order than those of several."""
+    allowed = 0.0 if compiled.kernel else 1e-14 * float(np.max(np.abs(expected)))
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=allowed)
+
+
 @pytest.mark.parametrize("scene", [joint, shaft, crank, needle])
 @pytest.mark.parametrize(
     "before",
@@ -77,10 +84,10 @@ def test_a_sweep_is_the_same_after_other_sweeps(
     used = scene()
     used.sweep(before)
     expected, found = scene().sweep(positions), used.sweep(positions)
-    np.testing.assert_array_equal(found.motion.x, expected.motion.x)
+    assert_same_bits(found.motion.x, expected.motion.x)
     np.testing.assert_array_equal(found.motion.turns, expected.motion.turns)
     for name in expected.outputs:
-        np.testing.assert_array_equal(found[name].moment, expected[name].moment)
+        assert_same_bits(found[name].moment, expected[name].moment)
 
 
 @pytest.mark.parametrize("scene", [joint, shaft, crank, needle])
@@ -91,7 +98,7 @@ def test_positions_have_the_same_bits_whatever_is_asked_beside_them(
     whole, used = scene().sweep(positions), scene()
     for position, x, turns in zip(positions, whole.motion.x, whole.motion.turns, strict=True):
         one = used.sweep(position)
-        np.testing.assert_array_equal(one.motion.x[0], x)
+        assert_same_bits(one.motion.x[0], x)
         np.testing.assert_array_equal(one.motion.turns[0], turns)
 
 
