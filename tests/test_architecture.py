@@ -13,9 +13,7 @@ COMPILED = PACKAGE / "compiled"
 _CLOSING = "cardan_dyn.kinematics.closing"
 CONSTANTS = {
     "HALF_TURN": f"{_CLOSING}.equations",
-    **dict.fromkeys(
-        ("STRAIGHT", "CURVATURE", "BENT", "MOST_BENT", "NONE"), f"{_CLOSING}.group_solver"
-    ),
+    **dict.fromkeys(("STRAIGHT", "CURVATURE", "BENT", "MOST_BENT"), f"{_CLOSING}.group_solver"),
 }
 """Constants that compiled functions and their twins have in common, and the modules of these."""
 
