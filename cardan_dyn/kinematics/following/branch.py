@@ -138,7 +138,8 @@ class Branch:
             curves = rows.of(slice(-1)).quintics(way / self.unit, rows.of(slice(1, None)))
             scale = kinematics.coordinates.scale
             fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / _FIFTH
-            (long,) = np.nonzero(fifth > _AT_LEAST)
+            # What does not become smaller by parts is left to whoever closes guesses.
+            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > _AT_LIMIT * self.unit))
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)
@@ -162,30 +163,51 @@ class Branch:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        targets = np.array([low, high])
+        for side, end in self._followed_to(low, high).items():
+            target = (low, high)[side]
+            if _SIGNS[side] * (target - end) > 0.0:
+                self._refuse(side, target)
+
+    def leads_to(self, positions: Array) -> Array:
+        """Return `(N,)` which drive positions the branch leads to, all of which are followed."""
+        result = np.ones(len(positions), dtype=bool)
+        ends = self._followed_to(float(positions.min()), float(positions.max()))
+        for side, end in ends.items():
+            result &= _SIGNS[side] * (positions - end) <= 0.0
+        return result
+
+    def _followed_to(self, low: float, high: float) -> dict[int, float]:
+        """Follow the branch as far as it leads; return sides that end before, and where.
+
+        Positions between the last node and a dead point lie on the branch as well.
+        """
         # Nodes lie beyond, so that what lies between two of them does not depend on what was asked.
-        until = _SIGNS * (targets - self.start) / self.unit
+        until = _SIGNS * (np.array([low, high]) - self.start) / self.unit
         until = np.where(until > 0.0, np.nextafter(until, np.inf), -1.0)
+        ends = {}
         with self._lock:
             if np.any(self._lines.share < until):
                 self._lines.lead(until, self._passed)
             for side in np.flatnonzero(self._lines.share < until).tolist():
-                self._refuse(side, float(targets[side]))
+                limit, is_dead_point = self._limit_at(side)
+                ends[side] = self.span[side]
+                if is_dead_point:
+                    before = limit - _SIGNS[side] * _AT_LIMIT * self.unit
+                    ends[side] = sorted((before, ends[side]))[side]
+        return ends
 
     def _passed(self, side: int, row: Rows) -> None:
         """Take note of where a step ends."""
         self._nodes[side].append(row._replace(first=_SIGNS[side] * row.first))
 
     def _refuse(self, side: int, target: float) -> None:
-        """Refuse a position beyond the last node of a side, unless it lies before a dead point.
+        """Refuse a position beyond the end of a side.
 
         Raises:
             AssemblyError, SingularConfigurationError: see `cover`.
         """
-        nearest, is_dead_point = self._limit_at(side)
-        left = _SIGNS[side] * (nearest - target) / self.unit
-        if is_dead_point and left >= _AT_LIMIT:
-            return
+        nearest, _ = self._limit_at(side)
+        is_at_limit = abs(target - nearest) < _AT_LIMIT * self.unit
         from ..diagnosis.singularities import gimbal_note, singularity_at  # Only errors need it.
 
         kinematics, nodes = self.kinematics, self._nodes[side]
@@ -193,7 +215,7 @@ class Branch:
         singularity = singularity_at(kinematics, last, elsewhere)
         passives = [column for solver in kinematics.solvers for column in solver.group.passives]
         hint = gimbal_note(kinematics.coordinates, last, passives)
-        if singularity.modes_meet or left > -_AT_LIMIT or len(nodes) == 1:
+        if singularity.modes_meet or is_at_limit or len(nodes) == 1:
             condition = float(kinematics.evaluate(last[None, :]).condition[0])
             raise SingularConfigurationError(
                 f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "

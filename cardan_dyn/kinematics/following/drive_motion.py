@@ -20,11 +20,6 @@ from .branch import TURN, Branch
 _MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
 least eight nodes, which are followed one by one."""
-_MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
-"""Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
-positions count as out of reach, tried one after the other, since ends are known to some digits."""
-
-
 _TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
 """One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
 
@@ -77,10 +72,7 @@ class DriveMotion:
     Attributes:
         branch: it; all joints that the drive does not move stay where they start.
         groups: indices of the groups whose passives it moves.
-        is_exact: guesses are so near that a large correction means another assembly mode.
     """
-
-    is_exact = True
 
     def __init__(
         self,
@@ -109,12 +101,12 @@ class DriveMotion:
         self.branch = Branch.shared(self._kinematics, start, problem.mechanism.kept)
         coordinates = problem.mechanism.coordinates
         self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
-        item = coordinates.named[drive]
         self._start = self.branch.start
         self._length = problem.mechanism.characteristic_length
-        self._slides = item.slides
+        self._slides = coordinates.named[drive].slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
-        self._is_studied = False
+        # What was known of the branch after the last call: other scenes may have made it longer.
+        self._span: tuple[float, float] | None = None
 
     @property
     def states(self) -> Array:
@@ -148,18 +140,20 @@ class DriveMotion:
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        span = self.branch.span
         positions = self._positions(targets)
-        periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
-        if strict:
-            periods = self._cover(positions)
+        period, is_there = self._period(positions), np.ones(len(positions), dtype=bool)
+        periods = np.zeros(len(positions))
+        if period is not None:
+            periods = np.floor((positions - self._start) / period + 0.5)
+        elif strict:
+            try:
+                self.branch.cover(float(positions.min()), float(positions.max()))
+            except (AssemblyError, SingularConfigurationError) as error:
+                raise self._beyond(positions, error) from error
         else:
-            is_there = self._within_reach(positions)
-            if np.any(is_there):
-                periods[is_there] = self._cover(positions[is_there])
-        is_new = not self._is_studied or self.branch.span != span
-        self._is_studied = True
-        return Followed((periods[:, None],), is_new, is_there)
+            is_there = self.branch.leads_to(positions)
+        before, self._span = self._span, self.branch.span
+        return Followed((periods[:, None],), self._span != before, is_there)
 
     def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
@@ -192,62 +186,35 @@ class DriveMotion:
             return targets.positions[:, self._index]
         return targets.designs[:, self._index - drives][targets.design_of]
 
-    def _cover(self, targets: Array) -> Array:
-        """Follow the branch over drive positions `(N,)`.
-
-        Returns:
-            `(N,)` whole periods to subtract from the positions, so that they lie on the branch.
+    def _period(self, positions: Array) -> float | None:
+        """Return the period by which drive positions `(N,)` are turned back; None if by none.
 
         Raises:
-            AssemblyError, SingularConfigurationError: a position is out of reach.
+            AssemblyError: positions lie very many turns away, and the mechanism does not repeat.
         """
+        if not self._turns_freely:
+            return None
+        ahead = np.abs(positions - self._start)
+        farthest = int(np.argmax(ahead))
         try:
-            return self._covered(targets)
-        except (AssemblyError, SingularConfigurationError) as error:
-            raise self._beyond(targets, error) from error
-
-    def _covered(self, targets: Array) -> Array:
-        """See `_cover`; errors are those of the branch."""
-        branch, turns_through = self.branch, self._turns_freely
-        low, high = float(targets.min()), float(targets.max())
-        if turns_through:
-            try:
-                # Positions that are nearer to the start than half a period are taken as they are.
-                branch.find_period(max(high - self._start, self._start - low))
-            except (AssemblyError, SingularConfigurationError):
-                turns_through = False  # The samples may lie on this side of what stops it.
-        if branch.period is not None:
-            return np.asarray(np.floor((targets - self._start) / branch.period + 0.5))
-        if turns_through and high - low > _MOST_TURNS * TURN:
+            # Positions that are nearer to the start than half a period are taken as they are.
+            repeats = self.branch.find_period(float(ahead[farthest]))
+        except (AssemblyError, SingularConfigurationError):
+            return None  # The samples may lie on this side of what stops it.
+        if repeats:
+            return self.branch.period
+        if ahead[farthest] > _MOST_TURNS * TURN:
+            position = float(positions[farthest])
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
-                f"{(high - low) / TURN:.0f} turns cannot be followed; sweep over at most "
+                f"{ahead[farthest] / TURN:.0f} turns cannot be followed; sweep over at most "
                 f"{_MOST_TURNS} turns",
-                position=high,
-                nearest=low + _MOST_TURNS * TURN,
+                position=position,
+                nearest=self._start + float(np.copysign(_MOST_TURNS * TURN, position)),
                 residual=0.0,
-                sample=int(np.argmax(targets)),
+                sample=farthest,
             )
-        branch.cover(low, high)
-        return np.zeros(len(targets))
-
-    def _within_reach(self, targets: Array) -> Array:
-        """Return `(N,)` which drive positions the branch leads to, all of them followed."""
-        is_there = np.ones(len(targets), dtype=bool)
-        for margin in _MARGINS:
-            try:
-                if np.any(is_there):
-                    self._cover(targets[is_there])
-                return is_there
-            except (AssemblyError, SingularConfigurationError) as error:
-                if error.reach is None:
-                    raise
-                low, high = error.reach
-                unit = self._length if self._slides else 1.0
-                is_there = (targets >= low + margin * unit) & (targets <= high - margin * unit)
-        if np.any(is_there):
-            self._cover(targets[is_there])
-        return is_there
+        return None
 
     def _beyond(
         self, targets: Array, error: AssemblyError | SingularConfigurationError
@@ -255,8 +222,6 @@ class DriveMotion:
         """Return the error for the first of some drive positions `(N,)` that is out of reach."""
         from .reach import Aim, nearest_of, out_of_reach, reach_of  # Only errors need it.
 
-        if error.sample is not None:
-            return error
         low, high = reach_of(self.branch, self._slides, self._length)
         # Samples may lie beyond both ends; the error is that of one of them.
         sign = -1.0 if float(nearest_of(error)) < self._start else 1.0  # type: ignore[arg-type]

@@ -134,8 +134,8 @@ class GuessCache:
             if np.count_nonzero(turns[:, self._columns]):
                 turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
-            is_exact = not self._has_joint_motion
-            return Guess(x, turns, self.kinematics, is_exact, is_there)
+            followed_alone = not self._has_joint_motion
+            return Guess(x, turns, self.kinematics, followed_alone, is_there)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, of a motion found by other means.

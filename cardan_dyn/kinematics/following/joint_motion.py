@@ -43,10 +43,7 @@ class JointMotion:
 
     Attributes:
         groups: indices of the groups whose passives they move.
-        is_exact: see `DriveMotion`.
     """
-
-    is_exact = False
 
     def __init__(
         self,

@@ -12,7 +12,6 @@ from testkit import tongs
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics import loop_system
-from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.following.lines import Lines
 from cardan_dyn.kinematics.loops.groups import partition
 from cardan_dyn.mechanism.kept import MOST, Kept
@@ -136,13 +135,13 @@ def test_a_design_is_divided_into_groups_like_the_one_before(
 
 def counted_lines(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return a list that gets an item for all lines that a branch is made longer along."""
-    counted, to_ends = [], Lines.to_ends
+    counted, lead = [], Lines.lead
 
     def counting(lines: Lines, *given: object, **named: object) -> None:
         counted.append(len(lines.x))
-        to_ends(lines, *given, **named)
+        lead(lines, *given, **named)
 
-    monkeypatch.setattr(Lines, "to_ends", counting)
+    monkeypatch.setattr(Lines, "lead", counting)
     return counted
 
 
@@ -194,32 +193,17 @@ def test_branches_that_begin_elsewhere_are_not_shared(
     np.testing.assert_array_equal(found, expected)
 
 
-def test_a_branch_that_was_refined_is_shared_by_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its nodes follow from the samples that one scene was asked for."""
+def test_a_branch_is_shared_whatever_was_asked_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its nodes follow from the mechanism alone."""
     seen, counted = cd.load("universal_joint"), counted_lines(monkeypatch)
     scene = spun(seen)
     scene.sweep(np.linspace(0.0, 1.0, 5000))
-    scene.sweep([1.5])
+    scene.sweep([-20.0, 20.0])
     before = len(counted)
-    spun(seen).sweep([1.5])
     found = spun(seen).sweep([1.5])
-    assert len(counted) == before + 1
+    assert len(counted) == before
     fresh = spun(cd.load("universal_joint")).sweep([1.5])
     np.testing.assert_array_equal(found.motion.q, fresh.motion.q)
-
-
-def test_a_branch_over_many_turns_is_not_kept() -> None:
-    """It may have as many nodes as a sweep has samples, and a mechanism may live long."""
-    seen, found = cd.load("four_bar"), []
-    kinematics = cd.Scene(seen, drive="crank_bearing").solver.assembly.kinematics
-    for turns in (2.0, 40.0):
-        for _ in range(2):
-            branch = Branch(kinematics, seen.zero, seen.kept)
-            branch.cover(0.0, turns * 2.0 * np.pi)
-            found.append(branch.states())
-    assert found[0] is found[1]
-    assert found[2] is not found[3]
-    np.testing.assert_array_equal(found[2], found[3])
 
 
 def test_positions_out_of_reach_are_refused_again() -> None:
