@@ -122,7 +122,7 @@ def test_terms_that_are_zero_are_not_computed(
     calls = counted(monkeypatch)
     scene.sweep(POSITIONS)
     # Following the motion included.
-    assert calls["forwardKinematics"] <= 5 * len(POSITIONS)
+    assert calls["forwardKinematics"] <= 6 * len(POSITIONS)
     calls["forwardKinematics"] = 0
     scene.sweep(POSITIONS)
     assert calls["rnea"] == 0
@@ -145,32 +145,21 @@ def test_terms_that_are_zero_are_not_computed(
 def test_calls_into_pinocchio_per_sample(
     shaft: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One Newton step at first; none once enough sweeps have paid for exact guesses.
-
-    Of a model with 9 coordinates, a call is for three samples.
-    """
+    """One Newton step. Of a model with 9 coordinates, a call is for three samples."""
     held = {"joint_angle_1": 0.9, "joint_angle_2": 0.9}
     scene = cd.Scene(shaft, drive="bearing_in", held=held, loads={"bearing_out": -1.0})
     count = 4000
     # What tapes do not solve.
     monkeypatch.setattr("cardan_dyn.tape.program.WORTH_TRACING", np.inf)
     positions = np.linspace(0.0, 2.0 * np.pi, count)
+    scene.sweep(positions[::100], speed=10.0)  # What is learned once for all blocks.
     calls = counted(monkeypatch)
     first = scene.sweep(positions, speed=10.0)
     assert count / 3 <= calls["rnea"] < 1.01 * count / 3
     assert calls["forwardKinematics"] <= 2.3 * count / 3
-    slow = scene.sweep(positions)
-    for _ in range(4):
-        scene.sweep(positions)
-    calls["forwardKinematics"] = 0
-    fast = scene.sweep(positions)
-    assert count / 3 <= calls["forwardKinematics"] <= 1.3 * count / 3
-    for name in shaft.joint_names:
-        assert relative(fast[name].moment, slow[name].moment) < 1e-13
-    # At speed the joints of balanced bodies carry the rounding of m L² ω² (here about 10 kN·m).
     again = scene.sweep(positions, speed=10.0)
     for name in shaft.joint_names:
-        assert np.max(np.abs(again[name].moment - first[name].moment)) < 1e-11
+        np.testing.assert_array_equal(again[name].moment, first[name].moment)
 
 
 def test_long_lines_take_small_models() -> None:

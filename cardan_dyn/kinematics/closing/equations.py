@@ -473,9 +473,11 @@ class LoopEnds(NamedTuple):
         blocks = blocks.reshape(*blocks.shape[:2], 4, 3).transpose(3, 1, 2, 0)
         rotations, shifts = np.ascontiguousarray(blocks[:, :, :3]), blocks[:, :, 3]
         if self.is_shifted:
-            shifts = shifts + np.matmul(self.translations[:, None], rotations)[:, :, 0]
+            shifts = shifts + np.add.reduce(self.translations[:, :, None] * rotations, axis=2)
         if self.is_rotated:
-            rotations = np.matmul(self.rotations.transpose(0, 2, 1), rotations)
+            # Term by term, so that a sample comes out alike whatever others are beside it.
+            turned = self.rotations[:, :, :, None] * rotations[:, :, :, None]
+            rotations = np.add.reduce(turned, axis=2)
         return rotations, shifts
 
 
@@ -584,9 +586,9 @@ class LoopPaths(NamedTuple):
         products = np.zeros((6, 6, len(self.columns), len(rates)))
         for k in range(joint.shape[2]):
             products += carrier[:, None, :, k] * joint[:, :, k]
-        products = products.reshape(36, *products.shape[2:])
-        differences = products.take(_ADDED, 0)
-        differences -= products.take(_TAKEN_OFF, 0)
+        every = products.reshape(36, *products.shape[2:])
+        differences = every.take(_ADDED, 0)
+        differences -= every.take(_TAKEN_OFF, 0)
         differences[:3] += differences[6:]
         return differences[:6].T
 
@@ -648,13 +650,7 @@ def rotations_between(first: Array, second: Array) -> Array:
         first: `(3, …, 3, N)`; one of both may be constant, with N = 1.
         second: likewise.
     """
-    # A single constant frame leaves a product of matrices, which is the fastest.
-    if second.size == 9:
-        relative = np.matmul(second.reshape(3, 3), first).swapaxes(1, -2)
-    elif first.size == 9:
-        relative = np.matmul(first.reshape(3, 3), second).swapaxes(1, -2).swapaxes(0, 1)
-    else:
-        relative = np.add.reduce(first[:, None] * second, axis=-2)
+    relative = np.add.reduce(first[:, None] * second, axis=-2)
     relative = relative.reshape(9, *relative.shape[2:])
     # Of a rotation R, the differences R[k, j] - R[j, k] are the axis times twice the sine.
     vectors = relative.take(_BELOW_DIAGONAL, 0)

@@ -17,7 +17,6 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn import compiled
 from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.following.lines import Lines
 
@@ -196,12 +195,6 @@ def test_a_dead_point_is_neared_beyond_the_last_node() -> None:
     np.testing.assert_allclose(ratio, ratio[0], rtol=0.1)
 
 
-def assert_same_bits(found: np.ndarray, expected: np.ndarray) -> None:
-    """NumPy adds up products of a single sample in another order than those of several."""
-    allowed = 0.0 if compiled.kernel else 1e-14
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=allowed)
-
-
 def test_guesses_do_not_depend_on_what_was_asked_before_or_beside() -> None:
     positions = np.random.default_rng(2).uniform(-3.0, 3.0, 50)
     at_once, in_turn, far = (branch_of(four_bar(), "A") for _ in range(3))
@@ -209,13 +202,13 @@ def test_guesses_do_not_depend_on_what_was_asked_before_or_beside() -> None:
     far.cover(0.0, 9.0)
     far.cover(-20.0, 0.0)
     expected = at_once.guess(positions)
-    assert_same_bits(far.guess(positions), expected)
+    np.testing.assert_array_equal(far.guess(positions), expected)
     for position, row in zip(positions, expected, strict=True):
         in_turn.cover(position, position)
-        assert_same_bits(in_turn.guess(np.array([position]))[0], row)
+        np.testing.assert_array_equal(in_turn.guess(np.array([position]))[0], row)
     # Nodes are positions like any other.
     nodes = values(four_bar(), at_once.states(), "A")[1:-1]
-    assert_same_bits(far.guess(nodes), at_once.guess(nodes))
+    np.testing.assert_array_equal(far.guess(nodes), at_once.guess(nodes))
 
 
 def test_branches_that_begin_alike_are_one() -> None:
@@ -238,7 +231,7 @@ def test_threads_may_share_a_branch() -> None:
         found = list(pool.map(asked, ends.tolist()))
     alone.cover(float(ends.min()), float(ends.max()))
     for end, rows in zip(ends, found, strict=True):
-        assert_same_bits(rows, alone.guess(np.linspace(0.0, end, 9)))
+        np.testing.assert_array_equal(rows, alone.guess(np.linspace(0.0, end, 9)))
 
 
 def test_a_single_position_is_closed() -> None:
