@@ -9,6 +9,7 @@
 #ifdef HAS_MACHINE
 #define EVERY_MACHINE(WITH) \
     WITH(program) \
+    WITH(run_one) \
     WITH(run_program) \
     WITH(run_stages)
 #else

@@ -258,10 +258,12 @@ def _speed(rates: Array) -> float:
 
 def _model(setup: Setup) -> ConstrainedModel:
     problem = setup.solver.problem
-    rates = problem.mechanism.coordinates.rates_of((*setup.motions, *problem.held))
+    coordinates = problem.mechanism.coordinates
+    rates = coordinates.rates_of((*setup.motions, *problem.held))
     mechanism = with_free_balls(problem.mechanism, rates, setup.forces.bodies)
     x = mechanism.row(setup.x) if isinstance(mechanism, WithBalls) else setup.x
-    return ConstrainedModel(mechanism, rates, problem.gravity, x)
+    independent = coordinates.rates_of(problem.independent)
+    return ConstrainedModel(mechanism, rates, problem.gravity, x, independent)
 
 
 class _End(NamedTuple):

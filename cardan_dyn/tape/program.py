@@ -99,6 +99,18 @@ class Program:
         spread(part, lanes, block, threads)
         return outputs[:, :count]
 
+    def run_one(self, row: Array) -> Array:
+        """Return the outputs `(outputs,)` of one lane, as `run_rows` does but sooner.
+
+        Args:
+            row: values of `inputs` in their order `(inputs,)`.
+        """
+        if not machine_is_at_hand():
+            return self.run_rows([row[:, None]], 1)[:, 0]
+        outputs = np.empty(self.outputs)
+        compiled.kernel.run_one(self.handle(block_for(1)), row, outputs)
+        return outputs
+
     def run_on_arrays(
         self, inputs: Mapping[str, Any], count: int, block: int = MOST_LANES
     ) -> Array:
