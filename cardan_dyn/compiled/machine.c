@@ -608,40 +608,48 @@ PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
     return finished(&call, failed || !outputs);
 }
 
+int run_lane(PyObject *handle, const Array *inputs, const Array *outputs)
+{
+    const Program *program = PyCapsule_GetPointer(handle, PROGRAM);
+    if (!program)
+        return -1;
+    const Py_ssize_t lanes = program->lanes, count = program->inputs, rows = program->rows;
+    if (has_size(inputs, 0, count, 0) || has_size(outputs, 0, rows, 0))
+        return -1;
+    /* What a program reads or hands out without having set it is zero. */
+    double *room =
+        calloc((program->registers + rows + count) * lanes + 2 * count + ALIGNED / 8, 8);
+    if (!room) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    const Machine *machine = machine_for(program->lanes);
+    double *registers = room + (-(uintptr_t)room % ALIGNED) / 8;
+    double *found = registers + program->registers * lanes, *taken = found + rows * lanes;
+    Input *input = (Input *)(taken + count * lanes);
+    for (Py_ssize_t k = 0; k < count; k++, taken += lanes) {
+        for (Py_ssize_t l = 0; l < lanes; l++)
+            taken[l] = inputs->at[k * inputs->step[0]];
+        input[k] = (Input){taken, 0};
+    }
+    machine->run(program->prologue, program->constants, (char *)registers, input, NULL, 0);
+    machine->run(program->code, program->constants, (char *)registers, input, found, 0);
+    for (Py_ssize_t k = 0; k < rows; k++)
+        outputs->at[k * outputs->step[0]] = found[k * lanes];
+    free(room);
+    return 0;
+}
+
 /* run_one(program, inputs, outputs): run a program on one lane, soon; both arrays are flat. */
 PyObject *run_one(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 3)
-    Array arrays[2], *inputs = arrays, *outputs = arrays + 1;
+    Array arrays[2];
     Held held = {arrays, 0, NULL};
-    const Program *program = PyCapsule_GetPointer(given[0], PROGRAM);
-    if (!program)
-        return NULL;
-    const Py_ssize_t lanes = program->lanes, count = program->inputs, rows = program->rows;
-    double *room = NULL;
-    if (take_each(&held, given + 1, "1 =1") == 0 && has_size(inputs, 0, count, 0) == 0 &&
-        has_size(outputs, 0, rows, 0) == 0)
-        room = room_for(&held, (program->registers + rows + count) * lanes + 2 * count + ALIGNED / 8);
-    if (room) {
-        const Machine *machine = machine_for(program->lanes);
-        double *registers = room + (-(uintptr_t)room % ALIGNED) / 8;
-        double *found = registers + program->registers * lanes, *taken = found + rows * lanes;
-        Input *input = (Input *)(taken + count * lanes);
-        /* What a program reads or hands out without having set it is zero. */
-        memset(registers, 0, sizeof(double) * (taken - registers));
-        for (Py_ssize_t k = 0; k < count; k++, taken += lanes) {
-            for (Py_ssize_t l = 0; l < lanes; l++)
-                taken[l] = inputs->at[k * inputs->step[0]];
-            input[k] = (Input){taken, 0};
-        }
-        machine->run(program->prologue, program->constants, (char *)registers, input, NULL, 0);
-        machine->run(program->code, program->constants, (char *)registers, input, found, 0);
-        for (Py_ssize_t k = 0; k < rows; k++)
-            outputs->at[k * outputs->step[0]] = found[k * lanes];
-    }
+    int failed = take_each(&held, given + 1, "1 =1") || run_lane(given[0], arrays, arrays + 1);
     release(&held);
-    if (!room)
+    if (failed)
         return NULL;
     Py_RETURN_NONE;
 }

@@ -99,4 +99,11 @@ typedef struct {
                   int end, int streaming);
 } Machine;
 
+#ifdef HAS_MACHINE
+/* Run a program, in its capsule, on one lane; both arrays are flat. Returns -1 with an error set. */
+int run_lane(PyObject *handle, const Array *inputs, const Array *outputs);
+#else
+#define run_lane(handle, inputs, outputs) (-1)
+#endif
+
 #endif

@@ -63,6 +63,31 @@ static int rate_of(PyObject *derivative, double time, PyObject *row, const Array
     return failed;
 }
 
+/* A program of rates, its inputs of which the first are a row, and its outputs: the rates, and two
+   of which the first is at most 1 where it suits. */
+typedef struct {
+    PyObject *handle;
+    Array *inputs, *outputs;
+} Traced;
+
+/* Write the rate of a row by a program. Returns whether it suits; -1 with an error set. */
+static int rate_by_program(const Traced *traced, const double *row, const Array *weighed,
+                           Py_ssize_t stage)
+{
+    const Array *inputs = traced->inputs, *outputs = traced->outputs;
+    Py_ssize_t size = weighed->size[1];
+    for (Py_ssize_t i = 0; i < size; i++)
+        inputs->at[i * inputs->step[0]] = row[i];
+    if (run_lane(traced->handle, inputs, outputs))
+        return -1;
+    if (!(outputs->at[size * outputs->step[0]] <= 1.0))
+        return 0;
+    double *rate = weighed->at + (1 + stage) * weighed->step[0];
+    for (Py_ssize_t i = 0; i < size; i++)
+        rate[i * weighed->step[1]] = outputs->at[i * outputs->step[0]];
+    return 1;
+}
+
 /* The greater size of two; one that is not a number shows. */
 static double greater(double one, double two)
 {
@@ -71,15 +96,17 @@ static double greater(double one, double two)
 }
 
 /* explicit_step(plan, derivative, time, length, weighed (1 + K, n), stages (S, n), rows, atol (n),
-   rtol, last (n)): take a step from the first row of `weighed`, whose rate is the second one.
+   rtol, last (n), traced): take a step from the first row of `weighed`, whose rate is the second.
 
-   `rows` is a sequence of S views of the stages, which the derivative is asked at. Returns the sums
-   of squares of both errors, as fractions of what is allowed. */
+   `rows` is a sequence of S views of the stages, which the derivative is asked at. `traced` is None
+   or a program that gives rates without it where it suits, with arrays for its inputs and outputs.
+   Returns the sums of squares of both errors, as fractions of what is allowed, and how many rates
+   the program gave. */
 PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
-    EXACTLY(nargs, 10)
-    Array arrays[4], *weighed = arrays, *stages = arrays + 1, *atol = arrays + 2, *last = arrays + 3;
+    EXACTLY(nargs, 11)
+    Array arrays[6], *weighed = arrays, *stages = arrays + 1, *atol = arrays + 2, *last = arrays + 3;
     Held held = {arrays, 0, NULL};
     PyObject *answer = NULL;
     const Plan *plan = plan_of(given[0], &stepping_plan);
@@ -104,10 +131,31 @@ PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
         PyErr_SetString(PyExc_ValueError, "rows that are written may have no gaps");
         goto done;
     }
+    Traced traced = {NULL, arrays + 4, arrays + 5};
+    if (given[10] != Py_None) {
+        PyObject *each[3];
+        for (int k = 0; k < 3; k++)
+            if (!(each[k] = PyTuple_GetItem(given[10], k)))
+                goto done;
+        traced.handle = each[0];
+        if (take_each(&held, each + 1, "=1 =1"))
+            goto done;
+        if (traced.inputs->size[0] < size || traced.outputs->size[0] != size + 2) {
+            PyErr_SetString(PyExc_ValueError, "the program is not one of these rows");
+            goto done;
+        }
+    }
+    Py_ssize_t runs = 0;
     double *const *numbers = plan->numbers;
     for (Py_ssize_t stage = 1; stage < count; stage++) {
         double *row = stages->at + stage * stages->step[0];
         along(weighed, numbers[ROWS] + stage * count, stage, length, row);
+        int suits = traced.handle ? rate_by_program(&traced, row, weighed, stage) : 0;
+        if (suits < 0)
+            goto done;
+        runs += suits;
+        if (suits)
+            continue;
         PyObject *view = PySequence_GetItem(given[6], stage);
         if (!view)
             goto done;
@@ -133,7 +181,7 @@ PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
             sums[order] += error * error;
         }
     }
-    answer = Py_BuildValue("dd", sums[0], sums[1]);
+    answer = Py_BuildValue("ddn", sums[0], sums[1], runs);
 done:
     release(&held);
     return answer;

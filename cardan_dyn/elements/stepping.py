@@ -57,6 +57,19 @@ _MOST_STEPS = 1_000_000
 """Of one passage: some minutes."""
 
 
+class Traced(NamedTuple):
+    """A program that gives rates of rows.
+
+    Attributes:
+        given: handle of the program, and arrays for its inputs, of which the first are a row, and
+            for its outputs, of which the last but one is 1 or less if the rates before it suit.
+        counted: is told how many rates it gave.
+    """
+
+    given: tuple[Any, Array, Array]
+    counted: Callable[[int], None]
+
+
 class _Tableau(NamedTuple):
     """Coefficients of DOP853, whose S stages a step takes, the first at its start.
 
@@ -210,6 +223,7 @@ class Stepper:
         atol: Array | float,
         longest: float = np.inf,
         length: float | None = None,
+        traced: Callable[[], Traced | None] = lambda: None,
     ) -> None:
         """Make it.
 
@@ -220,8 +234,10 @@ class Stepper:
             atol: absolute tolerances, like a row.
             longest: step that is allowed [s].
             length: of the first step; None if nothing is known of it [s].
+            traced: returns a program that gives the derivative sooner where it suits, if any.
         """
         self._derivative, self._end, self._length = derivative, end, length
+        self._traced = traced
         self._rtol, self._atol, self._longest = rtol, atol, longest
         self._tableau = tableau = _tableau()
         self._every = tableau.series.shape[1]
@@ -293,7 +309,11 @@ class Stepper:
         if compiled.kernel is not None:
             last, stages = np.empty_like(row), np.empty((taken, row.size))
             given = time, length, weighed, stages, [*stages], self._allowed, self._rtol, last
-            sums = compiled.kernel.explicit_step(_plan().handle, derivative, *given)
+            traced = self._traced()
+            by = traced and traced.given
+            *sums, runs = compiled.kernel.explicit_step(_plan().handle, derivative, *given, by)
+            if traced is not None:
+                traced.counted(runs)
             return last, stages[-1], *sums
         np.multiply(tableau.rows, length, out=self._weights[:, 1:])
         stage = row

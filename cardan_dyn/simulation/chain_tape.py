@@ -16,8 +16,8 @@ from ..arrays import Array
 from ..mechanics import closure
 from ..mechanics.bodies import Tree
 from ..mechanics.constrained import Free, triangle
-from ..mechanics.placements import placed, stepped
-from ..tape import Program, Scalar, Trace, greater
+from ..mechanics.placements import moved, normalised, placed, stepped
+from ..tape import Program, Scalar, Trace, greater, machine_is_at_hand
 
 _GROWTH = 100.0
 """Greatest ratio of rates up to which independent coordinates suit a state: as many times rounding
@@ -36,10 +36,10 @@ class Programs:
     order makes smaller: up to 1 there are none.
 
     Attributes:
-        accelerations: and the doubts.
+        rates: of coordinates, of velocities, and the doubts.
         closer: coordinates and velocities after a step of Newton's method, the closure error before
             it, and the doubts.
-        rates, prescribed: numbers of velocity coordinates, and of those that are prescribed.
+        count, prescribed: numbers of velocity coordinates, and of those that are prescribed.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Programs:
         rates = sorted(rate for body in tree.bodies for rate in body.rates)
         of_columns = dict.fromkeys(columns, 1.0)
         of_columns |= {b.column: tree.length for b in tree.bodies if b.kind == "prismatic"}
-        self.rates, self.prescribed = len(rates), len(prescribed)
+        self.count, self.prescribed = len(rates), len(prescribed)
         trace = Trace()
 
         def inputs(name: str, keys: Sequence[int], units: Any) -> dict[int, Scalar]:
@@ -70,18 +70,24 @@ class Programs:
         x, v = inputs("x", columns, of_columns), inputs("v", rates, units)
         sizes = [*inputs("s", dependent, [1.0] * len(units)).values()]
         told, efforts = inputs("a", prescribed, units), inputs("e", rates, of_efforts)
+        for body in tree.bodies:
+            x |= normalised(body, x)
         free = Free.of(tree, x, v, told, dependent, sizes)
         unsuited = greater(free.growth * (1.0 / _GROWTH), free.lightness * (1.0 / _LIGHT))
         doubts = greater(unsuited, free.narrowness * (1.0 / _NARROW)), unsuited
         a = free.accelerations(tuple(tree.in_axes(gravity / tree.length).tolist()), efforts)
-        outputs = [a.get(rate, 0.0) * units[rate] for rate in rates]
-        self.accelerations = Program(trace, [*outputs, *doubts], keeps_inputs=True)
+        gains: dict[int, Scalar] = {}
+        for body in tree.bodies:
+            gains |= moved(body, x, v)
+        outputs = [gains[column] * of_columns[column] for column in columns]
+        outputs += [a.get(rate, 0.0) * units[rate] for rate in rates]
+        self.rates = Program(trace, [*outputs, *doubts], keeps_inputs=True)
         step, change = free.displacement(), free.slowing()
-        moved: dict[int, Scalar] = dict(x)
+        near: dict[int, Scalar] = dict(x)
         for body in tree.bodies:
             if told.keys().isdisjoint(body.rates):
-                moved |= stepped(body, x, {rate: step.get(rate, 0.0) for rate in body.rates})
-        outputs = [moved[column] * of_columns[column] for column in columns]
+                near |= stepped(body, x, {rate: step.get(rate, 0.0) for rate in body.rates})
+        outputs = [near[column] * of_columns[column] for column in columns]
         outputs += [(v[rate] + change.get(rate, 0.0)) * units[rate] for rate in rates]
         self.closer = Program(trace, [*outputs, free.error, *doubts], keeps_inputs=True)
 
@@ -91,9 +97,9 @@ class ChainTape:
 
     def __init__(self, programs: Programs, sizes: Array) -> None:
         """Keep both."""
-        self._programs, forced, rates = programs, programs.accelerations, programs.rates
-        self._row = np.zeros(len(forced.inputs))
-        self._count, last = rates, len(self._row) - rates
+        self._programs, rates = programs, programs.count
+        self._row = np.zeros(len(programs.rates.inputs))
+        last = len(self._row) - rates
         told = last - programs.prescribed
         places = (told - len(sizes) - rates, told - len(sizes), told, last, len(self._row))
         self._x, self._v, of_sizes, self._told, self._efforts = (
@@ -101,10 +107,10 @@ class ChainTape:
         )
         of_sizes[:] = sizes
 
-    def accelerations(
+    def rates(
         self, x: Array, v: Array, told: Array, efforts: Array, at_last: bool = False
     ) -> Array | None:
-        """Return accelerations `(nv,)`; None where another order should be taken.
+        """Return rates `(size + nv,)` of coordinates and velocities; None if it does not suit.
 
         Args:
             x: coordinates `(size,)`.
@@ -114,8 +120,16 @@ class ChainTape:
             at_last: whether this is the best order, however weak equations are.
         """
         self._x[:], self._v[:], self._told[:], self._efforts[:] = x, v, told, efforts
-        found = self._programs.accelerations.run_one(self._row)
-        return found[: self._count] if found[-1 if at_last else -2] <= 1.0 else None
+        found = self._programs.rates.run_one(self._row)
+        return found[:-2] if found[-1 if at_last else -2] <= 1.0 else None
+
+    def traced(self) -> tuple[Any, Array, Array] | None:
+        """Return the rates while nothing acts or is told to move, see `Traced`."""
+        if not machine_is_at_hand():
+            return None
+        program, row = self._programs.rates, self._row.copy()
+        row[-(len(self._told) + len(self._efforts)) :] = 0.0
+        return program.single, row, np.empty(program.outputs)
 
     def closer(
         self, x: Array, v: Array, at_last: bool = False
@@ -123,7 +137,7 @@ class ChainTape:
         """Return a state nearer to a closed one, and the closure error of this one.
 
         Velocities are those after which loops stay closed here. Arguments, and None, as of
-        `accelerations`.
+        `rates`.
         """
         self._x[:], self._v[:] = x, v
         found = self._programs.closer.run_one(self._row)

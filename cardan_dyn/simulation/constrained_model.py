@@ -19,7 +19,7 @@ well the equations keep the rank that they have where loops are closed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 import pinocchio
@@ -27,6 +27,7 @@ import pinocchio
 from ..arrays import Array, consecutive
 from ..mechanics.bodies import tree_of
 from ..mechanics.elimination import UnsuitableError
+from ..mechanics.placements import moved, normalised
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Loop, constraint_models
 from .chain_tape import ChainTape, Programs, pivot_sizes, sparse_first
@@ -113,15 +114,24 @@ class ConstrainedModel:
     def accelerations(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
     ) -> Array:
-        """Return the accelerations `(nv,)` that efforts cause, see `ConstrainedChain`."""
+        """Return the accelerations `(nv,)` alone, see `rates`."""
+        return self.rates(x, v, efforts, prescribed)[len(x) :]
+
+    def rates(
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
+    ) -> Array:
+        """Return the rates `(size + nv,)` of coordinates and velocities, see `ConstrainedChain`."""
         if self._only is not None:
-            return self._only.accelerations(x, v, efforts, prescribed)
-        a = np.empty_like(v)
+            return self._only.rates(x, v, efforts, prescribed)
+        result = np.empty(len(x) + len(v))
+        of_x, of_v = result[: len(x)], result[len(x) :]
         for model, columns, rates, own in self._parts:
             acting = None if efforts is None else efforts[rates]
             told = None if prescribed is None else prescribed[own]
-            a[rates] = model.accelerations(x[columns], v[rates], acting, told)
-        return a
+            found = model.rates(x[columns], v[rates], acting, told)
+            of_v[rates] = found[-model.model.nv :]
+            of_x[columns] = found[: -model.model.nv]
+        return result
 
     def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
         """Return a state whose loops and couplings are closed again, see `ConstrainedChain`."""
@@ -312,7 +322,7 @@ class ConstrainedChain:
         self._elsewhere = kept.of("closures elsewhere", (*own, state.tobytes()), measured)
         self._by_rank = directions(self._elsewhere.rank)
         self._tree = tree_of(cast("Mechanism", mechanism)).part([b - 1 for b in chain.bodies])
-        self._rates, self._gravity = chain.rates, gravity
+        self._columns, self._rates, self._gravity = chain.columns, chain.rates, gravity
         self._nothing, self._untold = np.zeros(self.model.nv), np.zeros(self.prescribed.size)
         # The same for all models of the chain.
         self._programs: dict[tuple[int, ...], Programs]
@@ -325,6 +335,7 @@ class ConstrainedChain:
         best = max(range(len(places)), key=lambda index: chosen[index][1])
         self._spared = ~np.isin(chain.rates[self._free], chosen[best][0])
         self._main = self._moving(chosen[best][0], places[best] / self._of_positions)
+        self._traced = self._main.traced() if self._main is not None else None
 
     def __reduce__(self) -> tuple[object, ...]:
         # Pinocchio's data cannot be copied.
@@ -342,7 +353,7 @@ class ConstrainedChain:
         except UnsuitableError:
             return None
         rest = self._nothing, self._untold, self._nothing
-        if self._lent and tape.accelerations(x, *rest, at_last=True) is None:
+        if self._lent and tape.rates(x, *rest, at_last=True) is None:
             return None
         return tape
 
@@ -381,10 +392,16 @@ class ConstrainedChain:
     def accelerations(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
     ) -> Array:
-        """Return the accelerations `(nv,)` that efforts cause.
+        """Return the accelerations `(nv,)` alone, see `rates`."""
+        return self.rates(x, v, efforts, prescribed)[len(x) :]
+
+    def rates(
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
+    ) -> Array:
+        """Return the rates `(size + nv,)` of coordinates and velocities that efforts cause.
 
         Args:
-            x: coordinates `(size,)`, closed up to a small drift.
+            x: coordinates `(size,)`, closed up to a small drift, quaternions of any length.
             v: velocities `(nv,)`.
             efforts: along all coordinates `(nv,)` [N·m, N], which are not changed; none if None.
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
@@ -393,17 +410,30 @@ class ConstrainedChain:
             x, v = self._closed_by_rank(x, v)
         acting = self._nothing if efforts is None else efforts
         told = self._untold if prescribed is None else prescribed
-        a = self._found(ChainTape.accelerations, x, v, told, acting)
-        if a is not None:
-            return a
+        found = self._found(ChainTape.rates, x, v, told, acting)
+        if found is not None:
+            return found
+        gains: dict[int, Any] = {}
+        own, by_rate = (
+            dict(zip(self._columns, x, strict=True)),
+            dict(zip(self._rates, v, strict=True)),
+        )
+        for body in self._tree.bodies:
+            own |= normalised(body, own)
+            gains |= moved(body, own, by_rate)
         solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
         a = solve(
-            x * self._of_positions,
+            np.array([own[column] for column in self._columns]) * self._of_positions,
             v * self._of_rates,
             acting * self._of_efforts,
             told * self._of_rates[self.prescribed],
         )
-        return a / self._of_rates
+        return np.array([*(gains[column] for column in self._columns), *(a / self._of_rates)])
+
+    @property
+    def traced(self) -> tuple[Any, Array, Array] | None:
+        """What gives rates while nothing acts or is told to move, see `Traced`."""
+        return None if self.closes_stages else self._traced
 
     def _found(self, ask: Callable[..., _Found | None], x: Array, *rest: Array) -> _Found | None:
         """Return what tapes say of a state; None where closures are weak, or nothing has mass.

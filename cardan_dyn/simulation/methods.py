@@ -184,9 +184,8 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         following = ContactFollowing(system, setup.contacts, setup.max_touches)
         following.begin(y)
     coordinates = system.model.mechanism.coordinates
-    x, v = y[: system.size], y[system.size :]
-    gains = system.accelerations(0.0, x, v)
-    speed = _speed(np.concatenate([v, gains]) / np.tile(coordinates.rate_scale, 2))
+    rates = np.concatenate([y[system.size :], system.derivative(0.0, y)[system.size :]])
+    speed = _speed(rates / np.tile(coordinates.rate_scale, 2))
     unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
     crossings = Crossings(system.model, system.size)
     crossings.check_start(y)

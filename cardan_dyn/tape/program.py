@@ -108,7 +108,7 @@ class Program:
         if not machine_is_at_hand():
             return self.run_rows([row[:, None]], 1)[:, 0]
         outputs = np.empty(self.outputs)
-        compiled.kernel.run_one(self.handle(block_for(1)), row, outputs)
+        compiled.kernel.run_one(self.single, row, outputs)
         return outputs
 
     def run_on_arrays(
@@ -155,6 +155,11 @@ class Program:
                 *code.for_lanes(block), code.registers, len(self.inputs), self.outputs, block
             )
         return self._handles[block]
+
+    @property
+    def single(self) -> Any:
+        """The program as the machine keeps it for one lane."""
+        return self.handle(block_for(1))
 
     @contextmanager
     def array_block(self, lanes: int) -> Iterator[ArrayBlock]:
