@@ -17,7 +17,7 @@ from ..mechanics import closure
 from ..mechanics.bodies import Tree
 from ..mechanics.constrained import Free, triangle
 from ..mechanics.placements import moved, normalised, placed, stepped
-from ..tape import Program, Scalar, Trace, greater, machine_is_at_hand
+from ..tape import Program, Scalar, Trace, greater
 
 _GROWTH = 100.0
 """Greatest ratio of rates up to which independent coordinates suit a state: as many times rounding
@@ -97,7 +97,8 @@ class ChainTape:
 
     def __init__(self, programs: Programs, sizes: Array) -> None:
         """Keep both."""
-        self._programs, rates = programs, programs.count
+        self._program, rates = programs.rates, programs.count
+        self._find_rates, self._find_closer = programs.rates.of_one(), programs.closer.of_one()
         self._row = np.zeros(len(programs.rates.inputs))
         last = len(self._row) - rates
         told = last - programs.prescribed
@@ -120,16 +121,14 @@ class ChainTape:
             at_last: whether this is the best order, however weak equations are.
         """
         self._x[:], self._v[:], self._told[:], self._efforts[:] = x, v, told, efforts
-        found = self._programs.rates.run_one(self._row)
-        return found[:-2] if found[-1 if at_last else -2] <= 1.0 else None
+        found = self._find_rates(self._row)
+        return found[:-2] if found.item(-1 if at_last else -2) <= 1.0 else None
 
     def traced(self) -> tuple[Any, Array, Array] | None:
         """Return the rates while nothing acts or is told to move, see `Traced`."""
-        if not machine_is_at_hand():
-            return None
-        program, row = self._programs.rates, self._row.copy()
+        handle, row = self._program.single, self._row.copy()
         row[-(len(self._told) + len(self._efforts)) :] = 0.0
-        return program.single, row, np.empty(program.outputs)
+        return None if handle is None else (handle, row, np.empty(self._program.outputs))
 
     def closer(
         self, x: Array, v: Array, at_last: bool = False
@@ -140,10 +139,10 @@ class ChainTape:
         `rates`.
         """
         self._x[:], self._v[:] = x, v
-        found = self._programs.closer.run_one(self._row)
-        if not found[-1 if at_last else -2] <= 1.0:
+        found = self._find_closer(self._row)
+        if not found.item(-1 if at_last else -2) <= 1.0:
             return None
-        return found[: len(x)], found[len(x) : -3], float(found[-3])
+        return found[: len(x)], found[len(x) : -3], found.item(-3)
 
 
 def pivot_sizes(

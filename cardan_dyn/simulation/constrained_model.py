@@ -19,13 +19,13 @@ well the equations keep the rank that they have where loops are closed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pinocchio
 
 from ..arrays import Array, consecutive
-from ..mechanics.bodies import tree_of
+from ..mechanics.bodies import Tree, tree_of
 from ..mechanics.elimination import UnsuitableError
 from ..mechanics.placements import moved, normalised
 from ..mechanism.mechanism import Mechanism
@@ -318,10 +318,16 @@ class ConstrainedChain:
                 elsewhere
             )
 
-        own, kept = (tuple(chain.bodies), self.prescribed.tobytes()), mechanism.kept
-        self._elsewhere = kept.of("closures elsewhere", (*own, state.tobytes()), measured)
+        bodies, kept = tuple(chain.bodies), mechanism.kept
+        own = bodies, self.prescribed.tobytes()
+        self._kept, self._place = kept, (*own, state.tobytes())
+        self._elsewhere = kept.of("closures elsewhere", self._place, measured)
         self._by_rank = directions(self._elsewhere.rank)
-        self._tree = tree_of(cast("Mechanism", mechanism)).part([b - 1 for b in chain.bodies])
+
+        def tree() -> Tree:
+            return tree_of(cast("Mechanism", mechanism)).part([body - 1 for body in bodies])
+
+        self._tree = kept.of("chain trees", bodies, tree)
         self._columns, self._rates, self._gravity = chain.columns, chain.rates, gravity
         self._nothing, self._untold = np.zeros(self.model.nv), np.zeros(self.prescribed.size)
         # The same for all models of the chain.
@@ -329,12 +335,17 @@ class ConstrainedChain:
         self._programs = kept.of("chain tapes", (*own, gravity.tobytes()), dict)
         self._tapes: dict[tuple[int, ...], ChainTape] = {}
         spared = np.isin(chain.rates[self._free], independent)
-        # The state itself may be singular.
-        places = [state, *self._elsewhere.places]
-        chosen = [self._dependent(place, spared) for place in places]
-        best = max(range(len(places)), key=lambda index: chosen[index][1])
-        self._spared = ~np.isin(chain.rates[self._free], chosen[best][0])
-        self._main = self._moving(chosen[best][0], places[best] / self._of_positions)
+
+        def best() -> tuple[tuple[int, ...], Array]:
+            # The state itself may be singular.
+            places = [state, *self._elsewhere.places]
+            chosen = [self._dependent(place, spared) for place in places]
+            index = max(range(len(places)), key=lambda index: chosen[index][1])
+            return chosen[index][0], places[index] / self._of_positions
+
+        dependent, x = kept.of("chain orders", (*self._place, spared.tobytes()), best)
+        self._spared = ~np.isin(chain.rates[self._free], dependent)
+        self._main = self._moving(dependent, x)
         self._traced = self._main.traced() if self._main is not None else None
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -385,7 +396,11 @@ class ConstrainedChain:
                 programs = Programs(self._tree, prescribed, self._gravity, dependent)
                 self._programs[dependent] = programs
             places = self._elsewhere.places / self._of_positions
-            sizes = pivot_sizes(self._tree, prescribed, dependent, places)
+            sizes = self._kept.of(
+                "pivot sizes",
+                (*self._place, dependent),
+                lambda: pivot_sizes(self._tree, prescribed, dependent, places),
+            )
             self._tapes[dependent] = ChainTape(programs, sizes)
         return self._tapes[dependent]
 
@@ -410,7 +425,9 @@ class ConstrainedChain:
             x, v = self._closed_by_rank(x, v)
         acting = self._nothing if efforts is None else efforts
         told = self._untold if prescribed is None else prescribed
-        found = self._found(ChainTape.rates, x, v, told, acting)
+        found = self._main.rates(x, v, told, acting) if self._main is not None else None
+        if found is None and (other := self._other(x)) is not None:
+            found = other.rates(x, v, told, acting, at_last=True)
         if found is not None:
             return found
         gains: dict[int, Any] = {}
@@ -435,26 +452,21 @@ class ConstrainedChain:
         """What gives rates while nothing acts or is told to move, see `Traced`."""
         return None if self.closes_stages else self._traced
 
-    def _found(self, ask: Callable[..., _Found | None], x: Array, *rest: Array) -> _Found | None:
-        """Return what tapes say of a state; None where closures are weak, or nothing has mass.
+    def _other(self, x: Array) -> ChainTape | None:
+        """Return the tape that suits a state best, which the main one does not.
+
+        None where closures are weak, or nothing has mass.
 
         Args:
-            ask: a method of a tape, which returns None where it does not suit.
             x: coordinates `(size,)`.
-            rest: what else it is asked with.
         """
-        if self._main is None:
-            return None
-        found = ask(self._main, x, *rest)
-        if found is not None:
-            return found
         place = x * self._of_positions
-        if not np.all(np.isfinite(place)):
+        if self._main is None or not np.all(np.isfinite(place)):
             return None
         if self._elsewhere.weakness(self._every, place) < _WEAK:
             self.was_weak = True
             return None
-        return ask(self._tape(self._dependent(place, self._spared)[0]), x, *rest, at_last=True)
+        return self._tape(self._dependent(place, self._spared)[0])
 
     def weakness(self, x: Array) -> float:
         """Return how strong the weakest closure equation is that is not redundant.
@@ -488,7 +500,9 @@ class ConstrainedChain:
             return x, v
         is_near = False
         for _ in range(1 + _MOST_STEPS):
-            found = self._found(ChainTape.closer, x, v)
+            found = self._main.closer(x, v) if self._main is not None else None
+            if found is None and (other := self._other(x)) is not None:
+                found = other.closer(x, v, at_last=True)
             if found is None:
                 x, v = self._closed_by_rank(x, v, strong_alone=crosses)
                 if self._main is not None and not crosses:
@@ -513,9 +527,6 @@ class ConstrainedChain:
         """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
         gaps, _ = self._every.gaps(x * self._of_positions)
         return float(np.max(np.abs(gaps), initial=0.0))
-
-
-_Found = TypeVar("_Found")
 
 
 class _Elsewhere(NamedTuple):

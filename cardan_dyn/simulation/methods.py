@@ -184,8 +184,8 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         following = ContactFollowing(system, setup.contacts, setup.max_touches)
         following.begin(y)
     coordinates = system.model.mechanism.coordinates
-    rates = np.concatenate([y[system.size :], system.derivative(0.0, y)[system.size :]])
-    speed = _speed(rates / np.tile(coordinates.rate_scale, 2))
+    v, gains = y[system.size :], system.derivative(0.0, y)[system.size :]
+    speed = _speed(np.concatenate([v, gains]) / np.tile(coordinates.rate_scale, 2))
     unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
     crossings = Crossings(system.model, system.size)
     crossings.check_start(y)

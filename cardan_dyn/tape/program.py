@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
@@ -99,17 +99,27 @@ class Program:
         spread(part, lanes, block, threads)
         return outputs[:, :count]
 
-    def run_one(self, row: Array) -> Array:
-        """Return the outputs `(outputs,)` of one lane, as `run_rows` does but sooner.
+    @property
+    def single(self) -> Any:
+        """The program as the machine keeps it for one lane; None where there is no machine."""
+        return self.handle(block_for(1)) if machine_is_at_hand() else None
 
-        Args:
-            row: values of `inputs` in their order `(inputs,)`.
+    def of_one(self) -> Callable[[Array], Array]:
+        """Return the outputs `(outputs,)` of one lane as a function of its inputs `(inputs,)`.
+
+        It does what `run_rows` does, but sooner.
         """
-        if not machine_is_at_hand():
-            return self.run_rows([row[:, None]], 1)[:, 0]
-        outputs = np.empty(self.outputs)
-        compiled.kernel.run_one(self.single, row, outputs)
-        return outputs
+        handle, count = self.single, self.outputs
+        if handle is None:
+            return lambda row: self.run_rows([row[:, None]], 1)[:, 0]
+        run = compiled.kernel.run_one
+
+        def found(row: Array) -> Array:
+            outputs = np.empty(count)
+            run(handle, row, outputs)
+            return outputs
+
+        return found
 
     def run_on_arrays(
         self, inputs: Mapping[str, Any], count: int, block: int = MOST_LANES
@@ -155,11 +165,6 @@ class Program:
                 *code.for_lanes(block), code.registers, len(self.inputs), self.outputs, block
             )
         return self._handles[block]
-
-    @property
-    def single(self) -> Any:
-        """The program as the machine keeps it for one lane."""
-        return self.handle(block_for(1))
 
     @contextmanager
     def array_block(self, lanes: int) -> Iterator[ArrayBlock]:
