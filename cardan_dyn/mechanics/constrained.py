@@ -68,7 +68,7 @@ class Free(NamedTuple):
     """What is free at a state of a closed chain, and how it resists.
 
     Attributes:
-        tree, x, v, told: see `of`.
+        tree, v, told: see `of`.
         at: where the bodies are.
         rows: of the triangle, with what is on their other side.
         ways: per independent coordinate, velocity coordinate to its rate while that moves alone.
@@ -82,7 +82,6 @@ class Free(NamedTuple):
 
     tree: Tree
     at: Placed
-    x: Mapping[int, Scalar]
     v: Mapping[int, Scalar]
     told: Mapping[int, Scalar]
     rows: list[tuple[int, Row]]
@@ -150,7 +149,7 @@ class Free(NamedTuple):
         for step in factors.steps:
             lightness = greater(lightness, absolute(inertia[step.row][step.row] * step.inverse))
         judged = error, narrowness, growth, lightness
-        return Free(tree, at, x, v, told, turned, ways, moved, factors, *judged)
+        return Free(tree, at, v, told, turned, ways, moved, factors, *judged)
 
     def accelerations(self, gravity: Vector, efforts: Mapping[int, Scalar]) -> dict[int, Scalar]:
         """Return accelerations by velocity coordinates.

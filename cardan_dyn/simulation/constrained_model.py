@@ -18,7 +18,7 @@ well the equations keep the rank that they have where loops are closed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -330,9 +330,8 @@ class ConstrainedChain:
         self._tree = kept.of("chain trees", bodies, tree)
         self._columns, self._rates, self._gravity = chain.columns, chain.rates, gravity
         self._nothing, self._untold = np.zeros(self.model.nv), np.zeros(self.prescribed.size)
-        # The same for all models of the chain.
-        self._programs: dict[tuple[int, ...], Programs]
-        self._programs = kept.of("chain tapes", (*own, gravity.tobytes()), dict)
+        # The same for all models of the mechanism.
+        self._programs: dict[Hashable, Programs] = kept.of("chain tapes", gravity.tobytes(), dict)
         self._tapes: dict[tuple[int, ...], ChainTape] = {}
         spared = np.isin(chain.rates[self._free], independent)
 
@@ -391,10 +390,11 @@ class ConstrainedChain:
         """Return the tape of an order of elimination."""
         if dependent not in self._tapes:
             prescribed = self._rates[self.prescribed].tolist()
-            programs = self._programs.get(dependent)
+            key = *self._place[:2], dependent
+            programs = self._programs.get(key)
             if programs is None:
                 programs = Programs(self._tree, prescribed, self._gravity, dependent)
-                self._programs[dependent] = programs
+                self._programs[key] = programs
             places = self._elsewhere.places / self._of_positions
             sizes = self._kept.of(
                 "pivot sizes",
@@ -403,12 +403,6 @@ class ConstrainedChain:
             )
             self._tapes[dependent] = ChainTape(programs, sizes)
         return self._tapes[dependent]
-
-    def accelerations(
-        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
-    ) -> Array:
-        """Return the accelerations `(nv,)` alone, see `rates`."""
-        return self.rates(x, v, efforts, prescribed)[len(x) :]
 
     def rates(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
@@ -422,7 +416,7 @@ class ConstrainedChain:
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
         """
         if self.closes_stages:
-            x, v = self._closed_by_rank(x, v)
+            x, v = self._closed_by_rank(self._unit(x), v)
         acting = self._nothing if efforts is None else efforts
         told = self._untold if prescribed is None else prescribed
         found = self._main.rates(x, v, told, acting) if self._main is not None else None
@@ -430,22 +424,28 @@ class ConstrainedChain:
             found = other.rates(x, v, told, acting, at_last=True)
         if found is not None:
             return found
-        gains: dict[int, Any] = {}
-        own, by_rate = (
-            dict(zip(self._columns, x, strict=True)),
-            dict(zip(self._rates, v, strict=True)),
-        )
-        for body in self._tree.bodies:
-            own |= normalised(body, own)
-            gains |= moved(body, own, by_rate)
+        x = self._unit(x)
         solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
         a = solve(
-            np.array([own[column] for column in self._columns]) * self._of_positions,
+            x * self._of_positions,
             v * self._of_rates,
             acting * self._of_efforts,
             told * self._of_rates[self.prescribed],
         )
-        return np.array([*(gains[column] for column in self._columns), *(a / self._of_rates)])
+        by_rate = dict(zip(self._rates, v, strict=True))
+        return np.concatenate((self._row(moved, x, by_rate), a / self._of_rates))
+
+    def _unit(self, x: Array) -> Array:
+        """Return coordinates with quaternions of unit length."""
+        return self._row(normalised, x)
+
+    def _row(self, of_body: Callable[..., Mapping[int, Any]], x: Array, *more: Any) -> Array:
+        """Return a row of what is known of the coordinates of each body."""
+        own = dict(zip(self._columns, x, strict=True))
+        found: dict[int, Any] = {}
+        for body in self._tree.bodies:
+            found.update(of_body(body, own, *more))
+        return np.array([found[column] for column in self._columns])
 
     @property
     def traced(self) -> tuple[Any, Array, Array] | None:

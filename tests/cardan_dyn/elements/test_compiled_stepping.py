@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from cardan_dyn import compiled
-from cardan_dyn.elements.stepping import Step, Stepper
+from cardan_dyn.elements.stepping import Step, Stepper, Traced
+from cardan_dyn.tape import Program, Trace, machine_is_at_hand, sin
 
 pytestmark = pytest.mark.skipif(
     compiled.kernel is None, reason="the compiled functions are not built"
@@ -110,3 +111,56 @@ def test_a_step_takes_few_calls() -> None:
     stepper.take(0.0, at_start, at_start)
     sys.setprofile(None)
     assert counted < 25
+
+
+def pendulum(time: float, y: np.ndarray) -> np.ndarray:
+    return np.array([y[1], -np.sin(y[0])])
+
+
+def program(doubt: float) -> Program:
+    """The same as a program with an input that it ignores, and doubts beyond an angle."""
+    trace = Trace()
+    x, v, _ = (trace.input(name, 1.0) for name in "xvz")
+    return Program(trace, [v, -sin(x), x * doubt, x * doubt], keeps_inputs=True)
+
+
+@pytest.mark.skipif(not machine_is_at_hand(), reason="no machine is compiled here")
+@pytest.mark.parametrize("doubt", [0.0, 1.9])
+def test_programs_give_rates_where_they_suit(doubt: float) -> None:
+    row, asked, counts = np.array([0.5, 1.0]), [], []
+
+    def derivative(time: float, y: np.ndarray) -> np.ndarray:
+        asked.append(time)
+        return pendulum(time, y)
+
+    traced = program(doubt)
+    given = traced.single, np.zeros(3), np.empty(4)
+
+    def step(**by: object) -> Step | str:
+        stepper = Stepper(derivative, 9.0, rtol=1e-8, atol=1e-9, length=0.1, **by)
+        return stepper.take(0.0, row, pendulum(0.0, row))
+
+    found = step(traced=lambda: Traced(given, counts.append))
+    by_program, by_function = sum(counts), len(asked)
+    expected = step()
+    assert found.end == expected.end
+    np.testing.assert_allclose(found.last, expected.last, rtol=4.0 * EPS)
+    # From half of a radian on the angle grows.
+    assert by_program + by_function == len(asked) - by_function
+    assert by_function == 0 if not doubt else 0 < by_program < len(asked) - by_function
+
+
+@pytest.mark.skipif(not machine_is_at_hand(), reason="no machine is compiled here")
+@pytest.mark.parametrize("sizes", [(1, 4), (3, 3)])
+def test_programs_of_other_rows_are_refused(sizes: tuple[int, int]) -> None:
+    given = program(0.0).single, np.zeros(sizes[0]), np.empty(sizes[1])
+    stepper = Stepper(
+        pendulum, 9.0, rtol=1e-8, atol=1e-9, length=0.1, traced=lambda: Traced(given, print)
+    )
+    with pytest.raises(ValueError, match="not one of these rows"):
+        stepper.take(0.0, np.array([0.5, 1.0]), np.array([1.0, 0.0]))
+
+
+def test_one_lane_is_what_rows_of_it_give() -> None:
+    traced, row = program(2.0), np.array([0.4, -0.3, 7.0])
+    np.testing.assert_array_equal(traced.of_one()(row), traced.run_rows([row[:, None]], 1)[:, 0])
