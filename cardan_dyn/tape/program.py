@@ -112,11 +112,10 @@ class Program:
         handle, count = self.single, self.outputs
         if handle is None:
             return lambda row: self.run_rows([row[:, None]], 1)[:, 0]
-        run = compiled.kernel.run_one
 
         def found(row: Array) -> Array:
             outputs = np.empty(count)
-            run(handle, row, outputs)
+            compiled.kernel.run_one(handle, row, outputs)
             return outputs
 
         return found
