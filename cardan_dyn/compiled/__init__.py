@@ -1,6 +1,6 @@
-"""Compiled: the machine that runs what was traced, in C.
+"""Compiled: the machine that runs what was traced, and steps of an integrator, in C.
 
-NumPy runs it where the extension is not at hand: it is built while the package is installed, if
+NumPy does both where the extension is not at hand: it is built while the package is installed, if
 there is a compiler. Setting the environment variable `CARDAN_DYN_COMPILED=0` does without it.
 Results agree but for rounding. `cardan-dyn --version` says whether it is used, and why not.
 """
@@ -10,9 +10,13 @@ from __future__ import annotations
 import os
 import warnings
 import zlib
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..arrays import Array
 
 
 def _found() -> tuple[Any, str]:
@@ -44,3 +48,33 @@ kernel: Any
 absent: str
 """Why they are not at hand; empty if they are."""
 kernel, absent = _found()
+
+
+class Plan:
+    """Index arrays and constants that a compiled function works along.
+
+    It is made once per scene, and again where a scene was copied or sent to another process.
+    """
+
+    def __init__(self, kind: str, integers: Sequence[Any], numbers: Sequence[Any]) -> None:
+        """Keep tables, row by row, in the order that the C file of the kind defines.
+
+        Args:
+            kind: what the plan is of; functions take plans of their kind alone.
+            integers: tables of integers, of any shapes.
+            numbers: tables of numbers.
+
+        Raises:
+            ValueError: tables have other sizes, or indices in them are beyond what they count.
+        """
+        import numpy as np  # `cardan-dyn --version` needs nothing that computes.
+
+        self._given: tuple[str, list[Array], list[Array]] = (
+            kind,
+            [np.array(table, dtype=np.int64).ravel() for table in integers],
+            [np.array(table, dtype=float).ravel() for table in numbers],
+        )
+        self.handle: Any = kernel and kernel.plan(*self._given)
+
+    def __reduce__(self) -> tuple[type[Plan], tuple[str, list[Array], list[Array]]]:
+        return Plan, self._given

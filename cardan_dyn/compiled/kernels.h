@@ -3,20 +3,33 @@
 #ifndef CARDAN_DYN_KERNELS_H
 #define CARDAN_DYN_KERNELS_H
 
+#include "arrays.h"
 #include "machine.h"
 
 #ifdef HAS_MACHINE
-#define EVERY_FUNCTION(WITH) \
+#define EVERY_MACHINE(WITH) \
     WITH(instructions) \
     WITH(program) \
+    WITH(run_one) \
     WITH(run_program) \
     WITH(run_stages)
 #else
-#define EVERY_FUNCTION(WITH)
+#define EVERY_MACHINE(WITH)
 #endif
+
+#define EVERY_FUNCTION(WITH) \
+    EVERY_MACHINE(WITH) \
+    WITH(explicit_step)
+
+/* What plans are of. */
+#define EVERY_PLAN(WITH) WITH(stepping)
 
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);
 EVERY_FUNCTION(DECLARED)
+#undef DECLARED
+
+#define DECLARED(name) extern const PlanKind name##_plan;
+EVERY_PLAN(DECLARED)
 #undef DECLARED
 
 #endif

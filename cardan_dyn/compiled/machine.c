@@ -417,20 +417,25 @@ PyObject *program(PyObject *module, Arguments given, Py_ssize_t nargs)
 
 /* ------------------------------------------------------------------------------- calls */
 
-/* Take the program of a stage, and the machine for it. CARDAN_DYN_AVX2=0 in the environment does
-   without these instructions. */
+/* The machine for blocks of so many lanes. CARDAN_DYN_AVX2=0 in the environment does without these
+   instructions. */
+static const Machine *machine_for(int lanes)
+{
+#ifdef __x86_64__
+    const char *wanted = getenv("CARDAN_DYN_AVX2");
+    if (__builtin_cpu_supports("avx2") && !(wanted && strcmp(wanted, "0") == 0))
+        return lanes == 4 ? &machine_4_avx2 : &machine_32_avx2;
+#endif
+    return lanes == 4 ? &machine_4 : &machine_32;
+}
+
+/* Take the program of a stage, and the machine for it. */
 static int take_program(Call *call, Stage *stage, PyObject *handle)
 {
     stage->program = PyCapsule_GetPointer(handle, PROGRAM);
     if (!stage->program)
         return -1;
-    const int lanes = stage->program->lanes;
-    call->machine = lanes == 4 ? &machine_4 : &machine_32;
-#ifdef __x86_64__
-    const char *wanted = getenv("CARDAN_DYN_AVX2");
-    if (__builtin_cpu_supports("avx2") && !(wanted && strcmp(wanted, "0") == 0))
-        call->machine = lanes == 4 ? &machine_4_avx2 : &machine_32_avx2;
-#endif
+    call->machine = machine_for(stage->program->lanes);
     return 0;
 }
 
@@ -588,6 +593,52 @@ PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
         failed = check_lanes(&call) < 0 || take_inputs(&call, stage, given[1]) < 0;
     }
     return finished(&call, failed || !outputs);
+}
+
+int run_lane(PyObject *handle, const Array *inputs, const Array *outputs)
+{
+    const Program *program = PyCapsule_GetPointer(handle, PROGRAM);
+    if (!program)
+        return -1;
+    const Py_ssize_t lanes = program->lanes, count = program->inputs, rows = program->rows;
+    if (has_size(inputs, 0, count, 0) || has_size(outputs, 0, rows, 0))
+        return -1;
+    /* What a program reads or hands out without having set it is zero. */
+    double *room =
+        calloc((program->registers + rows + count) * lanes + 2 * count + ALIGNED / 8, 8);
+    if (!room) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    const Machine *machine = machine_for(program->lanes);
+    double *registers = room + (-(uintptr_t)room % ALIGNED) / 8;
+    double *found = registers + program->registers * lanes, *taken = found + rows * lanes;
+    Input *input = (Input *)(taken + count * lanes);
+    for (Py_ssize_t k = 0; k < count; k++, taken += lanes) {
+        for (Py_ssize_t l = 0; l < lanes; l++)
+            taken[l] = inputs->at[k * inputs->step[0]];
+        input[k] = (Input){taken, 0};
+    }
+    machine->run(program->prologue, program->constants, (char *)registers, input, NULL, 0);
+    machine->run(program->code, program->constants, (char *)registers, input, found, 0);
+    for (Py_ssize_t k = 0; k < rows; k++)
+        outputs->at[k * outputs->step[0]] = found[k * lanes];
+    free(room);
+    return 0;
+}
+
+/* run_one(program, inputs, outputs): run a program on one lane, soon; both arrays are flat. */
+PyObject *run_one(PyObject *module, Arguments given, Py_ssize_t nargs)
+{
+    (void)module;
+    EXACTLY(nargs, 3)
+    Array arrays[2];
+    Held held = {arrays, 0, NULL};
+    int failed = take_each(&held, given + 1, "1 =1") || run_lane(given[0], arrays, arrays + 1);
+    release(&held);
+    if (failed)
+        return NULL;
+    Py_RETURN_NONE;
 }
 
 /* Fields of a stage. */

@@ -8,21 +8,7 @@
 #ifndef CARDAN_DYN_MACHINE_H
 #define CARDAN_DYN_MACHINE_H
 
-#define PY_SSIZE_T_CLEAN
-#include <Python.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
-#define INLINE static inline __attribute__((always_inline))
-
-typedef PyObject *const *Arguments;
-
-#define EXACTLY(nargs, count)                                                                     \
-    if ((nargs) != (count)) {                                                                     \
-        PyErr_Format(PyExc_TypeError, "%d arguments are needed, not %zd", (int)(count), (nargs)); \
-        return NULL;                                                                              \
-    }
+#include "arrays.h"
 
 /* It is written with vectors and labels as values, which GCC and Clang have beyond C. */
 #ifdef __GNUC__
@@ -115,5 +101,12 @@ typedef struct {
     void (*write)(double *to, Py_ssize_t apart, const double *rows, Py_ssize_t count, int from,
                   int streaming);
 } Machine;
+
+#ifdef HAS_MACHINE
+/* Run a program, in its capsule, on one lane; both arrays are flat. Returns -1 with an error set. */
+int run_lane(PyObject *handle, const Array *inputs, const Array *outputs);
+#else
+#define run_lane(handle, inputs, outputs) (-1)
+#endif
 
 #endif

@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import compiled
 from ..arrays import Array
+from ..compiled import Plan
 from ..errors import SimulationError
 
 Rate = Callable[[float, Array], Array]
@@ -53,6 +55,19 @@ INSTANT = 16.0 * float(np.finfo(float).eps)
 """Duration as a fraction of the time that cannot be divided into places."""
 _MOST_STEPS = 1_000_000
 """Of one passage: some minutes."""
+
+
+class Traced(NamedTuple):
+    """A program that gives rates of rows.
+
+    Attributes:
+        given: handle of the program, and arrays for its inputs, of which the first are a row, and
+            for its outputs, of which the last but one is 1 or less if the rates before it suit.
+        counted: is told how many rates it gave.
+    """
+
+    given: tuple[Any, Array, Array]
+    counted: Callable[[int], None]
 
 
 class _Tableau(NamedTuple):
@@ -101,6 +116,14 @@ def _tableau() -> _Tableau:
         [row[:count] for row, count in zip(DOP853.A_EXTRA, more, strict=True)],
         np.linalg.solve(chebyshev, powers @ factors),
     )
+
+
+@cache
+def _plan() -> Plan:
+    """Return the plan of `compiled.kernel.explicit_step`."""
+    tableau = _tableau()
+    numbers = np.array(tableau.places), tableau.rows.ravel(), tableau.last, tableau.errors.ravel()
+    return Plan("stepping", [], numbers)
 
 
 def _at(part: float) -> Array:
@@ -200,6 +223,7 @@ class Stepper:
         atol: Array | float,
         longest: float = np.inf,
         length: float | None = None,
+        traced: Callable[[], Traced | None] = lambda: None,
     ) -> None:
         """Make it.
 
@@ -210,8 +234,10 @@ class Stepper:
             atol: absolute tolerances, like a row.
             longest: step that is allowed [s].
             length: of the first step; None if nothing is known of it [s].
+            traced: returns a program that gives the derivative sooner where it suits, if any.
         """
         self._derivative, self._end, self._length = derivative, end, length
+        self._traced = traced
         self._rtol, self._atol, self._longest = rtol, atol, longest
         self._tableau = tableau = _tableau()
         self._every = tableau.series.shape[1]
@@ -277,8 +303,18 @@ class Stepper:
             weighed: row at the start, its rate, and rates `(1 + K, n)` of all other stages, which
                 are written.
         """
+        # Twin: `explicit_step` of compiled/stepping.c.
         derivative, tableau, row, rates = self._derivative, self._tableau, weighed[0], weighed[1:]
         taken = len(tableau.last)
+        if compiled.kernel is not None:
+            last, stages = np.empty_like(row), np.empty((taken, row.size))
+            given = time, length, weighed, stages, [*stages], self._allowed, self._rtol, last
+            traced = self._traced()
+            by = traced and traced.given
+            *sums, runs = compiled.kernel.explicit_step(_plan().handle, derivative, *given, by)
+            if traced is not None:
+                traced.counted(runs)
+            return last, stages[-1], *sums
         np.multiply(tableau.rows, length, out=self._weights[:, 1:])
         stage = row
         for index, place, weights in self._stages:

@@ -153,6 +153,35 @@ class Tree(NamedTuple):
         carriers = [body for body in first if body in second]
         return (set(first) ^ set(second)).union(carriers[:1])
 
+    def part(self, bodies: Sequence[int]) -> Tree:
+        """Return the tree of some bodies that only the world connects with others.
+
+        Velocity coordinates and columns keep their numbers.
+
+        Args:
+            bodies: their indices, ascending.
+        """
+        own = {-1: -1, **{body: index for index, body in enumerate(bodies)}}
+        rates = {rate for body in bodies for rate in self.bodies[body].rates}
+        return self._replace(
+            bodies=tuple(
+                self.bodies[body]._replace(parent=own[self.bodies[body].parent]) for body in bodies
+            ),
+            loops=tuple(
+                loop._replace(
+                    predecessor=loop.predecessor._replace(body=own[loop.predecessor.body]),
+                    successor=loop.successor._replace(body=own[loop.successor.body]),
+                )
+                for loop in self.loops
+                if {loop.predecessor.body, loop.successor.body} <= own.keys()
+            ),
+            couplings=tuple(
+                item
+                for item in self.couplings
+                if rates.issuperset((*item.predecessors, *item.successors))
+            ),
+        )
+
     def path(self, body: int) -> list[int]:
         """Return the bodies from one inwards."""
         path = []
@@ -187,7 +216,7 @@ def tree_of(
     column_of = dict(zip((part.id for part in coordinates.parts), coordinates.starts, strict=True))
     parts = {part.id: part for part in coordinates.parts}
     auxiliary = set(mechanism.auxiliary_bodies)
-    links = {link.name: link for link in mechanism.description.links}
+    links = {link.name: link for link in mechanism.description.links} if factored else {}
     bodies = []
     for index in range(1, model.njoints):
         placement, parent = model.jointPlacements[index], model.parents[index]

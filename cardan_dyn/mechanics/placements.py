@@ -156,21 +156,32 @@ def moving(
 
 
 def stepped(body: Body, x: Mapping[int, Scalar], step: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """Return the coordinates of a body after a small step of its velocity coordinates.
+    """Return the coordinates of a body after a small step of its velocity coordinates."""
+    changes = moved(body, x, step)
+    result = {column: x[column] + change for column, change in changes.items()}
+    return normalised(body, result)
 
-    A quaternion is turned by the quaternion (δ/2, 1), scaled to unit length.
-    """
+
+def moved(body: Body, x: Mapping[int, Scalar], v: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Return the rates of the coordinates of a body: of a quaternion q (ω/2, 0)."""
     if body.kind != "spherical":
         (rate,) = body.rates
-        return {body.column: x[body.column] + step[rate]}
-    a, b, c, d = (x[body.column + k] for k in range(4))
-    p, q, r = (0.5 * step[rate] for rate in body.rates)
-    moved: Sequence[Scalar] = (
-        a + d * p + b * r - c * q,
-        b + d * q + c * p - a * r,
-        c + d * r + a * q - b * p,
-        d - a * p - b * q - c * r,
+        return {body.column: v[rate]}
+    a, b, c, d = (x[column] for column in body.columns)
+    p, q, r = (0.5 * v[rate] for rate in body.rates)
+    rates: Sequence[Scalar] = (
+        d * p + b * r - c * q,
+        d * q + c * p - a * r,
+        d * r + a * q - b * p,
+        -(a * p) - b * q - c * r,
     )
-    w, y, z, s = moved
-    scale = 1.0 / sqrt(w * w + y * y + z * z + s * s)
-    return {body.column + k: value * scale for k, value in enumerate(moved)}
+    return dict(zip(body.columns, rates, strict=True))
+
+
+def normalised(body: Body, x: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Return the coordinates of a body, a quaternion of unit length."""
+    values = [x[column] for column in body.columns]
+    if body.kind == "spherical":
+        scale = 1.0 / sqrt(sum((value * value for value in values), 0.0))
+        values = [value * scale for value in values]
+    return dict(zip(body.columns, values, strict=True))

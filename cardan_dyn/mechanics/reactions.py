@@ -11,10 +11,10 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from ..tape import is_zero
-from .bodies import Mass, Tree
+from .bodies import Tree
 from .elimination import Eliminated, Row, eliminated, pivots
 from .placements import Motion, Placed
-from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
+from .vectors import ZERO, Scalar, Vector, added, cross, dot, less, seen, times, turned
 
 
 class Push(NamedTuple):
@@ -95,24 +95,63 @@ def momentum_rates(
         factors: link to the factor on its mass and inertia.
     """
     result = Wrenches.none(tree)
-    for index, body in enumerate(tree.bodies):
-        for mass in body.masses:
-            factor = factors[mass.link] - 1.0 if mass.link else 1.0
-            force, moment = _momentum_rate(mass, at.rotations[index], motion, index, factor)
-            result.forces[index] = added(result.forces[index], force)
-            result.moments[index] = added(result.moments[index], moment)
+    for share in shares(tree, at, motion, factors):
+        force, index = share.force, share.body
+        moment = added(cross(share.lever, force), turned(at.rotations[index], share.moment))
+        result.forces[index] = added(result.forces[index], force)
+        result.moments[index] = added(result.moments[index], moment)
     return result
 
 
-def _momentum_rate(
-    mass: Mass, rotation: Rotation, motion: Motion, body: int, factor: Scalar
-) -> tuple[Vector, Vector]:
-    """Return m a and, about the frame, r × m a + R (J ω̇ + ω × J ω)."""
-    lever = turned(rotation, mass.centre)
-    force = times(motion.at(body, lever), factor * mass.mass)
-    spin, spin_rate = (seen(rotation, of[body]) for of in (motion.spins, motion.spin_rates))
-    change = added(turned(mass.inertia, spin_rate), cross(spin, turned(mass.inertia, spin)))
-    return force, added(cross(lever, force), times(turned(rotation, change), factor))
+class Share(NamedTuple):
+    """How a mass that a body carries moves, and what moves it.
+
+    Attributes:
+        body: index.
+        lever: from the body's frame to the centre of mass.
+        acceleration, force: of the centre, in the tree's axes.
+        spin_rate, moment: about it, in the body's axes.
+    """
+
+    body: int
+    lever: Vector
+    acceleration: Vector
+    force: Vector
+    spin_rate: Vector
+    moment: Vector
+
+
+def shares(tree: Tree, at: Placed, motion: Motion, factors: Mapping[str, Scalar]) -> list[Share]:
+    """Return how masses move: forces m a, moments J ω̇ + ω × J ω; see `momentum_rates`."""
+    result = []
+    for index, body in enumerate(tree.bodies):
+        for mass in body.masses:
+            factor = factors[mass.link] - 1.0 if mass.link else 1.0
+            rotation = at.rotations[index]
+            lever = turned(rotation, mass.centre)
+            acceleration = motion.at(index, lever)
+            spin, rate = (seen(rotation, of[index]) for of in (motion.spins, motion.spin_rates))
+            moment = added(turned(mass.inertia, rate), cross(spin, turned(mass.inertia, spin)))
+            result.append(
+                Share(
+                    index,
+                    lever,
+                    acceleration,
+                    times(acceleration, factor * mass.mass),
+                    rate,
+                    times(moment, factor),
+                )
+            )
+    return result
+
+
+def work(forces: Sequence[Share], along: Sequence[Share]) -> Scalar:
+    """Return what forces on masses do, per time, along the accelerations of another motion."""
+    total: Scalar = 0.0
+    for acting, moved in zip(forces, along, strict=True):
+        total = total + dot(acting.force, moved.acceleration)
+        total = total + dot(acting.moment, moved.spin_rate)
+    return total
 
 
 def missing(

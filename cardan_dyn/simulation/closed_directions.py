@@ -165,7 +165,7 @@ class ClosedDirections:
         if not (np.all(np.isfinite(x)) and np.all(np.isfinite(v)) and free.size):
             return x, v
         for left_over in reversed(range(_MOST_STEPS)):
-            rows, (gaps, size) = self.jacobian(x), self._gaps(x)
+            rows, (gaps, size) = self.jacobian(x), self.gaps(x)
             root = np.linalg.cholesky(self.metric(x))
             weighted = np.linalg.solve(root, rows[:, free].T).T
             left, values, right = np.linalg.svd(weighted, full_matrices=False)
@@ -191,9 +191,9 @@ class ClosedDirections:
         A gap by rounding moves weak joints by its inverse, and turns by that the direction in which
         they may go.
         """
-        values = np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False)
         if not self._rank:
             return 0.0
+        values = self.singular_values(x)
         least = max(float(values[self._rank - 1]), ZERO * float(values[0]))
         return float(np.finfo(float).eps * (values[0] / least) ** 2)
 
@@ -228,9 +228,9 @@ class ClosedDirections:
             step[free] = ways @ factors
             x = np.asarray(pinocchio.integrate(self.model, x, step))
         x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
-        return float(np.max(np.abs(self._gaps(x)[0]), initial=0.0))
+        return float(np.max(np.abs(self.gaps(x)[0]), initial=0.0))
 
-    def _gaps(self, x: Array) -> tuple[Array, float]:
+    def gaps(self, x: Array) -> tuple[Array, float]:
         """Return closure errors of loops and couplings as the rows count them, and their sizes."""
         size = 1.0
         pinocchio.forwardKinematics(self.model, self._data, x)
@@ -255,8 +255,11 @@ class ClosedDirections:
 
     def rank(self, x: Array) -> int:
         """Return the rank of the closure equations along free coordinates at a configuration."""
-        values = np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False)
-        return rank_of(values)
+        return rank_of(self.singular_values(x))
+
+    def singular_values(self, x: Array) -> Array:
+        """Return those of the closure equations along free coordinates at a configuration."""
+        return np.asarray(np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False))
 
     def jacobian(self, x: Array) -> Array:
         """Return the rows `(6 L + k, nv)` of loops and couplings at a configuration."""

@@ -4,13 +4,10 @@ Chains are the parts that neither bodies nor loops nor couplings connect. What o
 changes the accelerations of no other: equations of each by itself grow with the number of chains,
 those of all at once with its third power.
 
-Pinocchio's `constraintDynamics` gives the accelerations of a chain, redundant closures included:
-its proximal iterations need three rounds if their regularisation suits the scene. What is
-prescribed is a joint with an inertia so great that nothing else moves it; the same decomposition
-then closes loops that have drifted open, in the metric of the kinetic energy. Close to a singular
-configuration a closure equation is weaker than what this regularisation takes for redundant: there
-the equations keep the rank that they have elsewhere, by singular values. Many loops are eliminated
-one after the other instead, see `loop_elimination`, wherever none of them is weak.
+A `ChainTape` solves the equations of a chain in its independent coordinates. Where others should be
+independent, another tape does, which is chosen by that state alone. The same tapes close loops that
+have drifted open, in the metric of the kinetic energy. Where a closure equation is weak, close to a
+singular configuration, and where directions have no mass, equations are solved by singular values.
 
 A chain may be overclosed: Bennett's linkage moves although its four hinges leave no freedom by
 count, as three closure equations follow from the others on closed positions, and nowhere else.
@@ -21,40 +18,35 @@ well the equations keep the rank that they have where loops are closed.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pinocchio
 
 from ..arrays import Array, consecutive
+from ..mechanics.bodies import Tree, tree_of
+from ..mechanics.elimination import UnsuitableError
+from ..mechanics.placements import moved, normalised
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Loop, constraint_models
-from .closed_directions import ZERO, ClosedDirections, rank_of, refuse_open
+from .chain_tape import ChainTape, Programs, pivot_sizes, sparse_first
+from .closed_directions import ClosedDirections, rank_of, refuse_open
 from .free_balls import WithBalls
-from .loop_elimination import LoopElimination
 from .turning_model import in_lengths, turning_model
 
 _TOGETHER = 16
 """Velocity coordinates up to which chains are taken together: fewer cost as many calls."""
-_IMMOVABLE = 1e15
-"""Inertia of prescribed joints, as a multiple of the greatest other one: what acts on them changes
-their acceleration by less than rounding."""
-_REGULARISATION = 1e-8
-"""Proximal parameter, as a fraction of the least eigenvalue of J M⁻¹ Jᵀ that is not zero."""
-_ROUNDS = 3
-"""Proximal iterations: each gains the eight digits of the regularisation."""
 _ELSEWHERE = 0.3
 """Displacement [rad, or a fraction of the length] after which equations have the rank and the size
 that they have elsewhere, whether or not loops are closed there."""
 _PLACES = 3
 """Number of configurations at which these are looked at."""
-_MANY = 13
-"""Loops from which on bodies are eliminated one after the other: fewer take as long at once."""
-_WEAK = 1e-3
-"""Eigenvalue of J M⁻¹ Jᵀ, as a fraction of the least elsewhere, below which singular values are
-taken: three proximal iterations leave (1e-8 / 1e-3)³ of its equation."""
+_WEAK = 1.0 / 30.0
+"""Least singular value of closure equations, as a fraction of that elsewhere, below which they are
+weak."""
+_SPARED = 0.1
+"""Factor on columns of coordinates that are to be independent where others are as good."""
 _WEIGHTLESS = 1e-11
 """Inertia along a direction, as a fraction of that along the coordinates themselves, that counts as
 none, so that the inertia matrix has no inverse."""
@@ -65,13 +57,9 @@ _MOST_STEPS = 4
 """Greatest number of Newton steps that close loops which have drifted open."""
 _CLOSED = 4e-16
 """Closure error at which they end, see `ConstrainedChain.closure_error`."""
-_NO_GAINS, _NO_GAPS = np.zeros((0, 0)), np.zeros(0)
+_NO_GAPS = np.zeros(0)
 _NEAR = 1e-8
-"""Error of which one Newton step, or one proximal iteration, leaves rounding."""
-_STALE = 1e-5
-"""Displacement [rad, or a fraction of the length] up to which equations that were decomposed before
-it close loops: each step leaves at most as much of the error, and costs a third of one with
-equations decomposed anew."""
+"""Error of which one Newton step leaves rounding."""
 _OPEN = 1e-3
 """Displacement [rad, or a fraction of the length] by which loops are opened to see their rank."""
 _MOVED = (0.02, 0.05)
@@ -95,6 +83,7 @@ class ConstrainedModel:
         prescribed: Sequence[int],
         gravity: Array,
         state: Array,
+        independent: Sequence[int] = (),
     ) -> None:
         """Make the model.
 
@@ -103,11 +92,12 @@ class ConstrainedModel:
             prescribed: see the attribute, in any order.
             gravity: `(3,)` [m/s²].
             state: `(size,)` closed coordinates, at which it is scaled.
+            independent: velocity coordinates that rather decide others than the other way round.
         """
         self.mechanism = mechanism
         self.prescribed = np.unique(np.array(prescribed, dtype=int))
         chains = chains_of(mechanism)
-        made_of = self.prescribed.tolist(), gravity, state
+        made_of = self.prescribed.tolist(), gravity, state, tuple(independent)
         self.chains = [ConstrainedChain(mechanism, chain, *made_of) for chain in chains]
         # A single chain takes and returns rows as they are.
         self._only = self.chains[0] if len(self.chains) == 1 else None
@@ -124,15 +114,24 @@ class ConstrainedModel:
     def accelerations(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
     ) -> Array:
-        """Return the accelerations `(nv,)` that efforts cause, see `ConstrainedChain`."""
+        """Return the accelerations `(nv,)` alone, see `rates`."""
+        return self.rates(x, v, efforts, prescribed)[len(x) :]
+
+    def rates(
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
+    ) -> Array:
+        """Return the rates `(size + nv,)` of coordinates and velocities, see `ConstrainedChain`."""
         if self._only is not None:
-            return self._only.accelerations(x, v, efforts, prescribed)
-        a = np.empty_like(v)
+            return self._only.rates(x, v, efforts, prescribed)
+        result = np.empty(len(x) + len(v))
+        of_x, of_v = result[: len(x)], result[len(x) :]
         for model, columns, rates, own in self._parts:
             acting = None if efforts is None else efforts[rates]
             told = None if prescribed is None else prescribed[own]
-            a[rates] = model.accelerations(x[columns], v[rates], acting, told)
-        return a
+            found = model.rates(x[columns], v[rates], acting, told)
+            of_v[rates] = found[-model.model.nv :]
+            of_x[columns] = found[: -model.model.nv]
+        return result
 
     def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
         """Return a state whose loops and couplings are closed again, see `ConstrainedChain`."""
@@ -246,12 +245,12 @@ def _chain(mechanism: Mechanism | WithBalls, bodies: list[int], couplings: list[
 
 
 class ConstrainedChain:
-    """Pinocchio's model of a chain in which its columns of coordinate rows are configurations.
+    """A chain whose columns of coordinate rows are configurations.
 
     Not for several threads at once: it has one set of Pinocchio's data.
 
     Inside, lengths are in units of the characteristic length: so rows of gaps and of angles are of
-    one size, whatever the size of the mechanism, and one regularisation suits both.
+    one size, whatever the size of the mechanism.
 
     Attributes:
         model: `pin.Model` of the chain.
@@ -268,6 +267,7 @@ class ConstrainedChain:
         prescribed: Sequence[int],
         gravity: Array,
         state: Array,
+        independent: Sequence[int] = (),
     ) -> None:
         """Make the model.
 
@@ -277,15 +277,15 @@ class ConstrainedChain:
             prescribed: velocity coordinates of the mechanism that are driven or held.
             gravity: `(3,)` [m/s²].
             state: `(size,)` closed coordinates of the mechanism, at which it is scaled.
+            independent: see `ConstrainedModel`.
         """
-        self._made_of = mechanism, chain, tuple(prescribed), gravity, state
+        self._made_of = mechanism, chain, tuple(prescribed), gravity, state, independent
         self.rounding, self.was_weak, self.closes_stages = 0.0, False, False
         coordinates, length = mechanism.coordinates, mechanism.characteristic_length
         self.prescribed = np.nonzero(np.isin(chain.rates, prescribed))[0]
         rate_scale = coordinates.rate_scale[chain.rates]
         self._of_positions, self._of_rates = coordinates.scale[chain.columns], 1.0 / rate_scale
         self._of_efforts = rate_scale / length**2
-        self._slides = bool(np.any(rate_scale != 1.0))
         self.model = turning_model(mechanism, gravity, length, chain.bodies)
         loops = [
             loop._replace(
@@ -294,172 +294,179 @@ class ConstrainedChain:
             )
             for loop in chain.loops
         ]
-        self._constraints = constraint_models(self.model, loops)
-        self._constraint_data = pinocchio.StdVec_RigidConstraintData()
-        for item in self._constraints:
-            self._constraint_data.append(item.createData())
-        self._rows = 6 * len(self._constraints)
-        self._couplings = _Couplings(mechanism, chain)
-        self._has_couplings = len(self._couplings.rows) > 0
+        couplings = _Couplings(mechanism, chain)
+        self._is_open = not (loops or len(couplings.rows))
         state = state[chain.columns] * self._of_positions
         # Its size grows with the third power of the coordinates: there is one for all that works.
-        self.data = self.model.createData()
-        inertia = self._inertia(state)
-        free = np.delete(np.arange(self.model.nv), self.prescribed)
-        self._scale = float(np.max(np.diag(inertia), initial=0.0)) or 1.0
-        armature = np.zeros(self.model.nv)
-        self._lent = _lent_inertia(inertia, free)
-        armature[:] = self._lent
-        armature[self.prescribed] = _IMMOVABLE * self._scale
-        self.model.armature = self._armature = armature
-        self._nothing = np.zeros(self.model.nv)
-        self._start_data()
-        made_of = self.model, self._constraints, self._couplings.rows, self.prescribed
+        data = self.model.createData()
+        upper = np.triu(pinocchio.crba(self.model, data, state))
+        self._free = np.delete(np.arange(self.model.nv), self.prescribed)
+        self._lent = _lent_inertia(upper + np.triu(upper, 1).T, self._free)
+        self.model.armature = np.full(self.model.nv, self._lent)
+        constraints = constraint_models(self.model, loops)
 
-        def directions(rank: int, gaps: Callable[[Array], Array] | None = None) -> ClosedDirections:
-            return ClosedDirections(*made_of, rank=rank, gaps=gaps, data=self.data)
+        def directions(rank: int) -> ClosedDirections:
+            made_of = self.model, constraints, couplings.rows, self.prescribed
+            return ClosedDirections(*made_of, rank=rank, gaps=couplings.gaps, data=data)
 
-        every, gaps = directions(self.model.nv), self._couplings.gaps
-        self._every = every
-        self._is_overclosed, self._directions = False, None
-        self._elimination: LoopElimination | None = None
+        self._every = every = directions(self.model.nv)
 
-        def know(elsewhere: _Elsewhere) -> None:
-            self._elsewhere = elsewhere
-            self._by_rank = directions(elsewhere.rank, gaps)
-            self._mu = _REGULARISATION * elsewhere.least
-            rank, strong = elsewhere.loops, -_WEAK * elsewhere.least
-            self._last_loop, self._strong = (rank - 1, strong) if rank else (0, np.inf)
-            self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+        def measured() -> _Elsewhere:
+            elsewhere = _Elsewhere.around(every, state)
+            close = directions(elsewhere.rank).closed
+            return _overclosed(every, state, lambda x: close(x, np.zeros(every.model.nv))[0]) or (
+                elsewhere
+            )
 
-        def measured() -> tuple[_Elsewhere, int | None]:
-            elsewhere = _Elsewhere.of(every, state)
-            know(elsewhere)
-            return elsewhere, _overclosed_rank(every, state, self._closed_positions)
+        bodies, kept = tuple(chain.bodies), mechanism.kept
+        own = bodies, self.prescribed.tobytes()
+        self._kept, self._place = kept, (*own, state.tobytes())
+        self._elsewhere = kept.of("closures elsewhere", self._place, measured)
+        self._by_rank = directions(self._elsewhere.rank)
 
-        key = tuple(chain.bodies), self.prescribed.tobytes(), state.tobytes()
-        elsewhere, overclosed = mechanism.kept.of("closures elsewhere", key, measured)
-        know(elsewhere)
-        self._is_overclosed = overclosed is not None
-        if overclosed is not None:
-            self._by_rank = self._directions = directions(overclosed, gaps)
-        elif self._lent:
-            self._directions = every
-        if self._suits_elimination(loops):
-            least = elsewhere.least
-            self._elimination = LoopElimination(self.model, self.data, self._constraints, least)
-        # Whether accelerations are those of the constrained dynamics as they are.
-        self._is_plain = not (self._slides or self._has_couplings)
-        self._is_plain &= self._directions is None and self._elimination is None
-        # Loops were closed elsewhere to see it.
-        self.rounding, self.was_weak = 0.0, False
+        def tree() -> Tree:
+            return tree_of(cast("Mechanism", mechanism)).part([body - 1 for body in bodies])
 
-    def _suits_elimination(self, loops: list[Loop]) -> bool:
-        if len(loops) < _MANY or self._has_couplings or self._directions is not None:
-            return False
-        return all(loop.predecessor for loop in loops)
+        self._tree = kept.of("chain trees", bodies, tree)
+        self._columns, self._rates, self._gravity = chain.columns, chain.rates, gravity
+        self._nothing, self._untold = np.zeros(self.model.nv), np.zeros(self.prescribed.size)
+        # The same for all models of the mechanism.
+        self._programs: dict[Hashable, Programs] = kept.of("chain tapes", gravity.tobytes(), dict)
+        self._tapes: dict[tuple[int, ...], ChainTape] = {}
+        spared = np.isin(chain.rates[self._free], independent)
 
-    def _closed_positions(self, x: Array) -> Array:
-        """Return a closed configuration of the model near one that is a little open."""
-        return self.closed(x / self._of_positions, self._nothing)[0] * self._of_positions
+        def best() -> tuple[tuple[int, ...], Array]:
+            # The state itself may be singular.
+            places = [state, *self._elsewhere.places]
+            chosen = [self._dependent(place, spared) for place in places]
+            index = max(range(len(places)), key=lambda index: chosen[index][1])
+            return chosen[index][0], places[index] / self._of_positions
+
+        dependent, x = kept.of("chain orders", (*self._place, spared.tobytes()), best)
+        self._spared = ~np.isin(chain.rates[self._free], dependent)
+        self._main = self._moving(dependent, x)
+        self._traced = self._main.traced() if self._main is not None else None
 
     def __reduce__(self) -> tuple[object, ...]:
         # Pinocchio's data cannot be copied.
         return ConstrainedChain, self._made_of
 
-    def _start_data(self) -> None:
-        pair = self._constraints, self._constraint_data
-        # Going through Pinocchio's vector anew takes longer than all that is read, and so does
-        # asking for the decomposition of the dynamics each time.
-        self._each_model = list(self._constraints)
-        self._each_constraint = [self._constraint_data[k] for k in range(len(self._constraints))]
-        self._decomposition = self.data.constraint_chol
-        pinocchio.initConstraintDynamics(self.model, self.data, *pair)
-        pivots = self._decomposition.D
-        # They change with the dynamics, unless who uses eigenpy has it copy its memory.
-        self._pivots: Callable[[], list[float]] = pivots.tolist
-        if pivots.flags.owndata:
-            self._pivots = lambda: self._decomposition.D.tolist()
-
-    def _inertia(self, x: Array) -> Array:
-        """Return the inertia matrix `(nv, nv)` at coordinates."""
-        upper = np.triu(pinocchio.crba(self.model, self.data, x))
-        return np.asarray(upper + np.triu(upper, 1).T)
-
-    def _loop_jacobian(self) -> Array:
-        """Return the rows `(6 L, nv)` of the loops, of the state that was prepared."""
-        jacobian = pinocchio.getConstraintsJacobian(
-            self.model, self.data, self._constraints, self._constraint_data
-        )
-        return np.asarray(jacobian)
-
-    def _constrained(self, x: Array, v: Array, efforts: Array) -> Array:
-        """Prepare a state: return its accelerations and see whether a loop's equation is weak."""
-        a: Array = pinocchio.constraintDynamics(
-            self.model,
-            self.data,
-            x,
-            v,
-            efforts,
-            self._constraints,
-            self._constraint_data,
-            self._settings,
-        )
-        # Pivots of J M⁻¹ Jᵀ are negative, those of redundant rows the regularisation; those of the
-        # inertia are positive. This is every stage of every step: of so few numbers NumPy's
-        # comparisons take three times as long.
-        pivots = sorted(self._pivots())
-        self._is_weak = not pivots[self._last_loop] <= self._strong
-        return a
-
-    def accelerations(
-        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
-    ) -> Array:
-        """Return the accelerations `(nv,)` that efforts cause.
+    def _moving(self, dependent: tuple[int, ...], x: Array) -> ChainTape | None:
+        """Return the tape of an order of elimination; None if a direction moves no mass.
 
         Args:
-            x: coordinates `(size,)`, closed up to a small drift.
+            dependent: the order.
+            x: coordinates `(size,)`.
+        """
+        try:
+            tape = self._tape(dependent)
+        except UnsuitableError:
+            return None
+        rest = self._nothing, self._untold, self._nothing
+        if self._lent and tape.rates(x, *rest, at_last=True) is None:
+            return None
+        return tape
+
+    def _dependent(self, x: Array, spared: Array) -> tuple[tuple[int, ...], float]:
+        """Return what others decide best at a configuration, and how well the last of them.
+
+        Velocity coordinates of the mechanism, in an order of elimination.
+
+        Args:
+            x: configuration of the model.
+            spared: which of the free coordinates are to be independent.
+        """
+        from scipy.linalg import qr  # Only simulations need it.
+
+        rank = self._elsewhere.rank
+        if not rank:
+            return (), 1.0
+        rows = self._every.jacobian(x)[:, self._free] * np.where(spared, _SPARED, 1.0)
+        upper, order = qr(rows, mode="r", pivoting=True, check_finite=False)
+        rates = self._rates[self._free][order[:rank]].tolist()
+        return sparse_first(self._tree, rates), abs(float(upper[rank - 1, rank - 1]))
+
+    def _tape(self, dependent: tuple[int, ...]) -> ChainTape:
+        """Return the tape of an order of elimination."""
+        if dependent not in self._tapes:
+            prescribed = self._rates[self.prescribed].tolist()
+            key = *self._place[:2], dependent
+            programs = self._programs.get(key)
+            if programs is None:
+                programs = Programs(self._tree, prescribed, self._gravity, dependent)
+                self._programs[key] = programs
+            places = self._elsewhere.places / self._of_positions
+            sizes = self._kept.of(
+                "pivot sizes",
+                (*self._place, dependent),
+                lambda: pivot_sizes(self._tree, prescribed, dependent, places),
+            )
+            self._tapes[dependent] = ChainTape(programs, sizes)
+        return self._tapes[dependent]
+
+    def rates(
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
+    ) -> Array:
+        """Return the rates `(size + nv,)` of coordinates and velocities that efforts cause.
+
+        Args:
+            x: coordinates `(size,)`, closed up to a small drift, quaternions of any length.
             v: velocities `(nv,)`.
             efforts: along all coordinates `(nv,)` [N·m, N], which are not changed; none if None.
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
         """
-        if efforts is None and prescribed is None and self._is_plain and not self.closes_stages:
-            # At every stage of every step.
-            a = self._constrained(x, v, self._nothing)
-            if not self._is_weak:
-                return a
-        given = self._nothing
-        if efforts is not None:
-            given = efforts * self._of_efforts
-            given[self.prescribed] = 0.0
-        if prescribed is not None:
-            given = given.copy()
-            inertia = self._armature[self.prescribed]
-            given[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
-        if self._slides:
-            x, v = x * self._of_positions, v * self._of_rates
         if self.closes_stages:
-            x, v = self._by_rank.closed(x, v)
-        if self._directions is not None:
-            told = self._nothing[self.prescribed] if prescribed is None else prescribed
-            a = self._directions.accelerations(x, v, given, told * self._of_rates[self.prescribed])
-            return a / self._of_rates
-        if self._elimination is not None:
-            found = self._elimination.accelerations(x, v, given)
-            if found is not None:
-                return np.asarray(found / self._of_rates) if self._slides else found
-        a = self._constrained(x, v, given)
-        is_weak = self._is_weak
-        if self._has_couplings and not is_weak:
-            factors = self._coupling_factors()
-            is_weak = self._elsewhere.is_weak_coupled(factors[1])
-            a = a if is_weak else self._coupled(a, *factors)
-        if is_weak:
+            x, v = self._closed_by_rank(self._unit(x), v)
+        acting = self._nothing if efforts is None else efforts
+        told = self._untold if prescribed is None else prescribed
+        found = self._main.rates(x, v, told, acting) if self._main is not None else None
+        if found is None and (other := self._other(x)) is not None:
+            found = other.rates(x, v, told, acting, at_last=True)
+        if found is not None:
+            return found
+        x = self._unit(x)
+        solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
+        a = solve(
+            x * self._of_positions,
+            v * self._of_rates,
+            acting * self._of_efforts,
+            told * self._of_rates[self.prescribed],
+        )
+        by_rate = dict(zip(self._rates, v, strict=True))
+        return np.concatenate((self._row(moved, x, by_rate), a / self._of_rates))
+
+    def _unit(self, x: Array) -> Array:
+        """Return coordinates with quaternions of unit length."""
+        return self._row(normalised, x)
+
+    def _row(self, of_body: Callable[..., Mapping[int, Any]], x: Array, *more: Any) -> Array:
+        """Return a row of what is known of the coordinates of each body."""
+        own = dict(zip(self._columns, x, strict=True))
+        found: dict[int, Any] = {}
+        for body in self._tree.bodies:
+            found.update(of_body(body, own, *more))
+        return np.array([found[column] for column in self._columns])
+
+    @property
+    def traced(self) -> tuple[Any, Array, Array] | None:
+        """What gives rates while nothing acts or is told to move, see `Traced`."""
+        return None if self.closes_stages else self._traced
+
+    def _other(self, x: Array) -> ChainTape | None:
+        """Return the tape that suits a state best, which the main one does not.
+
+        None where closures are weak, or nothing has mass.
+
+        Args:
+            x: coordinates `(size,)`.
+        """
+        place = x * self._of_positions
+        if self._main is None or not np.all(np.isfinite(place)):
+            return None
+        if self._elsewhere.weakness(self._every, place) < _WEAK:
             self.was_weak = True
-            told = self._nothing[self.prescribed] if prescribed is None else prescribed
-            told = told * self._of_rates[self.prescribed]
-            a = self._by_rank.forced(x, v, given, told)
-        return np.asarray(a / self._of_rates) if self._slides else a
+            return None
+        return self._tape(self._dependent(place, self._spared)[0])
 
     def weakness(self, x: Array) -> float:
         """Return how strong the weakest closure equation is that is not redundant.
@@ -478,197 +485,80 @@ class ConstrainedChain:
         """
         return self._by_rank.singular_gap(x * self._of_positions)
 
-    def _solved(self, gaps: Array, efforts: Array, rounds: int) -> Array:
-        """Return the least displacements `(nv,)`, in the metric of the kinetic energy.
-
-        At the state that was prepared: its dynamics have decomposed the equations.
-        """
-        rhs = np.concatenate((gaps, efforts))
-        solution = self._decomposition.solve(rhs)
-        for _ in range(rounds - 1):
-            rhs[: self._rows] = gaps - self._mu * solution[: self._rows]
-            solution = self._decomposition.solve(rhs)
-        return np.asarray(solution[self._rows :])
-
-    def _coupling_factors(self) -> tuple[Array, Array]:
-        """Return what efforts along each coupling move `(k, nv)`, and the couplings `(k, k)`."""
-        rows = self._couplings.rows
-        if not self._has_couplings:
-            return rows, _NO_GAINS
-        none = np.zeros(self._rows)
-        units = np.array([self._solved(none, row, _ROUNDS) for row in rows]).reshape(rows.shape)
-        return units, units @ rows.T
-
-    def _coupled(
-        self, rates: Array, units: Array, gains: Array, gaps: Array | None = None
-    ) -> Array:
-        """Return rates with the least change after which the couplings gain `gaps (k,)`."""
-        rows = self._couplings.rows
-        if not self._has_couplings:
-            return rates
-        wanted = np.zeros(len(rows)) if gaps is None else gaps
-        factors, *_ = np.linalg.lstsq(gains, wanted - rows @ rates, rcond=ZERO)
-        return np.asarray(rates + factors @ units)
-
     def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
         """Return a state whose loops and couplings are closed again, near one that drifted.
 
-        What is prescribed stays where it is, and keeps its speed.
+        What is prescribed stays where it is, and keeps its speed. It is the nearest one in the
+        metric of the kinetic energy.
 
         Args:
             x: coordinates `(size,)`.
             v: velocities `(nv,)`.
             crosses: whether the state is close to a crossing, where weak equations are left to it.
         """
-        if not (self._rows or self._has_couplings):
+        if self._is_open:
             return x, v
-        if not self._slides:
-            return self._closed(x, v, crosses)
-        x, v = self._closed(x * self._of_positions, v * self._of_rates, crosses)
-        return x / self._of_positions, v / self._of_rates
-
-    def _closed(self, x: Array, v: Array, crosses: bool) -> tuple[Array, Array]:
-        """Return a closed state, see `closed`, in units of the characteristic length.
-
-        One decomposition serves positions and speeds, as long as they are near it.
-        """
-        if self._is_overclosed:
-            return self._by_rank.closed(x, v, strong_alone=crosses)
-        if self._elimination is not None and not crosses:
-            found = self._eliminated(self._elimination, x, v)
-            if found is not None:
-                return found
-        rest, is_coupled, off = self._nothing, self._has_couplings, np.inf
-        for _ in range(_MOST_STEPS):
-            if off > _STALE:
-                self._constrained(x, v, rest)
-                factors, off = self._coupling_factors(), 0.0
-                if self._is_weak or (is_coupled and self._elsewhere.is_weak_coupled(factors[1])):
-                    self.was_weak = True
-                    x, v = self._by_rank.closed(x, v, strong_alone=crosses)
-                    if not crosses:
-                        self.rounding = max(self.rounding, self._by_rank.rounding(x))
-                    return x, v
-            gaps, ratios = self._gaps(), self._couplings.gaps(x) if is_coupled else _NO_GAPS
-            error = _greatest(gaps, ratios) if is_coupled else _greatest(gaps)
-            if error <= _CLOSED:
-                break
-            step = self._solved(gaps, rest, 1)
-            step = self._coupled(step, *factors, ratios) if is_coupled else step
-            x = np.asarray(pinocchio.integrate(self.model, x, step))
-            off += error
-            self._place(x)
-            # A step leaves as much of the error as its equations are off.
-            if error <= _NEAR and error * off <= _CLOSED:
-                break
-        else:
-            refuse_open(_greatest(self._gaps(), self._couplings.gaps(x)))
-        jacobian = self._loop_jacobian()
-        for _ in range(_MOST_STEPS):
-            opening = lacking = jacobian.dot(v)
-            if is_coupled:
-                lacking = np.concatenate((opening, self._couplings.rows.dot(v)))
-            # Of both only the order of magnitude counts.
-            error = math.sqrt(lacking.dot(lacking) / (v.dot(v) or 1.0))
-            v = v - self._solved(opening, rest, 1)
-            v = self._coupled(v, *factors) if is_coupled else v
-            if error <= _NEAR and error * off <= _CLOSED:
-                break
-        else:
-            refuse_open(error)
-        return x, v
-
-    def _place(self, x: Array) -> None:
-        """Put bodies and loops where they are at coordinates, for the rows of the loops there."""
-        pinocchio.computeJointJacobians(self.model, self.data, x)
-        for item, data in zip(self._each_model, self._each_constraint, strict=True):
-            item.calc(self.model, self.data, data)
-
-    def _eliminated(
-        self, elimination: LoopElimination, x: Array, v: Array
-    ) -> tuple[Array, Array] | None:
-        """Return a closed state near one that drifted; None if a closure is weak, or stays open."""
-        for _ in range(_MOST_STEPS):
-            found = elimination.displacement(x)
+        is_near = False
+        for _ in range(1 + _MOST_STEPS):
+            found = self._main.closer(x, v) if self._main is not None else None
+            if found is None and (other := self._other(x)) is not None:
+                found = other.closer(x, v, at_last=True)
             if found is None:
-                return None
-            step, error = found
-            if error <= _CLOSED:
-                break
-            x = np.asarray(pinocchio.integrate(self.model, x, step))
-            if error <= _NEAR:
-                break
-        else:
-            return None
-        change = elimination.slowing(x, v)
-        return None if change is None else (x, v + change)
+                x, v = self._closed_by_rank(x, v, strong_alone=crosses)
+                if self._main is not None and not crosses:
+                    rounding = self._by_rank.rounding(x * self._of_positions)
+                    self.rounding = max(self.rounding, rounding)
+                return x, v
+            nearer, rates, error = found
+            if is_near or error <= _CLOSED:
+                return x, rates
+            x, is_near = nearer, error <= _NEAR
+        refuse_open(error)
+        return x, rates
+
+    def _closed_by_rank(
+        self, x: Array, v: Array, *, strong_alone: bool = False
+    ) -> tuple[Array, Array]:
+        x, v = x * self._of_positions, v * self._of_rates
+        x, v = self._by_rank.closed(x, v, strong_alone=strong_alone)
+        return x / self._of_positions, v / self._of_rates
 
     def closure_error(self, x: Array) -> float:
         """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
-        rest, x = np.zeros(self.model.nv), x * self._of_positions
-        self._constrained(x, rest, rest)
-        return _greatest(self._gaps(), self._couplings.gaps(x))
-
-    def _gaps(self) -> Array:
-        """Return closure errors `(6 L,)` of the state that was prepared, as the rows count them."""
-        gaps = np.empty(self._rows)
-        for index, item in enumerate(self._each_constraint):
-            gaps[6 * index : 6 * index + 6] = pinocchio.log6(item.c1Mc2).vector
-        return gaps
+        gaps, _ = self._every.gaps(x * self._of_positions)
+        return float(np.max(np.abs(gaps), initial=0.0))
 
 
 class _Elsewhere(NamedTuple):
     """Closure equations of a chain at other configurations, against which they may be weak.
 
-    Whether loops are closed there makes no difference: what is redundant on closed positions alone
-    is left to `_overclosed_rank`.
-
     Attributes:
-        loops: rank of the loops' equations along free coordinates.
-        coupled: what the couplings add to it.
-        least: least eigenvalue of J M⁻¹ Jᵀ of the loops that is not zero.
-        least_coupled: that of the couplings, as loops allow them.
-        typical: least singular value of all equations that is not zero, relative to the greatest.
+        places: configurations `(P, size)`; loops are closed there if the chain is overclosed.
+        rank: of the equations along free coordinates.
+        typical: least singular value that is not zero, relative to the greatest.
     """
 
-    loops: int
-    coupled: int
-    least: float
-    least_coupled: float
+    places: Array
+    rank: int
     typical: float
 
-    @property
-    def rank(self) -> int:
-        """Rank of all equations."""
-        return self.loops + self.coupled
+    @staticmethod
+    def at(every: ClosedDirections, places: Array) -> _Elsewhere:
+        """Look at configurations."""
+        values = [every.singular_values(place) for place in places]
+        rank = max(map(rank_of, values))
+        if not rank:
+            return _Elsewhere(places, 0, 1.0)
+        parts = [item[rank - 1] / item[0] for item in values if rank_of(item) == rank]
+        return _Elsewhere(places, rank, float(np.median(parts)))
 
     @staticmethod
-    def of(every: ClosedDirections, state: Array) -> _Elsewhere:
-        """Look at some configurations about a state.
-
-        Args:
-            every: the equations.
-            state: a configuration.
-        """
+    def around(every: ClosedDirections, state: Array) -> _Elsewhere:
+        """Look at some configurations about a state, whether or not loops are closed there."""
         random = np.random.default_rng(1)
-        found = []
-        for _ in range(_PLACES):
-            way = random.uniform(-_ELSEWHERE, _ELSEWHERE, size=every.model.nv)
-            found.append(_measured(every, pinocchio.integrate(every.model, state, way)))
-        loops, coupled = max(item[:2] for item in found)
-        full = [item[2:] for item in found if item[:2] == (loops, coupled)]
-        return _Elsewhere(loops, coupled, *np.median(full, axis=0).tolist())
-
-    def is_weak_coupled(self, gains: Array) -> bool:
-        """Return whether a coupling is weak, as loops allow it.
-
-        Args:
-            gains: what efforts along the couplings move them `(k, k)`.
-        """
-        if not self.coupled:
-            return False
-        values = np.linalg.svd(gains, compute_uv=False)
-        return bool(np.count_nonzero(values > _WEAK * self.least_coupled) < self.coupled)
+        ways = random.uniform(-_ELSEWHERE, _ELSEWHERE, size=(_PLACES, every.model.nv))
+        places = [pinocchio.integrate(every.model, state, way) for way in ways]
+        return _Elsewhere.at(every, np.array(places))
 
     def weakness(self, every: ClosedDirections, x: Array) -> float:
         """Return the least singular value, relative to the greatest, as a fraction of elsewhere.
@@ -679,33 +569,8 @@ class _Elsewhere(NamedTuple):
         """
         if not self.rank:
             return 1.0
-        values = np.linalg.svd(every.jacobian(x)[:, every.free], compute_uv=False)
+        values = every.singular_values(x)
         return float(values[self.rank - 1] / values[0] / self.typical)
-
-
-def _measured(every: ClosedDirections, x: Array) -> tuple[int, int, float, float, float]:
-    """Return ranks and least values of loops and of couplings, and of all equations."""
-    rows = every.jacobian(x)[:, every.free]
-    root = np.linalg.cholesky(every.metric(x))
-    weighted = np.linalg.solve(root, rows.T).T
-    count = every.loop_rows
-    left = weighted[count:]
-    rank, least = 0, 1.0
-    if count and every.free.size:
-        _, values, right = np.linalg.svd(weighted[:count], full_matrices=False)
-        rank = rank_of(values)
-        least = float(values[rank - 1]) ** 2 if rank else 1.0
-        left = left - left @ right[:rank].T @ right[:rank]
-    coupled, least_coupled = 0, 1.0
-    if len(left) and every.free.size:
-        values = np.linalg.svd(left, compute_uv=False)
-        sizes = np.linalg.norm(weighted[count:], axis=1)
-        coupled = int(np.count_nonzero(values > ZERO * np.max(sizes)))
-        least_coupled = float(values[coupled - 1]) ** 2 if coupled else 1.0
-    values = np.linalg.svd(rows, compute_uv=False)
-    both = rank + coupled
-    typical = float(values[both - 1] / values[0]) if both else 1.0
-    return rank, coupled, least, least_coupled, typical
 
 
 class _Couplings:
@@ -751,18 +616,10 @@ def _lent_inertia(inertia: Array, free: Array) -> float:
     return _LENT * float(np.max(scale)) ** 2 or 1.0
 
 
-def _greatest(*values: Array) -> float:
-    """Return the greatest absolute value of arrays, of which some may be empty."""
-    # Of so few numbers NumPy's reductions take five times as long.
-    sizes = [abs(size) for item in values for size in item.tolist()]
-    # Whether Python's greatest of them is a NaN would depend on their order; a sum always is.
-    return max(sizes, default=0.0) if sum(sizes) < np.inf else np.inf
-
-
-def _overclosed_rank(
+def _overclosed(
     every: ClosedDirections, state: Array, closed: Callable[[Array], Array]
-) -> int | None:
-    """Return the rank of equations that are redundant only where loops are closed; None if not."""
+) -> _Elsewhere | None:
+    """Return equations that are redundant only where loops are closed, there; None if not."""
     if not every.loop_rows:
         return None
     nv, free = every.model.nv, every.free
@@ -773,10 +630,9 @@ def _overclosed_rank(
         return np.asarray(pinocchio.integrate(every.model, state, size * way))
 
     opened = every.rank(displaced(_OPEN, ways[-1]))
-    here = every.rank(state)
-    if here == opened:
+    if every.rank(state) == opened:
         return None
     # The state itself may be singular.
     moved = [closed(displaced(size, way)) for size, way in zip(_MOVED, ways, strict=False)]
-    rank = max(here, *map(every.rank, moved))
-    return None if rank == opened else rank
+    found = _Elsewhere.at(every, np.array([state, *moved]))
+    return None if found.rank == opened else found

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import Array
-from ..elements.stepping import ImplicitStepper, Step, Stepper
+from ..elements.stepping import ImplicitStepper, Step, Stepper, Traced
 from ..errors import CardanError
 from .crossings import Crossings
 from .forces import Named
@@ -61,6 +61,10 @@ class Equations(Protocol):
     """What has to be added to a row, in turns of its entries; `wrap` changes it."""
     evaluations: int
     """How often derivatives were computed."""
+
+    def traced(self) -> Traced | None:
+        """Return a program that gives derivatives sooner, see `Stepper`; None if there is none."""
+        return None
 
     def derivative(self, time: float, y: Array) -> Array:
         """Return the time derivative of a row."""
@@ -213,7 +217,7 @@ class Integration:
         asked: dict[str, Any] = {"rtol": rtol, "atol": atol, "longest": longest, "length": length}
         derivative = self.equations.derivative
         if self.method == "DOP853":
-            return Stepper(derivative, self._duration, **asked)
+            return Stepper(derivative, self._duration, **asked, traced=self.equations.traced)
         return ImplicitStepper(derivative, self._duration, jacobian=self._jacobian, **asked)
 
     def _jacobian(self, time: float, y: Array) -> Array:

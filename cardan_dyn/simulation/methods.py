@@ -184,8 +184,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         following = ContactFollowing(system, setup.contacts, setup.max_touches)
         following.begin(y)
     coordinates = system.model.mechanism.coordinates
-    x, v = y[: system.size], y[system.size :]
-    gains = system.accelerations(0.0, x, v)
+    v, gains = y[system.size :], system.derivative(0.0, y)[system.size :]
     speed = _speed(np.concatenate([v, gains]) / np.tile(coordinates.rate_scale, 2))
     unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
     crossings = Crossings(system.model, system.size)
@@ -258,10 +257,12 @@ def _speed(rates: Array) -> float:
 
 def _model(setup: Setup) -> ConstrainedModel:
     problem = setup.solver.problem
-    rates = problem.mechanism.coordinates.rates_of((*setup.motions, *problem.held))
+    coordinates = problem.mechanism.coordinates
+    rates = coordinates.rates_of((*setup.motions, *problem.held))
     mechanism = with_free_balls(problem.mechanism, rates, setup.forces.bodies)
     x = mechanism.row(setup.x) if isinstance(mechanism, WithBalls) else setup.x
-    return ConstrainedModel(mechanism, rates, problem.gravity, x)
+    independent = coordinates.rates_of(problem.independent)
+    return ConstrainedModel(mechanism, rates, problem.gravity, x, independent)
 
 
 class _End(NamedTuple):

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..elements.stepping import Traced
 from ..errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
 from .forces import Forces, Named, StateNames
@@ -74,7 +75,7 @@ class System:
         coordinates = model.mechanism.coordinates
         self.model, self._forces = model, forces
         # Called for every stage of every step: what only passes on is left out of the way.
-        self._accelerations = (model.chains[0] if len(model.chains) == 1 else model).accelerations
+        self._rates_of = (model.chains[0] if len(model.chains) == 1 else model).rates
         free = None
         if isinstance(model.mechanism, WithBalls):
             free, self.mechanism = model.mechanism, model.mechanism.source
@@ -89,9 +90,8 @@ class System:
         self._names = StateNames(self.mechanism.coordinates)
         self.size = coordinates.size
         self.turns, self.evaluations = np.zeros(self.size), 0
-        self._columns, self._rates = coordinates.scalars
-        self._balls = list(zip(*map(np.ndarray.tolist, coordinates.balls), strict=True))
-        self._is_plain = not self._balls
+        self._balls = coordinates.balls[0].tolist()
+        self._reads_balls = bool(self._balls) and (free is not None or forces.act_on_links)
         prescribed = model.prescribed.tolist()
         moving = [named[name].rate for name in motions]
         columns = coordinates.column_of(np.array(moving, dtype=int)).tolist()
@@ -99,12 +99,15 @@ class System:
             (column, rate, prescribed.index(rate), motion)
             for column, rate, motion in zip(columns, moving, motions.values(), strict=True)
         ]
-        self._acts = bool(self._motions) or not forces.is_nothing
+        acts = bool(self._motions) or not forces.is_nothing
+        # A single chain on which nothing acts is integrated by its program alone.
+        self._chain = model.chains[0]
+        self._is_alone = len(model.chains) == 1 and not acts
         self._resting = np.array([rate for rate in prescribed if rate not in moving], dtype=int)
         self._resting_columns = coordinates.column_of(self._resting)
         self._resting_at = start[self._resting_columns]
         # Whether a row is what the model takes, with nothing in it that is given.
-        self._is_free = self._is_plain and not (self._motions or self._resting.size)
+        self._is_free = not (self._balls or self._motions or self._resting.size)
         self._scale = coordinates.scale
         coupled = {
             column
@@ -115,11 +118,19 @@ class System:
         self._wrapped = np.array(
             [
                 column
-                for column, rate in zip(self._columns.tolist(), self._rates.tolist(), strict=True)
+                for column, rate in zip(*map(np.ndarray.tolist, coordinates.scalars), strict=True)
                 if column in set(coordinates.angle_columns.tolist()) and rate not in coupled
             ],
             dtype=int,
         )
+
+    def traced(self) -> Traced | None:
+        """Return what gives derivatives sooner, see `Stepper`."""
+        given = self._chain.traced if self._is_alone else None
+        return None if given is None else Traced(given, self._counted)
+
+    def _counted(self, evaluations: int) -> None:
+        self.evaluations += evaluations
 
     @cached_property
     def physical(self) -> Any:
@@ -134,40 +145,19 @@ class System:
         """Return the time derivative of a row."""
         self.evaluations += 1
         x, v = y[: self.size], y[self.size :]
-        if self._is_plain:
-            if self._acts:
-                return np.concatenate((v, self.accelerations(time, x, v)))
-            return np.concatenate((v, self._accelerations(x, v)))
-        result = np.empty_like(y)
-        x = self.unit(x)
-        result[self._columns] = v[self._rates]
-        for column, start in self._balls:
-            # NumPy's products of such short vectors take ten times as long.
-            i, j, k, w = y[column : column + 4].tolist()
-            a, b, c = (0.5 * v[start : start + 3]).tolist()
-            result[column : column + 4] = (
-                w * a + j * c - k * b,
-                w * b + k * a - i * c,
-                w * c + i * b - j * a,
-                -i * a - j * b - k * c,
-            )
-        result[self.size :] = self.accelerations(time, x, v)
-        return result
-
-    def accelerations(self, time: float, x: Array, v: Array) -> Array:
-        """Return accelerations `(nv,)` at coordinates and velocities."""
-        model = self.model
         efforts = None if self._forces.is_nothing else self._efforts(time, x, v)
         prescribed = None
         if self._motions:
-            prescribed = np.zeros(len(model.prescribed))
+            prescribed = np.zeros(len(self.model.prescribed))
             for _, _, index, motion in self._motions:
                 prescribed[index] = motion(time)[2]
-        return self._accelerations(x, v, efforts, prescribed)
+        return self._rates_of(x, v, efforts, prescribed)
 
     def _efforts(self, time: float, x: Array, v: Array) -> Array:
         """Return what acts along all velocities `(nv,)`."""
         forces, free, data = self._forces, self._free, self._data
+        if self._reads_balls:
+            x = self.unit(x)
         if free is None:
             counted = x + 2.0 * np.pi * self.turns
             return forces.efforts(self.physical, data, time, counted, v)
@@ -223,7 +213,7 @@ class System:
     def unit(self, x: Array) -> Array:
         """Return a copy of coordinates with quaternions of unit length."""
         x = x.copy()
-        for column, _ in self._balls:
+        for column in self._balls:
             x[column : column + 4] /= np.linalg.norm(x[column : column + 4])
         return x
 

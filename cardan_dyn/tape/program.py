@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -89,6 +89,27 @@ class Program:
         outputs = np.empty((self.outputs, lanes))
         compiled.kernel.run_program(self.handle(block), arrays, outputs)
         return outputs[:, :count]
+
+    @property
+    def single(self) -> Any:
+        """The program as the machine keeps it for one lane; None where there is no machine."""
+        return self.handle(block_for(1)) if machine_is_at_hand() else None
+
+    def of_one(self) -> Callable[[Array], Array]:
+        """Return the outputs `(outputs,)` of one lane as a function of its inputs `(inputs,)`.
+
+        It does what `run_rows` does, but sooner.
+        """
+        handle, count = self.single, self.outputs
+        if handle is None:
+            return lambda row: self.run_rows([row[:, None]], 1)[:, 0]
+
+        def found(row: Array) -> Array:
+            outputs = np.empty(count)
+            compiled.kernel.run_one(handle, row, outputs)
+            return outputs
+
+        return found
 
     def run_on_arrays(
         self, inputs: Mapping[str, Any], count: int, block: int = MOST_LANES

@@ -288,8 +288,8 @@ def test_steps_that_linger_upright_are_noted(method: str) -> None:
     assert scene.simulate(2.0, position=1.0, method=method, rtol=1e-5).notes == ()
 
 
-def test_a_motion_that_rounding_decides_is_no_result() -> None:
-    """Cranks of one length, base and coupler of another: in line they can go on in two ways."""
+def cranks_of_one_length(last: str) -> cd.Mechanism:
+    """Base and coupler are of another: in line they can go on in two ways."""
     links = "".join(
         f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="1"/>'
         '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
@@ -307,9 +307,31 @@ def test_a_motion_that_rounding_decides_is_no_result() -> None:
         '</predecessor><successor link="c"><origin xyz="0.1 0 0"/></successor>'
         '<axis xyz="0 0 1"/></loop>'
     )
-    text = f'<robot name="p"><link name="f"/>{links}<link name="c"/>{joints}{loop}</robot>'
-    scene = cd.Scene(cd.load(text), free="A", near={"A": np.pi / 2})
-    before = scene.simulate(0.1, position=np.pi / 2, speed=10.471975512)
-    assert before.energy_residual < 1e-9
+    return cd.load(f'<robot name="p"><link name="f"/>{links}{last}{joints}{loop}</robot>')
+
+
+def test_a_motion_that_rounding_decides_is_no_result() -> None:
+    """A parallelogram keeps its speed, so that a step ends where all are in line."""
+    turning = {"A": np.pi / 2, "B": -np.pi / 2, "D": np.pi / 2}
+    scene = cd.Scene(cranks_of_one_length('<link name="c"/>'), free="A", near=turning)
+    begin = {"position": np.pi / 2, "speed": np.pi / 0.3, "method": "DOP853"}
+    past = scene.simulate(0.3, **begin)
+    assert past.position[-1] == pytest.approx(1.5 * np.pi, abs=1e-12)
+    assert past.energy_residual < 1e-12
+    assert scene.simulate(0.14, step=0.01, **begin).energy_residual < 1e-12
     with pytest.raises(cd.SingularConfigurationError, match="rounding decides all of its speeds"):
-        scene.simulate(0.3, position=np.pi / 2, speed=10.471975512)
+        scene.simulate(0.3, step=0.01, **begin)
+
+
+def test_links_without_mass_pass_where_links_are_in_line_as_light_ones_do() -> None:
+    light = (
+        '<link name="c"><inertial><mass value="1e-6"/><inertia ixx="1e-9" iyy="1e-9" izz="1e-9" '
+        'ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    ends = []
+    for last in ('<link name="c"/>', light):
+        scene = cd.Scene(cranks_of_one_length(last), free="A", near={"A": np.pi / 2})
+        passed = scene.simulate(0.3, position=np.pi / 2, speed=10.471975512)
+        assert passed.energy_residual < 1e-8
+        ends.append(passed.position[-1])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-7)

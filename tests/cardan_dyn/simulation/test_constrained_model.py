@@ -13,8 +13,10 @@ from testkit.scaling import in_lengths
 from testkit.scenes import forward_accelerations, universal
 
 import cardan_dyn as cd
+from cardan_dyn.simulation.chain_tape import ChainTape
 from cardan_dyn.simulation.constrained_model import ConstrainedModel
 from cardan_dyn.simulation.turning_model import turning_model
+from cardan_dyn.tape import machine_is_at_hand
 
 GRAVITY = np.array([0.3, -9.81, 0.2])
 
@@ -183,24 +185,36 @@ def test_copies_side_by_side_move_like_one_alone() -> None:
     assert rates[drives].tolist() == together(v)[drives].tolist()
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-10])
-def test_decompositions_of_a_simulation(
-    joint: cd.Mechanism, rtol: float, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("rtol", "closing"), [(1e-6, 3), (1e-10, 2)])
+def test_programs_of_a_simulation(
+    joint: cd.Mechanism, rtol: float, closing: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One for each acceleration, and one for what closes loops and speeds after a step."""
+    """For what closes loops and speeds after a step two or three, one for the rates there.
+
+    Those between are run by compiled steps.
+    """
     made = []
-    dynamics = pin.constraintDynamics
 
-    def counted(*arguments: object) -> np.ndarray:
-        made.append(arguments)
-        return dynamics(*arguments)
+    def counted(name: str) -> None:
+        ask = getattr(ChainTape, name)
 
-    monkeypatch.setattr(pin, "constraintDynamics", counted)
+        def noted(*given: object, **options: object) -> object:
+            made.append(name)
+            return ask(*given, **options)
+
+        monkeypatch.setattr(ChainTape, name, noted)
+
+    counted("rates")
+    counted("closer")
     scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.5}, outputs=[])
     spin = scene.simulate(2.0, speed=10.0, method="DOP853", rtol=rtol)
     steps = len(spin.time) - 1
-    # Beside these the start is closed, and where loops are closed elsewhere is looked at.
-    assert spin.evaluations + steps <= len(made) <= spin.evaluations + steps + 20
+    # Beside these the start is closed.
+    within = 0 if machine_is_at_hand() else spin.evaluations
+    assert steps < made.count("rates") <= within + steps + 10
+    assert steps < made.count("closer") <= closing * steps + 5
+    assert spin.evaluations > 10 * steps
+    assert len(set(made)) == 2
 
 
 def test_what_closures_are_like_elsewhere_is_looked_at_once(

@@ -9,10 +9,10 @@ import pickle
 import numpy as np
 import pytest
 
-from cardan_dyn.simulation.integration import Integration
+from cardan_dyn.simulation.integration import Equations, Integration
 
 
-class Circle:
+class Circle(Equations):
     """A point that runs about the unit circle once in 2π; its angle is counted beside, wrapped."""
 
     def __init__(self, decay: float = 0.0) -> None:

@@ -1,0 +1,208 @@
+"""Constrained: what a closed chain does that forces move, as equations of one sample.
+
+Some coordinates are independent: closure rows J, turned until they are a triangle in the dependent
+ones, tell how all of them move. Of rates with J T = 0 and accelerations a with J a = -drift it asks
+Tᵀ M T u = Tᵀ (τ - h - M a), what inertia forces of one motion do along another (Kane's equations;
+García de Jalón and Bayo 1994, chapter 5). T u + a are then the accelerations. Turning rows rounds
+alike wherever axes point: only where other coordinates should be independent are ratios T great.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..tape import absolute, greater, is_zero, sqrt
+from . import closure
+from .bodies import Tree
+from .elimination import Eliminated, Pivot, Row, UnsuitableError, eliminated
+from .placements import Placed, moving, placed
+from .reactions import Share, shares, work
+from .vectors import ZERO, Scalar, Vector, times
+
+_LEAST = 1e-150
+"""Added to what a rotation makes zero of: nothing beside numbers that occur, and so two zeros have
+a rotation, too."""
+_DRIFT, _ERROR, _OPENING = -1, -2, -3
+"""Columns beside those of velocity coordinates: what is on the other side of equations."""
+
+
+def triangle(rows: Sequence[Row], columns: Sequence[int]) -> list[tuple[int, Row]]:
+    """Return a column and a row for each of some columns, in which those before are zero.
+
+    Rows are turned among each other (Givens; Golub and Van Loan 2013, section 5.1.8), so that what
+    solves them stays the same; what is left of them in the end belongs to rows that are redundant.
+
+    Raises:
+        UnsuitableError: nothing of a column is left.
+    """
+    left = [{key: entry for key, entry in row.items() if not is_zero(entry)} for row in rows]
+    result: list[tuple[int, Row]] = []
+    for column in columns:
+        own = sorted((row for row in left if column in row), key=len)
+        if not own:
+            raise UnsuitableError
+        first, *others = own
+        left = [row for row in left if column not in row]
+        for other in others:
+            first, rest = _turned(first, other, column)
+            left.append(rest)
+        result.append((column, first))
+    return result
+
+
+def _turned(first: Row, second: Row, column: int) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+    """Return two rows after the rotation that leaves nothing of a column in the second one."""
+    a, b = first[column] + _LEAST, second[column]
+    size = sqrt(a * a + b * b)
+    inverse = 1.0 / size
+    cosine, sine = a * inverse, b * inverse
+    upper, lower = {column: size}, {}
+    for key in sorted({*first, *second} - {column}):
+        u, w = first.get(key, 0.0), second.get(key, 0.0)
+        upper[key], lower[key] = cosine * u + sine * w, cosine * w - sine * u
+    return upper, {key: entry for key, entry in lower.items() if not is_zero(entry)}
+
+
+class Free(NamedTuple):
+    """What is free at a state of a closed chain, and how it resists.
+
+    Attributes:
+        tree, v, told: see `of`.
+        at: where the bodies are.
+        rows: of the triangle, with what is on their other side.
+        ways: per independent coordinate, velocity coordinate to its rate while that moves alone.
+        moved: how masses move, along each way.
+        factors: of their inertia Tᵀ M T.
+        error: greatest one of the closure rows.
+        narrowness: greatest ratio of a pivot's size elsewhere to its own.
+        growth: greatest of the ratios T.
+        lightness: greatest part of what a way moves, over what is left of it beside others.
+    """
+
+    tree: Tree
+    at: Placed
+    v: Mapping[int, Scalar]
+    told: Mapping[int, Scalar]
+    rows: list[tuple[int, Row]]
+    ways: list[dict[int, Scalar]]
+    moved: list[list[Share]]
+    factors: Eliminated
+    error: Scalar
+    narrowness: Scalar
+    growth: Scalar
+    lightness: Scalar
+
+    @staticmethod
+    def of(
+        tree: Tree,
+        x: Mapping[int, Scalar],
+        v: Mapping[int, Scalar],
+        told: Mapping[int, Scalar],
+        dependent: Sequence[int],
+        sizes: Sequence[Scalar],
+    ) -> Free:
+        """Return what is free.
+
+        Args:
+            tree: the chain.
+            x: column to coordinate, closed up to a drift.
+            v: velocity coordinate to velocity.
+            told: likewise to acceleration, of those that are prescribed.
+            dependent: velocity coordinates that the others decide, in the order of elimination.
+            sizes: of their pivots elsewhere.
+
+        Raises:
+            UnsuitableError: the closure rows do not decide these, or a way moves no mass.
+        """
+        at = placed(tree, x)
+        by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
+        errors, error = closure.errors(tree, at, by_rate, [c.offset for c in tree.couplings])
+        rows = closure.rows(tree, at, v)
+        drifts = closure.drifts(tree, at, moving(tree, at, v, told, ZERO))
+        drifts += [_product(row, told) for row in rows[len(drifts) :]]
+        turned = triangle(
+            [
+                {rate: entry for rate, entry in row.items() if rate not in told}
+                | {_DRIFT: drift, _ERROR: off, _OPENING: _product(row, v)}
+                for row, drift, off in zip(rows, drifts, errors, strict=True)
+            ],
+            dependent,
+        )
+        narrowness: Scalar = 0.0
+        for (column, row), size in zip(turned, sizes, strict=True):
+            narrowness = greater(narrowness, absolute(size * (1.0 / row[column])))
+        independent = [rate for rate in v if rate not in told and rate not in dependent]
+        ways = [{rate: 1.0, **_decided(turned, rate)} for rate in independent]
+        growth: Scalar = 0.0
+        for way in ways:
+            for ratio in way.values():
+                growth = greater(growth, absolute(ratio))
+        moved = [shares(tree, at, moving(tree, at, {}, way, ZERO), {}) for way in ways]
+        count = range(len(ways))
+        inertia = [[work(moved[k], moved[c]) for c in range(k + 1)] for k in count]
+        if any(is_zero(inertia[k][k]) for k in count):
+            raise UnsuitableError
+        full = [{c: inertia[max(k, c)][min(k, c)] for c in count} for k in count]
+        factors = eliminated(full, [Pivot(k, k, 1.0) for k in reversed(count)])
+        lightness: Scalar = 0.0
+        for step in factors.steps:
+            lightness = greater(lightness, absolute(inertia[step.row][step.row] * step.inverse))
+        judged = error, narrowness, growth, lightness
+        return Free(tree, at, v, told, turned, ways, moved, factors, *judged)
+
+    def accelerations(self, gravity: Vector, efforts: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        """Return accelerations by velocity coordinates.
+
+        Args:
+            gravity: acceleration of free fall.
+            efforts: velocity coordinate to what acts there.
+        """
+        decided = {**self.told, **_decided(self.rows, _DRIFT)}
+        return self._least(self.v, decided, times(gravity, -1.0), efforts)
+
+    def displacement(self) -> dict[int, Scalar]:
+        """Return the displacement that closes loops by Newton's method, the least one by M."""
+        return self._least({}, _decided(self.rows, _ERROR), ZERO, {})
+
+    def slowing(self) -> dict[int, Scalar]:
+        """Return the least change of velocities after which loops stay closed, likewise."""
+        return self._least({}, _decided(self.rows, _OPENING), ZERO, {})
+
+    def _least(
+        self,
+        v: Mapping[int, Scalar],
+        decided: Mapping[int, Scalar],
+        base: Vector,
+        efforts: Mapping[int, Scalar],
+    ) -> dict[int, Scalar]:
+        """Return accelerations with those along ways that forces give."""
+        motion = moving(self.tree, self.at, v, decided, base)
+        resisting = shares(self.tree, self.at, motion, {})
+        left = [
+            _product(way, efforts) - work(resisting, own)
+            for way, own in zip(self.ways, self.moved, strict=True)
+        ]
+        result = dict(decided)
+        for index, amount in self.factors.solve(left).items():
+            for rate, ratio in self.ways[index].items():
+                result[rate] = result.get(rate, 0.0) + ratio * amount
+        return result
+
+
+def _decided(rows: Sequence[tuple[int, Row]], column: int) -> dict[int, Scalar]:
+    """Return values of dependent columns with which rows vanish, a column being one."""
+    result: dict[int, Scalar] = {}
+    for pivot, row in reversed(rows):
+        value = -row.get(column, 0.0)
+        for other, entry in row.items():
+            if other in result:
+                value = value - entry * result[other]
+        if not is_zero(value):
+            result[pivot] = value * (1.0 / row[pivot])
+    return result
+
+
+def _product(first: Mapping[int, Scalar], second: Mapping[int, Scalar]) -> Scalar:
+    """Return the sum of products of entries that both have."""
+    return sum((entry * second[key] for key, entry in first.items() if key in second), 0.0)
