@@ -67,7 +67,7 @@ def test_calls_for_what_computes_little() -> None:
     assert calls(scene) < 650
     assert calls(lambda: cd.load("universal_joint")) < 4200
     # Where the held joint is elsewhere, the way there is followed.
-    assert calls(lambda: scene(0.8)) < 2100
+    assert calls(lambda: scene(0.8)) < 2300
 
 
 def test_calls_of_a_quadrature() -> None:
@@ -79,7 +79,7 @@ def test_calls_of_a_quadrature() -> None:
         return scene.simulate(6.0, speed=10.0, method="quadrature").at(6.0).position
 
     spin()
-    assert calls(spin) < (4150 if compiled.kernel else 4550)
+    assert calls(spin) < (4350 if compiled.kernel else 4750)
 
 
 @needs_kernel

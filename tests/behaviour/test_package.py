@@ -210,7 +210,7 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
     assert ran.returncode == 0, ran.stderr
     imported, unwanted = ran.stdout.splitlines()
     # What is imported beyond Pinocchio: zlib, and what a sweep runs through, with its tape.
-    assert int(imported) <= 129
+    assert int(imported) <= 138
     assert unwanted == ""
 
 

@@ -135,7 +135,7 @@ def test_sweeps_tell_of_their_blocks_and_change_nothing(
     joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.4})
-    turn = np.linspace(0.0, 6.0, 5000)
+    turn = np.linspace(0.0, 6.0, 20_000)
     silent = scene.sweep(turn)
     told: list[float] = []
     tell = Task.tell

@@ -102,7 +102,7 @@ def test_many_loops(made: Callable[[int], cd.Mechanism]) -> None:
         found = model.accelerations(x, v, efforts)
         assert np.max(np.abs(found - expected)) < 1e-11 * np.max(np.abs(expected))
         (tape,) = model.chains[0]._tapes.values()
-        lengths.append(tape._program.lines)
+        lengths.append(len(tape._program.code.body))
     assert lengths[1] < (2.1 if len(drives) == 1 else 4.5) * lengths[0]
 
 
