@@ -13,6 +13,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn import time_left
+from cardan_dyn.threads import on_cores
 from cardan_dyn.time_left import Task, duration
 
 
@@ -142,7 +143,7 @@ def test_sweeps_tell_of_their_blocks_and_change_nothing(
     monkeypatch.setattr(Task, "tell", lambda task, done: (told.append(done), tell(task, done)))
     monkeypatch.setattr(time_left, "_PATIENCE", 0.0)
     monkeypatch.setattr(time_left, "_EVERY", 0.0)
-    with cd.progress(True):
+    with cd.progress(True), on_cores(1):  # What other threads do is told by this one.
         watched = scene.sweep(turn)
     # The clock is asked once for each block, whatever the number of samples.
     assert 1 < len(told) < 100 and told == sorted(told)
