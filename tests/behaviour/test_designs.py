@@ -359,7 +359,7 @@ def test_any_number_of_gravities_takes_no_more_memory(joint: cd.Mechanism) -> No
             gravity = (0.0, float(number), 1.0 / count)
             scene.sweep(np.linspace(0.0, 1.0, count), 1.0, gravity=gravity)
     assert len(vars(batch._of_thread)) <= 2  # For single samples, and for several in a call.
-    assert len(scene.solver.taped._tapes) == 1
+    assert len(scene.solver.taped._tapes) <= 1
 
 
 def test_columns_of_positions_are_as_good_assembled_as_given(joint: cd.Mechanism) -> None:
