@@ -583,12 +583,11 @@ class LoopPaths(NamedTuple):
         # A joint's twist (v, ω) that moves with the twist (V, Ω) of its carrier changes by
         # (Ω × v + V × ω, Ω × ω). Of all products of their components, summed over the joints, each
         # of the three cross products is the difference of two.
-        products = np.zeros((6, 6, len(self.columns), len(rates)))
+        differences = np.zeros((9, len(self.columns), len(rates)))
         for k in range(joint.shape[2]):
-            products += carrier[:, None, :, k] * joint[:, :, k]
-        every = products.reshape(36, *products.shape[2:])
-        differences = every.take(_ADDED, 0)
-        differences -= every.take(_TAKEN_OFF, 0)
+            first, second = carrier[:, :, k], joint[:, :, k]
+            differences += first[_ADDED // 6] * second[_ADDED % 6]
+            differences -= first[_TAKEN_OFF // 6] * second[_TAKEN_OFF % 6]
         differences[:3] += differences[6:]
         return differences[:6].T
 
