@@ -18,10 +18,11 @@ from ..arrays import Array, some
 from ..elements.link_loads import LinkLoad
 from ..errors import AssemblyError, SingularConfigurationError
 from ..kinematics.assembly import Assembly
+from ..kinematics.following.orders import Orders
 from ..kinematics.loops.closure_blocks import closure_blocks
 from ..kinematics.loops.groups import Group
 from ..mechanics.bodies import Tree, tree_of
-from ..mechanics.elimination import Pivot, UnsuitableError
+from ..mechanics.elimination import UnsuitableError
 from ..mechanics.sample import Roles
 from ..problem.problem import Problem
 from ..threads import in_turn
@@ -193,14 +194,14 @@ class TapedSolver:
         kind, tree = self._kind(inputs, links, moves_alone)
         rows = Prescribed.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
         count, openings = x.shape[1], None
-        for index in range(len(self._orders[1])):
+        for index in range(_MOST_TAPES):
             if not index:
                 tape, found, judged = self._run(index, tree, kind, rows, x)
                 holds = _closed(tape, rows, found, judged)
                 known, own, closed = holds, rows, found
             else:
                 (left,) = (~holds).nonzero()
-                if not len(left):
+                if not len(left) or self._orders.at(index) is None:
                     break
                 own = rows.of_lanes(left, count)
                 tape, closed, judged = self._run(index, tree, kind, own, x[:, left])
@@ -214,18 +215,9 @@ class TapedSolver:
         return found, holds, openings
 
     @cached_property
-    def _orders(self) -> tuple[Array, list[tuple[list[Pivot], Array]]]:
-        """Scouts `(size, S)` in units of the tree, and orders with those of them they are for.
-
-        They are the same for all scenes of the mechanism that move alike.
-        """
-
-        def chosen() -> tuple[Array, list[tuple[list[Pivot], Array]]]:
-            scouts, tree = self._assembly.scouts.T, self._tree(())
-            scouts = scouts / tree.coordinate_units(len(scouts))[:, None]
-            return scouts, self._roles.orders(tree, dict(enumerate(scouts)), _MOST_TAPES)
-
-        return self._mechanism.kept.of("orders", self._key, chosen)
+    def _orders(self) -> Orders:
+        """Orders of elimination: the same for all scenes of the mechanism that move alike."""
+        return self._assembly.orders(self._tree(()), self._roles)
 
     def _tree(self, factored: tuple[str, ...]) -> Tree:
         """Return the mechanism for tapes with factors on some links."""
@@ -237,9 +229,11 @@ class TapedSolver:
         self, index: int, tree: Tree, kind: Kind, rows: Prescribed, x: Array
     ) -> tuple[Tape, Found, Judged]:
         """Return what the tape of an order (index) finds, which considers all that acts."""
-        scouts, orders = self._orders
-        order, samples = orders[index]
-        shadows = dict(enumerate(scouts[:, samples]))
+        chosen = self._orders.at(index)
+        if chosen is None:
+            raise UnsuitableError
+        order, samples = chosen
+        shadows = dict(enumerate(self._orders.scouts[:, samples]))
         if kind not in self._tapes:
             self._tapes[kind] = self._mechanism.kept.of("tapes", (self._key, kind), dict[int, Tape])
         tapes = self._tapes[kind]

@@ -39,7 +39,10 @@ from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
 if TYPE_CHECKING:
+    from ..mechanics.bodies import Tree
+    from ..mechanics.sample import Roles
     from .assembly_modes import AssemblyModes
+    from .following.orders import Orders
 
 
 _FIRST_MODE = "A"
@@ -148,12 +151,12 @@ class Assembly:
         """Closes the loops for the scene's drives. Later ones may know more redundant rows."""
         return self._cache.kinematics
 
-    @cached_property
-    def scouts(self) -> Array:
-        """Closed coordinates `(S, size)` all over the motion, see `scouts`."""
-        from .following.scouts import scouts  # What is made only to be looked at needs none.
+    def orders(self, tree: Tree, roles: Roles) -> Orders:
+        """Return the orders of elimination of the closure rows; arguments as of `Orders`."""
+        from .following.orders import Orders  # What is made only to be looked at needs none.
 
-        return scouts(self._open_kinematics, self.start) if self.decided.size else self.start[None]
+        of = self._open_kinematics, self.start, tree, roles
+        return Orders.kept(*of, self._problem.mechanism.kept)
 
     def at_design(self, positions: Mapping[str, float]) -> Assembly:
         """Return the same with all varied held joints at one position each, for all samples.

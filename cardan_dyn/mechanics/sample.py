@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from ..arrays import Array
 from ..tape import absolute, greater, is_zero
 from . import closure
 from .bodies import Tree
-from .elimination import MOST_GROWTH, Eliminated, Pivot, Row, eliminated, pivots
+from .elimination import Eliminated, Pivot, Row, eliminated
 from .placements import Placed, moving, placed, stepped
 from .reactions import Closed, Push, SelfStresses, Wrenches, closed, missing, momentum_rates
 from .vectors import ZERO, Scalar, Vector, seen, times, turned
@@ -67,44 +64,6 @@ class Roles(NamedTuple):
         passives = set(self.passives)
         moved = [body for body in tree.bodies if passives.issuperset(body.rates)]
         return [column for body in moved for column in body.columns]
-
-    def orders(
-        self, tree: Tree, x: Mapping[int, Array], most: int, from_first: bool = False
-    ) -> list[tuple[list[Pivot], Array]]:
-        """Return orders of elimination of closure rows, and the samples (index) each is chosen at.
-
-        The first one is chosen at all samples, each other one where those before it serve worst.
-
-        Args:
-            tree: the mechanism.
-            x: column to coordinates `(S,)` of the samples.
-            most: how many at most.
-            from_first: whether all of them have to serve at the first sample, where lines begin.
-
-        Raises:
-            UnsuitableError: see `pivots`.
-        """
-        at = placed(tree, x)
-        rows = passive_rows(closure.rows(tree, at, {*self.drives, *self.passives}), self)
-        count = len(next(iter(x.values())))
-        every = [{c: np.broadcast_to(entry, count) for c, entry in row.items()} for row in rows]
-        left, growth, quarter = np.arange(count), np.full(count, np.inf), -(-count // 4)
-        found: dict[tuple[tuple[int, int], ...], tuple[list[Pivot], Array]] = {}
-        while len(found) < most:
-            own = [{column: entry[left] for column, entry in row.items()} for row in every]
-            order = pivots(own, [block[:2] for block in self.blocks])
-            places = tuple(pivot[:2] for pivot in order)
-            if places in found:
-                break
-            found[places] = order, left
-            with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
-                growth = np.fmin(growth, eliminated(every, order).growth)
-            (left,) = np.nonzero(
-                growth >= min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter])
-            )
-            if from_first:
-                left = np.union1d([0], left)
-        return list(found.values())
 
 
 class LinkForce(NamedTuple):

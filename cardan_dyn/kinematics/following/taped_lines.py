@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import LARGE_BLOCK, Array, blocks
 from ...mechanics.bodies import tree_of
-from ...mechanics.elimination import Pivot, UnsuitableError
+from ...mechanics.elimination import Pivot
 from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
@@ -22,7 +22,7 @@ from ...tape import Program, Scalar, Stage, Stages, Trace, select
 from ...threads import in_threads
 from ..closing.all_groups import Kinematics
 from ..loops.closure_blocks import closure_blocks
-from .scouts import scouts
+from .orders import Orders
 
 _MOST_TAPES = 2
 """Orders that are tried."""
@@ -82,12 +82,13 @@ class TapedLines:
         x = np.tile(self._start, (len(positions), 1))
         is_there = np.zeros(len(positions), dtype=bool)
         targets = positions / self._units[self._columns]
-        for index, order in enumerate(self._orders):
+        for index in range(_MOST_TAPES):
             (rest,) = np.nonzero(~is_there)
-            if not len(rest):
+            chosen = self._orders.at(index, from_start=True) if len(rest) else None
+            if chosen is None:
                 break
             key = self._key, index
-            stages = self._mechanism.kept.of("lines", key, partial(self._traced, order))
+            stages = self._mechanism.kept.of("lines", key, partial(self._traced, chosen[0]))
             follow = partial(self._follow, stages, targets, x, is_there)
             in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
         x *= self._units
@@ -95,18 +96,10 @@ class TapedLines:
         return x, is_there
 
     @cached_property
-    def _orders(self) -> list[list[Pivot]]:
-        """Orders of elimination that scouts show: the same for all scenes that move alike."""
-
-        def chosen() -> list[list[Pivot]]:
-            closed = (scouts(self._kinematics, self._start * self._units) / self._units).T
-            try:
-                found = self._roles.orders(self._tree, dict(enumerate(closed)), _MOST_TAPES, True)
-            except UnsuitableError:
-                return []
-            return [order for order, _ in found]
-
-        return self._mechanism.kept.of("orders of lines", self._key, chosen)
+    def _orders(self) -> Orders:
+        """Orders of elimination: the same for all scenes that move alike."""
+        start, kept = self._start * self._units, self._mechanism.kept
+        return Orders.kept(self._kinematics, start, self._tree, self._roles, kept)
 
     def _follow(
         self, stages: Stages, targets: Array, x: Array, is_there: Array, own: Array

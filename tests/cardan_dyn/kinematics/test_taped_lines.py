@@ -147,7 +147,9 @@ def line(start: float, end: float) -> tuple[Line, Place]:
     assert taped is not None
     begin, to = np.array([[start, 0.8], [end, 0.8]])
     (x,) = in_general(part, begin[None, :]).x
-    order = taped._orders[0]
+    chosen = taped._orders.at(0)
+    assert chosen is not None
+    order, _ = chosen
     columns = taped._columns
     line = Line(
         taped._tree,

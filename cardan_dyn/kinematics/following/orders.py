@@ -1,0 +1,104 @@
+"""Orders: orders of elimination of the closure rows of a motion, chosen where they are needed.
+
+They are chosen at scouts, closed configurations that follow from the start alone, so that they do
+not depend on what was asked for first. The first order is chosen at all scouts; it serves nearly
+everywhere, and nearly always alone. Each other one is chosen where those before it serve worst.
+"""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from typing import TypeAlias
+
+import numpy as np
+
+from ...arrays import Array
+from ...mechanics import closure
+from ...mechanics.bodies import Tree
+from ...mechanics.elimination import MOST_GROWTH, Pivot, UnsuitableError, eliminated, pivots
+from ...mechanics.placements import placed
+from ...mechanics.sample import Roles, passive_rows
+from ...mechanism.kept import Kept
+from ..closing.all_groups import Kinematics
+from .scouts import scouts
+
+_Order: TypeAlias = tuple[list[Pivot], Array]
+"""Pivots, and the scouts (index) at which they are chosen."""
+
+
+class Orders:
+    """Orders of elimination, each chosen when it is first asked for. Threads may share them.
+
+    Attributes:
+        scouts: `(size, S)` coordinates in units of the tree; the start is the first one.
+    """
+
+    def __init__(self, kinematics: Kinematics, start: Array, tree: Tree, roles: Roles) -> None:
+        """Find scouts.
+
+        Args:
+            kinematics: of the drives and the groups that they move.
+            start: `(size,)` closed coordinates.
+            tree: the mechanism, with the loops and couplings of these groups.
+            roles: of its coordinates.
+        """
+        units = tree.coordinate_units(len(start))
+        # Where loops decide nothing, there is no order to choose.
+        closed = scouts(kinematics, start) if roles.passives else start[None, :]
+        self.scouts: Array = (closed / units).T
+        self._blocks = [block[:2] for block in roles.blocks]
+        at = placed(tree, dict(enumerate(self.scouts)))
+        rows = passive_rows(closure.rows(tree, at, {*roles.drives, *roles.passives}), roles)
+        count = self.scouts.shape[1]
+        self._rows = [{c: np.broadcast_to(x, count) for c, x in row.items()} for row in rows]
+        first = self._chosen(np.arange(count))
+        # From the start, and from anywhere; None behind the last one.
+        self._found: dict[bool, list[_Order | None]] = {True: [first], False: [first]}
+        self._lock = threading.RLock()
+
+    @staticmethod
+    def kept(kinematics: Kinematics, start: Array, tree: Tree, roles: Roles, kept: Kept) -> Orders:
+        """Return those of all scenes of a mechanism that move alike; arguments as of `Orders`."""
+        loops, couplings = (tuple(items) for items in (tree.loops, tree.couplings))
+        rows = tuple(block[:2] for block in roles.blocks)
+        key = roles.drives, rows, loops, couplings
+        return kept.of("orders", key, lambda: Orders(kinematics, start, tree, roles))
+
+    def at(self, index: int, from_start: bool = False) -> _Order | None:
+        """Return an order, and the scouts (index) it is chosen at; None if there is none.
+
+        Args:
+            index: which one, 0 for the first.
+            from_start: whether those after the first have to serve at the start as well, where
+                lines begin.
+        """
+        with self._lock:
+            found = self._found[from_start]
+            while len(found) <= index and found[-1] is not None:
+                found.append(self._next(list(filter(None, found)), from_start))
+            return found[min(index, len(found) - 1)]
+
+    def _next(self, found: list[_Order], from_start: bool) -> _Order | None:
+        """Return the order chosen where those that were found serve worst; None for one of them."""
+        count = self.scouts.shape[1]
+        growth, quarter = np.full(count, np.inf), -(-count // 4)
+        for order, _ in found:
+            with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
+                growth = np.fmin(growth, eliminated(self._rows, order).growth)
+        (worst,) = np.nonzero(growth >= min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter]))
+        chosen = self._chosen(np.union1d([0], worst) if from_start else worst)
+        is_new = chosen and all(_places(chosen) != _places(other) for other in found)
+        return chosen if is_new else None
+
+    def _chosen(self, samples: Array) -> _Order | None:
+        """Return the order chosen at some scouts, by their indices; None if none suits them."""
+        own = [{column: entry[samples] for column, entry in row.items()} for row in self._rows]
+        with suppress(UnsuitableError):
+            return pivots(own, self._blocks), samples
+        return None
+
+
+def _places(order: _Order) -> list[tuple[int, int]]:
+    """Return where the pivots stand."""
+    return [pivot[:2] for pivot in order[0]]
