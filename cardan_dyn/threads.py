@@ -66,6 +66,10 @@ def in_threads(
         BaseException: what the first item raises of those that fail. No others are begun then, nor
             once this is interrupted; those that were begun are waited for.
     """
+    if len(items) == 1:  # Nothing is beside it.
+        result = work(items[0])
+        tell(1)
+        return [result]
     results: dict[int, _Result] = {}
     left, alone = list(range(len(items))), 1
     while left:

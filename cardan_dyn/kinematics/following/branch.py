@@ -8,6 +8,7 @@ a guess is the same whenever it is asked for, and scenes whose branches begin al
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import NamedTuple
 
@@ -182,13 +183,17 @@ class Branch:
         Positions between the last node and a dead point lie on the branch as well.
         """
         # Nodes lie beyond, so that what lies between two of them does not depend on what was asked.
-        until = _SIGNS * (np.array([low, high]) - self.start) / self.unit
-        until = np.where(until > 0.0, np.nextafter(until, np.inf), -1.0)
+        ways = (self.start - low) / self.unit, (high - self.start) / self.unit
+        until = [math.nextafter(way, math.inf) if way > 0.0 else -1.0 for way in ways]
         ends = {}
         with self._lock:
-            if np.any(self._lines.share < until):
-                self._lines.lead(until, self._passed)
-            for side in np.flatnonzero(self._lines.share < until).tolist():
+            shares = self._lines.share.tolist()
+            if any(share < way for share, way in zip(shares, until, strict=True)):
+                self._lines.lead(np.array(until), self._passed)
+                shares = self._lines.share.tolist()
+            for side, (share, way) in enumerate(zip(shares, until, strict=True)):
+                if not share < way:
+                    continue
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:

@@ -141,13 +141,14 @@ class DriveMotion:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
         positions = self._positions(targets)
-        period, is_there = self._period(positions), np.ones(len(positions), dtype=bool)
-        periods = np.zeros(len(positions))
+        low, high = float(positions.min()), float(positions.max())
+        period = self._period(positions, low, high)
+        periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
         if period is not None:
             periods = np.floor((positions - self._start) / period + 0.5)
         elif strict:
             try:
-                self.branch.cover(float(positions.min()), float(positions.max()))
+                self.branch.cover(low, high)
             except (AssemblyError, SingularConfigurationError) as error:
                 raise self._beyond(positions, error) from error
         else:
@@ -186,33 +187,37 @@ class DriveMotion:
             return targets.positions[:, self._index]
         return targets.designs[:, self._index - drives][targets.design_of]
 
-    def _period(self, positions: Array) -> float | None:
-        """Return the period by which drive positions `(N,)` are turned back; None if by none.
+    def _period(self, positions: Array, low: float, high: float) -> float | None:
+        """Return the period by which drive positions are turned back; None if by none.
+
+        Args:
+            positions: `(N,)`.
+            low: the least of them.
+            high: the greatest of them.
 
         Raises:
             AssemblyError: positions lie very many turns away, and the mechanism does not repeat.
         """
         if not self._turns_freely:
             return None
-        ahead = np.abs(positions - self._start)
-        farthest = int(np.argmax(ahead))
+        farthest = max(low, high, key=lambda position: abs(position - self._start))
+        ahead = abs(farthest - self._start)
         try:
             # Positions that are nearer to the start than half a period are taken as they are.
-            repeats = self.branch.find_period(float(ahead[farthest]))
+            repeats = self.branch.find_period(ahead)
         except (AssemblyError, SingularConfigurationError):
             return None  # The samples may lie on this side of what stops it.
         if repeats:
             return self.branch.period
-        if ahead[farthest] > _MOST_TURNS * TURN:
-            position = float(positions[farthest])
+        if ahead > _MOST_TURNS * TURN:
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
-                f"{ahead[farthest] / TURN:.0f} turns cannot be followed; sweep over at most "
+                f"{ahead / TURN:.0f} turns cannot be followed; sweep over at most "
                 f"{_MOST_TURNS} turns",
-                position=position,
-                nearest=self._start + float(np.copysign(_MOST_TURNS * TURN, position)),
+                position=farthest,
+                nearest=self._start + float(np.copysign(_MOST_TURNS * TURN, farthest)),
                 residual=0.0,
-                sample=farthest,
+                sample=int(np.argmax(positions == farthest)),
             )
         return None
 
