@@ -19,7 +19,7 @@ from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
 from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
-from ..kinematics.following.guess_cache import Guess
+from ..kinematics.following.guesses import Guess
 from ..kinematics.loops.needs import solved_couplings
 from ..problem.acting import Acting
 from ..problem.problem import Problem
@@ -58,7 +58,6 @@ class AssembledPositions:
         turns: whole turns `(N, size)` to be added to the angles of the blocks' coordinates.
         spans: samples of each block.
         blocks: the closed state of each block: a list, or `InTurn`.
-        kinematics: the kinematics that the loops are closed with.
         along_path: whether every sample was followed from the one before it.
     """
 
@@ -67,7 +66,6 @@ class AssembledPositions:
     turns: Array
     spans: list[slice]
     blocks: Sequence[ClosedState]
-    kinematics: Kinematics
     along_path: bool
 
     def __post_init__(self) -> None:
@@ -170,16 +168,20 @@ class ProblemSolver(Frozen):
             self.assembly = like.assembly
         else:
             self.assembly = Assembly(problem)
-        # What is learned later leaves it as it is, whenever wrenches are first asked for.
-        self._kinematics = kinematics = self.assembly.kinematics
-        if varied:
-            # Held joints rest: nobody asks how fast others would move with them.
-            drives = list(range(len(problem.independent)))
-            self._kinematics = kinematics.part(drives, list(range(len(kinematics.solvers))))
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
         return self._made_by or (ProblemSolver, (self.problem,))
+
+    @cached_property
+    def _kinematics(self) -> Kinematics:
+        """That of the assembly, for the drives alone."""
+        kinematics = self.assembly.kinematics
+        if not self.varied:
+            return kinematics
+        # Held joints rest: nobody asks how fast others would move with them.
+        drives = list(range(len(self.problem.independent)))
+        return kinematics.part(drives, list(range(len(kinematics.solvers))))
 
     @cached_property
     def reactions(self) -> ReactionSolver:
@@ -335,7 +337,7 @@ class ProblemSolver(Frozen):
                 overwrite them with its own.
             turns: `(N, size)` whole turns that the angles in `x` lack.
         """
-        return self._in_blocks(targets, self.assembly.guesses_at(targets, x, turns), True)
+        return self._in_blocks(targets, Guess(x, turns, True), True)
 
     def assemble_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
         """Return what `assemble` does, where positions of the joints are known already.
@@ -379,8 +381,7 @@ class ProblemSolver(Frozen):
             ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
             spans = [slice(*span) for span in pairwise(ends)]
         blocks = InTurn(self.assembly, targets, guess, spans)
-        closed = spans, blocks, guess.kinematics
-        return AssembledPositions(self, targets, guess.turns, *closed, along_path)
+        return AssembledPositions(self, targets, guess.turns, spans, blocks, along_path)
 
     def _block_size(self, targets: Targets) -> int:
         """Return how many samples are worked on at a time."""
@@ -389,25 +390,17 @@ class ProblemSolver(Frozen):
         most = LARGE_BLOCK if self.uses_tapes(targets.size) else BLOCK_SIZE
         return max(1, min(most, _BLOCK_NUMBERS // numbers))
 
-    def current(self, assembled: AssembledPositions) -> AssembledPositions:
-        """Return assembled positions that suit what is known of the motion now.
-
-        They are closed again if since then other rows of the closure equations were found to be
-        redundant.
+    def refuse_others(self, assembled: AssembledPositions) -> None:
+        """Refuse positions that another scene assembled.
 
         Raises:
-            ArgumentError: they were assembled by another scene.
+            ArgumentError: it did.
         """
         solver = assembled.solver
         if solver is not self and self._of_varied.get(solver.varied) is not solver:
             raise ArgumentError(
                 "these positions were assembled by another scene; assemble them again"
             )
-        used, known = assembled.kinematics.reductions, solver.assembly.kinematics.reductions
-        # By identity, since reductions hold arrays, which `==` does not compare as a whole.
-        if any(first is not second for first, second in zip(used, known, strict=True)):
-            return solver.assembled_in_turn(assembled.targets, assembled.along_path)
-        return assembled
 
     def solve(self, assembled: AssembledPositions, acting: Acting) -> Solution:
         """Return all that is solved and proven at assembled positions.
@@ -504,7 +497,7 @@ class ProblemSolver(Frozen):
         rows = Rows(len(x))
         for span in assembled.spans:
             given = acting.flat(assembled.shape, span)
-            state = assembled.kinematics.evaluate(x[span])
+            state = assembled.solver.assembly.kinematics.evaluate(x[span])
             rates = self.inverse_dynamics.joint_rates(state, given.speeds, given.accelerations)
             ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
             rows.put(span, {"v": rates.v, "a": rates.a, "ratios": ratios.values})
@@ -518,7 +511,7 @@ class ProblemSolver(Frozen):
         """
         found = []
         for span in assembled.spans:
-            state = assembled.kinematics.evaluate(x[span])
+            state = assembled.solver.assembly.kinematics.evaluate(x[span])
             ratios = self._kinematics.velocity_ratios(state)
             found.append(self.inverse_dynamics.condition(state, ratios))
         return np.concatenate(found)
@@ -608,7 +601,7 @@ class _Work:
 
         def in_general(samples: Array) -> Solution:
             if guess is None:
-                state = self._assembled.kinematics.evaluate(x[samples])
+                state = solver.assembly.kinematics.evaluate(x[samples])
             else:
                 closing = guess.of_samples(samples), inputs.positions[samples]
                 state = solver.assembly.close(*closing, span.start)

@@ -30,7 +30,7 @@ from ..problem.problem import Problem
 from ..problem.samples import Targets
 from .closing.all_groups import ClosedState, Kinematics
 from .diagnosis.mobility import RedundancyStudy
-from .following.guess_cache import Guess, GuessCache
+from .following.guesses import Guess, Guesses
 from .loop_system import LoopSystem
 from .loops.groups import Group
 from .loops.idle_rods import rods_by_name
@@ -143,20 +143,41 @@ class Assembly:
         self.groups, self.needed, self.decided, _ = division
         self._at: Mapping[str, Array] | None = None
         self._open_kinematics = study.open_kinematics
-        motionless = not self.decided.size
-        self._cache = GuessCache(problem, study, self.start, redundancy, motionless, len(varied))
+        self._study, self._at_start = study, redundancy
+        self._guesses = Guesses(
+            problem,
+            study.open_kinematics,
+            lambda: self.kinematics,
+            self.start,
+            not self.decided.size,
+            len(varied),
+        )
 
-    @property
+    @cached_property
+    def scouts(self) -> Array:
+        """Closed coordinates `(S, size)` all over the motion; the start is the first one."""
+        from .following.scouts import scouts  # What is made only to be looked at needs none.
+
+        if not self.decided.size:  # Loops decide nothing.
+            return self.start[None, :]
+        return scouts(self._open_kinematics, self.start, self._problem.mechanism.kept)
+
+    @cached_property
     def kinematics(self) -> Kinematics:
-        """Closes the loops for the scene's drives. Later ones may know more redundant rows."""
-        return self._cache.kinematics
+        """Closes the loops for the scene's drives, with the rows independent over the motion.
+
+        Raises:
+            MobilityError: the drives do not decide the motion.
+        """
+        if self._at_start.settled or not self.decided.size:
+            return self._at_start.kinematics
+        return self._study.of_states(self.scouts).kinematics
 
     def orders(self, tree: Tree, roles: Roles) -> Orders:
         """Return the orders of elimination of the closure rows; arguments as of `Orders`."""
         from .following.orders import Orders  # What is made only to be looked at needs none.
 
-        of = self._open_kinematics, self.start, tree, roles
-        return Orders.kept(*of, self._problem.mechanism.kept)
+        return Orders.kept(lambda: self.scouts, tree, roles, self._problem.mechanism.kept)
 
     def at_design(self, positions: Mapping[str, float]) -> Assembly:
         """Return the same with all varied held joints at one position each, for all samples.
@@ -173,7 +194,7 @@ class Assembly:
     def guesses(self, targets: Targets, along_path: bool = False) -> Guess:
         """Return coordinates near closed ones at targets.
 
-        Arguments as of `GuessCache.guesses`.
+        Arguments as of `Guesses.at`.
 
         Raises:
             AssemblyError: a position cannot be reached.
@@ -181,11 +202,7 @@ class Assembly:
         """
         if self._at is not None:
             targets = self._with_design(targets)
-        return self._cache.guesses(targets, along_path)
-
-    def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
-        """Return the guess that consists of given coordinates, see `GuessCache.guesses_at`."""
-        return self._cache.guesses_at(targets, x, turns)
+        return self._guesses.at(targets, along_path)
 
     def close(self, guess: Guess, positions: Array, first: int = 0) -> ClosedState:
         """Close the loops at guesses for drive positions `(N, d)`.
@@ -199,7 +216,7 @@ class Assembly:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        state = guess.kinematics.close(guess.x, guess.turns, settles=True)
+        state = self.kinematics.close(guess.x, guess.turns, settles=True)
         is_closed = _is_closed(state, guess)
         if np.count_nonzero(is_closed) < len(is_closed):
             bad = int(np.argmin(is_closed))
@@ -225,8 +242,8 @@ class Assembly:
                 singularity_at,
             )
 
-            singularity = singularity_at(guess.kinematics, state.x[worst], self.start)
-            note = gimbal_note(guess.kinematics.coordinates, state.x[worst], self.decided.tolist())
+            singularity = singularity_at(self.kinematics, state.x[worst], self.start)
+            note = gimbal_note(self.kinematics.coordinates, state.x[worst], self.decided.tolist())
             raise SingularConfigurationError(
                 f"drive position {as_text(positions[worst])} is singular (condition "
                 f"{state.condition[worst]:.1e}), {singularity.text}; leave it out or choose "
@@ -246,14 +263,14 @@ class Assembly:
         Raises:
             MobilityError: the drives do not decide the motion.
         """
-        guess = self._cache.guesses(self._with_design(targets), strict=False)
+        guess = self._guesses.at(self._with_design(targets), strict=False)
         is_there = np.ones(targets.size, dtype=bool)
         if guess.is_there is not None:
             is_there &= guess.is_there
         for span in blocks(len(is_there)):
             block = guess.of_samples(span)
             with np.errstate(all="ignore"):  # What is out of reach may overflow.
-                state = block.kinematics.close(block.x, block.turns)
+                state = self.kinematics.close(block.x, block.turns)
                 is_good = _is_closed(state, block) & (state.condition <= SINGULAR_CONDITION)
             is_there[span] &= is_good
         return is_there
@@ -271,7 +288,7 @@ class Assembly:
             return None
         if not self.decided.size:
             return 2.0 * np.pi
-        return self._cache.period()
+        return self._guesses.period()
 
     def motion_range(self) -> tuple[float, float]:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""

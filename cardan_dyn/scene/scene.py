@@ -760,7 +760,8 @@ def _again(
             "held: these positions were assembled with held joints where they are; write "
             "assemble(..., held=...)"
         )
-    return solver.current(assembled)
+    solver.refuse_others(assembled)
+    return assembled
 
 
 def _refuse_larger(shape: tuple[int, ...], shapes: Mapping[str, tuple[int, ...]]) -> None:

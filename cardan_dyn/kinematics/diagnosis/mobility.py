@@ -7,7 +7,6 @@ fewer are.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -22,10 +21,6 @@ from ..loops.groups import Group
 from ..loops.needs import Needs, columns_of
 from ..tolerances import CLOSURE_TOLERANCE, MOVES, REGULAR_CONDITION
 
-STATES_STUDIED = 32
-"""States of a branch from which independent rows are found. Two states may not suffice: at both
-ends of a parallelogram's motion its links are in line, and these two states together show only two
-of its three independent rows. More than two is a precaution whose number is chosen, not derived."""
 _SHORT_WAY = 1e-3
 """Displacement of a drive [rad, or lengths of the mechanism] that shows whether it can move: where
 a locked mechanism can only be shaken, the loops are open by the square of it afterwards, far more
@@ -72,12 +67,11 @@ class RedundancyStudy:
         left_out = set(self._decided_by_all.tolist()) - set(decided.tolist())
         self._to_decide = set(self._passives.tolist()) - left_out
 
-    def of_states(self, states: Array, more: Callable[[], Array] | None = None) -> Redundancy:
+    def of_states(self, states: Array) -> Redundancy:
         """Return the redundant rows over closed states, after checking the mobility there.
 
         Args:
             states: `(K, size)` closed coordinates.
-            more: returns further ones, which are asked for if these leave anything in doubt.
 
         Raises:
             MobilityError: the drives do not decide the motion, or too many do.
@@ -86,9 +80,6 @@ class RedundancyStudy:
         state = self.open_kinematics.evaluate(states)
         if self._is_determined(state):
             return Redundancy(self.open_kinematics, settled=True)
-        if more is not None:
-            states = np.concatenate([states, more()])
-            state = self.open_kinematics.evaluate(states)
         reductions = [group_state.reachable for group_state in state.groups]
         kinematics = self.open_kinematics.with_reductions(reductions)
         problem = self._problem

@@ -115,9 +115,14 @@ class Branch:
         low, high = (float(nodes[-1].x[0, self._column]) for nodes in self._nodes)
         return low, high
 
-    def states(self) -> Array:
-        """Return closed coordinates `(K, size)` of all nodes, in ascending order of the drive."""
-        return self._table.rows.x
+    def states(self, way: float) -> Array:
+        """Return closed coordinates `(K, size)` of the nodes at most so far from the start.
+
+        The branch is followed there, as far as it leads; nodes ascend with the drive.
+        """
+        self._followed_to(self.start - way, self.start + way)
+        rows = self._table.rows.x
+        return np.asarray(rows[np.abs(rows[:, self._column] - self.start) <= way])
 
     @property
     def _table(self) -> _Table:

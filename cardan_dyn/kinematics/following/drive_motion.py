@@ -13,8 +13,6 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ...threads import in_threads
 from ..closing.all_groups import Kinematics
-from ..diagnosis.mobility import STATES_STUDIED
-from ..tolerances import CLOSURE_TOLERANCE
 from .branch import TURN, Branch
 
 _MOST_TURNS = 1000
@@ -31,12 +29,10 @@ class Followed(NamedTuple):
         values: whole periods `(N, 1)` to take off the positions of a single drive; or coordinates
             `(N, size)`, of which those that several drives move count, and the whole turns that
             they lack.
-        is_new: whether anything was seen of the motion that was not known before.
         is_there: `(N,)` whether samples are within reach; the values of others mean nothing.
     """
 
     values: tuple[Array, ...]
-    is_new: bool
     is_there: Array
 
 
@@ -105,35 +101,12 @@ class DriveMotion:
         self._length = problem.mechanism.characteristic_length
         self._slides = coordinates.named[drive].slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
-        # What was known of the branch after the last call: other scenes may have made it longer.
-        self._span: tuple[float, float] | None = None
 
-    @property
-    def states(self) -> Array:
-        """Closed coordinates `(K, size)` at positions distributed over the branch."""
-        return self.branch.states()
-
-    def more_states(self) -> Array:
-        """Return closed coordinates `(M, size)` besides `states`, so that there are many enough."""
-        states = self.states
-        if len(states) >= STATES_STUDIED:
-            return states[:0]
-        positions = np.linspace(*self.branch.span, STATES_STUDIED)
-        between = self._kinematics.close(self.branch.guess(positions))
-        return between.x[between.residual < CLOSURE_TOLERANCE]
-
-    def followed(
-        self,
-        targets: Targets,
-        kinematics: Kinematics,
-        along_path: bool = False,
-        strict: bool = True,
-    ) -> Followed:
+    def followed(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Followed:
         """Follow the branch to targets of the scene.
 
         Args:
             targets: N samples.
-            kinematics: of the scene; the branch knows all rows that open loops can reach.
             along_path: for a single drive, all ways to a position are along the same branch.
             strict: whether all have to be within reach.
 
@@ -153,8 +126,7 @@ class DriveMotion:
                 raise self._beyond(positions, error) from error
         else:
             is_there = self.branch.leads_to(positions)
-        before, self._span = self._span, self.branch.span
-        return Followed((periods[:, None],), self._span != before, is_there)
+        return Followed((periods[:, None],), is_there)
 
     def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.

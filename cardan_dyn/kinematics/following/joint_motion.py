@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,8 +14,6 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ...tape import program
 from ..closing.all_groups import Kinematics
-from ..diagnosis.mobility import STATES_STUDIED
-from ..tolerances import CLOSURE_TOLERANCE
 from .branch import TURN, Branch, whole_turns
 from .drive_motion import Followed, turned_back, turns_freely
 from .lines import (
@@ -52,19 +51,21 @@ class JointMotion:
         start: Array,
         drives: list[int],
         groups: list[int],
+        known: Callable[[], Kinematics],
         varied: int = 0,
     ) -> None:
         """Begin at the start; arguments as of `DriveMotion`, with several drives.
 
-        The last `varied` drives of the problem are held joints.
+        The last `varied` drives of the problem are held joints; `known` returns the scene's
+        kinematics with the rows that are independent over the motion.
         """
         self.groups = groups
-        self._seen, self._states = start[None, :], start[None, :]
         self._drives, self._mechanism = drives, problem.mechanism
         self._names = tuple(problem.independent[index] for index in drives)
         # With all rows that open loops can reach.
         self._kinematics = kinematics.part(drives, groups)
         self._start = start
+        self._known: Callable[[], Kinematics] = lambda: known().part(drives, groups)
         coordinates = problem.mechanism.coordinates
         self._drive_columns = coordinates.columns_of(self._names)
         self._columns = coordinates.columns_moved_by(self._kinematics.moved)
@@ -79,30 +80,11 @@ class JointMotion:
         ]
         self._turns: dict[int, tuple[float, Array] | None] = {}
 
-    @property
-    def states(self) -> Array:
-        """Closed coordinates `(K, size)` of some of the last positions."""
-        if self._states is not self._seen:
-            closed = self._kinematics.close(self._seen)
-            self._seen = self._states = closed.x[closed.residual < CLOSURE_TOLERANCE]
-        return self._states
-
-    def more_states(self) -> Array:
-        """Return no states `(0, size)` besides those that were followed."""
-        return self.states[:0]
-
-    def followed(
-        self,
-        targets: Targets,
-        kinematics: Kinematics,
-        along_path: bool = False,
-        strict: bool = True,
-    ) -> Followed:
+    def followed(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Followed:
         """Follow the motion to targets of the scene.
 
         Args:
             targets: N samples.
-            kinematics: of the scene, with the rows that are known to be independent.
             along_path: whether every sample is followed from the one before it.
             strict: whether all have to be within reach; along a path they have to be.
 
@@ -110,7 +92,7 @@ class JointMotion:
             AssemblyError: a position is out of reach.
         """
         asked = targets.prescribed[:, self._drives]
-        turns, missing = np.zeros((len(asked), self._start.size)), 0
+        turns = np.zeros((len(asked), self._start.size))
         try:
             if along_path:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
@@ -119,23 +101,16 @@ class JointMotion:
             else:
                 own = asked.copy()
                 self._take_turns_off(own, turns, targets.design_of)
-                reached = self._reached(kinematics, own, targets)
-                missing = len(asked) - int(np.count_nonzero(reached.is_there))
-                if missing:
-                    self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
+                reached = self._reached(own, targets.design_of)
+                if not np.all(reached.is_there):
+                    self._follow_whole_ways(asked, own, turns, targets.design_of, reached)
                     if strict and not np.all(reached.is_there):
                         raise self._beyond(asked, own, reached)
         except AssemblyError as error:
             from .reach import all_out_of_reach  # Imported here: only errors need it.
 
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
-        x, is_there = reached.x, reached.is_there
-        every = 1 + len(x) // STATES_STUDIED
-        if not missing:
-            self._seen = x[::every]
-        elif np.any(is_there):
-            self._seen = x[np.nonzero(is_there)[0][::every]]
-        return Followed((x, turns), True, is_there)
+        return Followed((reached.x, turns), reached.is_there)
 
     def _take_turns_off(self, own: Array, turns: Array, design_of: Array) -> None:
         """Take whole turns off positions `(N, d)`, and add them to `turns (N, size)`."""
@@ -178,7 +153,7 @@ class JointMotion:
         # If the mechanism is the same half a period back and ahead, it comes back there.
         ends = own[turned[chosen]].repeat(2, axis=0)
         ends[::2, index], ends[1::2, index] = begin - 0.5 * period, begin + 0.5 * period
-        reached = self._lines(self._kinematics, ends, np.arange(len(chosen)).repeat(2))
+        reached = self._reached(ends, np.arange(len(chosen)).repeat(2))
         is_back, windings = whole_turns(self._kinematics, reached.x[::2], reached.x[1::2])
         is_back &= reached.is_there.reshape(-1, 2).all(axis=1)
         back, of = turned[is_back[of]], of[is_back[of]]
@@ -186,30 +161,21 @@ class JointMotion:
         for block in blocks(len(back)):
             turns[back[block]] += periods[back[block], None] * windings[of[block]]
 
-    def _reached(self, kinematics: Kinematics, own: Array, targets: Targets) -> Reached:
-        """Return coordinates `(N, size)` at positions `(N, d)` without whole turns."""
-        known = kinematics.part(self._drives, self.groups)
-        reached = self._lines(known, own, targets.design_of)
-        if any(
-            one is not other
-            for one, other in zip(known.reductions, self._kinematics.reductions, strict=True)
-        ):
-            (rest,) = np.nonzero(~reached.is_there)
-            if rest.size:
-                reached.keep(
-                    rest, self._on_lines(self._kinematics, own[rest], targets.design_of[rest])
-                )
-        return reached
+    def _reached(self, own: Array, design_of: Array) -> Reached:
+        """Return coordinates `(N, size)` at positions `(N, d)` without whole turns.
 
-    def _lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
-        """Return coordinates `(N, size)` at positions `(N, d)`, by tapes where these serve."""
-        if len(own) < program.WORTH_TRACING or self._taped is None:
-            return self._on_lines(kinematics, own, design_of)
-        x, is_there = self._taped.ends(own)
-        count = len(own)
-        reached = Reached(x, is_there, np.zeros(count))
-        (rest,) = np.nonzero(~is_there)
-        if rest.size:
+        By tapes where these serve; else with the rows that are independent over the motion, and at
+        last with all that open loops can reach.
+        """
+        count, size = len(own), self._start.size
+        reached = Reached(np.empty((count, size)), np.zeros(count, dtype=bool), np.zeros(count))
+        if count >= program.WORTH_TRACING and self._taped is not None:
+            reached.x[:], reached.is_there[:] = self._taped.ends(own)
+        for known in True, False:
+            (rest,) = np.nonzero(~reached.is_there)
+            if not rest.size:
+                break
+            kinematics = self._known() if known else self._kinematics
             reached.keep(rest, self._on_lines(kinematics, own[rest], design_of[rest]))
         return reached
 
@@ -227,13 +193,7 @@ class JointMotion:
         return TapedLines(self._mechanism, kinematics, self._start, legs)
 
     def _follow_whole_ways(
-        self,
-        kinematics: Kinematics,
-        asked: Array,
-        own: Array,
-        turns: Array,
-        targets: Targets,
-        reached: Reached,
+        self, asked: Array, own: Array, turns: Array, design_of: Array, reached: Reached
     ) -> None:
         """Follow the lines to samples, whole turns included, that cannot be reached without these.
 
@@ -246,7 +206,7 @@ class JointMotion:
         rest = np.nonzero(~reached.is_there & (taken > 0.0) & (taken <= _FARTHEST * TURN))[0]
         if not rest.size:
             return
-        reached.keep(rest, self._reached(kinematics, asked[rest], targets.of_samples(rest)))
+        reached.keep(rest, self._reached(asked[rest], design_of[rest]))
         own[rest], turns[rest] = asked[rest], 0.0
 
     def _on_lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:

@@ -8,6 +8,7 @@ everywhere, and nearly always alone. Each other one is chosen where those before
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeAlias
 
@@ -20,8 +21,6 @@ from ...mechanics.elimination import MOST_GROWTH, Pivot, UnsuitableError, elimin
 from ...mechanics.placements import placed
 from ...mechanics.sample import Roles, passive_rows
 from ...mechanism.kept import Kept
-from ..closing.all_groups import Kinematics
-from .scouts import scouts
 
 _Order: TypeAlias = tuple[list[Pivot], Array]
 """Pivots, and the scouts (index) at which they are chosen."""
@@ -34,19 +33,15 @@ class Orders:
         scouts: `(size, S)` coordinates in units of the tree; the start is the first one.
     """
 
-    def __init__(self, kinematics: Kinematics, start: Array, tree: Tree, roles: Roles) -> None:
-        """Find scouts.
+    def __init__(self, scouts: Array, tree: Tree, roles: Roles) -> None:
+        """Choose the first one.
 
         Args:
-            kinematics: of the drives and the groups that they move.
-            start: `(size,)` closed coordinates.
-            tree: the mechanism, with the loops and couplings of these groups.
+            scouts: `(S, size)` closed coordinates, those at which lines begin first.
+            tree: the mechanism, with the loops and couplings that are solved.
             roles: of its coordinates.
         """
-        units = tree.coordinate_units(len(start))
-        # Where loops decide nothing, there is no order to choose.
-        closed = scouts(kinematics, start) if roles.passives else start[None, :]
-        self.scouts: Array = (closed / units).T
+        self.scouts: Array = (scouts / tree.coordinate_units(scouts.shape[1])).T
         self._blocks = [block[:2] for block in roles.blocks]
         at = placed(tree, dict(enumerate(self.scouts)))
         rows = passive_rows(closure.rows(tree, at, {*roles.drives, *roles.passives}), roles)
@@ -58,12 +53,19 @@ class Orders:
         self._lock = threading.RLock()
 
     @staticmethod
-    def kept(kinematics: Kinematics, start: Array, tree: Tree, roles: Roles, kept: Kept) -> Orders:
-        """Return those of all scenes of a mechanism that move alike; arguments as of `Orders`."""
+    def kept(scouts: Callable[[], Array], tree: Tree, roles: Roles, kept: Kept) -> Orders:
+        """Return those of all scenes of a mechanism that move alike.
+
+        Args:
+            scouts: finds them.
+            tree: see `Orders`.
+            roles: likewise.
+            kept: of the mechanism.
+        """
         loops, couplings = (tuple(items) for items in (tree.loops, tree.couplings))
         rows = tuple(block[:2] for block in roles.blocks)
         key = roles.drives, rows, loops, couplings
-        return kept.of("orders", key, lambda: Orders(kinematics, start, tree, roles))
+        return kept.of("orders", key, lambda: Orders(scouts(), tree, roles))
 
     def at(self, index: int, from_start: bool = False) -> _Order | None:
         """Return an order, and the scouts (index) it is chosen at; None if there is none.

@@ -23,6 +23,7 @@ from ...threads import in_threads
 from ..closing.all_groups import Kinematics
 from ..loops.closure_blocks import closure_blocks
 from .orders import Orders
+from .scouts import scouts
 
 _MOST_TAPES = 2
 """Orders that are tried."""
@@ -99,7 +100,8 @@ class TapedLines:
     def _orders(self) -> Orders:
         """Orders of elimination: the same for all scenes that move alike."""
         start, kept = self._start * self._units, self._mechanism.kept
-        return Orders.kept(self._kinematics, start, self._tree, self._roles, kept)
+        found = partial(scouts, self._kinematics, start, kept)
+        return Orders.kept(found, self._tree, self._roles, kept)
 
     def _follow(
         self, stages: Stages, targets: Array, x: Array, is_there: Array, own: Array

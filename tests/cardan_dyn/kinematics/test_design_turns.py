@@ -25,7 +25,7 @@ def scene_at(frame: float) -> cd.Scene:
 
 def turned(scene: cd.Scene, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return how designs come back a turn later: positions less turns, and whole turns."""
-    part = scene.solver.of_varied(("frame",)).assembly._cache._parts[0]
+    part = scene.solver.of_varied(("frame",)).assembly._guesses._parts[0]
     columns, (drive,) = part._drive_columns, part._driven
     own = np.repeat(part._start[None, columns], len(frames), axis=0)
     own[:, drive] += TURN

@@ -1,4 +1,4 @@
-"""What a drive moves by itself, and what several drives move together."""
+"""What a drive moves by itself."""
 
 from __future__ import annotations
 
@@ -6,63 +6,10 @@ from decimal import Decimal, getcontext
 
 import numpy as np
 import pytest
-from testkit.planar_linkages import COUPLER, five_bar, four_bar, pin_distance, values
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.closing.all_groups import Kinematics
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.kinematics.diagnosis.mobility import STATES_STUDIED
-from cardan_dyn.kinematics.following.drive_motion import TURN, DriveMotion, turned_back
-from cardan_dyn.kinematics.following.joint_motion import JointMotion
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.problem.samples import Targets
-
-
-def part_of(mechanism: cd.Mechanism, *drives: str) -> tuple[DriveMotion | JointMotion, Kinematics]:
-    cache = Assembly(checked(mechanism, drive=list(drives)))._cache
-    (part,) = cache._parts
-    return part, cache.kinematics
-
-
-def test_there_are_always_enough_states_to_study() -> None:
-    mechanism = four_bar()
-    part, kinematics = part_of(mechanism, "A")
-    assert isinstance(part, DriveMotion)
-    part.followed(Targets.of_positions(np.array([[-0.4], [0.3]])), kinematics)
-    few = len(part.states)
-    assert few < STATES_STUDIED
-    more = part.more_states()
-    assert more.shape == (STATES_STUDIED, mechanism.coordinates.size)
-    np.testing.assert_allclose(pin_distance(mechanism, more), COUPLER, rtol=1e-12)
-    low, high = part.branch.span
-    np.testing.assert_allclose(values(mechanism, more, "A"), np.linspace(low, high, len(more)))
-    part.branch.cover(-30.0, 30.0)
-    assert len(part.states) >= STATES_STUDIED
-    assert not len(part.more_states())
-
-
-def test_something_is_new_until_the_way_is_known() -> None:
-    part, kinematics = part_of(four_bar(), "A")
-    positions = np.array([[0.0], [0.5]])
-    ways = [Targets.of_positions(size * positions) for size in (1.0, 1.0, 0.5, 6.0)]
-    is_new = [part.followed(way, kinematics).is_new for way in ways]
-    assert is_new == [True, False, False, True]
-
-
-def test_several_drives_remember_the_states_of_the_last_way() -> None:
-    mechanism = five_bar()
-    part, kinematics = part_of(mechanism, "A", "D")
-    assert isinstance(part, JointMotion)
-    assert len(part.states) == 1
-    positions = np.linspace(0.0, 0.3, 100)[:, None] * [1.0, -1.0]
-    followed = part.followed(Targets.of_positions(positions), kinematics)
-    assert followed.is_new
-    assert np.all(followed.is_there)
-    assert 20 < len(part.states) <= 100
-    assert not len(part.more_states())
-    with pytest.raises(cd.AssemblyError, match=r"drive positions 3, -3 \(sample 1 of 2\)"):
-        part.followed(Targets.of_positions(np.array([[0.0, 0.0], [3.0, -3.0]])), kinematics)
+from cardan_dyn.kinematics.following.drive_motion import TURN, turned_back
 
 
 def test_whole_turns_are_taken_off_exactly() -> None:

@@ -20,7 +20,7 @@ LEGS = [f"leg_{k}" for k in range(1, 7)]
 
 def motion_of(mechanism: cd.Mechanism, drives: list[str], **options: object) -> JointMotion:
     problem = checked(mechanism, drive=drives, **options)
-    (part,) = Assembly(problem)._cache._parts
+    (part,) = Assembly(problem)._guesses._parts
     assert isinstance(part, JointMotion)
     return part
 
@@ -75,7 +75,7 @@ def test_random_chains(seed: int) -> None:
     except cd.MobilityError:
         scene = cd.Scene(cd.load(case.chain.text), drive=case.drives, held=case.held)
     rng = np.random.default_rng(seed)
-    for part in scene.solver.assembly._cache._parts:
+    for part in scene.solver.assembly._guesses._parts:
         if not isinstance(part, JointMotion) or part._taped is None:
             continue
         columns = part._drive_columns
