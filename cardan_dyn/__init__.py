@@ -38,9 +38,10 @@ if TYPE_CHECKING:
         SingularConfigurationError,
         VibrationError,
     )
+    from .mechanics.exact import load
     from .mechanism.configuration import Configuration
     from .mechanism.joints import Joint
-    from .mechanism.mechanism import Mechanism, load
+    from .mechanism.mechanism import Mechanism
     from .report.reporting import Report
     from .response.response import Response
     from .results.motion import Motion
@@ -113,7 +114,7 @@ _MODULES = {
     "bundled_names": ".description.read",
     "describe": ".scene.describe",
     "described_elements": ".elements.described",
-    "load": ".mechanism.mechanism",
+    "load": ".mechanics.exact",
     "progress": ".time_left",
     "study": ".studies.study",
     "view": ".viewer.viewing",

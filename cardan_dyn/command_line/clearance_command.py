@@ -12,7 +12,7 @@ import numpy as np
 
 from ..clearance import PinGeometry, Scan, drawing, scan
 from ..errors import ArgumentError
-from ..mechanism.mechanism import load
+from ..mechanics.exact import load
 from ..scene.usual_motion import default_scene
 from ..simulation.progress import INTERRUPTED
 from .group import Interrupted

@@ -10,7 +10,8 @@ import numpy as np
 from rich.text import Text
 
 from ..errors import CardanError, as_text, choices
-from ..mechanism.mechanism import Mechanism, load
+from ..mechanics.exact import load
+from ..mechanism.mechanism import Mechanism
 from ..mechanism.undescribed import REMEDY
 from ..scene.describe import describe
 from ..scene.drives import Drive, Drives

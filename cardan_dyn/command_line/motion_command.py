@@ -16,7 +16,8 @@ from ..checks import writing
 from ..elements.described import described_elements
 from ..errors import ArgumentError, MissingExtraError, SimulationError
 from ..figures.wrenches import MARK, determined, known_part, values_of
-from ..mechanism.mechanism import Mechanism, load
+from ..mechanics.exact import load
+from ..mechanism.mechanism import Mechanism
 from ..results.wrench import JointWrench
 from ..scene.scene import Scene
 from ..scene.usual_motion import UsualMotion, default_scene, slides, usual_motion

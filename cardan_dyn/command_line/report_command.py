@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..mechanism.mechanism import load
+from ..mechanics.exact import load
 from ..report.case import case_of
 from ..report.grids import stem_of
 from ..report.reporting import Report

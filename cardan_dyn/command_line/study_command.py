@@ -41,7 +41,7 @@ from tomlkit.exceptions import TOMLKitError
 from ..checks import described, mapping, whole
 from ..errors import ArgumentError, choices
 from ..figures.wrenches import MARK
-from ..mechanism.mechanism import load
+from ..mechanics.exact import load
 from ..scene.scene import Scene
 from ..studies.parameters import Line, Parameters, checked_parameters, samples, sobol_samples
 from ..studies.study import Study, study

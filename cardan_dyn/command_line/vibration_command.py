@@ -11,7 +11,7 @@ import numpy as np
 
 from ..elements.described import described_elements
 from ..errors import ArgumentError, choices
-from ..mechanism.mechanism import load
+from ..mechanics.exact import load
 from ..scene.presets import Preset, preset_of
 from ..scene.scene import Scene
 from ..vibration.results.campbell import campbell

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from ..errors import ArgumentError
-from ..mechanism.mechanism import load
+from ..mechanics.exact import load
 from ..scene.usual_motion import usual_motion
 from ..viewer.commands import meshcat
 from ..viewer.viewing import View

@@ -208,6 +208,22 @@ class CouplingDescription(Value):
     mesh: Mesh | None = None
 
 
+class Displacement(NamedTuple):
+    """How the frame of a joint, or the successor's end of a loop, was displaced.
+
+    Attributes:
+        joint: name of the joint or loop.
+        is_end: whether it is the successor's end of a loop.
+        matrix: `(4, 4)` displacement in the frame's own axes [m].
+        before: `(4, 4)` placement of the frame in its link before.
+    """
+
+    joint: str
+    is_end: bool
+    matrix: np.ndarray
+    before: np.ndarray
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Description(Value):
     """A checked description.
@@ -230,6 +246,7 @@ class Description(Value):
         source: its text and file.
         frames: further frames by name, such as the sites of MJCF: the link that carries each, and
             its `(4, 4)` placement there [m].
+        displacements: what was changed about the numbers of its text, see `displaced`.
     """
 
     name: str
@@ -245,6 +262,48 @@ class Description(Value):
     frames: Mapping[str, tuple[str, np.ndarray]] = field(
         default_factory=lambda: FrozenDict({}), compare=False
     )
+    displacements: tuple[Displacement, ...] = field(default=(), compare=False)
+
+    def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
+        """Return the description with frames of joints and ends of loops elsewhere.
+
+        Args:
+            by: name of a joint or loop, and whether its successor's end is meant, to the `(4, 4)`
+                displacement in the frame's own axes [m].
+        """
+        frames = {
+            **{(joint.name, False): joint.origin for joint in self.joints},
+            **{(loop.name, False): loop.predecessor_origin for loop in self.loops},
+            **{(loop.name, True): loop.successor_origin for loop in self.loops},
+        }
+        changed = tuple(Displacement(*key, matrix, frames[key]) for key, matrix in by.items())
+        frames.update({(*item[:2],): item.before @ item.matrix for item in changed})
+        return self._with_frames(frames, changed)
+
+    def undisplaced(self) -> Description:
+        """Return the description with the numbers of its text."""
+        return self._with_frames({item[:2]: item.before for item in self.displacements}, ())
+
+    def _with_frames(
+        self, frames: Mapping[tuple[str, bool], np.ndarray], changed: tuple[Displacement, ...]
+    ) -> Description:
+        """Return the description with some frames elsewhere, and what was changed about them."""
+        return replace(
+            self,
+            joints=tuple(
+                replace(joint, origin=frames.get((joint.name, False), joint.origin))
+                for joint in self.joints
+            ),
+            loops=tuple(
+                replace(
+                    loop,
+                    predecessor_origin=frames.get((loop.name, False), loop.predecessor_origin),
+                    successor_origin=frames.get((loop.name, True), loop.successor_origin),
+                )
+                for loop in self.loops
+            ),
+            displacements=changed,
+        )
 
     def with_moving(self, joints: Collection[str]) -> Description:
         """Return the description in which some adjustable joints are what they become."""

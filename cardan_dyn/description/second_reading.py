@@ -31,8 +31,16 @@ _VANISHING = 1e-150
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    MJCF keeps the numbers that were read first.
+    MJCF keeps the numbers that were read first. Frames that were displaced are displaced again.
     """
+    if not description.displacements:
+        return _reread(description)
+    by = {item[:2]: item.matrix for item in description.displacements}
+    return _reread(description.undisplaced()).displaced(by)
+
+
+def _reread(description: Description) -> Description:
+    """See `reread`."""
     source = description.source
     if source is None:
         return description

@@ -12,7 +12,8 @@ import numpy as np
 
 from ..checks import described, number, numbers, several, vector
 from ..errors import ArgumentError, ModelError, choices
-from ..mechanism.mechanism import Mechanism, load
+from ..mechanics.exact import load
+from ..mechanism.mechanism import Mechanism
 from .design.layout import layout
 from .design.phasing import phasing
 from .line.closed_chain import urdf

@@ -26,10 +26,11 @@ from ..errors import (
     as_text,
     choices,
 )
+from ..mechanism.kept import Kept
 from ..problem.problem import Problem
 from ..problem.samples import Targets
 from .closing.all_groups import ClosedState, Kinematics
-from .diagnosis.mobility import RedundancyStudy
+from .diagnosis.mobility import Redundancy, RedundancyStudy
 from .following.guesses import Guess, Guesses
 from .loop_system import LoopSystem
 from .loops.groups import Group
@@ -98,6 +99,49 @@ class _Division(NamedTuple):
         return RedundancyStudy(problem, self.groups, self.needed, kinematics)
 
 
+class _Motion:
+    """What is known all over the motion of a scene, found when it is asked for."""
+
+    def __init__(
+        self,
+        study: RedundancyStudy,
+        at_start: Redundancy,
+        start: Array,
+        motionless: bool,
+        kept: Kept,
+    ) -> None:
+        """Begin with what is known at the start.
+
+        Args:
+            study: of redundant rows.
+            at_start: the redundant rows at the start.
+            start: `(size,)` closed coordinates.
+            motionless: whether loops decide nothing.
+            kept: of the mechanism.
+        """
+        self._study, self._at_start, self._kept = study, at_start, kept
+        self._start, self._motionless = start, motionless
+
+    @cached_property
+    def scouts(self) -> Array:
+        """Closed coordinates `(S, size)` all over the motion; the start is the first one."""
+        from .following.scouts import scouts  # What is made only to be looked at needs none.
+
+        if self._motionless:
+            return self._start[None, :]
+        return scouts(self._study.open_kinematics, self._start, self._kept)
+
+    @cached_property
+    def _kinematics(self) -> Kinematics:
+        if self._at_start.settled or self._motionless:
+            return self._at_start.kinematics
+        return self._study.of_states(self.scouts).kinematics
+
+    def known(self) -> Kinematics:
+        """Return the kinematics with the rows independent over the motion."""
+        return self._kinematics
+
+
 class Assembly:
     """Assembles a mechanism with given drives and held joints.
 
@@ -143,41 +187,26 @@ class Assembly:
         self.groups, self.needed, self.decided, _ = division
         self._at: Mapping[str, Array] | None = None
         self._open_kinematics = study.open_kinematics
-        self._study, self._at_start = study, redundancy
-        self._guesses = Guesses(
-            problem,
-            study.open_kinematics,
-            lambda: self.kinematics,
-            self.start,
-            not self.decided.size,
-            len(varied),
-        )
+        motionless = not self.decided.size
+        self._motion = _Motion(study, redundancy, self.start, motionless, problem.mechanism.kept)
+        known = self._motion.known
+        common = study.open_kinematics, known, self.start, motionless
+        self._guesses = Guesses(problem, *common, len(varied))
 
-    @cached_property
-    def scouts(self) -> Array:
-        """Closed coordinates `(S, size)` all over the motion; the start is the first one."""
-        from .following.scouts import scouts  # What is made only to be looked at needs none.
-
-        if not self.decided.size:  # Loops decide nothing.
-            return self.start[None, :]
-        return scouts(self._open_kinematics, self.start, self._problem.mechanism.kept)
-
-    @cached_property
+    @property
     def kinematics(self) -> Kinematics:
         """Closes the loops for the scene's drives, with the rows independent over the motion.
 
         Raises:
             MobilityError: the drives do not decide the motion.
         """
-        if self._at_start.settled or not self.decided.size:
-            return self._at_start.kinematics
-        return self._study.of_states(self.scouts).kinematics
+        return self._motion.known()
 
     def orders(self, tree: Tree, roles: Roles) -> Orders:
         """Return the orders of elimination of the closure rows; arguments as of `Orders`."""
         from .following.orders import Orders  # What is made only to be looked at needs none.
 
-        return Orders.kept(lambda: self.scouts, tree, roles, self._problem.mechanism.kept)
+        return Orders.kept(lambda: self._motion.scouts, tree, roles, self._problem.mechanism.kept)
 
     def at_design(self, positions: Mapping[str, float]) -> Assembly:
         """Return the same with all varied held joints at one position each, for all samples.

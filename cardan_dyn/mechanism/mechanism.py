@@ -13,7 +13,6 @@ not a loop that is open.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
@@ -22,7 +21,6 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array, cardan_angles
-from ..description.read import read
 from ..errors import ModelError, choices
 from ..frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
@@ -438,26 +436,6 @@ class Mechanism(Frozen):
 
 def _variant(base: Mechanism, cardan: Collection[str], moving: Collection[str]) -> Mechanism:
     return base.variant(cardan, moving)
-
-
-def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
-    """Load a mechanism with closed loops.
-
-    Args:
-        source: name of a bundled description, path of a URDF, MJCF or SDF file, or their text.
-            Loops may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>`, joints
-            of SDF in `<gazebo>` or closing frames, in Gepetto's YAML file or `loop_closures.yaml`
-            beside the URDF, as `<equality>` in MJCF, or as joints of SDF that do not belong to its
-            tree.
-        strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
-            URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
-            robots have some: with False they are accepted (a mass of zero as no mass) and listed in
-            `Mechanism.warnings`. A negative mass is refused in any case.
-
-    Raises:
-        ModelError: the description is missing, malformed or impossible.
-    """
-    return Mechanism(read(source, strict))
 
 
 def _why_no_joint(mechanism: Mechanism, name: object) -> str:

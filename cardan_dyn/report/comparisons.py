@@ -13,7 +13,8 @@ import numpy as np
 from cardan_dyn.analytic import grossmann, single_joint, thoma
 
 from ..arrays import Array
-from ..mechanism.mechanism import Mechanism, load
+from ..mechanics.exact import load
+from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
 from .verdicts import Comparison, Comparisons

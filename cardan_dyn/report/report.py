@@ -13,7 +13,7 @@ from .. import figures
 from .._version import __version__
 from ..checks import writing
 from ..figures.style import require_matplotlib
-from ..mechanism.mechanism import load
+from ..mechanics.exact import load
 from ..results.sweep import Sweep
 from ..viewer.viewing import view
 from . import closed_forms

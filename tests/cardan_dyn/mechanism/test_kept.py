@@ -160,11 +160,14 @@ def test_a_branch_is_followed_once_for_all_scenes_that_ask_alike(
     """To the last bit as by a mechanism that has seen nothing, and without a step along lines."""
     seen, counted = cd.load("universal_joint"), counted_lines(monkeypatch)
     spun(seen).sweep(positions, speed=2.0)
-    assert len(counted) == 2  # The first one brings the held joint to its position.
+    # One brings the held joint to its position, one leads to the samples, and one, where these are
+    # near, to the scouts.
+    first = len(counted)
+    assert first <= 3
     again = spun(seen).sweep(positions, speed=2.0)
-    assert len(counted) == 2
+    assert len(counted) == first
     fresh = spun(cd.load("universal_joint")).sweep(positions, speed=2.0)
-    assert len(counted) == 4
+    assert len(counted) == 2 * first
     np.testing.assert_array_equal(again.motion.q, fresh.motion.q)
     np.testing.assert_array_equal(again["bearing_out"].moment, fresh["bearing_out"].moment)
 

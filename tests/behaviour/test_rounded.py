@@ -1,0 +1,174 @@
+"""Descriptions with few digits: loops that close all along their motion only with exact numbers."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import re
+
+import numpy as np
+import pytest
+from testkit import hinge_loops
+
+import cardan_dyn as cd
+
+LOOPS = {
+    name: hinge_loops.robot(hinge_loops.description(getattr(hinge_loops, name)()))
+    for name in (
+        "bennett",
+        "sarrus",
+        "planar",
+        "spherical",
+        "goldberg_5",
+        "goldberg_6",
+        "line_symmetric",
+        "altmann",
+        "bricard",
+    )
+}
+GRAVITY = (0.3, -0.2, -9.81)
+
+
+def rounded(text: str, digits: int) -> str:
+    """The same with all lengths and angles of joints to some decimals."""
+
+    def shorter(match: re.Match[str]) -> str:
+        values = (f"{float(word):.{digits}f}" for word in match[2].split())
+        return f'{match[1]}="{" ".join(values)}"'
+
+    parts = re.split(r"(<inertial>.*?</inertial>)", text, flags=re.S)
+    return "".join(
+        part if part.startswith("<inertial>") else re.sub(r'(xyz|rpy)="([^"]*)"', shorter, part)
+        for part in parts
+    )
+
+
+def swept(mechanism: cd.Mechanism) -> cd.Sweep:
+    return cd.Scene(mechanism, drive="h0", gravity=GRAVITY).sweep([-0.04, 0.03, 0.05], 2.0)
+
+
+def told(mechanism: cd.Mechanism, words: str = "rounded numbers made exact") -> list[str]:
+    return [warning for warning in mechanism.warnings if words in warning]
+
+
+@pytest.mark.parametrize("digits", [4, 5, 6, 8, 10, 14])
+@pytest.mark.parametrize("name", LOOPS)
+def test_what_only_dimensions_let_move_moves_with_few_digits(name: str, digits: int) -> None:
+    """Ranks, flags and forces are those of the exact numbers, as far as digits tell."""
+    exact, text = cd.load(LOOPS[name]), rounded(LOOPS[name], digits)
+    mechanism = cd.load(text)
+    described, wanted = cd.describe(mechanism), cd.describe(exact)
+    assert (described.mobility, described.rank) == (wanted.mobility, wanted.rank)
+    found, expected = swept(mechanism), swept(exact)
+    assert found.loop_residual < 1e-11
+    assert not np.any(found.unique & ~expected.unique)
+    off = np.max(np.abs(found.drive_effort - expected.drive_effort))
+    assert off < 100.0 * max(10.0**-digits, 1e-13) * np.max(np.abs(expected.drive_effort))
+    # Digits that rounding takes for those of exact numbers are left alone.
+    if digits <= 10 and name != "planar":
+        (warning,) = told(mechanism)
+        sizes = [float(word) for word in re.findall(r"by ([0-9.e-]+) (?:rad|m)", warning)]
+        assert 0.0 < max(sizes) < 2.0 * 10.0**-digits
+    else:
+        assert not told(mechanism)
+
+
+def test_without_a_tolerance_numbers_stay_as_they_are() -> None:
+    text = rounded(LOOPS["bennett"], 5)
+    mechanism = cd.load(text, closure_tolerance=0)
+    assert not told(mechanism)
+    assert not mechanism.description.displacements
+    with pytest.raises(cd.CardanError):
+        swept(mechanism)
+    with pytest.raises(cd.ArgumentError, match="closure_tolerance"):
+        cd.load(text, closure_tolerance=-1.0)
+
+
+def four_bar(gap: float) -> str:
+    """Own four-bar linkage whose closing pin lies off along the hinges' axes."""
+    inertial = (
+        '<inertial><origin xyz=".1 0 0"/><mass value="1"/>'
+        '<inertia ixx=".01" iyy=".01" izz=".01"/></inertial>'
+    )
+    links = "".join(f'<link name="{name}">{inertial}</link>' for name in "abd")
+
+    def joint(name: str, parent: str, child: str, xyz: str) -> str:
+        return (
+            f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
+            f'<child link="{child}"/><origin xyz="{xyz}"/><axis xyz="0 0 1"/></joint>'
+        )
+
+    return (
+        f'<robot name="f"><link name="g"/>{links}{joint("A", "g", "a", "0 0 0")}'
+        f"{joint('B', 'a', 'b', '0 .1 0')}{joint('D', 'g', 'd', '.3 0 0')}"
+        f'<loop name="C" type="continuous"><predecessor link="b"><origin xyz=".3 .15 {gap!r}"/>'
+        '</predecessor><successor link="d"><origin xyz="0 .25 0"/></successor>'
+        '<axis xyz="0 0 1"/></loop></robot>'
+    )
+
+
+def effort(mechanism: cd.Mechanism) -> float:
+    scene = cd.Scene(mechanism, drive="A", gravity=(0.0, -9.81, 0.0))
+    return float(scene.sweep([0.3]).drive_effort[0])
+
+
+@pytest.mark.parametrize("gap", [1e-12, 1e-10, 1e-9, 1e-8, 1e-7])
+def test_gaps_of_single_precision_are_closed(gap: float) -> None:
+    mechanism = cd.load(four_bar(gap))
+    assert effort(mechanism) == pytest.approx(effort(cd.load(four_bar(0.0))), rel=1e-6)
+    assert bool(told(mechanism)) == (gap > 1e-12)
+
+
+def test_what_is_more_than_rounding_is_said_with_what_would_accept_it() -> None:
+    mechanism = cd.load(four_bar(1e-4))
+    (warning,) = told(mechanism, "loops would close all along their motion")
+    assert "C on its successor " in warning
+    (tolerance,) = re.findall(r"closure_tolerance=([0-9.e-]+)", warning)
+    accepted = cd.load(four_bar(1e-4), closure_tolerance=float(tolerance))
+    assert effort(accepted) == pytest.approx(effort(cd.load(four_bar(0.0))), rel=1e-3)
+
+
+def test_angles_that_stand_for_right_ones_are_known_by_their_digits() -> None:
+    """Hinges turned by 1.57 and by 1.5708, each for a right angle."""
+    turned = four_bar(0.0)
+    for name, angle in (("A", "1.57"), ("D", "1.5708")):
+        turned = re.sub(
+            rf'(<joint name="{name}".*?<origin xyz="[^"]*")', rf'\1 rpy="{angle} 0 0"', turned
+        )
+    mechanism = cd.load(turned)
+    assert told(mechanism)
+    scene = cd.Scene(mechanism, drive="A", gravity=(0.0, 0.0, -9.81))
+    found = float(scene.sweep([0.3]).drive_effort[0])
+    assert found == pytest.approx(effort(cd.load(four_bar(0.0))), rel=1e-3)
+
+
+def test_what_was_made_exact_stays_so() -> None:
+    """In copies and texts, and for the proof, which reads the text again."""
+    mechanism = cd.load(rounded(LOOPS["spherical"], 6))
+    expected = swept(mechanism).drive_effort
+    for other in (copy.deepcopy(mechanism), pickle.loads(pickle.dumps(mechanism))):
+        np.testing.assert_allclose(swept(other).drive_effort, expected, rtol=1e-12)
+    written = cd.load(mechanism.to_urdf())
+    assert not told(written)
+    np.testing.assert_allclose(swept(written).drive_effort, expected, rtol=1e-9)
+    raw = {joint.name: joint.origin for joint in mechanism.description.undisplaced().joints}
+    moved = {joint.name: joint.origin for joint in mechanism.second_reading.joints}
+    used = {joint.name: joint.origin for joint in mechanism.description.joints}
+    for name, origin in used.items():
+        np.testing.assert_allclose(moved[name], origin, atol=1e-15)
+        assert 0.0 <= np.max(np.abs(raw[name] - origin)) < 1e-6
+    assert any(np.max(np.abs(raw[name] - origin)) > 1e-9 for name, origin in used.items())
+
+
+def test_parts_that_are_exact_stay_beside_others_that_are_not() -> None:
+    """Two loops on one frame, of which one has few digits."""
+    few = rounded(hinge_loops.description(hinge_loops.bennett(), "b_"), 6)
+    both = hinge_loops.robot(hinge_loops.description(hinge_loops.planar(), "p_"), few)
+    mechanism = cd.load(both)
+    assert cd.describe(mechanism).mobility == 2
+    assert {item.joint[:2] for item in mechanism.description.displacements} == {"b_"}
+
+
+def test_loops_that_need_no_exact_numbers_are_left_alone() -> None:
+    for name in cd.bundled_names():
+        assert not told(cd.load(name), "loops")
