@@ -247,6 +247,8 @@ class Description(Value):
         frames: further frames by name, such as the sites of MJCF: the link that carries each, and
             its `(4, 4)` placement there [m].
         displacements: what was changed about the numbers of its text, see `displaced`.
+        remedy: what would let loops close all along their motion, where its numbers miss that;
+            empty where nothing is known.
     """
 
     name: str
@@ -263,6 +265,7 @@ class Description(Value):
         default_factory=lambda: FrozenDict({}), compare=False
     )
     displacements: tuple[Displacement, ...] = field(default=(), compare=False)
+    remedy: str = field(default="", compare=False)
 
     def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
         """Return the description with frames of joints and ends of loops elsewhere.

@@ -111,17 +111,17 @@ def load(
         return described
     description = described.description
     listed = "; ".join(_told(*item) for item in displacements.items())
+    remedy, warning = "", f"rounded numbers made exact, so that loops close: {listed}"
     if greatest <= tolerance:
         description = description.displaced(displacements)
-        warning = f"rounded numbers made exact, so that loops close: {listed}"
     else:
-        warning = (
+        remedy = warning = (
             f"loops would close all along their motion with {listed}; that is more than its "
             f"numbers are rounded by, {tolerance:.2g} rad or lengths of {length:.4g} m: change "
             f"them, or accept it by load(..., closure_tolerance={1.1 * greatest:.1e})"
         )
     warnings = *description.warnings, f"{described.name}: {warning}"
-    return Mechanism(replace(description, warnings=warnings))
+    return Mechanism(replace(description, warnings=warnings, remedy=remedy))
 
 
 def _told(frame: tuple[str, bool], displacement: Array) -> str:

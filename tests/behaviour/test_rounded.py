@@ -123,9 +123,18 @@ def test_what_is_more_than_rounding_is_said_with_what_would_accept_it() -> None:
     mechanism = cd.load(four_bar(1e-4))
     (warning,) = told(mechanism, "loops would close all along their motion")
     assert "C on its successor " in warning
+    with pytest.raises(cd.AssemblyError, match="loops would close all along their motion"):
+        effort(mechanism)
     (tolerance,) = re.findall(r"closure_tolerance=([0-9.e-]+)", warning)
     accepted = cd.load(four_bar(1e-4), closure_tolerance=float(tolerance))
     assert effort(accepted) == pytest.approx(effort(cd.load(four_bar(0.0))), rel=1e-3)
+
+
+def test_what_is_locked_by_more_than_rounding_is_told_what_would_free_it() -> None:
+    mechanism = cd.load(rounded(LOOPS["spherical"], 2))
+    assert told(mechanism, "loops would close all along their motion")
+    with pytest.raises(cd.CardanError, match="closure_tolerance="):
+        swept(mechanism)
 
 
 def test_angles_that_stand_for_right_ones_are_known_by_their_digits() -> None:

@@ -186,7 +186,7 @@ def unclosed(
     """
     listed = ", ".join(f"{name}: {value:g}" for name, value in (positions or {}).items())
     where = f" with the joints of start at their positions ({listed})" if positions else ""
-    advice = "check the origins of joints and loops"
+    advice = mechanism.description.remedy or "check the origins of joints and loops"
     if positions:
         advice = "leave one of them out, or change it"
     return AssemblyError(

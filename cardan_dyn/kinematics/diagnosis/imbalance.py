@@ -156,7 +156,8 @@ def imbalance(
     if coupled:
         reasons.append(coupled)
     elif best.number == 0:
-        reasons.append(_locked(surplus, bool(held)))
+        remedy = mechanism.description.remedy
+        reasons.append(_locked(surplus, bool(held)) + (f"; {remedy}" if remedy else ""))
     elif decided < len(drives):
         still = scene.names([column for column in driven if not best.moving([column])])
         reasons.append(_too_many(still, surplus, drives, len(drives) - decided))
