@@ -127,11 +127,9 @@ class Evidence(NamedTuple):
             residuals, *of = zip(*refused, strict=True)
             Residuals.joined(list(residuals)).prove(*map(np.concatenate, of))
         arrays = dict(rows.arrays)
-        names = ("v", "a", "ratios", "magnification")
-        v, a, ratios, magnification = (arrays.pop(name, None) for name in names)
+        v, a, ratios = (arrays.pop(name, None) for name in ("v", "a", "ratios"))
         return Solution(
             **arrays,
-            magnification=magnification,
             v=v,
             a=a,
             velocity_ratios=None if ratios is None else VelocityRatios(ratios, every[0].moved),
@@ -145,8 +143,8 @@ class Evidence(NamedTuple):
 
 def kept(block: Solution, keeps_rates: bool = True) -> dict[str, Array]:
     """Return the arrays of a block by their names, those of the velocity ratios as `ratios`."""
-    names = ("x", "wrenches", "efforts", "coupling_moments", "magnification", "cancellation")
-    arrays = {name: getattr(block, name) for name in names if getattr(block, name) is not None}
+    names = ("x", "wrenches", "efforts", "coupling_moments", "cancellation")
+    arrays = {name: getattr(block, name) for name in names}
     if keeps_rates and block.velocity_ratios is not None:
         arrays |= {"v": block.v, "a": block.a, "ratios": block.velocity_ratios.values}
     return arrays

@@ -1,4 +1,4 @@
-"""Inverse dynamics: motion, reactions and their proof of a block of samples."""
+"""Inverse dynamics: what is prescribed for samples, what is found of them, and its proof."""
 
 from __future__ import annotations
 
@@ -10,23 +10,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..elements.link_loads import LinkLoad
-from ..errors import ModelError
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
-from ..kinematics.loops.needs import Needs
+from ..kinematics.loops.groups import Group
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..problem.samples import Targets
 from ..proof.residuals import Claim, Residuals, overflow
-from .open_tree import LoadCase
-from .reactions import UNIQUE_TOLERANCE, Reactions, ReactionSolver
 from .velocity_ratios import VelocityRatios
 
 if TYPE_CHECKING:
     from ..proof.free_bodies import FreeBodies
 
+UNIQUE_TOLERANCE = 1e-9
+"""Influence of self-stresses, forces times the length, below which a component counts as unique.
 
+Rounding of what balances itself is some 1e-15 times the condition number of the closure equations,
+which leaves room for a condition of 1e5. Self-stresses are of size 1, so a component that they
+change at all usually changes by much more than this.
+"""
 FINITE = {
     "x": "positions of the joints",
     "v": "velocities of the joints",
@@ -156,19 +159,19 @@ class Solution(NamedTuple):
         v, a: joint velocities and accelerations `(N, nv)`.
         velocity_ratios: joint velocities per unit speed of each drive. These rates are None where
             a sweep does not keep them, see `ProblemSolver.rates_at`.
-        wrenches: `(N, b, 6)`, see `Reactions.wrenches`; of a sweep `(N, k, 6)`, the outputs.
+        wrenches: `(N, b, 6)` of every joint in its frame, see `Mechanism.wrench_indices`; of a
+            sweep `(N, k, 6)`, the outputs.
         efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints,
             which those of a sweep leave out, `(N, p)`.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
-        magnification: `(N,)` by how much rounding of positions is magnified in velocities, see
-            `InverseDynamics.condition`; None where it is computed when it is asked for.
         cancellation: `(N,)` see `Residuals.cancellation`.
         closure_condition: `(N,)` condition number of the closure equations alone, or how many
             times smaller a pivot of their elimination is than where its order was chosen.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
         residuals: violations of balances and constraints. Of a long sweep, as well as of the two
             quantities above, what decides about all samples is kept.
-        influence: `(b, 6)`, see `Reactions.influence`.
+        influence: `(b, 6)` how much of a self-stress of unit norm a component of a wrench can be,
+            or of forces that a coupling may exert, see `Undescribed`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
     """
 
@@ -179,7 +182,6 @@ class Solution(NamedTuple):
     wrenches: Array
     efforts: Array
     coupling_moments: Array
-    magnification: Array | None
     cancellation: Array
     closure_condition: Array
     loop_error: Array
@@ -221,7 +223,6 @@ class Solution(NamedTuple):
             self.wrenches[:, outputs],
             self.efforts.take(prescribed, 1),
             self.coupling_moments,
-            self.magnification,
             self.cancellation,
             self.closure_condition,
             self.loop_error,
@@ -249,6 +250,7 @@ class InverseDynamics:
 
     Attributes:
         has_mass: whether any body of the solved groups has mass.
+        claimed: indices of the wrenches that are solved, ascending.
     """
 
     inputs_of = staticmethod(Inputs.of)
@@ -257,8 +259,8 @@ class InverseDynamics:
         self,
         problem: Problem,
         kinematics: Kinematics,
-        reactions: ReactionSolver,
-        needed: Needs,
+        groups: Sequence[tuple[Group, bool]],
+        known_bodies: Collection[int],
         decided: Array,
     ) -> None:
         """Make the inverse dynamics.
@@ -266,20 +268,29 @@ class InverseDynamics:
         Args:
             problem: what is prescribed and what acts.
             kinematics: the groups that are solved.
-            reactions: computes their reactions.
-            needed: what the outputs need.
+            groups: these, and whether their forces are solved, too.
+            known_bodies: bodies (0-based) on which every wrench is known.
             decided: velocity coordinates of the passive joints whose motion is solved.
         """
         self._problem = problem
         self._mechanism = mechanism = problem.mechanism
         self._kinematics = kinematics
         self._decided = decided
-        self._claimed, self._claimed_indices = reactions.solved(needed)
-        self._reactions = reactions
-        self._needed = needed
+        solved = {index for group, wanted in groups if wanted for index in group.loops}
+        names = {joint.name for joint in mechanism.joints.values() if joint.id - 1 in known_bodies}
+        names |= {
+            mechanism.loops[index].joint for index in solved if mechanism.loops[index].is_fixed
+        }
+        indices = {
+            name: mechanism.wrench_indices[name]
+            for name in mechanism.wrench_indices
+            if name in names
+        }
+        self._claimed = sorted(indices, key=indices.__getitem__)
+        self.claimed = sorted(indices.values())
+        self._claimed_indices = consecutive(np.array(self.claimed, dtype=int))
         self._prescribed = problem.prescribed_columns
-        slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
-        scale = np.where(slides, mechanism.characteristic_length, 1.0)
+        scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
         self.has_mass = any(solver.batch.has_mass for solver in kinematics.solvers)
 
@@ -287,11 +298,6 @@ class InverseDynamics:
     def depends(self) -> Array | None:
         """Which velocity ratios may differ from zero, see `JointRates`."""
         return self._kinematics.depends
-
-    @property
-    def claimed(self) -> list[int]:
-        """Indices of the wrenches that are solved, ascending."""
-        return np.arange(self._reactions.size)[self._claimed_indices].tolist()
 
     @cached_property
     def bodies(self) -> FreeBodies:
@@ -325,135 +331,6 @@ class InverseDynamics:
         if self._claimed:
             unique = solution.unique[self._claimed_indices]
             self.bodies.prove_flags(solution.x, unique, solution.closure_condition)
-
-    def solve(self, state: ClosedState, inputs: Inputs) -> Solution:
-        """Return motion, reactions and residuals at closed positions.
-
-        The residuals are not judged yet, see `Solution.prove`.
-        """
-        rates = self.joint_rates(state, inputs.speeds, inputs.accelerations)
-        has_dynamics = self.has_mass and (inputs.has_rates or np.count_nonzero(inputs.gravity) > 0)
-        dynamics = (rates.v, rates.a) if has_dynamics else None
-        links = list(inputs.link_loads.values())
-        added: Array | float = 0.0
-        elements = self._problem.element_forces
-        if elements is not None:
-            x = state.x + 2.0 * np.pi * inputs.turns
-            acted = elements.at(x, rates.v, inputs.time)
-            links += acted.link_loads(self._mechanism)
-            added = acted.efforts
-        case = LoadCase(dynamics, inputs.loads + added, links, inputs.gravity, inputs.inertia)
-        (reactions,) = self._reactions.solve(state, [case])
-        if self._mechanism.teeth:
-            reactions = self._with_teeth(state, case, reactions)
-        return self.with_residuals(state, inputs, rates, reactions, added)
-
-    def _with_teeth(self, state: ClosedState, case: LoadCase, reactions: Reactions) -> Reactions:
-        """Return the reactions once teeth exert the moments of their couplings.
-
-        The couplings keep the ratio and exert nothing then; their moments stay those of the teeth.
-
-        Raises:
-            ModelError: a coupling without teeth shares their moment.
-        """
-        mechanism, loops = self._mechanism, len(self._mechanism.loops)
-        pushed = list(case.link_loads)
-        for teeth in mechanism.teeth:
-            moment = reactions.closure_forces[loops + teeth.coupling][:, 0]
-            for gear in teeth.gears:
-                angle = state.x[:, mechanism.coordinates.columns[gear.joint].start]
-                wrench = gear.wrench(moment, angle)
-                pushed.append(LinkLoad(gear.body, gear.rotation, gear.translation, *wrench, False))
-        (left,) = self._reactions.solve(state, [case._replace(link_loads=pushed)])
-        for teeth in mechanism.teeth:
-            rest, taken = (
-                float(np.abs(found.closure_forces[loops + teeth.coupling]).max())
-                for found in (left, reactions)
-            )
-            if rest > UNIQUE_TOLERANCE * taken:
-                raise ModelError(
-                    f"{mechanism.couplings[teeth.coupling].name} has teeth, and shares its moment "
-                    "with couplings without them, so that nothing tells what its teeth bear: state "
-                    'forces="mesh" of all of them, or leave out those that are surplus'
-                )
-        return left._replace(
-            influence=reactions.influence,
-            teeth={
-                item.coupling: reactions.closure_forces[loops + item.coupling]
-                for item in mechanism.teeth
-            },
-        )
-
-    def inertial_efforts(self, state: ClosedState, moves: Sequence[tuple[Array, Array]]) -> Array:
-        """Return `(N, m, d)` efforts of the drives that move the bodies alone, without a proof.
-
-        What depends on the positions alone is computed once for all motions.
-
-        Args:
-            state: closed positions.
-            moves: m pairs of speeds and accelerations of the drives `(d,)`, the same at all
-                positions.
-        """
-        ratios, rates = self._kinematics.velocity_ratios(state), []
-        for speed, acceleration in moves:
-            v = ratios @ speed
-            if speed.any():
-                drives = np.broadcast_to(acceleration, (len(v), len(acceleration)))
-                rates.append((v, self._kinematics.accelerations(state, v, drives)))
-            else:
-                rates.append((v, ratios @ acceleration))
-        if not self.has_mass:
-            return np.zeros((len(state.x), len(moves), ratios.shape[2]))
-        still, weightless = np.zeros((1, self._mechanism.model.nv)), np.zeros((1, 3))
-        cases = [LoadCase(item, still, [], weightless) for item in rates]
-        exerted = [
-            self._exerted(still, ratios, item)[:, self._kinematics.drives]
-            for item in self._reactions.solve(state, cases)
-        ]
-        return np.stack(exerted, axis=1)
-
-    def with_residuals(
-        self,
-        state: ClosedState,
-        inputs: Inputs,
-        rates: JointRates,
-        reactions: Reactions,
-        added: Array | float = 0.0,
-    ) -> Solution:
-        """Return the solution that consists of given rates and reactions, with its residuals.
-
-        Args:
-            state: closed positions.
-            inputs: what is prescribed.
-            rates: of all joints at these positions.
-            reactions: at these positions, rates and inputs.
-            added: efforts of elements `(N, nv)`, which the reactions include.
-        """
-        if reactions.idle_accelerations is not None:
-            rates = rates._replace(a=rates.a + reactions.idle_accelerations)
-            if np.any(reactions.idle_accelerations):
-                inputs = inputs._replace(has_rates=True)
-        exerted = self._exerted(inputs.loads + added, rates.velocity_ratios, reactions)
-        couplings = _coupling_moments(reactions, len(self._mechanism.loops), len(state.x))
-        for index, moments in reactions.teeth.items():
-            couplings[:, index : index + 1] += moments
-        residuals = self.residuals(state.x, inputs, rates, reactions.wrenches, exerted, couplings)
-        return Solution(
-            x=state.x,
-            v=rates.v,
-            a=rates.a,
-            velocity_ratios=VelocityRatios.of(rates.velocity_ratios, rates.depends),
-            wrenches=reactions.wrenches,
-            efforts=exerted,
-            coupling_moments=couplings,
-            magnification=self.condition(state, rates.velocity_ratios),
-            cancellation=residuals.cancellation,
-            closure_condition=state.condition,
-            loop_error=np.maximum(state.residual, residuals.loop_error),
-            residuals=residuals,
-            influence=reactions.influence,
-            indeterminate_couplings=reactions.indeterminate_couplings,
-        )
 
     def residuals(
         self,
@@ -497,18 +374,6 @@ class InverseDynamics:
             )
         )
 
-    def _exerted(self, loads: Array, velocity_ratios: Array, reactions: Reactions) -> Array:
-        """Return `(N, nv)` what drives and held joints exert beside loads and elements."""
-        efforts = self._reactions.efforts(reactions)
-        exerted = np.zeros(efforts.shape)
-        if self._needed.efforts_alone:
-            # Virtual work gives the drive efforts without closure forces.
-            work = (efforts - loads)[:, None, :] @ velocity_ratios
-            exerted[:, self._kinematics.drives] = work[:, 0]
-        else:
-            exerted[:, self._prescribed] = (efforts - loads)[:, self._prescribed]
-        return exerted
-
     def joint_rates(self, state: ClosedState, speeds: Array, accelerations: Array) -> JointRates:
         """Return the rates of all joints for drive rates.
 
@@ -541,12 +406,6 @@ class InverseDynamics:
         """
         ratios = np.abs(velocity_ratios) * self._ratio_scale
         return np.asarray(state.condition * ratios.max(axis=(1, 2), initial=1.0))
-
-
-def _coupling_moments(reactions: Reactions, loops: int, count: int) -> Array:
-    """Return `(N, G)` moments of the couplings, which follow the loops among closure forces."""
-    moments = reactions.closure_forces[loops:]
-    return np.concatenate(moments, axis=1) if moments else np.zeros((count, 0))
 
 
 def refuse_overflow(names: Collection[str]) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import BLOCK_SIZE, LARGE_BLOCK, Array, flat
+from ..arrays import LARGE_BLOCK, Array, flat
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
@@ -26,8 +26,8 @@ from ..problem.problem import Problem
 from ..problem.samples import Targets
 
 if TYPE_CHECKING:
-    from .inverse_dynamics import Inputs, InverseDynamics, Solution
-    from .reactions import ReactionSolver
+    from ..kinematics.loops.groups import Group
+    from .inverse_dynamics import InverseDynamics, Solution
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
@@ -184,64 +184,34 @@ class ProblemSolver(Frozen):
         return kinematics.part(drives, list(range(len(kinematics.solvers))))
 
     @cached_property
-    def reactions(self) -> ReactionSolver:
-        """Computes the wrenches at closed positions."""
-        # What is made only to be looked at needs none of this.
-        from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
-        from .reactions import ReactionSolver, wrenches_in_norm
-
-        problem, needed = self.problem, self.assembly.needed
-        mechanism = problem.mechanism
-        length, counted = mechanism.characteristic_length, wrenches_in_norm(mechanism)
-        rule: IndeterminacyRule = LeastNorm(length, counted)
-        if problem.compliance:
-            compliances = {
-                problem.wrench_index(name): value for name, value in problem.compliance.items()
-            }
-            rule = LeastEnergy(length, counted, compliances)
-        # Of all groups, the kinematics has only those whose motion is needed, so indices differ.
-        active = {solved for solved, index in enumerate(needed.motion) if index in needed.forces}
-        return ReactionSolver(mechanism, self._kinematics, active, rule)
+    def _groups(self) -> list[tuple[Group, bool]]:
+        """The groups that are solved, and whether their forces are, too."""
+        needed = self.assembly.needed
+        return [(self.assembly.groups[index], index in needed.forces) for index in needed.motion]
 
     @cached_property
     def inverse_dynamics(self) -> InverseDynamics:
-        """Computes motion, wrenches and residuals at closed positions."""
+        """Proves what is found of samples."""
+        # What is made only to be looked at needs none of this.
         from .inverse_dynamics import InverseDynamics
 
         assembly = self.assembly
-        of = self.problem, self._kinematics, self.reactions, assembly.needed, assembly.decided
-        return InverseDynamics(*of)
+        bodies, decided = assembly.needed.known_bodies, assembly.decided
+        return InverseDynamics(self.problem, self._kinematics, self._groups, bodies, decided)
 
     @cached_property
-    def taped(self) -> TapedSolver | None:
-        """Solves many samples; None where a scene has what tapes do not know.
-
-        That is teeth, compliances, rods that spin idly, loops whose forces are not wanted where
-        others are crossed, and very many joints.
-        """
-        from ..mechanics.sample import MOST_RATES  # Sweeps of few samples need none.
-
-        problem, needed = self.problem, self.assembly.needed
-        groups = [(self.assembly.groups[k], k in needed.forces) for k in needed.motion]
-        is_crossed = any(group.crossed for group, _ in groups) and not all(
-            wanted for _, wanted in groups
-        )
-        has_rods = self.assembly.kinematics.idle_columns.size > 0
-        is_unknown = problem.compliance or problem.mechanism.teeth
-        is_long = problem.mechanism.model.nv > MOST_RATES
-        if is_unknown or has_rods or is_crossed or is_long:
-            return None
+    def taped(self) -> TapedSolver:
+        """Solves samples."""
         from .taped import TapedSolver
 
-        wanted = self.inverse_dynamics.claimed, self.reactions.opened
-        given = problem, self.varied, groups, *wanted, self.assembly
-        return TapedSolver(*given, needed.efforts_alone)
-
-    def uses_tapes(self, count: int) -> bool:
-        """Return whether so many samples are solved by tapes."""
-        from ..tape.program import WORTH_TRACING  # What is made only to be looked at needs none.
-
-        return count >= WORTH_TRACING and self.taped is not None
+        return TapedSolver(
+            self.problem,
+            self.varied,
+            self._groups,
+            self.inverse_dynamics.claimed,
+            self.assembly,
+            self.assembly.needed.efforts_alone,
+        )
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -266,8 +236,7 @@ class ProblemSolver(Frozen):
         solver._of_varied, solver._lock = {}, threading.Lock()
         solver._made_by = _solver_at_design, (self, dict(positions))
         solver.assembly = self.assembly.at_design(positions)
-        shared = {"reactions": self.reactions, "inverse_dynamics": self.inverse_dynamics}
-        solver._freeze(_kinematics=self._kinematics, **shared)
+        solver._freeze(_kinematics=self._kinematics, inverse_dynamics=self.inverse_dynamics)
         return solver
 
     @property
@@ -387,8 +356,7 @@ class ProblemSolver(Frozen):
         """Return how many samples are worked on at a time."""
         of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
         numbers = self.problem.mechanism.model.nv * of_each
-        most = LARGE_BLOCK if self.uses_tapes(targets.size) else BLOCK_SIZE
-        return max(1, min(most, _BLOCK_NUMBERS // numbers))
+        return max(1, min(LARGE_BLOCK, _BLOCK_NUMBERS // numbers))
 
     def refuse_others(self, assembled: AssembledPositions) -> None:
         """Refuse positions that another scene assembled.
@@ -433,8 +401,28 @@ class ProblemSolver(Frozen):
             assembled: N samples of this solver, or of one that moves alike.
             moves: m pairs of speeds and accelerations of the drives `(d,)`.
         """
-        dynamics = self.inverse_dynamics
-        return np.concatenate([dynamics.inertial_efforts(of, moves) for of in assembled.blocks])
+        from .inverse_dynamics import Inputs
+
+        problem, own, found = self.problem, self.assembly.kinematics, []
+        speeds, accelerations = map(np.array, zip(*moves, strict=True))
+        nothing = np.zeros_like(problem.loads_everywhere), np.zeros((1, 3))
+        for span, state in zip(assembled.spans, assembled.blocks, strict=True):
+            targets, turns = assembled.targets.block(span), assembled.turns[span]
+            given = Inputs.of(problem, targets, problem.acting_everywhere, turns, True)
+            # All moves at a position follow each other.
+            every = np.repeat(np.arange(len(state.x)), len(moves))
+            x = state.x[every]
+            still = given.of_samples(every)._replace(
+                speeds=np.tile(speeds, (len(state.x), 1)),
+                accelerations=np.tile(accelerations, (len(state.x), 1)),
+                loads=nothing[0],
+                gravity=nothing[1],
+                inertia={},
+            )
+            at_rest = self.taped.found(x, still, lambda some, x=x: own.evaluate(x[some]), [])
+            efforts = at_rest[0].efforts[:, own.drives]
+            found.append(efforts.reshape(len(state.x), len(moves), -1))
+        return np.concatenate(found)
 
     def keeps_rates(self, count: int) -> bool:
         """Return whether a sweep of several blocks, of that many samples, keeps its rates."""
@@ -531,7 +519,7 @@ class ProblemSolver(Frozen):
         if not problem.strict or np.all(unique):
             return
         from ..mechanism.undescribed import REMEDY, greatest_changes
-        from .reactions import UNIQUE_TOLERANCE
+        from .inverse_dynamics import UNIQUE_TOLERANCE
 
         silent = problem.mechanism.undescribed
         if problem.compliance:
@@ -572,7 +560,6 @@ class _Work:
             self._has_rates = acting.has_rates
         self._prescribed = solver.problem.prescribed_columns
         self._outputs = solver.problem.output_indices
-        self._is_taped = solver.uses_tapes(len(assembled))
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
@@ -584,30 +571,18 @@ class _Work:
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
         given = targets, acting, turns, self._has_rates
         inputs = dynamics.inputs_of(solver.problem, *given)
-        solution = self._by_tape(index, inputs) if self._is_taped else None
-        if solution is None:
-            solution = dynamics.solve(assembled.blocks[index], inputs)
-            if self._is_taped:  # Blocks of a sweep keep the same.
-                solution = solution._replace(magnification=None)
-        return solution.reduced(self._outputs, self._prescribed)
-
-    def _by_tape(self, index: int, inputs: Inputs) -> Solution | None:
-        """Return the solution of a block by tapes; None where the general path has to solve it."""
-        blocks, span, solver = self._assembled.blocks, self._assembled.spans[index], self._solver
-        dynamics = solver.inverse_dynamics
-        assert solver.taped is not None
+        blocks = assembled.blocks
         guess = blocks.guess(index) if isinstance(blocks, InTurn) else None
         x = blocks[index].x if guess is None else guess.x
 
-        def in_general(samples: Array) -> Solution:
+        def close(samples: Array) -> ClosedState:
             if guess is None:
-                state = solver.assembly.kinematics.evaluate(x[samples])
-            else:
-                closing = guess.of_samples(samples), inputs.positions[samples]
-                state = solver.assembly.close(*closing, span.start)
-            return dynamics.solve(state, inputs.of_samples(samples))
+                return solver.assembly.kinematics.evaluate(x[samples])
+            closing = guess.of_samples(samples), inputs.positions[samples]
+            return solver.assembly.close(*closing, span.start)
 
-        return solver.taped.solution(dynamics, x, inputs, in_general)
+        solution = solver.taped.solution(dynamics, x, inputs, close)
+        return solution.reduced(self._outputs, self._prescribed)
 
     def all(self) -> Solution:
         """Return what is kept of all blocks, see `collected`."""

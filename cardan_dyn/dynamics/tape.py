@@ -1,24 +1,27 @@
-"""Tape: the equations of a scene's samples, traced once and run for many of them side by side."""
+"""Tape: the equations of a scene's samples, traced once and run for many of them side by side.
+
+Where no order of elimination that was chosen before serves, the same equations run on plain
+numbers, with an order that is chosen at the sample.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import islice
-from typing import NamedTuple
+from itertools import chain, islice, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..kinematics.tolerances import REGULAR_CONDITION
+from ..arrays import Array, some
+from ..kinematics.tolerances import REGULAR_CONDITION, SINGULAR_CONDITION
 from ..mechanics.bodies import Tree
 from ..mechanics.elimination import MOST_GROWTH, Pivot
 from ..mechanics.placements import placed
 from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
-from ..mechanics.vectors import Rotation, Vector, times, turned
+from ..mechanics.vectors import ZERO, Rotation, Vector, times, turned
 from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select
-from .inverse_dynamics import Inputs
-from .reactions import UNIQUE_TOLERANCE
+from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs
 
 _ROUNDING = float(np.finfo(float).eps)
 _EXACT = float(np.sqrt(_ROUNDING))
@@ -26,6 +29,18 @@ _EXACT = float(np.sqrt(_ROUNDING))
 _FAR = 1e-3
 """Newton step [rad, or lengths] that is left to the general path, which knows how far off a guess
 may be: between dense samples, guesses are off by 1e-6."""
+
+
+_SETTLED = 1e-13
+"""Angle [rad] of a rod about its line from where it settles that is rounding."""
+
+
+_LEAST_PIVOT = 1.0 / SINGULAR_CONDITION
+"""Pivot that counts as none where a single sample is solved, which is not singular."""
+
+
+SAMPLES = 16
+"""Samples that tell what statics leaves open."""
 
 
 class LinkKind(NamedTuple):
@@ -107,6 +122,7 @@ class Found(NamedTuple):
         wrenches: `(n, 6 b)`.
         efforts: `(n, nv)` what drives and held joints exert.
         couplings: `(n, G)` moments.
+        rests: `(n, G)` what is left of them beside those of teeth, see `Solved`.
         error: `(n,)` closure error, see `Sweep.loop_residual`.
         condition: `(n,)` narrowness of the elimination, see `Eliminated`, or a condition number.
     """
@@ -118,6 +134,7 @@ class Found(NamedTuple):
     wrenches: Array
     efforts: Array
     couplings: Array
+    rests: Array
     error: Array
     condition: Array
 
@@ -135,21 +152,26 @@ class Judged(NamedTuple):
             leaves out what acts.
         inexactness: `(n,)` Newton's last step and the closure error, beside rounding.
         left_out: `(n,)` zero where the tape considers all that acts.
+        unheld: `(n,)` number of a rod (from 1) that resists no moment, where one acts; else 0.
         error, narrowness: `(n,)` see `Solved`.
     """
 
     instability: Array
     inexactness: Array
     left_out: Array
+    unheld: Array
     error: Array
     narrowness: Array
 
 
-class Tape:
-    """The equations of a scene for one kind of samples, with one order of elimination.
+class Equations:
+    """The equations of a scene for one kind of samples: rows of numbers to rows of results.
 
     Attributes:
-        acting: which rows of samples it considers; others have to be zero.
+        tree, roles: the mechanism, and what its coordinates are.
+        per_sample, uniform: columns of coordinates that differ between samples, and others.
+        spans: rows of results that hold each field of `Found` but for the last two, after those of
+            `Judged`.
     """
 
     def __init__(
@@ -157,78 +179,46 @@ class Tape:
         tree: Tree,
         roles: Roles,
         kind: Kind,
-        sizes: tuple[int, int],
-        wrenches: Sequence[int],
-        order: Sequence[Pivot],
-        shadows: Mapping[int, Array],
-        varied: Sequence[int],
-        acting: Array,
+        sizes: tuple[int, int, int],
+        wrenches: Collection[int],
+        varied: Collection[int],
     ) -> None:
-        """Trace the equations.
+        """Keep what they are of.
 
         Args:
             tree: the mechanism.
             roles: of its coordinates.
-            kind: what is traced.
-            sizes: numbers of all wrenches and couplings of the mechanism.
+            kind: of the samples.
+            sizes: numbers of all coordinates, wrenches and couplings of the mechanism.
             wrenches: indices of those that are wanted: of bodies, then of `fixed` loops.
-            order: of the elimination.
-            shadows: column of coordinate rows to values `(S,)` at which orders are chosen, in the
-                units of the tree.
             varied: columns of held joints that differ from sample to sample.
-            acting: see the attribute.
-
-        Raises:
-            UnsuitableError: samples do not tell which self-stresses are independent.
         """
-        self._tree, self._roles, self._kind, self._order = tree, roles, kind, order
-        self._shadows, self._sizes, self.acting = shadows, sizes, acting
-        points = placed(tree, shadows).points
-        farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
-        # Loops count as closed up to the error of as many sums of lengths as there are bodies.
-        rounding = len(tree.bodies) * _ROUNDING * max(1.0, float(farthest))
+        self.tree, self.roles, self._kind, self._sizes = tree, roles, kind, sizes
+        self._wanted = set() if kind.moves_alone else set(wrenches)
         moving = {*roles.passives, *roles.drives}
-        per_sample = {
+        columns = {
             column
             for body in tree.bodies
             if moving.issuperset(body.rates)
             for column in body.columns
-        } | set(varied)
-        self._size = len(shadows)
-        self._per_sample = sorted(per_sample)
-        self._uniform = [column for column in range(self._size) if column not in per_sample]
-        self._spans = []
-        with Trace() as trace:
-            given, x, left_out = self._traced(trace)
-            found = solved(tree, roles, given, order)
-            error = found.error / tree.norm_length
-            # Exactly 1 at the greatest that is allowed.
-            unstable = greater(found.growth / MOST_GROWTH, found.narrowness / REGULAR_CONDITION)
-            outputs = [
-                select(left_out, np.inf, greater(unstable, found.step / _FAR)),
-                greater(found.step / _EXACT, error / rounding),
-                *(left_out, error, found.narrowness),
-            ]
-            for quantity in self._quantities(found, x, () if kind.moves_alone else wrenches):
-                values = list(quantity)
-                self._spans.append(slice(len(outputs), len(outputs) + len(values)))
-                outputs += values
-            self._program = Program(trace, outputs, keeps_inputs=True)
+        }
+        self.per_sample = sorted(columns.union(varied))
+        self.uniform = sorted(set(range(sizes[0])).difference(self.per_sample))
+        self._units = tree.coordinate_units(sizes[0]).tolist()
+        rates, (_, forces, couplings) = len(tree.units), sizes
+        counts = [sizes[0], rates, rates, rates * len(roles.drives), 6 * forces, rates]
+        ends = np.cumsum([len(Judged._fields), *counts, couplings, couplings]).tolist()
+        self.spans = [slice(*ends_of) for ends_of in pairwise(ends)]
 
-    def _traced(self, trace: Trace) -> tuple[Given, list[Scalar], Scalar]:
-        """Return what is given at a sample, its coordinates in SI units, and what is left out.
+    def given(self, rows: Iterator[Scalar], x: Sequence[Scalar]) -> Given:
+        """Return what is given at a sample.
 
-        Prescribed become inputs in their order, those of coordinates behind them.
+        Args:
+            rows: what is prescribed, in the order of `Prescribed`.
+            x: coordinates.
         """
-        tree, roles, kind = self._tree, self._roles, self._kind
+        tree, roles = self.tree, self.roles
         length, units = tree.length, tree.units.tolist()
-        left_out: Scalar = 0.0
-        every: list[Scalar] = []
-        for index, acts in enumerate(self.acting.tolist()):
-            value = trace.input(f"r{index}", 1.0)
-            every.append(value if acts else 0.0)
-            left_out = left_out if acts else greater(left_out, absolute(value))
-        rows = iter(every)
 
         def vector(unit: float) -> Vector:
             """Return the next three rows, in the tree's unit."""
@@ -245,56 +235,180 @@ class Tape:
         efforts = tree.effort_units.tolist()
         loads = {rate: next(rows) * (1.0 / unit) for rate, unit in enumerate(efforts)}
         forces = []
-        for link in kind.links:
+        for link in self._kind.links:
             force, moment = vector(length), vector(length**2)
             if link.rotation is None:
                 force, moment = in_tree(force), in_tree(moment)
             forces.append(LinkForce(*link, force, moment))
-        factors = dict(zip(kind.factored, rows, strict=False))
+        factors = dict(zip(self._kind.factored, rows, strict=False))
         offsets = list(islice(rows, len(tree.couplings)))
-        x: list[Scalar] = [0.0] * self._size
-        of_columns = tree.coordinate_units(self._size).tolist()
-        in_units: dict[int, Scalar] = {}
-        for columns, is_uniform in (self._per_sample, False), (self._uniform, True):
-            for column in columns:
-                unit = of_columns[column]
-                shadow = self._shadows[column] * unit
-                x[column] = trace.input(f"x{column}", shadow, uniform=is_uniform)
-                in_units[column] = x[column] * (1.0 / unit)
+        in_units = {column: x[column] * (1.0 / unit) for column, unit in enumerate(self._units)}
         loads = {rate: load for rate, load in loads.items() if not is_zero(load)}
-        given = Given(in_units, speeds, accelerations, gravity, loads, forces, factors, offsets)
-        return given, x, left_out
+        return Given(in_units, speeds, accelerations, gravity, loads, forces, factors, offsets)
 
-    def _quantities(
-        self, found: Solved, x: list[Scalar], wrenches: Sequence[int]
-    ) -> Iterator[Iterator[Scalar]]:
+    def results(
+        self,
+        given: Given,
+        x: Sequence[Scalar],
+        order: Sequence[Pivot],
+        left_out: Scalar,
+        rounding: float,
+    ) -> list[Scalar]:
+        """Return what is found at a sample: rows of `Judged`, then those of `Found`.
+
+        Args:
+            given: at the sample.
+            x: coordinates.
+            order: of the elimination.
+            left_out: see `Judged`.
+            rounding: error up to which loops count as closed, in units of the tree.
+
+        Raises:
+            UnsuitableError: samples do not tell which self-stresses are independent.
+        """
+        found = solved(self.tree, self.roles, given, order)
+        error = found.error / self.tree.norm_length
+        # Exactly 1 at the greatest that is allowed.
+        unstable = greater(found.growth / MOST_GROWTH, found.narrowness / REGULAR_CONDITION)
+        unheld: Scalar = 0.0
+        for number, of_rod in enumerate(() if self._kind.moves_alone else found.unheld, 1):
+            unheld = select(of_rod, float(number), unheld)
+        unstable = select(unheld, np.inf, greater(unstable, found.step / _FAR))
+        inexact = greater(error / rounding, found.turned / _SETTLED)
+        return [
+            select(left_out, np.inf, unstable),
+            greater(found.step / _EXACT, inexact),
+            *(left_out, unheld, error, found.narrowness),
+            *chain.from_iterable(self._quantities(found, x)),
+        ]
+
+    def _quantities(self, found: Solved, x: Sequence[Scalar]) -> Iterator[Iterable[Scalar]]:
         """Yield the first fields of `Found` in SI units; forces are zero where none is wanted."""
-        tree, roles = self._tree, self._roles
+        tree, roles, wanted = self.tree, self.roles, self._wanted
         length, units, rates = tree.length, tree.units.tolist(), range(len(tree.units))
-        closed, of_columns = set(roles.columns(tree)), tree.coordinate_units(len(x)).tolist()
+        closed = set(roles.columns(tree))
         yield (
-            found.x[column] * of_columns[column] if column in closed else value
+            found.x[column] * self._units[column] if column in closed else value
             for column, value in enumerate(x)
         )
         yield (found.v.get(rate, 0.0) * units[rate] for rate in rates)
         yield (found.a.get(rate, 0.0) * units[rate] for rate in rates)
         drives = [(ratios, units[r]) for ratios, r in zip(found.ratios, roles.drives, strict=True)]
         yield (of.get(r, 0.0) * (units[r] / unit) for r in rates for of, unit in drives)
-        wanted = set(wrenches)
         yield (
             component
-            for index in range(self._sizes[0])
+            for index in range(self._sizes[1])
             for component in _in_si(found, index if index in wanted else -1, length)
         )
         efforts = tree.effort_units.tolist()
         has_efforts = wanted or (roles.efforts_alone and not self._kind.moves_alone)
         yield (found.exerted.get(r, 0.0) * efforts[r] if has_efforts else 0.0 for r in rates)
-        moments = [0.0] * self._sizes[1]
-        for coupling, moment in zip(tree.couplings, found.couplings, strict=True):
-            joint = coupling.successors[:1]
-            unit = efforts[joint[0]] if joint else length**2
-            moments[coupling.number] = moment * unit if wanted else 0.0
-        yield iter(moments)
+        for moments in (found.couplings, found.rests):
+            every = [0.0] * self._sizes[2]
+            for index, moment in moments.items():
+                coupling = tree.couplings[index]
+                joint = coupling.successors[:1]
+                unit = efforts[joint[0]] if joint else length**2
+                every[coupling.number] = moment * unit if wanted else 0.0
+            yield every
+
+    def rounding(self, x: Mapping[int, Array]) -> float:
+        """Return the error up to which loops count as closed near some coordinates.
+
+        It is that of as many sums of lengths as there are bodies, in units of the tree.
+        """
+        points = placed(self.tree, x).points
+        farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
+        return len(self.tree.bodies) * _ROUNDING * max(1.0, float(farthest))
+
+    def found(self, results: Array) -> tuple[Found, Judged]:
+        """Return rows of results `(k, n)` by their names."""
+        judged = Judged(*results[: len(Judged._fields)])
+        fields = (results[span].T for span in self.spans)
+        return Found._make([*fields, judged.error, judged.narrowness]), judged
+
+    def open_ones(
+        self, wrenches: Mapping[int, Array], couplings: Mapping[int, Array]
+    ) -> tuple[Array, set[int]]:
+        """Return what statics leaves open, see `Tape.openings`, from shares by their places."""
+        influence = np.zeros((self._sizes[1], 6))
+        for place, shares in wrenches.items():
+            influence.ravel()[place] = np.sqrt(np.abs(shares).max())
+        return influence, {
+            self.tree.couplings[index].number
+            for index, shares in couplings.items()
+            if np.sqrt(np.abs(shares).max()) > UNIQUE_TOLERANCE
+        }
+
+    def shares(
+        self, given: Given, order: Sequence[Pivot]
+    ) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+        """Return what `open_ones` takes, without what does not vanish nowhere.
+
+        Arguments and errors as of `results`.
+        """
+        if self.roles.efforts_alone or self._kind.moves_alone:
+            return {}, {}
+        wrenches, couplings = openings(self.tree, self.roles, given, order)
+        return (
+            {
+                6 * index + component: value
+                for index, values in wrenches.items()
+                for component, value in enumerate(values)
+                if not is_zero(value)
+            },
+            {index: value for index, value in couplings.items() if not is_zero(value)},
+        )
+
+
+class Tape:
+    """Equations for one order of elimination, traced.
+
+    Attributes:
+        acting: which rows of samples it considers; others have to be zero.
+    """
+
+    def __init__(
+        self, equations: Equations, order: Sequence[Pivot], shadows: Array, acting: Array
+    ) -> None:
+        """Trace the equations.
+
+        Args:
+            equations: these.
+            order: of the elimination.
+            shadows: coordinates `(size, S)` at which orders are chosen, in units of the tree.
+            acting: see the attribute.
+
+        Raises:
+            UnsuitableError: see `Equations.results`.
+        """
+        self._equations, self._order, self.acting = equations, order, acting
+        self._shadows = shadows
+        rounding = equations.rounding(dict(enumerate(shadows)))
+        with Trace() as trace:
+            given, x, left_out = self._traced(trace)
+            outputs = equations.results(given, x, order, left_out, rounding)
+            self._program = Program(trace, outputs, keeps_inputs=True)
+
+    def _traced(self, trace: Trace) -> tuple[Given, list[Scalar], Scalar]:
+        """Return what is given at a sample, its coordinates in SI units, and what is left out.
+
+        Prescribed become inputs in their order, those of coordinates behind them.
+        """
+        equations = self._equations
+        left_out: Scalar = 0.0
+        every: list[Scalar] = []
+        for index, acts in enumerate(self.acting.tolist()):
+            value = trace.input(f"r{index}", 1.0)
+            every.append(value if acts else 0.0)
+            left_out = left_out if acts else greater(left_out, absolute(value))
+        x: list[Scalar] = [0.0] * len(self._shadows)
+        units = equations.tree.coordinate_units(len(x))
+        for columns, is_uniform in (equations.per_sample, False), (equations.uniform, True):
+            for column in columns:
+                shadow = self._shadows[column] * units[column]
+                x[column] = trace.input(f"x{column}", shadow, uniform=is_uniform)
+        return equations.given(iter(every), x), x, left_out
 
     def run(self, rows: Prescribed, x: Array) -> tuple[Found, Judged]:
         """Solve n samples.
@@ -303,10 +417,7 @@ class Tape:
             rows: what is given.
             x: `(size, n)` coordinates near closed ones.
         """
-        outputs = self._program.run_rows(self._with_x(rows, x), x.shape[1])
-        fields = (outputs[span].T for span in self._spans)
-        judged = Judged(*outputs[: len(Judged._fields)])
-        return Found._make([*fields, judged.error, judged.narrowness]), judged
+        return self._equations.found(self._program.run_rows(self._with_x(rows, x), x.shape[1]))
 
     def openings(self, rows: Prescribed, x: Array) -> tuple[Array, set[int]]:
         """Return what statics leaves open at closed samples.
@@ -317,41 +428,55 @@ class Tape:
             `(b, 6)` the greatest influence of self-stresses on each component, see
             `Solution.influence`; and the couplings (index) whose moments are not unique.
         """
-        influence, loose = np.zeros((self._sizes[0], 6)), set[int]()
-        if self._roles.efforts_alone:
-            return influence, loose
-        program, wrenches, couplings = self._opened
+        program, *places = self._opened
+        shares = np.zeros((0, 1))
         if program.outputs:
             shares = program.run_rows(self._with_x(rows, x), x.shape[1])
-            found = np.sqrt(np.abs(shares).max(axis=1))
-            influence.ravel()[wrenches] = found[: len(wrenches)]
-            open_ones = found[len(wrenches) :] > UNIQUE_TOLERANCE
-            loose = {index for index, is_open in zip(couplings, open_ones, strict=True) if is_open}
-        return influence, loose
+        every = iter(shares)
+        wrenches, couplings = ({place: next(every) for place in of} for of in places)
+        return self._equations.open_ones(wrenches, couplings)
 
     @cached_property
     def _opened(self) -> tuple[Program, list[int], list[int]]:
         """What is open as a program; which components its outputs are, and then which couplings."""
-        tree = self._tree
         with Trace() as trace:
-            wrenches, couplings = openings(tree, self._roles, self._traced(trace)[0], self._order)
-            named = {
-                6 * index + component: value
-                for index, values in wrenches.items()
-                for component, value in enumerate(values)
-                if not is_zero(value)
-            }
-            of_couplings = {
-                item.number: value
-                for item, value in zip(tree.couplings, couplings or (), strict=bool(couplings))
-                if not is_zero(value)
-            }
-            outputs = [*named.values(), *of_couplings.values()]
-            return Program(trace, outputs, keeps_inputs=True), list(named), list(of_couplings)
+            wrenches, couplings = self._equations.shares(self._traced(trace)[0], self._order)
+            outputs = [*wrenches.values(), *couplings.values()]
+            return Program(trace, outputs, keeps_inputs=True), [*wrenches], [*couplings]
 
     def _with_x(self, rows: Prescribed, x: Array) -> list[Array]:
         """Return rows with those of coordinates `(size, n)` behind them."""
-        return [*rows.parts, x[self._per_sample], x[self._uniform, :1]]
+        equations = self._equations
+        return [*rows.parts, x[equations.per_sample], x[equations.uniform, :1]]
+
+
+def found_alone(
+    equations: Equations, rows: Prescribed, x: Array, shares: list[tuple[Any, Any]]
+) -> tuple[Found, Judged]:
+    """Return what equations find of n closed samples, each with an order chosen there.
+
+    Args:
+        equations: these.
+        rows: what is given.
+        x: `(size, n)` closed coordinates.
+        shares: gets what is open at some of them, see `Equations.shares`.
+
+    Raises:
+        UnsuitableError: there is no order at a sample.
+    """
+    tree, units = equations.tree, equations.tree.coordinate_units(len(x))
+    results, some_samples = [], set(some(x.shape[1], SAMPLES).tolist())
+    for sample in range(x.shape[1]):
+        own = [float(value) for part in rows.parts for value in part[:, sample % part.shape[1]]]
+        column = x[:, sample]
+        at = dict(enumerate((column / units).tolist()))
+        order = equations.roles.order(tree, at, _LEAST_PIVOT)
+        values = column.tolist()
+        given = equations.given(iter(own), values)
+        results.append(equations.results(given, values, order, 0.0, equations.rounding(at)))
+        if sample in some_samples:
+            shares.append(equations.shares(given, order))
+    return equations.found(np.array(results).T)
 
 
 def _in_si(found: Solved, index: int, length: float) -> Iterator[Scalar]:
@@ -359,6 +484,6 @@ def _in_si(found: Solved, index: int, length: float) -> Iterator[Scalar]:
     if index < 0:
         yield from [0.0] * 6
         return
-    force, moment = (found.fixed if index in found.fixed else found.wrenches)[index]
+    force, moment = found.fixed.get(index) or found.wrenches.get(index, (ZERO, ZERO))
     yield from times(force, length)
     yield from times(moment, length**2)

@@ -3,38 +3,47 @@
 A tape has an order of elimination that was chosen at some closed configurations of the motion. At
 any other one it serves where the elimination does not grow, Newton's last step leaves rounding, and
 the loops are closed. Samples that fail are solved by a second tape, whose order was chosen where
-the first one does not serve, and at last by the general path, which judges ranks and singular
-positions and says what is wrong.
+the first one does not serve. Of those that no tape serves for, the loops are closed by all that is
+known of the motion, which says where they cannot be; tapes are asked again there, and at last the
+same equations are solved with an order that is chosen at the sample itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, some
 from ..elements.link_loads import LinkLoad
-from ..errors import AssemblyError, SingularConfigurationError
+from ..errors import (
+    AssemblyError,
+    MobilityError,
+    ModelError,
+    SingularConfigurationError,
+    choices,
+)
 from ..kinematics.assembly import Assembly
+from ..kinematics.closing.all_groups import ClosedState
 from ..kinematics.following.orders import Orders
-from ..kinematics.loops.closure_blocks import closure_blocks
+from ..kinematics.loops.closure_blocks import closure_blocks, with_rods
 from ..kinematics.loops.groups import Group
 from ..mechanics.bodies import Tree, tree_of
 from ..mechanics.elimination import UnsuitableError
+from ..mechanics.reactions import Compliance
 from ..mechanics.sample import Roles
+from ..mechanics.teeth import gears_of
 from ..problem.problem import Problem
 from ..threads import in_turn
-from .inverse_dynamics import Inputs, InverseDynamics, JointRates, Solution
-from .reactions import wrenches_in_norm
-from .tape import Found, Judged, Kind, LinkKind, Prescribed, Tape
+from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, InverseDynamics, JointRates, Solution
+from .tape import SAMPLES, Equations, Found, Judged, Kind, LinkKind, Prescribed, Tape, found_alone
 from .velocity_ratios import VelocityRatios
 
 _MOST_TAPES = 3
 """Orders that are tried at samples of one kind."""
-_SAMPLES = 16
-"""Samples that tell what statics leaves open."""
 _MOST_STEPS = 3
 """Further Newton steps of a guess; each squares what is left."""
 
@@ -48,7 +57,6 @@ class TapedSolver:
         varied: Sequence[str],
         groups: Sequence[tuple[Group, bool]],
         wrenches: Sequence[int],
-        opened: Array | None,
         assembly: Assembly,
         efforts_alone: bool = False,
     ) -> None:
@@ -59,19 +67,18 @@ class TapedSolver:
             varied: names of the held joints that differ from sample to sample.
             groups: those that are solved, and whether their forces are, too.
             wrenches: indices of those that are wanted.
-            opened: `(b, 6)` influence of couplings that state no forces; None if all do.
             assembly: at whose scouts orders of elimination are chosen.
             efforts_alone: whether of all forces the efforts of drives are wanted alone.
         """
-        mechanism = problem.mechanism
-        coordinates = mechanism.coordinates
-        self._opened, self._assembly = opened, assembly
-        self._problem, self._mechanism, self._wrenches = problem, mechanism, wrenches
+        self._problem, self._mechanism = problem, problem.mechanism
+        self._wrenches, self._assembly = wrenches, assembly
+        mechanism, coordinates = problem.mechanism, problem.mechanism.coordinates
+        self._groups = [group for group, _ in groups]
         self._varied = coordinates.columns_of(varied)
         self._solved = (
-            [index for group, _ in groups for index in group.loops],
-            [index for group, _ in groups for index in group.couplings],
-            # As in the general way, which counts what it leaves out with the forces of others.
+            [index for group in self._groups for index in group.loops],
+            [index for group in self._groups for index in group.couplings],
+            # What is left out is counted with the forces of others.
             {
                 body
                 for group, wanted in groups
@@ -79,22 +86,25 @@ class TapedSolver:
                 for body in group.inertial_bodies
             },
         )
-        fixed = sum(loop.is_fixed for loop in mechanism.loops)
-        self._sizes = mechanism.model.njoints - 1 + fixed, len(mechanism.couplings)
+        spinning = {rate for group in self._groups for rod in group.idle for rate in rod.columns}
+        idle = coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
+        self._idle = np.intersect1d(idle, coordinates.angle_columns)
+        self._sizes = coordinates.size, mechanism.wrench_count, len(mechanism.couplings)
+        self._trees: dict[tuple[str, ...], Tree] = {}
         self._roles = Roles(
             tuple(coordinates.rates_of(problem.independent)),
             tuple(coordinates.rates_of(problem.held)),
             closure_blocks(groups),
-            tuple(sorted(wrenches_in_norm(mechanism))),
+            tuple(sorted(mechanism.wrench_indices.values())),
             efforts_alone,
+            self._compliances(),
         )
-        self._trees: dict[tuple[str, ...], Tree] = {}
-        self._tapes: dict[Kind, dict[int, Tape]] = {}
+        self._tapes: dict[Kind, dict[int, Tape | None]] = {}
         self._key = (
             self._roles,
             tuple(self._varied),
             tuple(sorted(wrenches)),
-            tuple(group.key for group, _ in groups),
+            tuple(group.key for group in self._groups),
         )
 
     def solution(
@@ -102,35 +112,24 @@ class TapedSolver:
         dynamics: InverseDynamics,
         x: Array,
         inputs: Inputs,
-        in_general: Callable[[Array], Solution],
-    ) -> Solution | None:
+        close: Callable[[Array], ClosedState],
+    ) -> Solution:
         """Return the solution of samples with its residuals.
 
         Args:
             dynamics: of the scene.
             x: `(n, size)` coordinates near closed ones, exact in the drives.
             inputs: what is prescribed.
-            in_general: solves samples, by their indices, in the general way.
+            close: closes the loops of samples, by their indices, or says why it cannot.
 
-        Returns:
-            None where the general way has to solve all of them, also to say why it cannot.
+        Raises:
+            AssemblyError, SingularConfigurationError: see `Assembly.close`.
+            MobilityError: a moment acts about the line of a rod that has no inertia about it.
+            ModelError: a coupling without teeth shares the moment of some.
         """
-        try:
-            with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
-                found, holds, openings = self._with_elements(np.ascontiguousarray(x.T), inputs)
-            (left,) = (~holds).nonzero()
-            if openings is None or 2 * len(left) > len(x):
-                return None
-            influence, loose = openings
-            if self._opened is not None:
-                influence = np.maximum(influence, self._opened)
-            if len(left):
-                rest = in_general(left)
-                found.write(left, _as_found(rest))
-                influence = np.maximum(influence, rest.influence)
-                loose = loose | rest.indeterminate_couplings
-        except (UnsuitableError, AssemblyError, SingularConfigurationError):
-            return None
+        found, influence, loose = self.found(x, inputs, close)
+        if self._tree(()).spins and found.a.any():
+            inputs = inputs._replace(has_rates=True)
         count, drives = len(x), len(self._roles.drives)
         rates = JointRates(found.ratios.reshape(count, -1, drives), found.v, found.a)
         wrenches = found.wrenches.reshape(count, -1, 6)
@@ -144,7 +143,6 @@ class TapedSolver:
             wrenches=wrenches,
             efforts=found.efforts,
             coupling_moments=found.couplings,
-            magnification=None,
             cancellation=residuals.cancellation,
             # A copy, since it is kept longer than all that it is a row of.
             closure_condition=found.condition.copy(),
@@ -154,100 +152,256 @@ class TapedSolver:
             indeterminate_couplings=loose,
         )
 
-    def _with_elements(
-        self, x: Array, inputs: Inputs
-    ) -> tuple[Found, Array, tuple[Array, set[int]] | None]:
-        """Return what `_found` does; elements exert what follows of the motion alone."""
-        elements = self._problem.element_forces
-        links = list(inputs.link_loads.values())
-        if elements is None:
-            return self._found(x, inputs, links)
-        moved, moves, _ = self._found(x, inputs, [], moves_alone=True)
-        if not moves.any():
-            return moved, moves, None
-        # Where the motion is not known, elements exert what they do at another sample.
-        known = np.where(moves, np.arange(len(moves)), moves.argmax())
-        time = inputs.time[known] if len(inputs.time) == len(known) else inputs.time
-        acted = elements.at((moved.x + 2.0 * np.pi * inputs.turns)[known], moved.v[known], time)
-        x = np.where(moves, moved.x.T, x)
-        inputs = inputs._replace(loads=inputs.loads + acted.efforts)
-        found, holds, openings = self._found(x, inputs, links + acted.link_loads(self._mechanism))
-        return found, holds & moves, openings
+    def found(
+        self,
+        x: Array,
+        inputs: Inputs,
+        close: Callable[[Array], ClosedState],
+        links: Sequence[LinkLoad] | None = None,
+    ) -> tuple[Found, Array, set[int]]:
+        """Return what is found of samples, and what statics leaves open, see `Solution`.
+
+        Elements exert what follows of the motion alone.
+
+        Args:
+            x: `(n, size)` coordinates near closed ones, exact in the drives.
+            inputs: what is prescribed.
+            close: see `solution`, as well as for errors.
+            links: wrenches on links in place of those of elements and inputs.
+        """
+        elements = self._problem.element_forces if links is None else None
+        pushed = list(inputs.link_loads.values()) if links is None else links
+        rows = np.ascontiguousarray(x.T)
+        with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
+            if elements is not None:
+                moved, _, _ = self._found(rows, inputs, [], close, moves_alone=True)
+                turned = moved.x + 2.0 * np.pi * inputs.turns
+                acted = elements.at(turned, moved.v, inputs.time)
+                rows = np.ascontiguousarray(moved.x.T)
+                inputs = inputs._replace(loads=inputs.loads + acted.efforts)
+                pushed = [*pushed, *acted.link_loads(self._mechanism)]
+            found, influence, loose = self._found(rows, inputs, pushed, close)
+        for teeth in self._mechanism.teeth:
+            if teeth.coupling in loose:
+                influence[[self._mechanism.wrench_indices[name] for name in teeth.joints]] = 1.0
+        self._refuse_shared(found)
+        found.x[:, self._idle] -= 2.0 * np.pi * np.rint(found.x[:, self._idle] / (2.0 * np.pi))
+        return found, influence, loose
+
+    def _refuse_shared(self, found: Found) -> None:
+        """Refuse couplings that have teeth, and share their moment with others.
+
+        Raises:
+            ModelError: there is one.
+        """
+        for teeth in self._mechanism.teeth:
+            rest = np.abs(found.rests[:, teeth.coupling]).max()
+            if rest > UNIQUE_TOLERANCE * np.abs(found.couplings[:, teeth.coupling]).max():
+                raise ModelError(
+                    f"{self._mechanism.couplings[teeth.coupling].name} has teeth, and shares its "
+                    "moment with couplings without them, so that nothing tells what its teeth "
+                    'bear: state forces="mesh" of all of them, or leave out those that are surplus'
+                )
+
+    def _refuse_unheld(self, unheld: Array) -> None:
+        """Refuse a moment about the line of a rod that nothing resists, by numbers of rods.
+
+        Raises:
+            MobilityError: there is one.
+        """
+        if not np.any(unheld > 0.0):
+            return
+        line = int(unheld.max()) - 1
+        rods = next(
+            group.idle
+            for group, end in zip(
+                self._groups, np.cumsum([len(group.idle) for group in self._groups]), strict=True
+            )
+            if line < end
+        )
+        names = self._mechanism.coordinates.names_of({rate for rod in rods for rate in rod.columns})
+        raise MobilityError(
+            f"a load acts about the line of an idle rod without inertia ({choices(names)}), "
+            "which nothing can hold; give the rod mass, take the load off, or drive or hold "
+            "its spin",
+            free=names,
+        )
 
     def _found(
-        self, x: Array, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool = False
-    ) -> tuple[Found, Array, tuple[Array, set[int]] | None]:
-        """Return what tapes find of n samples, `(n,)` which of them it holds for, and what is open.
-
-        The last one, see `Tape.openings`, is None where no sample holds, or without forces. What is
-        unique at some samples is unique wherever tapes hold.
+        self,
+        x: Array,
+        inputs: Inputs,
+        links: Sequence[LinkLoad],
+        close: Callable[[Array], ClosedState],
+        moves_alone: bool = False,
+    ) -> tuple[Found, Array, set[int]]:
+        """Return what is found of n samples, and what is open, without forces of elements.
 
         Args:
             x: `(size, n)` coordinates near closed ones.
             inputs: what is prescribed.
             links: wrenches on links.
+            close: see `solution`, as well as for errors.
             moves_alone: whether the motion is wanted without forces.
-
-        Raises:
-            UnsuitableError: no order suits the motion.
         """
         kind, tree = self._kind(inputs, links, moves_alone)
         rows = Prescribed.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
-        count, openings = x.shape[1], None
+        of = tree, self._roles, kind, self._sizes, self._wrenches, self._varied
+        equations, count = Equations(*of), x.shape[1]
+        found, _ = equations.found(np.full((equations.spans[-1].stop, count), np.nan))
+        every = np.arange(count)
+        opened: list[tuple[Array, set[int]]] = []
+        left = self._by_tapes(equations, kind, rows, x, every, found, opened)
+        if len(left):
+            try:
+                state = close(left)
+            except (AssemblyError, SingularConfigurationError):
+                close(every)  # So that it tells of a sample by its number.
+                raise
+            closed = x.copy()
+            closed[:, left] = state.x.T
+            alone = self._by_tapes(equations, kind, rows, closed, left, found, opened)
+            if len(alone):
+                shares: list[tuple[Any, Any]] = []
+                own, judged = found_alone(
+                    equations, rows.of_lanes(alone, count), closed[:, alone], shares
+                )
+                self._refuse_unheld(judged.unheld)
+                opened += [equations.open_ones(*item) for item in shares]
+                at = np.searchsorted(left, alone)
+                judged_by = state.residual[at], state.condition[at]
+                found.write(alone, own._replace(error=judged_by[0], condition=judged_by[1]))
+        influence = np.max([self._silent, *(item for item, _ in opened)], axis=0)
+        return found, influence, set().union(*(loose for _, loose in opened))
+
+    def _by_tapes(
+        self,
+        equations: Equations,
+        kind: Kind,
+        rows: Prescribed,
+        x: Array,
+        left: Array,
+        found: Found,
+        opened: list[tuple[Array, set[int]]],
+    ) -> Array:
+        """Write what tapes find of some of n samples, and return those that they do not hold for.
+
+        What is unique at some samples is unique wherever tapes hold.
+
+        Args:
+            equations: of the kind.
+            kind: of the samples.
+            rows: what is given.
+            x: `(size, n)` coordinates near closed ones.
+            left: indices of the samples, ascending.
+            found: of n samples, written.
+            opened: what statics leaves open is added to it.
+        """
+        count = x.shape[1]
         for index in range(_MOST_TAPES):
-            if not index:
-                tape, found, judged = self._run(index, tree, kind, rows, x)
-                holds = _closed(tape, rows, found, judged)
-                known, own, closed = holds, rows, found
+            own = rows if len(left) == count else rows.of_lanes(left, count)
+            near = x if len(left) == count else x[:, left]
+            result = self._run(index, equations, kind, own, near)
+            if result is None:
+                continue
+            tape, closed, judged = result
+            holds = _closed(tape, own, closed, judged)
+            (lanes,) = holds.nonzero()
+            if len(lanes) == count:
+                for values, others in zip(found, closed, strict=True):
+                    values[...] = others
             else:
-                (left,) = (~holds).nonzero()
-                if not len(left) or self._orders.at(index) is None:
-                    break
-                own = rows.of_lanes(left, count)
-                tape, closed, judged = self._run(index, tree, kind, own, x[:, left])
-                known = _closed(tape, own, closed, judged)
-                found.write(left[known], [values[known] for values in closed])
-                holds[left[known]] = True
-            if openings is None and not moves_alone and known.any():
-                (lanes,) = known.nonzero()
-                lanes = lanes[some(len(lanes), _SAMPLES)]
-                openings = tape.openings(own.of_lanes(lanes, len(known)), closed.x[lanes].T)
-        return found, holds, openings
+                found.write(left[lanes], [values[lanes] for values in closed])
+            if not opened and len(lanes):
+                lanes = lanes[some(len(lanes), SAMPLES)]
+                opened.append(tape.openings(own.of_lanes(lanes, len(holds)), closed.x[lanes].T))
+            left = left[~holds]
+            if not len(left):
+                break
+        return left
 
     @cached_property
-    def _orders(self) -> Orders:
-        """Orders of elimination: the same for all scenes of the mechanism that move alike."""
-        return self._assembly.orders(self._tree(()), self._roles)
+    def _silent(self) -> Array:
+        """Influence `(b, 6)` of couplings that state no forces."""
+        mechanism = self._mechanism
+        result = np.zeros((mechanism.wrench_count, 6))
+        if not mechanism.undescribed:
+            return result
+        from ..mechanism.undescribed import greatest_changes  # Few mechanisms have couplings.
+
+        indices = mechanism.wrench_indices
+        result[list(indices.values())] = greatest_changes(mechanism.undescribed, indices)
+        return result
+
+    @cached_property
+    def _orders(self) -> Orders | None:
+        """Orders of elimination: the same for all scenes of the mechanism that move alike.
+
+        None where the motion shows no scouts.
+        """
+        with suppress(AssemblyError, SingularConfigurationError):
+            return self._assembly.orders(self._tree(()), self._roles)
+        return None
 
     def _tree(self, factored: tuple[str, ...]) -> Tree:
         """Return the mechanism for tapes with factors on some links."""
         if factored not in self._trees:
-            self._trees[factored] = tree_of(self._mechanism, factored, *self._solved)
+            tree = tree_of(self._mechanism, factored, *self._solved)
+            tree = with_rods(tree, self._mechanism, self._groups)
+            self._trees[factored] = tree._replace(gears=gears_of(tree, self._mechanism))
         return self._trees[factored]
 
+    def _compliances(self) -> tuple[Compliance, ...]:
+        """Return how joints give way, in the units of trees."""
+        problem, mechanism = self._problem, self._mechanism
+        if not problem.compliance:
+            return ()
+        units = np.repeat([1.0, self._tree(()).length], 3) * self._tree(()).length
+        result = []
+        for name, matrix in problem.compliance.items():
+            parts = mechanism.joints[name].parts
+            result.append(
+                Compliance(
+                    mechanism.wrench_indices[name],
+                    parts[0].id - 1 if parts else -1,
+                    tuple(map(tuple, (matrix * np.outer(units, units)).tolist())),
+                )
+            )
+        return tuple(result)
+
     def _run(
-        self, index: int, tree: Tree, kind: Kind, rows: Prescribed, x: Array
-    ) -> tuple[Tape, Found, Judged]:
-        """Return what the tape of an order (index) finds, which considers all that acts."""
-        chosen = self._orders.at(index)
-        if chosen is None:
-            raise UnsuitableError
+        self, index: int, equations: Equations, kind: Kind, rows: Prescribed, x: Array
+    ) -> tuple[Tape, Found, Judged] | None:
+        """Return what the tape of an order (index) finds, which considers all that acts.
+
+        None where no tape can have this order.
+        """
+        chosen = self._orders and self._orders.at(index)
+        if not (self._orders and chosen):
+            return None
         order, samples = chosen
-        shadows = dict(enumerate(self._orders.scouts[:, samples]))
+        shadows = self._orders.scouts[:, samples]
         if kind not in self._tapes:
-            self._tapes[kind] = self._mechanism.kept.of("tapes", (self._key, kind), dict[int, Tape])
+            kept = self._mechanism.kept
+            self._tapes[kind] = kept.of("tapes", (self._key, kind), dict[int, Tape | None])
         tapes = self._tapes[kind]
 
-        def made(acting: Array) -> Tape:
+        def made(acting: Array) -> Tape | None:
             in_turn()
-            wanted = self._sizes, self._wrenches, order, shadows, self._varied, acting
-            tapes[index] = Tape(tree, self._roles, kind, *wanted)
+            try:
+                tapes[index] = Tape(equations, order, shadows, acting)
+            except UnsuitableError:
+                tapes[index] = None
             return tapes[index]
 
-        tape = tapes.get(index) or made(rows.acting())
+        tape = tapes[index] if index in tapes else made(rows.acting())
+        if tape is None:
+            return None
         found, judged = tape.run(rows, x)
         if np.count_nonzero(judged.left_out):
             tape = made(rows.acting() | tape.acting)
+            if tape is None:
+                return None
             found, judged = tape.run(rows, x)
         return tape, found, judged
 
@@ -300,15 +454,3 @@ def _closed(tape: Tape, rows: Prescribed, found: Found, judged: Judged) -> Array
             values[again] = new
         is_exact = judged.inexactness <= 1.0
     return np.asarray(is_exact & (judged.instability <= 1.0))
-
-
-def _as_found(general: Solution) -> list[Array]:
-    """Return a solution of the general path in the order of `Found`."""
-    ratios, v, a = general.velocity_ratios, general.v, general.a
-    assert ratios is not None and v is not None and a is not None
-    count = len(general.x)
-    dense = np.where(ratios.moved >= 0, ratios.values[:, ratios.moved], 0.0).reshape(count, -1)
-    wrenches = general.wrenches.reshape(count, -1)
-    of_joints = wrenches, general.efforts, general.coupling_moments
-    judged = general.loop_error, general.closure_condition
-    return [general.x, v, a, dense, *of_joints, *judged]

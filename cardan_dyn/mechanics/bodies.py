@@ -110,6 +110,51 @@ class Coupling(NamedTuple):
     successors: tuple[int, ...]
 
 
+class Spin(NamedTuple):
+    """A rod that nothing else keeps from turning about its line, see `spins`.
+
+    Attributes:
+        body: index of the rod.
+        frame: body relative to which it is told how the rod turns, -1 for the world.
+        line, across: unit vectors along its line and at right angles to it, in the rod's frame.
+        line_at_zero, across_at_zero: both at the description's zero, seen from the frame.
+        rates: velocity coordinates of the joints at its ends.
+    """
+
+    body: int
+    frame: int
+    line: Vector
+    across: Vector
+    line_at_zero: Vector
+    across_at_zero: Vector
+    rates: tuple[int, ...]
+
+
+class Gear(NamedTuple):
+    """One of two gears whose teeth keep a coupling, see `teeth`.
+
+    Attributes:
+        coupling: its position among the couplings that are solved.
+        body: index of the gear.
+        rotation, lever: placement of its joint's frame in it.
+        axis: of the joint, in that frame.
+        column: of the joint's angle.
+        sense: 1 if the gear is the joint's child, -1 if it is the parent.
+        linear, radial: force and moment on the gear about the joint's origin, in the joint's frame
+            at zero, per moment of the coupling and per size of it.
+    """
+
+    coupling: int
+    body: int
+    rotation: Rotation
+    lever: Vector
+    axis: Vector
+    column: int
+    sense: float
+    linear: tuple[Vector, Vector]
+    radial: tuple[Vector, Vector]
+
+
 class Tree(NamedTuple):
     """All of a mechanism.
 
@@ -121,6 +166,8 @@ class Tree(NamedTuple):
         bodies: in Pinocchio's order.
         loops, couplings: those that are solved.
         units: `(nv,)` of velocity coordinates: the length for slides, else 1.
+        spins: rods that spin idly, whose closure rows follow those of the couplings.
+        gears: whose teeth keep couplings.
     """
 
     length: float
@@ -131,6 +178,8 @@ class Tree(NamedTuple):
     loops: tuple[Loop, ...]
     couplings: tuple[Coupling, ...]
     units: Array
+    spins: tuple[Spin, ...] = ()
+    gears: tuple[Gear, ...] = ()
 
     @property
     def effort_units(self) -> Array:
@@ -147,11 +196,22 @@ class Tree(NamedTuple):
         """Return vectors `(..., 3)` in world axes in those of the tree."""
         return np.asarray(vector @ self.axes)
 
+    def apart(self, first: int, second: int) -> tuple[list[int], list[int]]:
+        """Return the bodies from each of two inwards to what carries both, without that."""
+        result: tuple[list[int], list[int]] = [], []
+        bodies = [first, second]
+        while bodies[0] != bodies[1]:
+            # What carries a body has a smaller index.
+            side = int(bodies[1] > bodies[0])
+            result[side].append(bodies[side])
+            bodies[side] = self.bodies[bodies[side]].parent
+        return result
+
     def around(self, loop: Loop) -> set[int]:
         """Return the bodies on a loop, and the one that carries both sides of it, if any does."""
-        first, second = (self.path(end.body) for end in (loop.predecessor, loop.successor))
-        carriers = [body for body in first if body in second]
-        return (set(first) ^ set(second)).union(carriers[:1])
+        first, second = self.apart(loop.predecessor.body, loop.successor.body)
+        ends = first[-1:] or second[-1:]
+        return {*first, *second, *(self.bodies[end].parent for end in ends)} - {-1}
 
     def part(self, bodies: Sequence[int]) -> Tree:
         """Return the tree of some bodies that only the world connects with others.

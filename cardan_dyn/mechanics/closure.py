@@ -1,7 +1,7 @@
 """Closure: what keeps loops closed, as equations of one sample.
 
 A loop gives six rows: its predecessor's weld less its successor's, and the rotation between both; a
-coupling gives one.
+coupling gives one, and so does a rod that spins idly, after all others.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from ..tape import absolute, greater, select
+from . import spins
 from .bodies import Tree
 from .elimination import Row
 from .placements import Motion, Placed
@@ -18,7 +19,7 @@ from .vectors import ZERO, Scalar, added, cross, dot, less, times
 def errors(
     tree: Tree, at: Placed, x: Mapping[int, Scalar], offsets: Sequence[Scalar]
 ) -> tuple[list[Scalar], Scalar]:
-    """Return what the rows are off by, and the greatest of all.
+    """Return what the rows of loops and couplings are off by, and the greatest of all.
 
     Of a rotation, its axis times the sine of its angle; beyond a right angle it counts as open.
 
@@ -69,14 +70,11 @@ def rows(tree: Tree, at: Placed, moving: Collection[int]) -> list[Row]:
     for loop in tree.loops:
         of_loop: list[dict[int, Scalar]] = [{} for _ in range(6)]
         ends = loop.predecessor, loop.successor
-        paths = [tree.path(end.body) for end in ends]
-        each = zip(ends, paths, paths[::-1], (1.0, -1.0), strict=True)
-        for end, own, opposite, sign in each:
+        paths = tree.apart(*(end.body for end in ends))
+        for end, own, sign in zip(ends, paths, (1.0, -1.0), strict=True):
             _, lever = at.end(end)
             point = added(at.point(end.body), lever)
             for index in own:
-                if index in opposite:
-                    continue
                 body = tree.bodies[index]
                 for rate in body.rates:
                     if rate not in moving:
@@ -92,11 +90,11 @@ def rows(tree: Tree, at: Placed, moving: Collection[int]) -> list[Row]:
         of_coupling: dict[int, Scalar] = dict.fromkeys(coupling.predecessors, coupling.ratio)
         of_coupling |= dict.fromkeys(coupling.successors, -1.0)
         result.append({rate: entry for rate, entry in of_coupling.items() if rate in moving})
-    return result
+    return result + [spins.row(tree, at, spin, moving) for spin in tree.spins]
 
 
 def drifts(tree: Tree, at: Placed, motion: Motion) -> list[Scalar]:
-    """Return how the rows' rates change while no unknown acceleration acts.
+    """Return how the rates of loops' rows change while no unknown acceleration acts.
 
     Args:
         tree: the loops and couplings.

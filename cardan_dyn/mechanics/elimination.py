@@ -29,8 +29,8 @@ order is chosen: the usual compromise of threshold pivoting (Davis 2006, chapter
 MOST_GROWTH = 1.0 / THRESHOLD
 """Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
 _NOTHING = 1e-9
-"""Entry, in units of the length and of one, that counts as none: the rank tolerance of the
-kinematics."""
+"""Entry, in units of the length and of one, that counts as none unless somebody says otherwise: the
+rank tolerance of the kinematics."""
 
 
 class Pivot(NamedTuple):
@@ -129,6 +129,7 @@ class UnsuitableError(Exception):
 def pivots(
     rows: Sequence[Mapping[int, Array]],
     blocks: Sequence[tuple[Collection[int], Collection[int]]] | None = None,
+    nothing: float = _NOTHING,
 ) -> list[Pivot]:
     """Choose an order of elimination at S samples, by Markowitz's count among large enough pivots.
 
@@ -140,6 +141,7 @@ def pivots(
         rows: column to entries `(S,)`.
         blocks: rows and columns to be eliminated together, each block after those whose columns are
             in its rows; redundant rows are those of each block by itself. All in one if None.
+        nothing: entry that counts as none.
 
     Raises:
         UnsuitableError: a column vanishes at all samples.
@@ -159,7 +161,9 @@ def pivots(
         judged: dict[int, list[_Candidate]] = {}
         while undone:
             judged |= _candidates(
-                {c: sorted(columns.get(c, set()) & free) for c in undone.difference(judged)}, left
+                {c: sorted(columns.get(c, set()) & free) for c in undone.difference(judged)},
+                left,
+                nothing,
             )
             best: tuple[bool, bool, float, float, int, int] | None = None
             for column in undone:
@@ -193,7 +197,7 @@ def pivots(
 
 
 def _candidates(
-    owners: Mapping[int, Sequence[int]], left: Sequence[Mapping[int, Array]]
+    owners: Mapping[int, Sequence[int]], left: Sequence[Mapping[int, Array]], nothing: float
 ) -> dict[int, list[_Candidate]]:
     """Return the entries of columns, in rows each."""
     counts = [len(rows) for rows in owners.values() if rows]
@@ -203,7 +207,7 @@ def _candidates(
     # Samples at which an earlier pivot vanished, or the whole column does, tell nothing.
     sizes[~np.isfinite(sizes)] = 0.0
     most = np.maximum.reduceat(sizes, np.cumsum([0, *counts[:-1]]))
-    most[most <= _NOTHING] = np.inf
+    most[most <= nothing] = np.inf
     sizes /= np.repeat(most, counts, axis=0)
     parts = map(np.ndarray.tolist, (sizes[:, 0], sizes.min(axis=1), sizes.mean(axis=1)))
     entries = zip(chain.from_iterable(owners.values()), *parts, strict=True)

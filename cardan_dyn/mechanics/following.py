@@ -137,7 +137,12 @@ class Line(NamedTuple):
         drives = {column: end - rest * self.ways[column] for column, end in self.ends.items()}
         offsets = [coupling.offset for coupling in self.tree.couplings]
         return Position.of(
-            self.tree, self.roles, {**self.still, **drives, **x}, offsets, self.order
+            self.tree,
+            self.roles,
+            {**self.still, **drives, **x},
+            offsets,
+            self.order,
+            settles=False,
         )
 
     def _place(self, position: Position, x: Mapping[int, Scalar]) -> Place:

@@ -48,6 +48,11 @@ class Placed(NamedTuple):
         whole = rotation if end.rotation is UNTURNED else product(rotation, end.rotation)
         return whole, turned(rotation, end.translation)
 
+    def at_zero(self, tree: Tree, body: int) -> Rotation:
+        """Return the rotation that a body's frame has while its joint is at zero."""
+        parent, rotation = tree.bodies[body].parent, tree.bodies[body].rotation
+        return rotation if parent < 0 else product(self.rotations[parent], rotation)
+
     def point(self, body: int) -> Vector:
         """Return where a body's frame is; the origin for the world."""
         return ZERO if body < 0 else self.points[body]

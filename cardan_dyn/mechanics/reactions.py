@@ -7,14 +7,27 @@ make up for what then acts along joints that nothing drives.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
 
 from ..tape import is_zero
 from .bodies import Tree
-from .elimination import Eliminated, Row, eliminated, pivots
+from .elimination import Eliminated, Pivot, Row, UnsuitableError, eliminated, pivots
 from .placements import Motion, Placed
-from .vectors import ZERO, Scalar, Vector, added, cross, dot, less, seen, times, turned
+from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
+
+_STIFF = 1e-10
+"""Eigenvalues of the elastic energy up to this part of the greatest one count as zero.
+
+Eigenvalues are exact to eps = 2e-16 of the greatest one, and more digits are lost with the closure
+equations; smaller ones would choose forces by their rounding.
+"""
+_ENERGY_ROUNDING = 1e-18
+"""Eigenvalues of the energy up to this part of what forces along the most compliant ways would
+store count as zero: the square of the 1e-9 up to which the influence of a self-stress counts as
+none, since energies grow with the square of forces."""
 
 
 class Push(NamedTuple):
@@ -47,7 +60,7 @@ class Wrenches(NamedTuple):
         """Return wrenches that vanish."""
         return Wrenches([ZERO] * len(tree.bodies), [ZERO] * len(tree.bodies))
 
-    def against(self, at: Placed, push: Push) -> None:
+    def against(self, push: Push) -> None:
         """Add what holds a body against a wrench on it."""
         if push.body >= 0:
             moment = added(push.moment, cross(push.lever, push.force))
@@ -60,10 +73,12 @@ class Wrenches(NamedTuple):
         Args:
             tree: the bodies.
             at: where they are.
-            among: bodies that it is passed on to, since it vanishes beyond; all of them if None.
+            among: bodies that it is passed on to, since it vanishes beyond and at others; all of
+                them if None.
         """
         forces, moments = list(self.forces), list(self.moments)
-        for index in range(len(tree.bodies) - 1, -1, -1):
+        bodies = range(len(tree.bodies)) if among is None else among
+        for index in sorted(bodies, reverse=True):
             parent = tree.bodies[index].parent
             if parent >= 0 and (among is None or parent in among):
                 lever = less(at.points[index], at.points[parent])
@@ -71,6 +86,15 @@ class Wrenches(NamedTuple):
                 moment = added(moments[index], cross(lever, forces[index]))
                 moments[parent] = added(moments[parent], moment)
         return Wrenches(forces, moments)
+
+    def among(self, bodies: Iterable[int]) -> dict[int, tuple[Vector, Vector]]:
+        """Return force and moment of some bodies."""
+        return {body: (self.forces[body], self.moments[body]) for body in bodies}
+
+    def and_also(self, other: Wrenches) -> Wrenches:
+        """Return the sum of these and others."""
+        pairs = zip(self, other, strict=True)
+        return Wrenches(*(list(map(added, mine, theirs)) for mine, theirs in pairs))
 
     def along(self, tree: Tree, at: Placed, rates: Collection[int]) -> dict[int, Scalar]:
         """Return what acts along velocity coordinates."""
@@ -161,66 +185,104 @@ def missing(
     return {rate: along[rate] - loads.get(rate, 0.0) for rate in passives}
 
 
-def of_multipliers(
-    tree: Tree, at: Placed, multipliers: Mapping[int, Scalar]
-) -> tuple[Wrenches, list[tuple[Vector, Vector]], list[Scalar]]:
-    """Return what multipliers of the closure rows take from the wrenches of joints.
+Wrench: TypeAlias = tuple[Vector, Vector]
+"""Force and moment."""
 
-    Returns:
-        What they add to all wrenches; per loop the force and moment of the predecessor on the
-        successor, about the weld; per coupling the moment that it exerts on its successor's joint.
+
+class Compliance(NamedTuple):
+    """How a joint gives way.
+
+    Attributes:
+        wrench: index of its wrench.
+        first: body of its first part, whose frame at zero it is told in; -1 for a `fixed` loop,
+            whose frame is that of its wrench.
+        matrix: `(6, 6)` rows, of force and moment in the units of the tree.
     """
-    held = Wrenches.none(tree)
-    exchanged: list[tuple[Vector, Vector]] = []
-    loaded: set[int] = set()
-    for index, loop in enumerate(tree.loops):
-        six = [multipliers.get(6 * index + k, 0.0) for k in range(6)]
-        if not all(map(is_zero, six)):
-            loaded |= tree.around(loop)
-        force, moment = tuple(six[:3]), tuple(six[3:])
-        for end, sign in ((loop.predecessor, 1.0), (loop.successor, -1.0)):
-            lever = at.end(end)[1]
-            push = Push(end.body, lever, times(force, sign), times(moment, sign))
-            held.against(at, push)
-        exchanged.append((times(force, -1.0), times(moment, -1.0)))
-    first = 6 * len(tree.loops)
-    moments = [-multipliers.get(first + k, 0.0) for k in range(len(tree.couplings))]
-    return held.passed_on(tree, at, loaded), exchanged, moments
+
+    wrench: int
+    first: int
+    matrix: tuple[tuple[float, ...], ...]
 
 
 class Closed(NamedTuple):
-    """The wrenches of a closed chain.
+    """Wrenches that closure forces exert. What is missing vanishes.
 
     Attributes:
-        wrenches: of all joints.
-        exchanged: per loop, force and moment of the predecessor on the successor about the weld.
-        couplings: moments of the couplings at their successors' joints.
+        wrenches: body to the wrench of its joint, in the tree's axes, about its frame.
+        exchanged: loop to force and moment of the predecessor on the successor about the weld.
+        couplings: to their moments at their successors' joints.
     """
 
-    wrenches: Wrenches
-    exchanged: list[tuple[Vector, Vector]]
-    couplings: list[Scalar]
+    wrenches: dict[int, Wrench]
+    exchanged: dict[int, Wrench]
+    couplings: dict[int, Scalar]
+
+    @staticmethod
+    def of(tree: Tree, at: Placed, multipliers: Mapping[int, Scalar]) -> Closed:
+        """Return what multipliers of the closure rows exert, by their rows; others do nothing."""
+        couplings = 6 * len(tree.loops)
+        held = Wrenches.none(tree)
+        exchanged: dict[int, Wrench] = {}
+        moments: dict[int, Scalar] = {}
+        loaded: set[int] = set()
+        for row in sorted(multipliers):
+            index = row // 6
+            if couplings <= row < couplings + len(tree.couplings):
+                moments[row - couplings] = -multipliers[row]
+            elif row < couplings and index not in exchanged:
+                loop = tree.loops[index]
+                loaded |= tree.around(loop)
+                six = [multipliers.get(6 * index + k, 0.0) for k in range(6)]
+                force, moment = tuple(six[:3]), tuple(six[3:])
+                for end, sign in ((loop.predecessor, 1.0), (loop.successor, -1.0)):
+                    lever = at.end(end)[1]
+                    held.against(Push(end.body, lever, times(force, sign), times(moment, sign)))
+                exchanged[index] = times(force, -1.0), times(moment, -1.0)
+        return Closed(held.passed_on(tree, at, loaded).among(loaded), exchanged, moments)
 
     def with_added(self, factor: Scalar, other: Closed) -> Closed:
         """Return the sum of these and others times a factor."""
+        result = Closed(*map(dict, self))
+        for own, theirs in zip(result[:2], other[:2], strict=True):
+            for index, (force, moment) in theirs.items():
+                mine = own.get(index, (ZERO, ZERO))
+                own[index] = (
+                    added(mine[0], times(force, factor)),
+                    added(mine[1], times(moment, factor)),
+                )
+        for index, moment in other.couplings.items():
+            mine = result.couplings.get(index, 0.0)
+            result.couplings[index] = mine + moment * factor
+        return result
 
-        def total(first: Vector, second: Vector) -> Vector:
-            return added(first, times(second, factor))
+    def counted(
+        self, tree: Tree, at: Placed, wrench: int
+    ) -> tuple[Rotation, Vector, Vector] | None:
+        """Return the wrench of an index, and the axes that it is seen in; None if it vanishes."""
+        if wrench in self.wrenches:
+            return at.rotations[wrench], *self.wrenches[wrench]
+        if wrench < len(tree.bodies):
+            return None
+        for index, pair in self.exchanged.items():
+            if tree.loops[index].wrench == wrench:
+                return at.end(tree.loops[index].successor)[0], *pair
+        return None
 
-        each = zip(self.wrenches, other.wrenches, strict=True)
-        wrenches = Wrenches(*(list(map(total, mine, theirs)) for mine, theirs in each))
-        exchanged = [
-            (total(*forces), total(*moments))
-            for forces, moments in (
-                zip(mine, theirs, strict=True)
-                for mine, theirs in zip(self.exchanged, other.exchanged, strict=True)
-            )
-        ]
-        moments = [
-            mine + theirs * factor
-            for mine, theirs in zip(self.couplings, other.couplings, strict=True)
-        ]
-        return Closed(wrenches, exchanged, moments)
+
+class Statics(NamedTuple):
+    """What closes the equations of statics.
+
+    Attributes:
+        passives: velocity coordinates along which loads and couplings alone may act.
+        counted: indices of the wrenches that the norm counts: of bodies, then of `fixed` loops.
+        balanced: closure rows whose forces are wanted; the others exert none.
+        compliances: of joints whose elastic energy decides before the norm does.
+    """
+
+    passives: Sequence[int]
+    counted: Collection[int]
+    balanced: Collection[int]
+    compliances: Sequence[Compliance] = ()
 
 
 def closed(
@@ -229,9 +291,7 @@ def closed(
     factors: Eliminated,
     open_tree: Wrenches,
     loads: Mapping[int, Scalar],
-    passives: Collection[int],
-    counted: Sequence[int],
-    balanced: Collection[int],
+    statics: Statics,
 ) -> Closed:
     """Return the wrenches of the closed chain; what statics leaves open has the least norm.
 
@@ -241,34 +301,159 @@ def closed(
         factors: of its closure rows for the passive coordinates.
         open_tree: what joints carry while all loops are open.
         loads: velocity coordinate to the effort added there.
-        passives: velocity coordinates along which loads and couplings alone may act.
-        counted: indices of the wrenches that the norm counts: of bodies, then of `fixed` loops.
-        balanced: closure rows whose forces are wanted; the others exert none.
+        statics: see there.
 
     Raises:
         UnsuitableError: samples do not tell which self-stresses are independent.
     """
-    along = open_tree.along(tree, at, passives)
+    along = open_tree.along(tree, at, statics.passives)
+    needed = missing(along, loads, statics.passives)
     multipliers = {
         row: value
-        for row, value in factors.solve_transposed(missing(along, loads, passives)).items()
-        if row in balanced
+        for row, value in factors.solve_transposed(needed).items()
+        if row in statics.balanced
     }
-    taken, exchanged, couplings = of_multipliers(tree, at, multipliers)
-    base = Closed(
-        Wrenches(
-            list(map(added, open_tree.forces, taken.forces)),
-            list(map(added, open_tree.moments, taken.moments)),
-        ),
-        exchanged,
-        couplings,
+    carried = Closed(open_tree.among(range(len(tree.bodies))), {}, {})
+    base = carried.with_added(1.0, Closed.of(tree, at, multipliers))
+    stresses = SelfStresses.of(tree, at, factors, statics)
+    items = stresses.items
+    if items and statics.compliances:
+        base, items = _of_least_energy(tree, at, base, items, statics.compliances)
+    if items:
+        of_items = [_entries(tree, at, item, statics.counted) for item in items]
+        base = _least(base, items, of_items, _entries(tree, at, base, statics.counted))
+    of_trains = [_moments(tree, train) for train in stresses.trains]
+    return _least(base, stresses.trains, of_trains, _moments(tree, base))
+
+
+def _least(
+    base: Closed,
+    items: Sequence[Closed],
+    entries: Sequence[Mapping[int, Scalar]],
+    own: Mapping[int, Scalar],
+) -> Closed:
+    """Return the sum of something and of what it may differ by whose entries are least.
+
+    Args:
+        base: that.
+        items: what it may differ by.
+        entries: of these.
+        own: of that.
+    """
+    right = [-_product(of, own) for of in entries]
+    for column, amount in _factors(_products(entries)).solve(right).items():
+        base = base.with_added(amount, items[column])
+    return base
+
+
+def _of_least_energy(
+    tree: Tree,
+    at: Placed,
+    base: Closed,
+    items: Sequence[Closed],
+    compliances: Sequence[Compliance],
+) -> tuple[Closed, list[Closed]]:
+    """Return what stores the least elastic energy ½ Σ fᵀ C f, and what changes none of it.
+
+    The energy's matrix is eliminated from the items on that it decides, the strongest first; what
+    is left of the others stores nothing.
+
+    Raises:
+        UnsuitableError: it decides more at some samples than at others.
+    """
+
+    def told(of: Closed) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+        """Return wrenches by six times their index plus the component, and displacements."""
+        forces: dict[int, Scalar] = {}
+        ways: dict[int, Scalar] = {}
+        for wrench, first, matrix in compliances:
+            found = of.counted(tree, at, wrench)
+            if found is None:
+                continue
+            rotation, force, moment = found
+            if first >= 0:
+                rotation = at.at_zero(tree, first)
+            own = *seen(rotation, force), *seen(rotation, moment)
+            for component, row in enumerate(matrix):
+                forces[6 * wrench + component] = own[component]
+                ways[6 * wrench + component] = sum(
+                    (entry * value for entry, value in zip(row, own, strict=True)), 0.0
+                )
+        return forces, ways
+
+    every = [told(item) for item in items]
+    forces, own = [of for of, _ in every], told(base)[1]
+    energy = [
+        {
+            column: value
+            for column, (_, way) in enumerate(every)
+            if not is_zero(value := _product(of, way))
+        }
+        for of in forces
+    ]
+    bounds = [_bound(tree, at, item, compliances) for item in items]
+    decided = _decided_by(energy, bounds)
+    left = [index for index in range(len(items)) if index not in decided]
+    within = [{c: row[c] for c in decided if c in row} for row in energy]
+    factors = eliminated(
+        [within[row] for row in decided],
+        [Pivot(place, column, 1.0) for place, column in enumerate(decided)],
     )
-    stresses = SelfStresses.of(tree, at, factors, counted, balanced)
-    own = _entries(tree, base, counted)
-    right = [-_product(entries, own) for entries in stresses.entries]
-    for column, amount in stresses.normal.solve(right).items():
-        base = base.with_added(amount, stresses.items[column])
-    return stresses.with_least_moments(tree, base)
+    for column, amount in factors.solve([-_product(forces[row], own) for row in decided]).items():
+        base = base.with_added(amount, items[column])
+    silent = []
+    for index in left:
+        item = items[index]
+        right = [-energy[row].get(index, 0.0) for row in decided]
+        for column, amount in factors.solve(right).items():
+            item = item.with_added(amount, items[column])
+        silent.append(item)
+    return base, silent
+
+
+def _bound(tree: Tree, at: Placed, item: Closed, compliances: Sequence[Compliance]) -> Scalar:
+    """Return the energy of a self-stress if all its forces were along the most compliant ways."""
+    result: Scalar = 0.0
+    lengths = np.repeat([tree.norm_length, 1.0], 3)
+    for wrench, _, matrix in compliances:
+        found = item.counted(tree, at, wrench)
+        if found is not None:
+            _, force, moment = found
+            size = float(np.linalg.norm(np.array(matrix) / np.outer(lengths, lengths)))
+            scaled = times(force, tree.norm_length)
+            result = result + size * (dot(scaled, scaled) + dot(moment, moment))
+    return result
+
+
+def _decided_by(energy: Sequence[Row], bounds: Sequence[Scalar]) -> list[int]:
+    """Return which items the energy decides, in the order of elimination.
+
+    Raises:
+        UnsuitableError: their number differs between samples.
+    """
+    size = len(energy)
+    values = [_seen(entry) for row in energy for entry in row.values()]
+    samples = max((np.size(value) for value in values), default=1)
+    matrix = np.zeros((samples, size, size))
+    for index, row in enumerate(energy):
+        for column, entry in row.items():
+            matrix[:, index, column] = _seen(entry)
+    greatest = sum(np.broadcast_to(_seen(bound), samples) for bound in bounds)
+    own = np.linalg.eigvalsh(matrix)
+    least = np.maximum(_STIFF * np.abs(own).max(axis=1), _ENERGY_ROUNDING * greatest)
+    ranks = np.sum(own > least[:, None], axis=1)
+    if np.any(ranks != ranks[0]):
+        raise UnsuitableError
+    order: list[int] = []
+    for _ in range(int(ranks[0])):
+        strengths = matrix.diagonal(axis1=1, axis2=2).copy()
+        strengths[:, order] = 0.0
+        strengths /= strengths.max(axis=1, keepdims=True)
+        pivot = int(strengths.min(axis=0).argmax())
+        order.append(pivot)
+        row = matrix[:, pivot] / matrix[:, pivot, pivot, None]
+        matrix = matrix - matrix[:, :, pivot, None] * row[:, None]
+    return order
 
 
 class SelfStresses(NamedTuple):
@@ -276,123 +461,117 @@ class SelfStresses(NamedTuple):
 
     Attributes:
         items: the wrenches of each.
-        entries: of each, the components that a norm counts, by six times the wrench's index plus
-            the component; forces times the length.
-        normal: factors of the matrix of their products.
+        entries: of each, the components that a norm counts, see `_entries`.
         trains: those that load no joint: moments of closed trains of couplings.
     """
 
     items: list[Closed]
     entries: list[dict[int, Scalar]]
-    normal: Eliminated
     trains: list[Closed]
 
     @staticmethod
-    def of(
-        tree: Tree,
-        at: Placed,
-        factors: Eliminated,
-        counted: Sequence[int],
-        balanced: Collection[int],
-    ) -> SelfStresses:
+    def of(tree: Tree, at: Placed, factors: Eliminated, statics: Statics) -> SelfStresses:
         """Return those of redundant closure rows; arguments and errors as of `closed`."""
         every = [
-            Closed(*of_multipliers(tree, at, factors.dependence(row)))
+            Closed.of(tree, at, factors.dependence(row))
             for row in factors.redundant
-            if row in balanced
+            if row in statics.balanced
         ]
-        loading = [(item, _entries(tree, item, counted)) for item in every]
-        entries = [own for _, own in loading if own]
-        normal = [
-            {column: _product(own, other) for column, other in enumerate(entries)}
-            for own in entries
-        ]
-        items = [item for item, own in loading if own]
-        trains = [item for item, own in loading if not own]
-        return SelfStresses(items, entries, _factors(normal), trains)
-
-    def with_least_moments(self, tree: Tree, of: Closed) -> Closed:
-        """Return wrenches once the moments of couplings are as small as trains allow."""
-        of_trains = [_moments(tree, train) for train in self.trains]
-        normal = [
-            {column: _product(own, other) for column, other in enumerate(of_trains)}
-            for own in of_trains
-        ]
-        moments = _moments(tree, of)
-        right = [-_product(own, moments) for own in of_trains]
-        for column, amount in _factors(normal).solve(right).items():
-            of = of.with_added(amount, self.trains[column])
-        return of
+        loading = [(item, _entries(tree, at, item, statics.counted)) for item in every]
+        return SelfStresses(
+            [item for item, own in loading if own],
+            [own for _, own in loading if own],
+            [item for item, own in loading if not own],
+        )
 
     def influence(
-        self, tree: Tree, at: Placed, counted: Sequence[int]
-    ) -> tuple[dict[int, list[Scalar]], list[Scalar]]:
+        self, tree: Tree, at: Placed, counted: Collection[int]
+    ) -> tuple[dict[int, list[Scalar]], dict[int, Scalar]]:
         """Return how much of a self-stress of unit norm each component can be, squared.
 
         With w the component in each self-stress and N the matrix of their products: wᵀ N⁻¹ w.
 
         Returns:
             Wrench to its six components in its joint's frame, forces times the length; and the
-            same of each coupling's moment. What is zero follows from the laws of motion alone.
+            same of each coupling's moment. What is zero or missing follows from the laws of motion.
         """
-        fixed = {loop.wrench: index for index, loop in enumerate(tree.loops)}
-        wrenches: dict[int, list[Scalar]] = {}
-        for index in counted:
-            if index < len(tree.bodies):
-                rotation = at.rotations[index]
-                own = [(i.wrenches.forces[index], i.wrenches.moments[index]) for i in self.items]
-            elif index in fixed:
-                rotation = at.end(tree.loops[fixed[index]].successor)[0]
-                own = [item.exchanged[fixed[index]] for item in self.items]
-            else:
-                continue
-            rows = [
-                [*times(seen(rotation, force), tree.norm_length), *seen(rotation, moment)]
-                for force, moment in own
+        normal = _factors(_products(self.entries))
+
+        def share(parts: Mapping[int, Scalar]) -> Scalar:
+            """Return the influence of what has these parts in the self-stresses."""
+            if not parts:
+                return 0.0
+            shares = normal.solve([parts.get(index, 0.0) for index in range(len(self.items))])
+            return sum((part * shares[column] for column, part in parts.items()), 0.0)
+
+        rows: dict[int, dict[int, list[Scalar]]] = {}
+        moments: dict[int, dict[int, Scalar]] = {}
+        for index, item in enumerate(self.items):
+            for wrench in counted:
+                found = item.counted(tree, at, wrench)
+                if found is not None:
+                    rotation, force, moment = found
+                    own = *times(seen(rotation, force), tree.norm_length), *seen(rotation, moment)
+                    rows.setdefault(wrench, {})[index] = [*own]
+            for coupling, moment in item.couplings.items():
+                moments.setdefault(coupling, {})[index] = moment
+        wrenches = {
+            wrench: [
+                share({index: values[k] for index, values in own.items() if not is_zero(values[k])})
+                for k in range(6)
             ]
-            wrenches[index] = [self._share(parts) for parts in zip(*rows, strict=True)]
-        couplings = [
-            self._share(own) for own in zip(*(item.couplings for item in self.items), strict=True)
-        ]
+            for wrench, own in rows.items()
+        }
+        couplings = {coupling: share(own) for coupling, own in moments.items()}
         for train in self.trains:
-            couplings = couplings or [0.0] * len(tree.couplings)
-            total = sum((moment * moment for moment in train.couplings), 0.0)
-            for index, moment in enumerate(train.couplings):
-                couplings[index] = couplings[index] + moment * moment / total
+            total = sum((moment * moment for moment in train.couplings.values()), 0.0)
+            for coupling, moment in train.couplings.items():
+                own = couplings.get(coupling, 0.0)
+                couplings[coupling] = own + moment * moment / total
         return wrenches, couplings
 
-    def _share(self, parts: Sequence[Scalar]) -> Scalar:
-        """Return the influence of what has these parts in the self-stresses."""
-        shares = self.normal.solve(parts)
-        return sum((part * shares[column] for column, part in enumerate(parts)), 0.0)
 
+def _entries(tree: Tree, at: Placed, of: Closed, counted: Collection[int]) -> dict[int, Scalar]:
+    """Return the components that a norm counts and that do not vanish everywhere.
 
-def _entries(tree: Tree, of: Closed, counted: Sequence[int]) -> dict[int, Scalar]:
-    """Return the components that a norm counts and that do not vanish everywhere."""
-    fixed = {loop.wrench: index for index, loop in enumerate(tree.loops)}
+    By six times the wrench's index plus the component; forces times the length.
+    """
     result: dict[int, Scalar] = {}
-    for index in counted:
-        if index < len(tree.bodies):
-            force, moment = of.wrenches.forces[index], of.wrenches.moments[index]
-        elif index in fixed:
-            force, moment = of.exchanged[fixed[index]]
-        else:
-            continue
-        for component, value in enumerate((*times(force, tree.norm_length), *moment)):
-            if not is_zero(value):
-                result[6 * index + component] = value
+    every = {**of.wrenches, **{tree.loops[k].wrench: pair for k, pair in of.exchanged.items()}}
+    for index, (force, moment) in every.items():
+        if index in counted:
+            for component, value in enumerate((*times(force, tree.norm_length), *moment)):
+                if not is_zero(value):
+                    result[6 * index + component] = value
     return result
 
 
 def _moments(tree: Tree, of: Closed) -> dict[int, Scalar]:
     """Return the moments of couplings, forces of slides times the length."""
     slide_rates = {b.rates[0] for b in tree.bodies if b.kind == "prismatic"}
-    result: dict[int, Scalar] = {}
-    for index, (coupling, moment) in enumerate(zip(tree.couplings, of.couplings, strict=True)):
-        if not is_zero(moment):
-            slides = slide_rates.intersection(coupling.successors)
-            result[index] = moment * tree.norm_length if slides else moment
-    return result
+    return {
+        index: moment * tree.norm_length
+        if slide_rates.intersection(tree.couplings[index].successors)
+        else moment
+        for index, moment in of.couplings.items()
+        if not is_zero(moment)
+    }
+
+
+def _products(entries: Sequence[Mapping[int, Scalar]]) -> list[Row]:
+    """Return the matrix of products of several entries, of those that have some in common."""
+    owners: dict[int, list[int]] = {}
+    for index, own in enumerate(entries):
+        for key in own:
+            owners.setdefault(key, []).append(index)
+    connected: list[set[int]] = [set() for _ in entries]
+    for of_key in owners.values():
+        for index in of_key:
+            connected[index].update(of_key)
+    return [
+        {other: _product(entries[index], entries[other]) for other in sorted(others)}
+        for index, others in enumerate(connected)
+    ]
 
 
 def _factors(normal: Sequence[Row]) -> Eliminated:

@@ -6,16 +6,22 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..tape import absolute, greater, is_zero
-from . import closure
+from . import closure, spinning, spins, teeth
 from .bodies import Tree
-from .elimination import Eliminated, Pivot, Row, eliminated
+from .elimination import Eliminated, Pivot, Row, eliminated, pivots
 from .placements import Placed, moving, placed, stepped
-from .reactions import Closed, Push, SelfStresses, Wrenches, closed, missing, momentum_rates
+from .reactions import (
+    Closed,
+    Compliance,
+    Push,
+    SelfStresses,
+    Statics,
+    Wrenches,
+    closed,
+    missing,
+    momentum_rates,
+)
 from .vectors import ZERO, Scalar, Vector, seen, times, turned
-
-MOST_RATES = 128
-"""Velocity coordinates up to which equations are traced: what self-stresses add is passed through
-all bodies, so that tracing takes as long as the square of their number."""
 
 
 class Block(NamedTuple):
@@ -39,8 +45,9 @@ class Roles(NamedTuple):
         drives: prescribed, with rates.
         held: prescribed, at rest.
         blocks: of what loops decide, each after those that it depends on.
-        counted: wrenches that the norm of indeterminate forces counts, see `reactions.closed`.
+        counted: wrenches that the norm of indeterminate forces counts, see `Statics`.
         efforts_alone: whether of all forces the efforts of drives are wanted alone.
+        compliances: of joints whose elastic energy decides what is indeterminate.
     """
 
     drives: tuple[int, ...]
@@ -48,6 +55,7 @@ class Roles(NamedTuple):
     blocks: tuple[Block, ...]
     counted: tuple[int, ...]
     efforts_alone: bool = False
+    compliances: tuple[Compliance, ...] = ()
 
     @property
     def passives(self) -> tuple[int, ...]:
@@ -55,15 +63,30 @@ class Roles(NamedTuple):
         return tuple(rate for block in self.blocks for rate in block.passives)
 
     @property
-    def balanced_rows(self) -> set[int]:
-        """Closure rows whose forces are wanted."""
-        return {row for block in self.blocks if block.is_balanced for row in block.rows}
+    def statics(self) -> Statics:
+        """What closes the equations of statics."""
+        balanced = {row for block in self.blocks if block.is_balanced for row in block.rows}
+        return Statics(self.passives, self.counted, balanced, self.compliances)
 
     def columns(self, tree: Tree) -> list[int]:
         """Return the columns of the coordinates that loops decide."""
         passives = set(self.passives)
         moved = [body for body in tree.bodies if passives.issuperset(body.rates)]
         return [column for body in moved for column in body.columns]
+
+    def order(self, tree: Tree, x: Mapping[int, Scalar], nothing: float) -> list[Pivot]:
+        """Return the order of elimination at one sample.
+
+        Args:
+            tree: the mechanism.
+            x: column to coordinate.
+            nothing: pivot that counts as none.
+
+        Raises:
+            UnsuitableError: see `pivots`.
+        """
+        rows = closure.rows(tree, placed(tree, x), set(self.passives))
+        return pivots(rows, [block[:2] for block in self.blocks], nothing)
 
 
 class LinkForce(NamedTuple):
@@ -125,7 +148,8 @@ class Position(NamedTuple):
         x: its coordinates.
         at: where its bodies are.
         errors: of the closure rows.
-        error: the greatest of them.
+        error: the greatest of those of loops and couplings.
+        turned: the greatest of those of rods.
         rows: closure rows of all moving coordinates.
         factors: of those of the passive ones.
     """
@@ -134,6 +158,7 @@ class Position(NamedTuple):
     at: Placed
     errors: list[Scalar]
     error: Scalar
+    turned: Scalar
     rows: list[Row]
     factors: Eliminated
 
@@ -144,24 +169,41 @@ class Position(NamedTuple):
         x: Mapping[int, Scalar],
         offsets: Sequence[Scalar],
         order: Sequence[Pivot],
+        settles: bool = True,
     ) -> Position:
-        """Return a position at coordinates that may be off."""
+        """Return a position at coordinates that may be off.
+
+        Unless it settles, rods are left as they are turned.
+        """
         at = placed(tree, x)
         by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
         errors, error = closure.errors(tree, at, by_rate, offsets)
+        angles = [spins.turned(at, spin) if settles else 0.0 for spin in tree.spins]
+        turned: Scalar = 0.0
+        for angle in angles:
+            turned = greater(turned, absolute(angle))
         rows = closure.rows(tree, at, {*roles.drives, *roles.passives})
-        return Position(x, at, errors, error, rows, eliminated(passive_rows(rows, roles), order))
+        factors = eliminated(passive_rows(rows, roles), order)
+        return Position(x, at, errors + angles, error, turned, rows, factors)
 
     def corrected(self, tree: Tree, roles: Roles) -> tuple[dict[int, Scalar], Scalar]:
-        """Return the coordinates after a step of Newton's method, and the step's greatest part."""
-        step = self.factors.solve([-error for error in self.errors])
+        """Return the coordinates after a step of Newton's method, and its greatest part.
+
+        How far rods turn back says nothing of how far off the coordinates are.
+        """
         result, longest = dict(self.x), 0.0
+        left = [-error for error in self.errors]
+        count = len(left) - len(tree.spins)
+        step = self.factors.solve([*left[:count], *[0.0] * len(tree.spins)])
+        for value in step.values():
+            longest = greater(longest, absolute(value))
+        if tree.spins:
+            back = self.factors.solve([*[0.0] * count, *left[count:]])
+            step = {rate: value + back[rate] for rate, value in step.items()}
         passives = set(roles.passives)
         for body in tree.bodies:
             if passives.issuperset(body.rates):
                 result.update(stepped(body, self.x, step))
-        for value in step.values():
-            longest = greater(longest, absolute(value))
         return result, longest
 
     def velocities(self, speeds: Mapping[int, Scalar]) -> dict[int, Scalar]:
@@ -181,7 +223,9 @@ class Position(NamedTuple):
         # The accelerations of the rows without those of the passives, which make up for them.
         drifting = moving(tree, self.at, v, known, ZERO)
         drifts = closure.drifts(tree, self.at, drifting)
-        drifts += self._changes(known)[6 * len(tree.loops) :]
+        loops = len(drifts)
+        drifts += self._changes(known)[loops : loops + len(tree.couplings)]
+        drifts += [spins.drift(self.at, drifting, spin) for spin in tree.spins]
         return {**known, **self.factors.solve([-drift for drift in drifts])}
 
     def _changes(self, rates: Mapping[int, Scalar]) -> list[Scalar]:
@@ -209,9 +253,11 @@ class Solved(NamedTuple):
         wrenches: body to force and moment on it, in its frame.
         fixed: likewise of `fixed` loops, by the index of their wrench.
         exerted: prescribed velocity coordinate to what acts there beside loads and couplings.
-        couplings: moments at their successors' joints.
+        couplings: to moments at their successors' joints; those that are missing exert none.
+        rests: couplings that teeth keep, to what is left of their moments beside the teeth.
+        unheld: per rod, see `Spun`.
         step: greatest part of the last step of Newton's method.
-        error: greatest error of the closure rows.
+        error, turned: greatest errors of the closure rows, see `Position`.
         growth, narrowness: see `Eliminated`.
     """
 
@@ -222,9 +268,12 @@ class Solved(NamedTuple):
     wrenches: dict[int, tuple[Vector, Vector]]
     fixed: dict[int, tuple[Vector, Vector]]
     exerted: dict[int, Scalar]
-    couplings: list[Scalar]
+    couplings: dict[int, Scalar]
+    rests: dict[int, Scalar]
+    unheld: list[Scalar]
     step: Scalar
     error: Scalar
+    turned: Scalar
     growth: Scalar
     narrowness: Scalar
 
@@ -258,58 +307,70 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
     carried = momentum_rates(tree, at, motion, given.factors)
     for link_force in given.link_forces:
-        carried.against(at, link_force.push(at))
+        carried.against(link_force.push(at))
     open_tree = carried.passed_on(tree, at)
-    judged = step, position.error, greater(guess.factors.growth, factors.growth), factors.narrowness
+    unheld: list[Scalar] = []
+    if tree.spins:
+        added, more, unheld = spinning.spun(
+            tree, at, factors, open_tree, given.loads, given.factors
+        )
+        a = {rate: a.get(rate, 0.0) + added.get(rate, 0.0) for rate in {**a, **added}}
+        open_tree = open_tree.and_also(more)
+    judged = (
+        unheld,
+        step,
+        position.error,
+        position.turned,
+        greater(guess.factors.growth, factors.growth),
+        factors.narrowness,
+    )
     if roles.efforts_alone:
         efforts = _by_virtual_work(tree, at, roles, ratios, open_tree, given.loads)
-        return Solved(x, ratios, v, a, {}, {}, efforts, [0.0] * len(tree.couplings), *judged)
-    result = closed(
-        tree,
-        at,
-        factors,
-        open_tree,
-        given.loads,
-        roles.passives,
-        roles.counted,
-        roles.balanced_rows,
-    )
+        return Solved(x, ratios, v, a, {}, {}, efforts, {}, {}, *judged)
+    result = closed(tree, at, factors, open_tree, given.loads, roles.statics)
+    moments, rests = dict(result.couplings), {}
+    if tree.gears:
+        open_tree = open_tree.and_also(teeth.pushes(tree, at, x, moments))
+        result = closed(tree, at, factors, open_tree, given.loads, roles.statics)
+        rests = {gear.coupling: result.couplings.get(gear.coupling, 0.0) for gear in tree.gears}
+        borne = {coupling: moments.get(coupling, 0.0) for coupling in rests}
+        moments = dict(result.couplings)
+        for coupling, moment in borne.items():
+            moments[coupling] = moments.get(coupling, 0.0) + moment
     return Solved(
         x,
         ratios,
         v,
         a,
         {
-            index: (seen(rotation, force), seen(rotation, moment))
-            for index, (rotation, force, moment) in enumerate(
-                zip(at.rotations, *result.wrenches, strict=True)
-            )
+            index: (seen(at.rotations[index], force), seen(at.rotations[index], moment))
+            for index, (force, moment) in result.wrenches.items()
         },
         {
-            loop.wrench: (
-                seen(at.end(loop.successor)[0], force),
-                seen(at.end(loop.successor)[0], moment),
+            tree.loops[index].wrench: (
+                seen(at.end(tree.loops[index].successor)[0], force),
+                seen(at.end(tree.loops[index].successor)[0], moment),
             )
-            for loop, (force, moment) in zip(tree.loops, result.exchanged, strict=True)
-            if loop.wrench >= 0
+            for index, (force, moment) in result.exchanged.items()
+            if tree.loops[index].wrench >= 0
         },
         _exerted(tree, at, roles, result, given.loads),
-        result.couplings,
+        moments,
+        rests,
         *judged,
     )
 
 
 def openings(
     tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]
-) -> tuple[dict[int, list[Scalar]], list[Scalar]]:
+) -> tuple[dict[int, list[Scalar]], dict[int, Scalar]]:
     """Return what statics leaves open at a closed sample, see `SelfStresses.influence`.
 
     Arguments and errors as of `solved`.
     """
     position = Position.of(tree, roles, given.x, given.offsets, order)
-    at, counted = position.at, roles.counted
-    stresses = SelfStresses.of(tree, at, position.factors, counted, roles.balanced_rows)
-    return stresses.influence(tree, at, counted)
+    stresses = SelfStresses.of(tree, position.at, position.factors, roles.statics)
+    return stresses.influence(tree, position.at, roles.counted)
 
 
 def _combined(ratios: Sequence[Mapping[int, Scalar]], rates: Sequence[Scalar]) -> dict[int, Scalar]:
@@ -345,10 +406,13 @@ def _exerted(
     tree: Tree, at: Placed, roles: Roles, of: Closed, loads: Mapping[int, Scalar]
 ) -> dict[int, Scalar]:
     """Return what drives and held joints exert."""
-    result = of.wrenches.along(tree, at, {*roles.drives, *roles.held})
+    every = [of.wrenches[index] for index in range(len(tree.bodies))]
+    forces, moments = ([pair[k] for pair in every] for k in range(2))
+    result = Wrenches(forces, moments).along(tree, at, {*roles.drives, *roles.held})
     for rate, effort in result.items():
         result[rate] = effort - loads.get(rate, 0.0)
-    for coupling, moment in zip(tree.couplings, of.couplings, strict=True):
+    for index, moment in of.couplings.items():
+        coupling = tree.couplings[index]
         for rate in coupling.successors:
             if rate in result:
                 result[rate] = result[rate] - moment

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
+from itertools import count
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -337,6 +338,22 @@ class Mechanism(Frozen):
         from ..description.second_reading import reread
 
         return reread(self.description)
+
+    @cached_property
+    def wrench_indices(self) -> FrozenDict[str, int]:
+        """Joint to the index of its wrench: bodies in order, then `fixed` loops.
+
+        Of a joint of several parts it is that of the last one: the inner bodies are massless, and
+        transmit the same wrench.
+        """
+        result = {joint.name: joint.id - 1 for joint in self.joints.values() if joint.parts}
+        fixed = (loop.joint for loop in self.loops if loop.is_fixed)
+        return FrozenDict(result | dict(zip(fixed, count(self.model.njoints - 1), strict=False)))
+
+    @property
+    def wrench_count(self) -> int:
+        """Number of wrenches, those of inner bodies of joints included."""
+        return self.model.njoints - 1 + sum(loop.is_fixed for loop in self.loops)
 
     @cached_property
     def placements_at_zero(self) -> dict[int, pinocchio.SE3]:

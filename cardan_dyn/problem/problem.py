@@ -199,20 +199,12 @@ class Problem(Record):
         links = (name for item in self.elements for name in item.links)
         return frozenset(bodies | {mechanism.links[name][0] - 1 for name in links}) - {-1}
 
-    def wrench_index(self, joint: str) -> int:
-        """Return the index of a joint among all wrenches: bodies in order, then `fixed` loops."""
-        item = self.mechanism.joints[joint]
-        if item.parts:
-            return item.id - 1
-        fixed = [loop.joint for loop in self.mechanism.loops if loop.is_fixed]
-        return self.mechanism.model.njoints - 1 + fixed.index(joint)
-
     @cached_property
     def output_indices(self) -> list[int] | slice:
         """Index of every output among all wrenches; a slice, which makes no copies, of all."""
-        indices = [self.wrench_index(name) for name in self.outputs]
-        count = self.mechanism.model.njoints - 1 + sum(x.is_fixed for x in self.mechanism.loops)
-        return slice(None) if indices == list(range(count)) else indices
+        indices = [self.mechanism.wrench_indices[name] for name in self.outputs]
+        every = list(range(self.mechanism.wrench_count))
+        return slice(None) if indices == every else indices
 
 
 def _equal(first: object, second: object) -> bool:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import BLOCK_SIZE, Array
-from ..dynamics.inverse_dynamics import Inputs, JointRates, Solution
-from ..dynamics.open_tree import LoadCase
+from ..dynamics.inverse_dynamics import UNIQUE_TOLERANCE, Inputs, Solution
 from ..dynamics.problem_solver import ProblemSolver
-from ..dynamics.reactions import UNIQUE_TOLERANCE, Reactions, superposed
-from ..elements.link_loads import LinkLoad
+from ..dynamics.tape import Found
+from ..dynamics.velocity_ratios import VelocityRatios
 from ..frozen import frozen
 from ..kinematics.closing.all_groups import ClosedState
+from ..kinematics.following.guess_cache import Guess
 from ..problem.samples import Targets, acting_on
 from ..proof.residuals import Residuals
 from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
@@ -39,7 +40,7 @@ class Samples(NamedTuple):
         values: `(C, M)` all functions.
         condition: the greatest condition number, 1 at least.
         influence: `(k, 6)` greatest influence of self-stresses on the outputs' wrenches, see
-            `Reactions.influence`.
+            `Solution`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
     """
 
@@ -111,9 +112,6 @@ class FunctionSampler:
         self._acting = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
         self._inverse_dynamics = solver.inverse_dynamics
         self.layout = layout_of(solver)
-        loop_count = len(problem.mechanism.loops)
-        # Couplings follow the loops among the closure forces.
-        self._coupling_rows = [loop_count + index for index in solver.couplings]
 
     def answer(self, request: Request) -> Answer:
         """Return all functions at drive positions `(M,)`.
@@ -137,24 +135,24 @@ class FunctionSampler:
         for together in _in_blocks(spans):
             block = slice(together[0].start, together[-1].stop)
             own = targets.block(block)
-            positions = own.positions
-            state = self._solver.assembly.close(guess.of_samples(block), positions, block.start)
-            rates = self._rates(state)
-            reactions = self._reactions(state, rates)
-            values, condition = self._values(reactions, rates.v), self._condition(state, rates)
+            inputs = Inputs.of(self._problem, own, self._acting, guess.turns[block], True)
+            columns = self._columns(guess.of_samples(block), inputs, block.start)
+            kinematics = self._solver.assembly.kinematics
+            state = kinematics.evaluate(columns.x)
+            ratios = kinematics.velocity_ratios(state)
+            condition = self._inverse_dynamics.condition(state, ratios)
+            values = self._values(columns)
             # All columns are solved with the same closure equations, and so have the same
             # influence.
-            first = reactions[0]
-            solution = None
-            if proven:
-                solution = self._proven(own, guess.turns[block], state, rates, reactions)
+            influence = columns.influence[self._problem.output_indices]
+            solution = self._proven(own, inputs, columns, state) if proven else None
             for span in together:
                 part = slice(span.start - block.start, span.stop - block.start)
                 samples = Samples(
                     values[:, part],
                     max(1.0, float(np.max(condition[part]))),
-                    first.influence[self._problem.output_indices],
-                    frozenset(first.indeterminate_couplings),
+                    influence,
+                    frozenset(columns.loose),
                 )
                 answers.append(
                     Answer(samples)
@@ -165,77 +163,101 @@ class FunctionSampler:
                 )
         return answers
 
+    def _columns(self, guess: Guess, inputs: Inputs, first: int) -> _Columns:
+        """Return what is found of every column, of rest if there is none.
+
+        Args:
+            guess: near N samples.
+            inputs: what the scene prescribes for them.
+            first: index of the first of them, for messages.
+        """
+        columns: Sequence[Column | None] = self.layout.columns or (None,)
+        count, each = len(guess.x), len(columns)
+        lanes = np.tile(np.arange(count), each)
+
+        def unit(values: Array, wanted: Sequence[Column]) -> Array:
+            """Return values in the lanes of some columns, zero in all others."""
+            of_column = [values if column in wanted else 0.0 * values for column in columns]
+            return np.repeat(np.concatenate(of_column), count, axis=0)
+
+        ones, no_loads = np.ones((1, 1)), np.zeros((1, self._problem.mechanism.model.nv))
+        loads = [no_loads if column is None else self._loads(column) for column in columns]
+        given = inputs.of_samples(lanes)._replace(
+            speeds=unit(ones, [SPEED_SQUARED]),
+            accelerations=unit(ones, [ACCELERATION]),
+            loads=np.repeat(np.concatenate(loads), count, axis=0),
+            gravity=sum(unit(np.eye(3)[[AXES.index(item.name)]], [item]) for item in GRAVITY),
+            inertia={},
+        )
+        links = [
+            replace(
+                load,
+                force=unit(load.force, [Column(Kind.LINK_LOAD, name)]),
+                moment=unit(load.moment, [Column(Kind.LINK_LOAD, name)]),
+            )
+            for name, load in inputs.link_loads.items()
+        ]
+
+        def close(samples: Array) -> ClosedState:
+            some = lanes[samples]
+            closing = guess.of_samples(some), inputs.positions[some]
+            return self._solver.assembly.close(*closing, first)
+
+        x = guess.x[lanes]
+        found, influence, loose = self._solver.taped.found(x, given, close, links)
+        return _Columns(found, each, count, influence, loose)
+
     def _proven(
-        self,
-        targets: Targets,
-        turns: Array,
-        state: ClosedState,
-        rates: JointRates,
-        reactions: list[Reactions],
+        self, targets: Targets, inputs: Inputs, columns: _Columns, state: ClosedState
     ) -> Solution:
         """Return the solution of the scene's own loads at unit rates, proven.
 
         Args:
             targets: N samples.
-            turns: `(N, size)` whole turns that their angles lack.
+            inputs: what the scene prescribes for them.
+            columns: found there.
             state: closed there.
-            rates: at constant unit speed.
-            reactions: of every column.
         """
-        factors = [self._factor(column) for column in self.layout.columns]
-        loads = self._loads(None)
-        for factor, column in zip(factors, self.layout.columns, strict=True):
+        factors = np.array([self._factor(column) for column in self.layout.columns] or [1.0])
+        loads = np.zeros((1, self._problem.mechanism.model.nv))
+        for factor, column in zip(factors, self.layout.columns, strict=False):
             loads += factor * self._loads(column)
-        ones = np.ones((targets.size, 1))
-        inputs = Inputs.of(self._problem, targets, self._acting, turns)
-        inputs = inputs._replace(speeds=ones, accelerations=ones, loads=loads, has_rates=True)
-        total = superposed(reactions, factors or [1.0])
-        unit_rates = rates._replace(a=rates.a + rates.v)
-        solution = self._inverse_dynamics.with_residuals(state, inputs, unit_rates, total)
+        ones, found = np.ones((targets.size, 1)), columns.found
+
+        def total(values: Array) -> Array:
+            """Return the sum of all columns, each times its factor."""
+            return np.asarray(np.tensordot(factors, columns.each(values), 1))
+
+        rates = self._inverse_dynamics.joint_rates(state, ones, ones)
+        if SPEED_SQUARED in self.layout.columns:
+            rates = rates._replace(a=total(found.a))  # With those of rods that spin.
+        inputs = inputs._replace(speeds=ones, accelerations=ones, loads=loads)
+        wrenches = total(found.wrenches).reshape(targets.size, -1, 6)
+        of_joints = wrenches, total(found.efforts), total(found.couplings)
+        residuals = self._inverse_dynamics.residuals(columns.x, inputs, rates, *of_joints)
+        solution = Solution(
+            x=columns.x,
+            v=rates.v,
+            a=rates.a,
+            velocity_ratios=VelocityRatios.of(rates.velocity_ratios, rates.depends),
+            wrenches=wrenches,
+            efforts=of_joints[1],
+            coupling_moments=of_joints[2],
+            cancellation=residuals.cancellation,
+            closure_condition=columns.each(found.condition)[0],
+            loop_error=np.maximum(columns.each(found.error)[0], residuals.loop_error),
+            residuals=residuals,
+            influence=columns.influence,
+            indeterminate_couplings=columns.loose,
+        )
         solution.prove(targets.positions)
         self._inverse_dynamics.prove_flags(solution)
         return solution
 
-    def _condition(self, state: ClosedState, rates: JointRates) -> Array:
-        """Return `(N,)` condition numbers, see `InverseDynamics.condition`."""
-        return self._inverse_dynamics.condition(state, rates.velocity_ratios)
-
-    def _rates(self, state: ClosedState) -> JointRates:
-        """Return the rates of all joints at constant unit speed."""
-        ones = np.ones((len(state.x), 1))
-        return self._inverse_dynamics.joint_rates(state, ones, 0.0 * ones)
-
-    def _reactions(self, state: ClosedState, rates: JointRates) -> list[Reactions]:
-        """Return the reactions of every column, those of rest if there is none."""
-        rest = np.zeros_like(rates.v)
-        motions = {SPEED_SQUARED: (rates.v, rates.a), ACCELERATION: (rest, rates.v)}
-        motions |= dict.fromkeys(GRAVITY, (rest, rest))
-        cases = [
-            LoadCase(
-                motions.get(column),
-                self._loads(column),
-                self._link_loads(column),
-                self._gravity(column),
-            )
-            for column in self.layout.columns
-        ] or [LoadCase(None, self._loads(None), [], np.zeros((1, 3)))]
-        return self._solver.reactions.solve(state, cases)
-
-    def _link_loads(self, column: Column) -> list[LinkLoad]:
-        """Return the wrench of a column that belongs to a loaded link."""
-        return [self._acting.link_loads[column.name]] if column.kind is Kind.LINK_LOAD else []
-
-    def _gravity(self, column: Column) -> Array:
-        """Return the unit gravity `(1, 3)` of a column."""
-        gravity = np.zeros((1, 3))
-        if column.kind is Kind.GRAVITY:
-            gravity[0, AXES.index(column.name)] = 1.0
-        return gravity
-
-    def _loads(self, column: Column | None) -> Array:
+    def _loads(self, column: Column) -> Array:
         """Return the unit load `(1, nv)` of a column."""
         loads = np.zeros((1, self._problem.mechanism.model.nv))
-        if column is not None and column.kind is Kind.JOINT_LOAD:
+        if column.kind is Kind.JOINT_LOAD:
             loads[:, self._problem.mechanism.coordinates.named[column.name].rate] = 1.0
         return loads
 
@@ -249,24 +271,41 @@ class FunctionSampler:
             return 1.0 if load.ndim else float(load)
         return 1.0
 
-    def _values(self, reactions: list[Reactions], v: Array) -> Array:
-        """Return all functions `(C, M)` of the reactions of all columns."""
-        count, layout = len(v), self.layout
-        wrenches = np.zeros((len(layout.columns), len(layout.outputs), 6, count))
-        efforts = np.zeros((len(layout.columns), len(layout.efforts), count))
-        moments = np.zeros((len(layout.columns), len(layout.couplings), count))
-        # Without any column the only reactions are those of rest, which `zip` leaves out.
-        for index, (column, solved) in enumerate(zip(layout.columns, reactions, strict=False)):
-            wrenches[index] = solved.wrenches[:, self._problem.output_indices].transpose(1, 2, 0)
-            effort = self._solver.reactions.efforts(solved) - self._loads(column)
-            if self._solver.assembly.needed.efforts_alone:
-                # Without closure forces virtual work gives the drive's effort.
-                efforts[index, 0] = np.sum(effort * v, axis=1)
-            else:
-                efforts[index] = effort[:, self._problem.prescribed_columns].T
-            for coupling, row in enumerate(self._coupling_rows):
-                moments[index, coupling] = solved.closure_forces[row][:, 0]
-        return layout.joined(wrenches, np.concatenate([efforts, moments], axis=1))
+    def _values(self, columns: _Columns) -> Array:
+        """Return all functions `(C, M)`."""
+        found, layout, problem = columns.found, self.layout, self._problem
+        count = len(layout.columns)  # Without any, those of rest are left out.
+        wrenches = columns.each(found.wrenches)[:count]
+        wrenches = wrenches.reshape(*wrenches.shape[:2], -1, 6)[:, :, problem.output_indices]
+        efforts = columns.each(found.efforts)[:count, :, problem.prescribed_columns]
+        moments = columns.each(found.couplings)[:count, :, list(self._solver.couplings)]
+        others = np.concatenate([efforts, moments], axis=2)
+        return layout.joined(wrenches.transpose(0, 2, 3, 1), others.transpose(0, 2, 1))
+
+
+class _Columns(NamedTuple):
+    """What is found of c columns at N samples.
+
+    Attributes:
+        found: of `c N` lanes, column after column.
+        columns, count: c and N.
+        influence, loose: see `Solution`.
+    """
+
+    found: Found
+    columns: int
+    count: int
+    influence: Array
+    loose: set[int]
+
+    def each(self, values: Array) -> Array:
+        """Return values by column and sample."""
+        return values.reshape(self.columns, self.count, *values.shape[1:])
+
+    @property
+    def x(self) -> Array:
+        """Coordinates `(N, size)`."""
+        return self.found.x[: self.count]
 
 
 def _in_blocks(spans: Sequence[slice]) -> list[list[slice]]:

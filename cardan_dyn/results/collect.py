@@ -117,9 +117,7 @@ class SolutionSource:
 
     def condition(self) -> Array:
         """Return the condition numbers of the samples, see `Sweep`."""
-        magnification = self._solution.magnification
-        if magnification is None:
-            magnification = self._solver.magnification_at(self._assembled, self._solution.x)
+        magnification = self._solver.magnification_at(self._assembled, self._solution.x)
         return (magnification * self._solution.cancellation).reshape(self.shape)
 
     @cached_property

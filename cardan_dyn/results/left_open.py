@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..dynamics.reactions import UNIQUE_TOLERANCE
+from ..dynamics.inverse_dynamics import UNIQUE_TOLERANCE
 from ..mechanism.undescribed import Undescribed, greatest_changes
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..arrays import Array
-from ..dynamics.closure_forces import ClosureForces
-from ..dynamics.indeterminate import SelfStress
-from ..dynamics.reactions import UNIQUE_TOLERANCE
+from ..dynamics.inverse_dynamics import UNIQUE_TOLERANCE
 from ..errors import ArgumentError
 from ..kinematics.closing.far import GenericStates, generic_states
 from ..kinematics.closing.stacked import ranks
@@ -15,6 +15,11 @@ from ..kinematics.loops.groups import Group
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..kinematics.loops.structure import Structure
 from ..kinematics.tolerances import RANK_TOLERANCE
+from ..mechanics import closure
+from ..mechanics.bodies import Tree, tree_of
+from ..mechanics.placements import Placed, placed
+from ..mechanics.reactions import Closed
+from ..mechanics.vectors import seen, times
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
 from ..results.left_open import named_components
@@ -118,19 +123,30 @@ def _counted_loops(
 
 def _measured_loops(mechanism: Mechanism, states: GenericStates) -> dict[int, LoopReport]:
     """Return reports on loops by their index, with what their redundant rows leave open."""
-    rows = states.group.scaled_rows
+    group = states.group.group
+    tree = tree_of(mechanism, (), group.loops, group.couplings)
+    passives = group.passives.tolist()
+    columns = {rate: column for column, rate in enumerate(passives)}
+    every, count = states.group.x, 6 * len(group.loops) + len(group.couplings)
+    places, rows = [], np.zeros((len(every), len(passives), count))
+    for x, own in zip(every / tree.coordinate_units(every.shape[1]), rows, strict=True):
+        places.append(placed(tree, dict(enumerate(x.tolist()))))
+        for index, row in enumerate(closure.rows(tree, places[-1], passives)):
+            for rate, entry in row.items():
+                own[columns[rate], index] = entry
     # The last right singular vectors are the multipliers that no joint feels.
     _, _, right = np.linalg.svd(rows)
-    null = right[:, states.rank :].transpose(0, 2, 1)
-    (stress,) = ClosureForces(mechanism).self_stresses(states.group._replace(null=null)) or (None,)
+    null = right[:, states.rank :]
+    stresses = [
+        [Closed.of(tree, at, dict(enumerate(own.tolist()))) for own in of_place]
+        for at, of_place in zip(places, null, strict=True)
+    ]
     result = {}
-    for local, index in enumerate(states.group.group.loops):
+    for local, index in enumerate(group.loops):
         on_loop = slice(6 * local, 6 * local + 6)
         rank = int(np.max(ranks(rows[:, :, on_loop])))
-        indeterminate = (
-            {} if stress is None else _indeterminate(mechanism, stress, null[:, on_loop])
-        )
-        result[index] = LoopReport(*_name_and_type(mechanism, index), rank, indeterminate)
+        opened = _indeterminate(mechanism, tree, places, stresses, null[:, :, on_loop])
+        result[index] = LoopReport(*_name_and_type(mechanism, index), rank, opened)
     return result
 
 
@@ -139,27 +155,37 @@ def _name_and_type(mechanism: Mechanism, index: int) -> tuple[str, str]:
     return name, mechanism.joints[name].type
 
 
-def _indeterminate(mechanism: Mechanism, stress: SelfStress, multipliers: Array) -> dict[str, str]:
+def _indeterminate(
+    mechanism: Mechanism,
+    tree: Tree,
+    places: Sequence[Placed],
+    stresses: Sequence[Sequence[Closed]],
+    multipliers: Array,
+) -> dict[str, str]:
     """Return which components of which joints the self-stresses that load a loop change.
 
-    Those of its component in K configurations, with the multipliers `(K, 6, k)` of its rows.
+    Args:
+        mechanism: the mechanism.
+        tree: the loops and couplings of its component.
+        places: K configurations.
+        stresses: k self-stresses at each.
+        multipliers: `(K, k, 6)` of the loop's rows in them.
     """
+    if not multipliers.size:
+        return {}
     # Only combinations of self-stresses that load the loop count.
-    _, values, combinations = np.linalg.svd(multipliers, full_matrices=False)
-    loading = combinations.transpose(0, 2, 1) * (values > RANK_TOLERANCE)[:, None, :]
-    changes = np.max(np.abs(stress.spread @ loading[:, None]), axis=(0, 3), initial=0.0)
-    lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
+    left, values, _ = np.linalg.svd(multipliers, full_matrices=False)
+    loading = left * (values > RANK_TOLERANCE)[:, None, :]
     components: dict[str, str] = {}
-    for name, index in _wrench_indices(mechanism).items():
-        if index in stress.joints:
-            is_open = changes[stress.joints == index][0] * lengths > UNIQUE_TOLERANCE
-            if np.any(is_open):
-                components[name] = named_components(is_open)
+    for name, index in mechanism.wrench_indices.items():
+        spread = np.zeros((*multipliers.shape[:2], 6))
+        for at, items, own in zip(places, stresses, spread, strict=True):
+            for row, item in zip(own, items, strict=True):
+                if (found := item.counted(tree, at, index)) is not None:
+                    rotation, force, moment = found
+                    row[:3] = times(seen(rotation, force), tree.norm_length)
+                    row[3:] = seen(rotation, moment)
+        changes = np.abs(loading.transpose(0, 2, 1) @ spread).max(axis=(0, 1))
+        if np.any(changes > UNIQUE_TOLERANCE):
+            components[name] = named_components(changes > UNIQUE_TOLERANCE)
     return components
-
-
-def _wrench_indices(mechanism: Mechanism) -> dict[str, int]:
-    """Return joint to the index of its wrench, `fixed` loops included."""
-    indices = {joint.name: joint.id - 1 for joint in mechanism.joints.values() if joint.parts}
-    fixed = ClosureForces(mechanism).fixed_loops
-    return indices | {mechanism.loops[loop].joint: index for loop, index in fixed.items()}

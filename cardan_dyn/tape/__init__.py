@@ -8,13 +8,12 @@ samples as there are, on a compiled machine or on NumPy arrays. It knows nothing
 from .derivative import derivatives, gradient
 from .on_machine import machine_is_at_hand
 from .printing import as_c
-from .program import WORTH_TRACING, Program
+from .program import Program
 from .scalars import absolute, arctan2, cos, exp, greater, log, select, sin, smaller, sqrt, tanh
 from .stages import Stage, Stages
 from .trace import Scalar, Trace, Variable, is_zero
 
 __all__ = [
-    "WORTH_TRACING",
     "Program",
     "Scalar",
     "Stage",

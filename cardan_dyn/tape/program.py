@@ -16,10 +16,6 @@ from .on_arrays import MOST_LANES, ArrayBlock, lanes_of_block, parts
 from .on_machine import Code, block_for, code_of, filled, machine_is_at_hand
 from .trace import Scalar, Trace
 
-WORTH_TRACING = 1 if machine_is_at_hand() else 1024
-"""Samples from which on tracing pays. Without the compiled machine, NumPy takes about a microsecond
-for an operation of whichever number of samples, and few of them are better solved in general."""
-
 
 class Program:
     """Outputs of a trace as functions of its inputs, for any number of lanes side by side.

@@ -9,7 +9,6 @@ from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls, li
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.tape import program
 
 POSITIONS = np.linspace(-1.0, 1.0, 21)
 OPTIONS = {"drive": "a", "loads": {"d": -3.0}, "gravity": [0.0, 0.0, -9.81]}
@@ -246,7 +245,6 @@ def test_rods_are_solved_like_other_joints(monkeypatch: pytest.MonkeyPatch) -> N
         decompositions.append(1)
         return svd(*arguments, **options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr(program, "WORTH_TRACING", np.inf)  # Rods are not solved by tapes.
     lengths = 0.05 * np.random.default_rng(2).uniform(-1.0, 1.0, (40, 6))
     counts = []
     for mechanism in (cd.load(hexapod()), cd.load("stewart_platform")):

@@ -1,51 +1,54 @@
-"""Tapes: many samples of every mechanism beside the general path, which solves few samples."""
+"""Tapes: many samples of every mechanism beside each of them solved alone."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
 from compare import differences, sweep_of
 from scenes import draw
+from testkit.alone import without_tapes
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics import tape, taped
-from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
-from cardan_dyn.kinematics.closing.all_groups import ClosedState
+from cardan_dyn.dynamics.inverse_dynamics import InverseDynamics
 from cardan_dyn.scene.usual_motion import usual_motion
-from cardan_dyn.tape import program
 
 ROUNDING = 2e-14
 """Relative errors stay below this times the condition, as the guide says of any result."""
 GRAVITY = (0.3, -2.0, -9.5)
 
 
-@pytest.fixture(autouse=True)
-def few_samples(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(program, "WORTH_TRACING", 2)
-
-
-def in_general(swept: Callable[[], cd.Sweep], monkeypatch: pytest.MonkeyPatch) -> cd.Sweep:
-    """Return a sweep by the general path."""
+def alone(swept: Callable[[], cd.Sweep], monkeypatch: pytest.MonkeyPatch) -> cd.Sweep:
+    """Return a sweep whose samples are solved one by one."""
     with monkeypatch.context() as patch:
-        patch.setattr(program, "WORTH_TRACING", np.inf)
+        without_tapes(patch)
         return swept()
 
 
 @pytest.fixture
 def solved_by_tape(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bool]]:
-    """Yield which blocks tapes solved."""
+    """Yield of which blocks tapes solved all samples."""
     answers: list[bool] = []
-    solution = taped.TapedSolver.solution
+    found, by_tapes = taped.TapedSolver._found, taped.TapedSolver._by_tapes
 
-    def told(*arguments: object) -> object:
-        found = solution(*arguments)  # type: ignore[arg-type]
-        answers.append(found is not None)
-        return found
+    def told(*arguments: Any, **options: Any) -> object:
+        *given, close = arguments
+        asked: list[object] = []
 
-    monkeypatch.setattr(taped.TapedSolver, "solution", told)
+        def closing(samples: object) -> object:
+            asked.append(samples)
+            return close(samples)
+
+        result = found(*given, closing, **options)
+        if taped.TapedSolver._by_tapes is by_tapes:
+            answers.append(not asked)
+        return result
+
+    monkeypatch.setattr(taped.TapedSolver, "_found", told)
     yield answers
 
 
@@ -88,7 +91,7 @@ def test_bundled_mechanisms(
         arguments = usual.positions, usual.speed if speed is None else speed, 1.0
         assert_same(
             scene.sweep(*arguments),
-            in_general(lambda: scene.replace().sweep(*arguments), monkeypatch),  # noqa: B023
+            alone(lambda: scene.replace().sweep(*arguments), monkeypatch),  # noqa: B023
         )
     assert all(solved_by_tape)
     assert solved_by_tape
@@ -103,7 +106,7 @@ def test_outputs_that_leave_loops_out(
         scene = usual.scene.replace(gravity=GRAVITY, outputs=[joint])
         assert_same(
             scene.sweep(usual.positions, usual.speed, 1.0),
-            in_general(
+            alone(
                 lambda: scene.replace().sweep(usual.positions, usual.speed, 1.0),  # noqa: B023
                 monkeypatch,
             ),
@@ -151,7 +154,7 @@ def test_what_acts_may_differ_from_sample_to_sample(
     speed, acceleration = rng.normal(size=(2, count)) * 20.0
     torque, factor = rng.normal(size=count) * 50.0, rng.uniform(0.5, 2.0, count)
     force, gravity = rng.normal(size=(2, count, 3)) * 9.0
-    assert_same(swept(), in_general(swept, monkeypatch))
+    assert_same(swept(), alone(swept, monkeypatch))
     assert all(solved_by_tape)
     assert solved_by_tape
 
@@ -179,7 +182,7 @@ def test_small_numbers_beside_great_ones(monkeypatch: pytest.MonkeyPatch) -> Non
             loads = {link: cd.Wrench(force=force, frame=frame)}
             return still.replace().sweep(positions[:, 0], loads=loads)
 
-        found, expected = swept(), in_general(swept, monkeypatch)
+        found, expected = swept(), alone(swept, monkeypatch)
         for name in found.outputs:
             size = expected[name].magnitude[0] + 1e-300
             apart = np.abs(found[name].force - expected[name].force).max(axis=1)
@@ -199,7 +202,7 @@ def test_a_position_comes_out_alike_whatever_is_asked_beside_it() -> None:
         assert np.array_equal(mixed[joint].moment, known[joint].moment[chosen]), joint
 
 
-def test_samples_that_no_tape_holds_for_are_solved_in_general(
+def test_samples_that_no_tape_holds_for_are_solved_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """However few tapes serve, the wrenches are right, and errors tell of the same sample."""
@@ -209,7 +212,7 @@ def test_samples_that_no_tape_holds_for_are_solved_in_general(
     def swept() -> cd.Sweep:
         return scene.replace().sweep(positions, 3.0)
 
-    expected = in_general(swept, monkeypatch)
+    expected = alone(swept, monkeypatch)
     for growth in (0.0, 1.05, 2.0):
         monkeypatch.setattr(tape, "MOST_GROWTH", growth)
         scene.mechanism.kept.forget("tapes")
@@ -222,7 +225,7 @@ def test_elements_at_samples_whose_motion_no_tape_finds(monkeypatch: pytest.Monk
     def swept() -> cd.Sweep:
         return usual.scene.replace(gravity=GRAVITY).sweep(usual.positions, usual.speed, 1.0)
 
-    closed, expected = taped._closed, in_general(swept, monkeypatch)
+    closed, expected = taped._closed, alone(swept, monkeypatch)
 
     def partly(*arguments: object) -> object:
         holds = closed(*arguments)  # type: ignore[arg-type]
@@ -234,20 +237,21 @@ def test_elements_at_samples_whose_motion_no_tape_finds(monkeypatch: pytest.Monk
     assert_same(swept(), expected)
 
 
-def test_what_is_open_at_samples_of_the_general_path_is_open(
+def test_what_is_open_at_samples_that_are_solved_alone_is_open(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
     positions = np.linspace(0.0, 2.0 * np.pi, 400)
-    solve, counts = InverseDynamics.solve, []
+    solve, counts = taped.found_alone, []
 
-    def opened(self: InverseDynamics, state: ClosedState, inputs: Inputs) -> Solution:
+    def opened(*arguments: Any) -> object:
         """Find all open."""
-        counts.append(len(state.x))
-        found = solve(self, state, inputs)
-        return found._replace(influence=found.influence + 1.0)
+        counts.append(arguments[2].shape[1])
+        found = solve(*arguments)
+        arguments[3].append(({place: np.ones(1) for place in range(24)}, {}))
+        return found
 
-    monkeypatch.setattr(InverseDynamics, "solve", opened)
+    monkeypatch.setattr(taped, "found_alone", opened)
     monkeypatch.setattr(InverseDynamics, "prove_flags", lambda self, solution: None)
     assert scene.sweep(positions).unique.any()
     assert not counts
@@ -261,7 +265,7 @@ def test_what_is_open_at_samples_of_the_general_path_is_open(
     monkeypatch.setattr(taped, "_closed", partly)
     monkeypatch.setattr(taped, "_MOST_TAPES", 1)
     assert not scene.sweep(positions).unique.any()
-    assert counts == [80]
+    assert counts == [16]  # Of 80 to which tapes were asked again.
 
 
 @pytest.mark.parametrize("length", [0.3, 1.7])
@@ -282,7 +286,7 @@ def test_moments_that_closed_trains_leave_open_are_least(
         arguments = np.linspace(0.0, 3.0, 20), 2.0, 1.0
         sweep = scene.sweep(*arguments)
         assert sweep.coupling_unique == {"ab": False, "bc": False, "ca": False}
-        expected = in_general(lambda: scene.replace().sweep(*arguments), monkeypatch)  # noqa: B023
+        expected = alone(lambda: scene.replace().sweep(*arguments), monkeypatch)  # noqa: B023
         assert_same(sweep, expected)
         assert sweep.coupling_unique == expected.coupling_unique
         assert np.ptp([np.abs(moment).max() for moment in sweep.coupling_moment.values()]) > 0.1
@@ -308,24 +312,7 @@ def test_what_a_tape_leaves_out_is_not_lost(
     loads = {"rocker_bearing": -3.0}
     sweep = scene.sweep(positions, loads=loads)
     assert solved_by_tape == [True, False]
-    assert_same(
-        sweep, in_general(lambda: scene.replace().sweep(positions, loads=loads), monkeypatch)
-    )
-
-
-def test_blocks_of_both_paths_make_one_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
-    positions = np.linspace(0.0, 2.0 * np.pi, 40_000)
-    expected = in_general(lambda: scene.replace().sweep(positions, 3.0), monkeypatch)
-    solution, asked = taped.TapedSolver.solution, []
-
-    def sometimes(*arguments: object) -> object:
-        asked.append(len(asked))
-        return solution(*arguments) if asked[-1] % 2 else None  # type: ignore[arg-type]
-
-    monkeypatch.setattr(taped.TapedSolver, "solution", sometimes)
-    assert_same(scene.sweep(positions, 3.0), expected)
-    assert len(asked) >= 4
+    assert_same(sweep, alone(lambda: scene.replace().sweep(positions, loads=loads), monkeypatch))
 
 
 def test_dead_points_are_refused_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -338,6 +325,6 @@ def test_dead_points_are_refused_as_ever(monkeypatch: pytest.MonkeyPatch) -> Non
             if by_tape:
                 scene.sweep(positions)
             else:
-                in_general(lambda: scene.sweep(positions), monkeypatch)
+                alone(lambda: scene.sweep(positions), monkeypatch)
         told.append((type(caught.value), str(caught.value)))
     assert told[0] == told[1]

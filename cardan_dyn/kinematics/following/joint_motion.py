@@ -12,7 +12,6 @@ from ...arrays import Array, blocks
 from ...errors import AssemblyError, SingularConfigurationError
 from ...problem.problem import Problem
 from ...problem.samples import Targets
-from ...tape import program
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch, whole_turns
 from .drive_motion import Followed, turned_back, turns_freely
@@ -167,10 +166,7 @@ class JointMotion:
         By tapes where these serve; else with the rows that are independent over the motion, and at
         last with all that open loops can reach.
         """
-        count, size = len(own), self._start.size
-        reached = Reached(np.empty((count, size)), np.zeros(count, dtype=bool), np.zeros(count))
-        if count >= program.WORTH_TRACING and self._taped is not None:
-            reached.x[:], reached.is_there[:] = self._taped.ends(own)
+        reached = Reached(*self._taped.ends(own), np.zeros(len(own)))
         for known in True, False:
             (rest,) = np.nonzero(~reached.is_there)
             if not rest.size:
@@ -180,17 +176,12 @@ class JointMotion:
         return reached
 
     @cached_property
-    def _taped(self) -> TapedLines | None:
-        """Follows many lines; None where rods spin idly, or there are very many joints."""
-        from ...mechanics.sample import MOST_RATES  # Sweeps of few samples need none.
-
-        kinematics = self._kinematics
-        if kinematics.idle_columns.size or kinematics.coordinates.model.nv > MOST_RATES:
-            return None
-        from .taped_lines import TapedLines
+    def _taped(self) -> TapedLines:
+        """Follows lines."""
+        from .taped_lines import TapedLines  # Most scenes have a single drive.
 
         legs = [leg for leg in (self._held, self._driven) if leg]
-        return TapedLines(self._mechanism, kinematics, self._start, legs)
+        return TapedLines(self._mechanism, self._kinematics, self._start, legs)
 
     def _follow_whole_ways(
         self, asked: Array, own: Array, turns: Array, design_of: Array, reached: Reached

@@ -62,9 +62,8 @@ class Orders:
             roles: likewise.
             kept: of the mechanism.
         """
-        loops, couplings = (tuple(items) for items in (tree.loops, tree.couplings))
         rows = tuple(block[:2] for block in roles.blocks)
-        key = roles.drives, rows, loops, couplings
+        key = roles.drives, rows, tree.loops, tree.couplings, tree.spins
         return kept.of("orders", key, lambda: Orders(scouts(), tree, roles))
 
     def at(self, index: int, from_start: bool = False) -> _Order | None:

@@ -21,7 +21,7 @@ from ...mechanism.mechanism import Mechanism
 from ...tape import Program, Scalar, Stage, Stages, Trace, select
 from ...threads import in_threads
 from ..closing.all_groups import Kinematics
-from ..loops.closure_blocks import closure_blocks
+from ..loops.closure_blocks import closure_blocks, with_rods
 from .orders import Orders
 from .scouts import scouts
 
@@ -48,14 +48,15 @@ class TapedLines:
 
         Args:
             mechanism: the mechanism.
-            kinematics: of the drives and the groups that they move; no rod of theirs is idle.
+            kinematics: of the drives and the groups that they move.
             start: `(size,)` closed coordinates.
             legs: sets of drives, by their indices, that move one after the other.
         """
         groups = [solver.group for solver in kinematics.solvers]
         loops = [index for group in groups for index in group.loops]
         couplings = [index for group in groups for index in group.couplings]
-        self._tree = tree = tree_of(mechanism, (), loops, couplings, ())
+        tree = with_rods(tree_of(mechanism, (), loops, couplings, ()), mechanism, groups)
+        self._tree = tree
         drives = tuple(kinematics.drives.tolist())
         self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())
         self._legs = legs

@@ -15,7 +15,6 @@ from cardan_dyn.dynamics.collected import Evidence, Rows, kept
 from cardan_dyn.dynamics.inverse_dynamics import Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.problem.samples import Targets
-from cardan_dyn.tape import program
 from cardan_dyn.threads import on_cores
 
 COUNT = 30
@@ -23,14 +22,12 @@ COUNT = 30
 
 @pytest.fixture(scope="module")
 def solution() -> Solution:
-    """Return one that knows all that any keeps: of the general path."""
+    """Return one that knows all that any keeps."""
     scene = four_bar()
     solver, where = ProblemSolver(scene.problem), positions(scene)
     rates = np.full_like(where, 3.0), np.full_like(where, -1.0)
     assembled = solver.assemble(Targets.of_positions(where))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(program, "WORTH_TRACING", np.inf)
-        return solver.solve(assembled, acting(solver, *rates))
+    return solver.solve(assembled, acting(solver, *rates))
 
 
 def concluded(*blocks: Solution) -> Solution:
@@ -50,7 +47,7 @@ def test_blocks_are_put_in_their_order(solution: Solution) -> None:
     )
     first = solution._replace(indeterminate_couplings={1})
     whole = concluded(first, other)
-    for name in ("x", "v", "a", "wrenches", "efforts", "magnification"):
+    for name in ("x", "v", "a", "wrenches", "efforts"):
         expected = np.concatenate([getattr(first, name), getattr(other, name)])
         np.testing.assert_array_equal(getattr(whole, name), expected)
     ratios = [item.velocity_ratios.values for item in (first, other)]
@@ -131,7 +128,7 @@ def test_elements_act_in_every_block(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held=held, elements=elements)
     scene.sweep(where, speed=3.0, time=times)  # All that is learned of the motion.
     whole = scene.sweep(where, speed=3.0, time=times)
-    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 32)
+    monkeypatch.setattr(problem_solver, "LARGE_BLOCK", 32)
     parts = scene.sweep(where, speed=3.0, time=times)
     np.testing.assert_allclose(parts.drive_effort, whole.drive_effort, rtol=0.0, atol=1e-12)
     assert parts.balance_residual == pytest.approx(whole.balance_residual, abs=1e-14)

@@ -9,18 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from testkit.alone import without_tapes
 from testkit.claims import acting, coupled_wheels, four_bar, positions, universal
 from testkit.planar_linkages import three_cranks
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics import problem_solver
-from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
-from cardan_dyn.dynamics.inverse_dynamics import InverseDynamics, Solution
+from cardan_dyn.dynamics.inverse_dynamics import Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.dynamics.taped import TapedSolver
 from cardan_dyn.elements.link_loads import WRENCH_COMPONENTS
 from cardan_dyn.problem.samples import Targets
-from cardan_dyn.tape import program
 
 
 def solver(scene: cd.Scene) -> ProblemSolver:
@@ -64,7 +63,7 @@ def test_loads_that_vary_are_divided_among_the_blocks(monkeypatch: pytest.Monkey
       <joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/>
         <axis xyz="0 0 1"/></joint></robot>"""
     scene = cd.Scene(cd.load(pendulum), drive="hinge", loads={"hinge": load, "arm": wrench})
-    monkeypatch.setattr(problem_solver, "BLOCK_SIZE", 8)
+    monkeypatch.setattr(problem_solver, "LARGE_BLOCK", 8)
     item, where = solver(scene), np.linspace(0.0, 1.0, count)[:, None]
     solution = item.solve(
         item.assemble(Targets.of_positions(where)), acting(item, 0.0 * where, 0.0 * where)
@@ -145,15 +144,6 @@ def test_similar_problems_share_the_assembly() -> None:
     assert ProblemSolver(fewer_outputs.problem, like=first).assembly is not first.assembly
 
 
-def test_compliances_choose_the_rule() -> None:
-    assert isinstance(solver(universal()).reactions._rule, LeastNorm)
-    elastic = universal(compliance={"pin_in": np.ones(6), "bearing_in": np.ones(6)})
-    rule = solver(elastic).reactions._rule
-    assert isinstance(rule, LeastEnergy)
-    expected = {elastic.mechanism[name].id - 1 for name in ("pin_in", "bearing_in")}
-    assert rule.oriented == expected
-
-
 def test_solved_couplings_and_known_efforts() -> None:
     wheels = solver(coupled_wheels())
     assert wheels.couplings == {0: "mesh"}
@@ -191,14 +181,14 @@ def test_problems_with_a_rule_accept_indeterminate_outputs(options: dict[str, ob
     item.refuse_indeterminate(UNIQUE)
 
 
-@pytest.mark.parametrize("fewest", [1, np.inf])
-def test_what_is_solved_is_proven(fewest: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without closure forces, loads and weights are not in balance: on tapes and in general."""
-    monkeypatch.setattr(program, "WORTH_TRACING", fewest)
+@pytest.mark.parametrize("is_taped", [True, False])
+def test_what_is_solved_is_proven(is_taped: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without closure forces, loads and weights are not in balance: on tapes and alone."""
+    if not is_taped:
+        without_tapes(monkeypatch)
     scene = four_bar()
     item, where = solver(scene), positions(scene)
     assembled = item.assemble(Targets.of_positions(where))
-    item.reactions._active.clear()
     roles = item.taped._roles
     blocks = tuple(block._replace(is_balanced=False) for block in roles.blocks)
     item.taped._roles = roles._replace(blocks=blocks)
@@ -206,10 +196,13 @@ def test_what_is_solved_is_proven(fewest: float, monkeypatch: pytest.MonkeyPatch
         item.solve(assembled, acting(item, *rates(where)))
 
 
-@pytest.mark.parametrize("fewest", [1, np.inf])
-def test_flags_of_what_is_solved_are_proven(fewest: float, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("is_taped", [True, False])
+def test_flags_of_what_is_solved_are_proven(
+    is_taped: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A planar four-bar does not determine its forces out of the plane."""
-    monkeypatch.setattr(program, "WORTH_TRACING", fewest)
+    if not is_taped:
+        without_tapes(monkeypatch)
     scene = four_bar()
     item, where = solver(scene), positions(scene)
     assembled = item.assemble(Targets.of_positions(where))
@@ -222,6 +215,5 @@ def test_flags_of_what_is_solved_are_proven(fewest: float, monkeypatch: pytest.M
         return solved
 
     monkeypatch.setattr(TapedSolver, "solution", flagged(TapedSolver.solution))
-    monkeypatch.setattr(InverseDynamics, "solve", flagged(InverseDynamics.solve))
     with pytest.raises(cd.AccuracyError, match="flagged unique, but changes"):
         item.solve(assembled, acting(item, *rates(where)))

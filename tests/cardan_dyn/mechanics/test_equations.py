@@ -147,14 +147,10 @@ def test_steps_are_those_of_the_model_for_small_ones(seed: int) -> None:
 @pytest.mark.parametrize(
     "name", ["universal_joint", "four_bar", "slider_crank", "stewart_platform"]
 )
-def test_accelerations_are_those_of_constrained_dynamics(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_accelerations_are_those_of_constrained_dynamics(name: str) -> None:
     """What a tape finds that drives exert moves the chain as it was told to move."""
     from cardan_dyn.scene.usual_motion import usual_motion
-    from cardan_dyn.tape import program
 
-    monkeypatch.setattr(program, "WORTH_TRACING", 2)
     usual = usual_motion(cd.load(name), samples=24)
     model = usual.scene.mechanism.model
     scene = usual.scene.replace(gravity=model.gravity.linear.copy())

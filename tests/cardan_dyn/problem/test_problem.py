@@ -46,9 +46,12 @@ def test_wrenches_are_those_of_bodies_then_of_fixed_loops() -> None:
     mechanism = cd.load(text.replace(loop, fixed))
     name = mechanism.loops[0].joint
     item = checked(mechanism, drive="crank_bearing", outputs=[name, "crank_bearing"])
-    assert item.wrench_index("crank_bearing") == mechanism["crank_bearing"].id - 1
+    assert mechanism.wrench_indices["crank_bearing"] == mechanism["crank_bearing"].id - 1
     # No body of the model is the loop's; it comes after all of them.
-    assert item.output_indices == [mechanism.model.njoints - 1, item.wrench_index("crank_bearing")]
+    assert item.output_indices == [
+        mechanism.model.njoints - 1,
+        mechanism.wrench_indices["crank_bearing"],
+    ]
     ends = {mechanism.loops[0].predecessor - 1, mechanism.loops[0].successor - 1}
     assert item.wanted_bodies == {*ends, mechanism["crank_bearing"].id - 1} - {-1}
 

@@ -1,0 +1,98 @@
+"""Spinning: what turns rods about lines about which their joints pass no moment.
+
+Gravity, inertia and loads alone do. With unit rates u of a spin and the forces f of the motion
+without it, its acceleration is uᵀ(τ - f) / uᵀ M u. No spin moves another rod, and closure forces do
+no work on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..tape import absolute, greater, select
+from .bodies import Tree
+from .elimination import Eliminated
+from .placements import Placed, moving
+from .reactions import Wrenches, momentum_rates
+from .vectors import ZERO, Scalar, times
+
+_MASSLESS = 1e-14
+"""Inertia against a spin, relative to all masses at the characteristic length, up to which it is
+the rounding of other inertias: such a rod is balanced at any acceleration, and does not spin."""
+_BALANCED = 1e-9
+"""Moment about the line of a rod without inertia, as a fraction of the greatest wrench, up to which
+it is the rounding of forces that pass through the line."""
+
+
+class Spun(NamedTuple):
+    """What turns rods.
+
+    Attributes:
+        accelerations: velocity coordinate to what they add to it.
+        wrenches: what they add to the wrenches of the open tree.
+        unheld: per rod, above 0 where a moment acts about a line against which nothing resists.
+    """
+
+    accelerations: dict[int, Scalar]
+    wrenches: Wrenches
+    unheld: list[Scalar]
+
+
+def spun(
+    tree: Tree,
+    at: Placed,
+    factors: Eliminated,
+    open_tree: Wrenches,
+    loads: Mapping[int, Scalar],
+    inertia: Mapping[str, Scalar],
+) -> Spun:
+    """Return what turns the rods of a mechanism.
+
+    Args:
+        tree: the mechanism.
+        at: where it is.
+        factors: of its closure rows for the passive coordinates, those of spins being the last.
+        open_tree: what joints carry while all loops are open and no rod spins.
+        loads: velocity coordinate to the effort added there.
+        inertia: link to the factor on its mass and inertia.
+    """
+    count = 6 * len(tree.loops) + len(tree.couplings)
+    units: list[dict[int, Scalar]] = []
+    for index, spin in enumerate(tree.spins):
+        right = [0.0] * (count + len(tree.spins))
+        right[count + index] = 1.0
+        rates = factors.solve(right)
+        units.append({rate: rates[rate] for rate in spin.rates if rate in rates})
+    every = {rate for unit in units for rate in unit}
+
+    def carried(accelerations: Mapping[int, Scalar]) -> Wrenches:
+        motion = moving(tree, at, {}, accelerations, ZERO)
+        return momentum_rates(tree, at, motion, inertia).passed_on(tree, at)
+
+    resisting = carried(_total(units, [1.0] * len(units))).along(tree, at, every)
+    acting = open_tree.along(tree, at, every)
+    greatest: Scalar = 0.0
+    for force, moment in zip(*open_tree, strict=True):
+        for value in (*times(force, tree.norm_length), *moment):
+            greatest = greater(greatest, absolute(value))
+    masses = sum(mass.mass for body in tree.bodies for mass in body.masses)
+    least = _MASSLESS * masses * tree.norm_length**2
+    amounts, unheld = [], []
+    for unit in units:
+        moment = sum((u * (loads.get(r, 0.0) - acting[r]) for r, u in unit.items()), 0.0)
+        against = sum((u * resisting[r] for r, u in unit.items()), 0.0)
+        resists = against - least
+        amounts.append(select(resists, moment / select(resists, against, 1.0), 0.0))
+        unheld.append(select(resists, 0.0, absolute(moment) - _BALANCED * greatest))
+    accelerations = _total(units, amounts)
+    return Spun(accelerations, carried(accelerations), unheld)
+
+
+def _total(units: Sequence[Mapping[int, Scalar]], amounts: Sequence[Scalar]) -> dict[int, Scalar]:
+    """Return the sum of rates, each times its amount."""
+    result: dict[int, Scalar] = {}
+    for unit, amount in zip(units, amounts, strict=True):
+        for rate, value in unit.items():
+            result[rate] = result.get(rate, 0.0) + value * amount
+    return result
