@@ -23,7 +23,7 @@ from ..kinematics.following.guesses import Guess
 from ..kinematics.loops.needs import solved_couplings
 from ..problem.acting import Acting
 from ..problem.problem import Problem
-from ..problem.samples import Targets
+from ..problem.samples import Targets, acting_on
 
 if TYPE_CHECKING:
     from ..kinematics.loops.groups import Group
@@ -405,22 +405,24 @@ class ProblemSolver(Frozen):
 
         problem, own, found = self.problem, self.assembly.kinematics, []
         speeds, accelerations = map(np.array, zip(*moves, strict=True))
-        nothing = np.zeros_like(problem.loads_everywhere), np.zeros((1, 3))
+        nothing = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
         for span, state in zip(assembled.spans, assembled.blocks, strict=True):
             targets, turns = assembled.targets.block(span), assembled.turns[span]
-            given = Inputs.of(problem, targets, problem.acting_everywhere, turns, True)
+            given = Inputs.of(problem, targets, nothing, turns, True)
             # All moves at a position follow each other.
             every = np.repeat(np.arange(len(state.x)), len(moves))
             x = state.x[every]
             still = given.of_samples(every)._replace(
                 speeds=np.tile(speeds, (len(state.x), 1)),
                 accelerations=np.tile(accelerations, (len(state.x), 1)),
-                loads=nothing[0],
-                gravity=nothing[1],
+                gravity=np.zeros((1, 3)),
                 inertia={},
             )
-            at_rest = self.taped.found(x, still, lambda some, x=x: own.evaluate(x[some]), [])
-            efforts = at_rest[0].efforts[:, own.drives]
+
+            def closed(samples: Array, x: Array = x) -> ClosedState:
+                return own.evaluate(x[samples])
+
+            efforts = self.taped.found(x, still, closed, [])[0].efforts[:, own.drives]
             found.append(efforts.reshape(len(state.x), len(moves), -1))
         return np.concatenate(found)
 

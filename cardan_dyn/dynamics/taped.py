@@ -99,6 +99,7 @@ class TapedSolver:
             efforts_alone,
             self._compliances(),
         )
+        self._equations: dict[Kind, Equations] = {}
         self._tapes: dict[Kind, dict[int, Tape | None]] = {}
         self._key = (
             self._roles,
@@ -244,14 +245,15 @@ class TapedSolver:
             close: see `solution`, as well as for errors.
             moves_alone: whether the motion is wanted without forces.
         """
-        kind, tree = self._kind(inputs, links, moves_alone)
-        rows = Prescribed.of(inputs, _vectors(links), self._offsets(tree, inputs.turns), kind)
-        of = tree, self._roles, kind, self._sizes, self._wrenches, self._varied
-        equations, count = Equations(*of), x.shape[1]
-        found, _ = equations.found(np.full((equations.spans[-1].stop, count), np.nan))
+        kind = self._kind(inputs, links, moves_alone)
+        equations, count = self._equations_of(kind), x.shape[1]
+        offsets = self._offsets(equations.tree, inputs.turns)
+        rows = Prescribed.of(inputs, _vectors(links), offsets, kind)
         every = np.arange(count)
         opened: list[tuple[Array, set[int]]] = []
-        left = self._by_tapes(equations, kind, rows, x, every, found, opened)
+        found, left = self._by_tapes(equations, kind, rows, x, every, None, opened)
+        if found is None:
+            found, _ = equations.found(np.empty((equations.spans[-1].stop, count)))
         if len(left):
             try:
                 state = close(left)
@@ -260,7 +262,7 @@ class TapedSolver:
                 raise
             closed = x.copy()
             closed[:, left] = state.x.T
-            alone = self._by_tapes(equations, kind, rows, closed, left, found, opened)
+            _, alone = self._by_tapes(equations, kind, rows, closed, left, found, opened)
             if len(alone):
                 shares: list[tuple[Any, Any]] = []
                 own, judged = found_alone(
@@ -281,10 +283,10 @@ class TapedSolver:
         rows: Prescribed,
         x: Array,
         left: Array,
-        found: Found,
+        found: Found | None,
         opened: list[tuple[Array, set[int]]],
-    ) -> Array:
-        """Write what tapes find of some of n samples, and return those that they do not hold for.
+    ) -> tuple[Found | None, Array]:
+        """Return what tapes find of n samples, and those of them that they do not hold for.
 
         What is unique at some samples is unique wherever tapes hold.
 
@@ -293,8 +295,8 @@ class TapedSolver:
             kind: of the samples.
             rows: what is given.
             x: `(size, n)` coordinates near closed ones.
-            left: indices of the samples, ascending.
-            found: of n samples, written.
+            left: indices of the samples that are solved, ascending.
+            found: of n samples, written; None where nothing is found yet.
             opened: what statics leaves open is added to it.
         """
         count = x.shape[1]
@@ -307,9 +309,8 @@ class TapedSolver:
             tape, closed, judged = result
             holds = _closed(tape, own, closed, judged)
             (lanes,) = holds.nonzero()
-            if len(lanes) == count:
-                for values, others in zip(found, closed, strict=True):
-                    values[...] = others
+            if found is None:
+                found = closed
             else:
                 found.write(left[lanes], [values[lanes] for values in closed])
             if not opened and len(lanes):
@@ -318,7 +319,7 @@ class TapedSolver:
             left = left[~holds]
             if not len(left):
                 break
-        return left
+        return found, left
 
     @cached_property
     def _silent(self) -> Array:
@@ -405,22 +406,27 @@ class TapedSolver:
             found, judged = tape.run(rows, x)
         return tape, found, judged
 
-    def _kind(
-        self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool
-    ) -> tuple[Kind, Tree]:
-        """Return the kind of some samples, and the mechanism for its tapes."""
+    def _kind(self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool) -> Kind:
+        """Return the kind of some samples."""
         factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
-        tree = self._tree(factored)
+        length = self._tree(()).length
         of_links = tuple(
             LinkKind(
                 load.body,
                 None if load.in_world else tuple(map(tuple, load.rotation.T.tolist())),
-                tuple((load.place / tree.length).tolist()),
+                tuple((load.place / length).tolist()),
             )
             for load in links
             if load.body >= 0
         )
-        return Kind(inputs.has_rates, of_links, factored, moves_alone), tree
+        return Kind(inputs.has_rates, of_links, factored, moves_alone)
+
+    def _equations_of(self, kind: Kind) -> Equations:
+        """Return the equations of a kind of samples."""
+        if kind not in self._equations:
+            of = self._tree(kind.factored), self._roles, kind, self._sizes
+            self._equations[kind] = Equations(*of, self._wrenches, self._varied)
+        return self._equations[kind]
 
     def _offsets(self, tree: Tree, turns: Array) -> Array:
         """Return the offsets `(c, n)` of couplings, with the whole turns coordinates lack."""

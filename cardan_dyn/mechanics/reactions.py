@@ -451,8 +451,8 @@ def _decided_by(energy: Sequence[Row], bounds: Sequence[Scalar]) -> list[int]:
         strengths /= strengths.max(axis=1, keepdims=True)
         pivot = int(strengths.min(axis=0).argmax())
         order.append(pivot)
-        row = matrix[:, pivot] / matrix[:, pivot, pivot, None]
-        matrix = matrix - matrix[:, :, pivot, None] * row[:, None]
+        taken = matrix[:, pivot] / matrix[:, pivot, pivot, None]
+        matrix = matrix - matrix[:, :, pivot, None] * taken[:, None]
     return order
 
 

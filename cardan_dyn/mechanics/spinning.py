@@ -80,11 +80,11 @@ def spun(
     least = _MASSLESS * masses * tree.norm_length**2
     amounts, unheld = [], []
     for unit in units:
-        moment = sum((u * (loads.get(r, 0.0) - acting[r]) for r, u in unit.items()), 0.0)
+        about = sum((u * (loads.get(r, 0.0) - acting[r]) for r, u in unit.items()), 0.0)
         against = sum((u * resisting[r] for r, u in unit.items()), 0.0)
         resists = against - least
-        amounts.append(select(resists, moment / select(resists, against, 1.0), 0.0))
-        unheld.append(select(resists, 0.0, absolute(moment) - _BALANCED * greatest))
+        amounts.append(select(resists, about / select(resists, against, 1.0), 0.0))
+        unheld.append(select(resists, 0.0, absolute(about) - _BALANCED * greatest))
     accelerations = _total(units, amounts)
     return Spun(accelerations, carried(accelerations), unheld)
 

@@ -15,7 +15,7 @@ from ..dynamics.tape import Found
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..frozen import frozen
 from ..kinematics.closing.all_groups import ClosedState
-from ..kinematics.following.guess_cache import Guess
+from ..kinematics.following.guesses import Guess
 from ..problem.samples import Targets, acting_on
 from ..proof.residuals import Residuals
 from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
@@ -186,7 +186,9 @@ class FunctionSampler:
             speeds=unit(ones, [SPEED_SQUARED]),
             accelerations=unit(ones, [ACCELERATION]),
             loads=np.repeat(np.concatenate(loads), count, axis=0),
-            gravity=sum(unit(np.eye(3)[[AXES.index(item.name)]], [item]) for item in GRAVITY),
+            gravity=np.sum(
+                [unit(axis[None], [of]) for axis, of in zip(np.eye(3), GRAVITY, strict=True)], 0
+            ),
             inertia={},
         )
         links = [
@@ -288,24 +290,24 @@ class _Columns(NamedTuple):
 
     Attributes:
         found: of `c N` lanes, column after column.
-        columns, count: c and N.
+        columns, samples: c and N.
         influence, loose: see `Solution`.
     """
 
     found: Found
     columns: int
-    count: int
+    samples: int
     influence: Array
     loose: set[int]
 
     def each(self, values: Array) -> Array:
         """Return values by column and sample."""
-        return values.reshape(self.columns, self.count, *values.shape[1:])
+        return values.reshape(self.columns, self.samples, *values.shape[1:])
 
     @property
     def x(self) -> Array:
         """Coordinates `(N, size)`."""
-        return self.found.x[: self.count]
+        return self.found.x[: self.samples]
 
 
 def _in_blocks(spans: Sequence[slice]) -> list[list[slice]]:

@@ -86,7 +86,7 @@ def test_bundled_mechanisms(
     name: str, monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
 ) -> None:
     for speed in (0.0, None):
-        usual = usual_motion(cd.load(name))
+        usual = usual_motion(cd.load(name), samples=24)
         scene = usual.scene.replace(gravity=GRAVITY)
         arguments = usual.positions, usual.speed if speed is None else speed, 1.0
         assert_same(
@@ -101,7 +101,7 @@ def test_bundled_mechanisms(
 def test_outputs_that_leave_loops_out(
     name: str, monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
 ) -> None:
-    usual = usual_motion(cd.load(name), samples=40)
+    usual = usual_motion(cd.load(name), samples=10)
     for joint in usual.scene.mechanism.joints:
         scene = usual.scene.replace(gravity=GRAVITY, outputs=[joint])
         assert_same(

@@ -9,4 +9,4 @@ from cardan_dyn.dynamics.taped import TapedSolver
 
 def without_tapes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no tape hold for any sample."""
-    monkeypatch.setattr(TapedSolver, "_by_tapes", lambda self, *arguments: arguments[4])
+    monkeypatch.setattr(TapedSolver, "_by_tapes", lambda self, *given: (given[5], given[4]))
