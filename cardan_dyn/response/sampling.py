@@ -15,7 +15,6 @@ from ..dynamics.tape import Found
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..frozen import frozen
 from ..kinematics.closing.all_groups import ClosedState
-from ..kinematics.following.guesses import Guess
 from ..problem.samples import Targets, acting_on
 from ..proof.residuals import Residuals
 from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
@@ -136,10 +135,11 @@ class FunctionSampler:
             block = slice(together[0].start, together[-1].stop)
             own = targets.block(block)
             inputs = Inputs.of(self._problem, own, self._acting, guess.turns[block], True)
-            columns = self._columns(guess.of_samples(block), inputs, block.start)
-            kinematics = self._solver.assembly.kinematics
-            state = kinematics.evaluate(columns.x)
-            ratios = kinematics.velocity_ratios(state)
+            assembly = self._solver.assembly
+            # As far as rounding lets loops close: series show what more is left.
+            state = assembly.close(guess.of_samples(block), own.positions, block.start)
+            columns = self._columns(state.x, inputs)
+            ratios = assembly.kinematics.velocity_ratios(state)
             condition = self._inverse_dynamics.condition(state, ratios)
             values = self._values(columns)
             # All columns are solved with the same closure equations, and so have the same
@@ -163,16 +163,15 @@ class FunctionSampler:
                 )
         return answers
 
-    def _columns(self, guess: Guess, inputs: Inputs, first: int) -> _Columns:
+    def _columns(self, x: Array, inputs: Inputs) -> _Columns:
         """Return what is found of every column, of rest if there is none.
 
         Args:
-            guess: near N samples.
+            x: `(N, size)` closed coordinates.
             inputs: what the scene prescribes for them.
-            first: index of the first of them, for messages.
         """
         columns: Sequence[Column | None] = self.layout.columns or (None,)
-        count, each = len(guess.x), len(columns)
+        count, each = len(x), len(columns)
         lanes = np.tile(np.arange(count), each)
 
         def unit(values: Array, wanted: Sequence[Column]) -> Array:
@@ -201,12 +200,9 @@ class FunctionSampler:
         ]
 
         def close(samples: Array) -> ClosedState:
-            some = lanes[samples]
-            closing = guess.of_samples(some), inputs.positions[some]
-            return self._solver.assembly.close(*closing, first)
+            return self._solver.assembly.kinematics.evaluate(x[lanes[samples]])
 
-        x = guess.x[lanes]
-        found, influence, loose = self._solver.taped.found(x, given, close, links)
+        found, influence, loose = self._solver.taped.found(x[lanes], given, close, links)
         return _Columns(found, each, count, influence, loose)
 
     def _proven(
@@ -277,8 +273,8 @@ class FunctionSampler:
         """Return all functions `(C, M)`."""
         found, layout, problem = columns.found, self.layout, self._problem
         count = len(layout.columns)  # Without any, those of rest are left out.
-        wrenches = columns.each(found.wrenches)[:count]
-        wrenches = wrenches.reshape(*wrenches.shape[:2], -1, 6)[:, :, problem.output_indices]
+        every = found.wrenches.reshape(len(found.wrenches), -1, 6)
+        wrenches = columns.each(every[:, problem.output_indices])[:count]
         efforts = columns.each(found.efforts)[:count, :, problem.prescribed_columns]
         moments = columns.each(found.couplings)[:count, :, list(self._solver.couplings)]
         others = np.concatenate([efforts, moments], axis=2)
