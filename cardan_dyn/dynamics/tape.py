@@ -27,7 +27,7 @@ _ROUNDING = float(np.finfo(float).eps)
 _EXACT = float(np.sqrt(_ROUNDING))
 """Newton step that leaves rounding: its square."""
 _FAR = 1e-3
-"""Newton step [rad, or lengths] that is left to the general path, which knows how far off a guess
+"""Newton step [rad, or lengths] that is left to the kinematics, which knows how far off a guess
 may be: between dense samples, guesses are off by 1e-6."""
 
 
