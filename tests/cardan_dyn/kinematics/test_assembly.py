@@ -26,6 +26,8 @@ from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 TURN = 2.0 * np.pi
 
 

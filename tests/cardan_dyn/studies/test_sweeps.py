@@ -12,6 +12,8 @@ import cardan_dyn as cd
 from cardan_dyn import studies
 from cardan_dyn.studies.chunking import chunk_shape
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 
 
