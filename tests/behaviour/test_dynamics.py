@@ -9,8 +9,6 @@ from testkit.scenes import double, forward_accelerations, relative, text, univer
 
 import cardan_dyn as cd
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 GRAVITY = (0.0, 0.0, -9.81)
 DENSITY = 7850.0
 

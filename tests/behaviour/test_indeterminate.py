@@ -10,8 +10,6 @@ from testkit.scenes import relative, universal
 
 import cardan_dyn as cd
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 HELD = {"joint_angle": 0.6}
 G = 9.81
 

@@ -9,8 +9,6 @@ from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 
 def without_cross() -> str:
     """The universal joint with its massless cross left out: one loop of the type `universal`."""

@@ -9,8 +9,6 @@ import pytest
 
 import cardan_dyn as cd
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 TURN = np.linspace(0.0, 6.0, 9)
 FORCE, MOMENT = np.array([30.0, -20.0, 5.0]), np.array([1.0, -2.0, 0.5])
 POINT = np.array([0.2, -0.1, 0.05])

@@ -12,8 +12,6 @@ from testkit.scenes import double, relative, text, universal
 import cardan_dyn as cd
 from cardan_dyn.analytic import grossmann
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 POSITIONS = np.random.default_rng(11).uniform(-30.0, 30.0, 200)
 FEW_POSITIONS = np.linspace(-3.0, 9.0, 40)
 

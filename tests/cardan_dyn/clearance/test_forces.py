@@ -14,8 +14,6 @@ from cardan_dyn.clearance import scan
 from cardan_dyn.clearance.forces import ForceCourse, ForceSource
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
 LOADED: dict[str, Any] = {"loads": {"piston_guide": -40.0}, "gravity": (0.0, -9.81, 0.0)}
 

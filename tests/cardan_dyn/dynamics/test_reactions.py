@@ -21,8 +21,6 @@ from cardan_dyn.dynamics.reactions import (
 )
 from cardan_dyn.kinematics.closing.all_groups import ClosedState
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 COUNT = 4
 GRAVITY = np.array([1.0, -2.0, -9.81])
 SPEED, ACCELERATION = 3.0, 2.0

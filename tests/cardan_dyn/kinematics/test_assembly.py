@@ -26,8 +26,6 @@ from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 TURN = 2.0 * np.pi
 
 

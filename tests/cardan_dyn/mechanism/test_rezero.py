@@ -21,8 +21,6 @@ from cardan_dyn.mechanism.rezero import rezeroed
 from cardan_dyn.scene.presets import PRESETS
 from cardan_dyn.scene.usual_motion import usual_motion
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 KINDS = ("revolute", "prismatic", "cylindrical", "universal", "planar", "spherical", "floating")
 CHAIN = """<robot name="r"><link name="l0"/>{}</robot>"""
 JOINT = """<link name="l{next}"><inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/>

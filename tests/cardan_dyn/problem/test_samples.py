@@ -16,8 +16,6 @@ from cardan_dyn.problem import samples
 from cardan_dyn.problem.problem import Problem
 from cardan_dyn.problem.samples import Acting, Targets, acting_on, targets_of
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 ANGLES = {"joint_angle_1": 0.5, "joint_angle_2": 0.4}
 
 

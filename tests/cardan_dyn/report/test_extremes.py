@@ -13,8 +13,6 @@ from cardan_dyn.report.extremes import Extreme, extremes
 from cardan_dyn.results.wrench import JointWrench
 from cardan_dyn.scene.usual_motion import usual_motion
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 DENSE = 36_001
 
 

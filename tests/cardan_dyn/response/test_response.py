@@ -14,8 +14,6 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.response import response as response_module
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 POSITIONS = np.linspace(-3.0, 9.0, 40)
 NOT_NUMBERS = ("a", 1j, [None], ["a"], [1j], {}, {"a": 1.0}, object(), np.array("a"), True, b"x")
 

@@ -8,8 +8,6 @@ from testkit.scenes import universal
 
 import cardan_dyn as cd
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 pytest.importorskip("matplotlib", reason="figures need matplotlib")
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 73)

@@ -16,8 +16,6 @@ from testkit.scenes import double, universal
 
 import cardan_dyn as cd
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 HELD = {"joint_angle": 0.5}
 GRAVITY = (0.0, 0.0, -9.81)
 FEW = np.linspace(0.0, 6.0, 15)

@@ -14,8 +14,6 @@ from testkit.simulated import ABOUT_PIN, GRAVITY, INERTIA, LENGTH, MASS, WEIGHT,
 import cardan_dyn as cd
 from cardan_dyn.simulation.forces import Named
 
-pytestmark = pytest.mark.usefixtures("loaded_once")
-
 METHODS = ("quadrature", "response", "DOP853")
 
 
