@@ -2,6 +2,9 @@ from __future__ import annotations
 
 import gc
 import warnings
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +29,27 @@ def pytest_sessionstart() -> None:
 def pytest_collection_finish() -> None:
     """Spare the garbage collector some ten thousand tests, which stay to the end."""
     gc.freeze()
+
+
+@pytest.fixture(scope="module")
+def loaded_once() -> Iterator[None]:
+    """Let `cd.load` return the same mechanism for the same text or name, for the tests of a file.
+
+    Mechanisms are immutable, and results do not depend on what is known of one: tapes that a test
+    has traced serve the next ones, where tracing would take most of their time.
+    """
+    load = cd.load
+    known = lru_cache(maxsize=64)(load)
+
+    def loaded(source: Any, **options: Any) -> cd.Mechanism:
+        is_text = isinstance(source, str) and source.lstrip().startswith("<")
+        if options or not (is_text or source in cd.bundled_names()):
+            return load(source, **options)
+        return known(source)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cd, "load", loaded)
+        yield
 
 
 @pytest.fixture(scope="session")

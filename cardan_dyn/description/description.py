@@ -103,7 +103,7 @@ class JointDescription(Value):
         parent, child: names of the two links.
         origin: `(4, 4)` placement of the joint's frame in the parent [m].
         axis: `(3,)` unit axis in the joint frame.
-        axis_2: `(3,)` second axis of a `universal` joint; else the first.
+        axis_2: `(3,)` second axis of a joint of `TWO_AXES`; else the first.
         child_placement: `(4, 4)` placement of the child link in the joint's frame [m]. In a URDF
             both frames coincide; MJCF places them independently.
         limits: of its coordinate.
@@ -139,7 +139,7 @@ class LoopDescription(Value):
         predecessor_origin, successor_origin: `(4, 4)` placements of the joint frame in the links
             [m]. The coordinate is zero where both coincide.
         axis: `(3,)` unit vector in the joint frame.
-        axis_2: `(3,)` second axis of a `universal` joint, normal to the first; else the first.
+        axis_2: `(3,)` second axis of a joint of `TWO_AXES`; else the first.
         dynamics: what rubs and springs along its coordinates.
     """
 
@@ -159,6 +159,9 @@ class LoopDescription(Value):
 
 
 JointOrLoop: TypeAlias = JointDescription | LoopDescription
+
+TWO_AXES = frozenset({"universal"})
+"""Types of joints that have two axes, at right angles."""
 
 
 class Mesh(NamedTuple):
@@ -438,7 +441,7 @@ def _of_link(link: LinkDescription) -> tuple[str, ...]:
 def _of_joint(joint: JointOrLoop, parent: str, child: str, driven: bool = False) -> tuple[str, ...]:
     """Return the columns that a summary shows of a joint or loop between two links."""
     axes = ""
-    if joint.type == "universal":
+    if joint.type in TWO_AXES:
         axes = f"axes {_vector(joint.axis)} and {_vector(joint.axis_2)}"
     elif joint.type not in ("fixed", "spherical", "floating"):
         axes = f"axis {_vector(joint.axis)}"

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import ModelError, choices
-from .description import Dynamics, LoopDescription
+from .description import TWO_AXES, Dynamics, LoopDescription
 
 JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
 """Types of tree joints that URDF has."""
@@ -314,7 +314,7 @@ def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndar
 def axes_of(
     element: ElementTree.Element, kind: str, at: str, tags: tuple[str, str] = ("axis", "axis2")
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return both `(3,)` unit axes of a joint of a kind; only a `universal` one has a second.
+    """Return both `(3,)` unit axes of a joint of a kind, which are one but for `TWO_AXES`.
 
     Args:
         element: the joint.
@@ -323,16 +323,16 @@ def axes_of(
         tags: the elements that state its axes.
 
     Raises:
-        ModelError: an axis has no direction, or those of a universal joint are not at right angles.
+        ModelError: an axis has no direction, or two are not at right angles.
     """
     first, second = tags
     axis = axis_of(element, at, first)
-    if kind != "universal":
+    if kind not in TWO_AXES:
         return axis, axis
     axis_2 = axis_of(element, at, second)
     if abs(float(axis @ axis_2)) > DIRECTION_TOLERANCE:
         raise ModelError(
-            f"{at}: a universal joint needs <{first}> and <{second}> at right angles, not "
+            f"{at}: a {kind} joint needs <{first}> and <{second}> at right angles, not "
             f"{axis.tolist()} and {axis_2.tolist()}"
         )
     return axis, axis_2

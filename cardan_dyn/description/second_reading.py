@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError
-from .description import Description, LinkDescription, Mesh
+from .description import TWO_AXES, Description, LinkDescription, Mesh
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -143,7 +143,7 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
         # A file beside the URDF that makes a joint universal states its axes as well.
         return replace(joint, origin=origin)
     axis = _axis(element, "axis")
-    axis_2 = _axis(element, "axis2") if joint.type == "universal" else axis
+    axis_2 = _axis(element, "axis2") if joint.type in TWO_AXES else axis
     return replace(joint, origin=origin, axis=axis, axis_2=axis_2)
 
 
@@ -158,7 +158,7 @@ def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
         predecessor_origin=predecessor,
         successor_origin=successor,
         axis=axis,
-        axis_2=_axis(element, second) if loop.type == "universal" else axis,
+        axis_2=_axis(element, second) if loop.type in TWO_AXES else axis,
     )
 
 

@@ -29,6 +29,7 @@ from ..arrays import Array
 from ..checks import file_path, writing
 from ..errors import ArgumentError, ModelError, choices
 from .coupled_forces import forces_words
+from .description import TWO_AXES
 from .elements import DYNAMICS_WORDS, LOOP_TYPES, ROTATION_TOLERANCE, TREE_TYPES, rotation, words
 from .mimics import check_mimics, default_name
 
@@ -278,7 +279,7 @@ def _check_type(kind: str, types: Iterable[str], at: str) -> None:
 
 def _write_axes(element: Element, joint: JointOrLoop) -> None:
     SubElement(element, "axis", xyz=words(joint.axis))
-    if joint.type == "universal":
+    if joint.type in TWO_AXES:
         SubElement(element, "axis2", xyz=words(joint.axis_2))
 
 

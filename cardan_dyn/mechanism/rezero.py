@@ -5,8 +5,9 @@ new one. Links, masses and wrenches stay what they are:
 
 - The new origin of a joint is the old one times the displacement. The frame that moves with the
   child is then the same as before, and so are the components of its wrench.
-- The first axis of a `universal` joint moves with the parent: in the new frame it is turned back by
-  the second angle. So the normal of both axes at zero, along which torsion is counted, is another.
+- The first of two axes moves with the parent: in the new frame it is turned back by the second's
+  angle. So the normal of a `universal` joint's axes at zero, along which torsion is counted, is
+  another.
 - The slides of a `planar` and a `floating` joint are turned in the world as the child was, since
   they are counted along the axes of the joint's frame.
 - A loop's joint is displaced likewise; its frame in the successor stays, as the loop is closed.
@@ -28,6 +29,7 @@ import pinocchio
 from ..arrays import Array, inverse
 from ..checks import mapping, numbers
 from ..description.description import (
+    TWO_AXES,
     CouplingDescription,
     Description,
     Dynamics,
@@ -186,9 +188,9 @@ def _dynamics(joint: JointOrLoop, values: Array) -> Dynamics:
 def _axis(joint: JointOrLoop, displacement: Array) -> Array:
     """Return the `(3,)` first axis in the displaced frame.
 
-    Its own angle does not move it; only a universal joint has another one behind it.
+    Its own motion does not turn it; where there are two, the second one's does.
     """
-    if joint.type != "universal":
+    if joint.type not in TWO_AXES:
         return joint.axis
     axis = displacement[:3, :3].T @ joint.axis
     # Rounding must not make the angle between both axes any other than a right one.

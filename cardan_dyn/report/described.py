@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from ..arrays import Array
-from ..description.description import JointOrLoop
+from ..description.description import TWO_AXES, JointOrLoop
 from ..mechanism.mechanism import Mechanism
 from ..scene.mechanism_report import MechanismReport
 from .grids import Grid, number
@@ -169,7 +169,7 @@ def remarks_of(found: MechanismReport) -> Iterator[str]:
 def _axes(joint: JointOrLoop) -> str:
     if joint.type in ("fixed", "spherical", "floating"):
         return ""
-    if joint.type == "universal":
+    if joint.type in TWO_AXES:
         return f"{_vector(joint.axis)} and {_vector(joint.axis_2)}"
     return _vector(joint.axis)
 

@@ -391,11 +391,11 @@ def _values(sweep: Sweep, column: str) -> Array:
             return np.asarray(getattr(wrench, vector)[..., _AXES.index(axis)])
         if quantity in ("torsion", "bending", "axial", "shear"):
             return np.asarray(getattr(wrench, quantity))
-    if owner in sweep.element_force and quantity.startswith("element_"):
-        force = sweep.element_force[owner]
-        return np.asarray(getattr(force, quantity.removeprefix("element_")))
-    listed = _columns(sweep)
-    raise ArgumentError(f"no column {column!r}; columns: {choices(listed, column)}")
+    # What takes less than a table of all wrenches was found above.
+    columns = sweep.table(motion=False).columns()
+    if column in columns:
+        return columns[column][0].reshape(sweep.shape)
+    raise ArgumentError(f"no column {column!r}; columns: {choices(_columns(sweep), column)}")
 
 
 OPEN = "not_determined"
@@ -407,7 +407,7 @@ def _is_determined(sweep: Sweep, column: str) -> bool:
     owner, _, quantity = column.rpartition(".")
     vector, _, axis = quantity.partition("_")
     if owner in sweep and vector in QUANTITIES:
-        return determined(sweep[owner], vector, [_AXES.index(axis)] if axis else (0, 1, 2))
+        return determined(sweep[owner], vector, [_AXES.index(axis)] if axis in _AXES else (0, 1, 2))
     return quantity != "coupling_moment" or sweep.coupling_unique.get(owner, True)
 
 

@@ -18,6 +18,8 @@ import cardan_dyn as cd
 from cardan_dyn import figures
 from cardan_dyn.problem import arguments
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 
 def scene(**options: object) -> cd.Scene:
     given = {"drive": "bearing_in", "held": {"joint_angle": 0.4}, **options}

@@ -9,6 +9,8 @@ from testkit.linkages import tilted_slider_crank
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 INERTIA = '<inertia ixx="1" iyy="1" izz="1"/>'
 MASS = '<inertial><origin xyz="{x} 0 0"/><mass value="2"/>' + INERTIA + "</inertial>"
 

@@ -13,6 +13,8 @@ import cardan_dyn as cd
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 from cardan_dyn.scene.presets import PRESETS
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 TURN = 2.0 * np.pi
 COUNT = 6
 WITH_HELD = sorted(name for name, preset in PRESETS.items() if preset.held_deg)

@@ -18,6 +18,8 @@ from testkit.scenes import relative
 import cardan_dyn as cd
 from cardan_dyn.elements.element_forces import ElementForces
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 PENDULUM = """<robot name="pendulum"><link name="wall"/><link name="rod"><inertial>
   <origin xyz="0 0 -0.5"/><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.01"/></inertial>
   </link><joint name="pin" type="continuous"><parent link="wall"/><child link="rod"/>

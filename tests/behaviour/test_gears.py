@@ -9,6 +9,8 @@ from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 POSITIONS = np.array([-1.3, 0.0, 0.4, 7.0])
 
 

@@ -20,10 +20,15 @@ ENDS = {
 
 
 @pytest.fixture(scope="module")
-def turns() -> dict[str, cd.Sweep]:
+def mechanisms() -> dict[str, cd.Mechanism]:
+    return {way: cd.load(text()) for way, text in WAYS.items()}
+
+
+@pytest.fixture(scope="module")
+def turns(mechanisms: dict[str, cd.Mechanism]) -> dict[str, cd.Sweep]:
     return {
-        way: cd.Scene(cd.load(text()), **OPTIONS).sweep(POSITIONS, speed=5.0, acceleration=2.0)
-        for way, text in WAYS.items()
+        way: cd.Scene(mechanism, **OPTIONS).sweep(POSITIONS, speed=5.0, acceleration=2.0)
+        for way, mechanism in mechanisms.items()
     }
 
 
@@ -77,9 +82,11 @@ def test_rates_of_rods_have_no_part_along_their_lines(turns: dict[str, cd.Sweep]
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_rods_are_turned_by_the_least_rotation_from_zero(way: str) -> None:
+def test_rods_are_turned_by_the_least_rotation_from_zero(
+    way: str, mechanisms: dict[str, cd.Mechanism]
+) -> None:
     """The axis of a least rotation is normal to the line, before and after it."""
-    mechanism = cd.load(WAYS[way]())
+    mechanism = mechanisms[way]
     rod, _ = mechanism.links["rod"]
     data = mechanism.model.createData()
     q_zero = mechanism.coordinates.configuration(mechanism.zero[None])[0]
@@ -96,9 +103,11 @@ def test_rods_are_turned_by_the_least_rotation_from_zero(way: str) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_rods_settle_to_rounding_in_calls_of_one_position(way: str) -> None:
+def test_rods_settle_to_rounding_in_calls_of_one_position(
+    way: str, mechanisms: dict[str, cd.Mechanism]
+) -> None:
     """The last Newton step of a guess that is good already turns the rod's line, and so the rod."""
-    mechanism = cd.load(WAYS[way]())
+    mechanism = mechanisms[way]
     rod, _ = mechanism.links["rod"]
     data = mechanism.model.createData()
 
@@ -163,8 +172,10 @@ def test_rods_are_listed_where_a_user_looks() -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_responses_hold_for_mechanisms_with_rods(way: str) -> None:
-    scene = cd.Scene(cd.load(WAYS[way]()), **OPTIONS)
+def test_responses_hold_for_mechanisms_with_rods(
+    way: str, mechanisms: dict[str, cd.Mechanism]
+) -> None:
+    scene = cd.Scene(mechanisms[way], **OPTIONS)
     response = scene.response()
     assert response.error < 1e-12
     positions = np.linspace(-5.0, 9.0, 33)
@@ -289,10 +300,10 @@ def test_rods_on_a_moving_base_are_the_same_in_all_ways_of_writing() -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_loads_about_its_line_turn_a_rod(way: str) -> None:
+def test_loads_about_its_line_turn_a_rod(way: str, mechanisms: dict[str, cd.Mechanism]) -> None:
     """Also where nothing else moves: the moment about the line over the inertia about it."""
     moment = 0.7 * LINE
-    scene = cd.Scene(cd.load(WAYS[way]()), drive="a", loads={"rod": [0.0, 0.0, 0.0, *moment]})
+    scene = cd.Scene(mechanisms[way], drive="a", loads={"rod": [0.0, 0.0, 0.0, *moment]})
     turn = scene.sweep([0.0, 0.4])
     assert turn.balance_residual < 1e-12
     assert np.max(np.abs(turn.motion.a)) > 1.0

@@ -17,6 +17,8 @@ from testkit.scenes import text
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 
 def universal(**options: object) -> cd.Scene:
     given = {"drive": "bearing_in", "held": {"joint_angle": 0.4}, **options}

@@ -9,6 +9,8 @@ from testkit.compound_joints import LAST, NAMES, body, crank_and_slider, joint, 
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 G = (0.5, 0.3, -9.81)
 WAY = np.linspace(-0.12, 0.12, 7)
 RATES = {"speed": 3.0, "acceleration": -5.0}

@@ -13,6 +13,8 @@ from testkit.scenes import relative, text, universal
 import cardan_dyn as cd
 from cardan_dyn.analytic import single_joint
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 HELD = {"joint_angle": 0.5}
 WRONG = [float("nan"), float("inf"), -float("inf"), "x", None, 1j, [[1.0]], {}]
 

@@ -25,6 +25,8 @@ from testkit.simulated import (
 import cardan_dyn as cd
 from cardan_dyn.simulation.constrained_model import ConstrainedModel
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 SPEED = 10.0
 METHODS = ("quadrature", "response", "DOP853", "Radau")
 

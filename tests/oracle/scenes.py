@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from chains import Chain, Redraw, random_chain, turned
@@ -219,6 +220,7 @@ def decided(case: Case, oracle: Oracle, positions: Sequence[Position]) -> None:
             raise Redraw("elastic choice is not clear")
 
 
+@lru_cache(maxsize=64)
 def draw(seed: int, turns: bool = False) -> Case:
     """Return the case of a seed, the first one of its drawings that is regular and clear.
 

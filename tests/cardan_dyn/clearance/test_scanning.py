@@ -14,6 +14,8 @@ from cardan_dyn.analytic import impact
 from cardan_dyn.analytic.damped_impact import damped_peak, flight
 from cardan_dyn.clearance import Scan, scan, simulate
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8}
 
 

@@ -107,7 +107,8 @@ def test_many_samples_take_hardly_an_evaluation(
 def test_positions_one_by_one_are_those_of_straight_lines() -> None:
     """Round where the arms of a five-bar do not meet: lines pass it on either side, or end there.
 
-    Positions one by one are what all of them at once are.
+    Positions one by one are what all of them at once are: every other one on the way round, the
+    others on the way back.
     """
     mechanism = five_bar()
     angle = np.arange(0.0, 2.0 * np.pi, 0.045 / 1.6)
@@ -117,7 +118,7 @@ def test_positions_one_by_one_are_those_of_straight_lines() -> None:
     assert 20 < np.sum(~is_there) < 60
     expected = np.full((len(circle), mechanism.model.nq), np.nan)
     expected[is_there] = scene.sweep(circle[is_there]).motion.q
-    for order in (np.arange(len(circle)), np.arange(len(circle))[::-1]):
+    for order in (np.arange(0, len(circle), 2), np.arange(1, len(circle), 2)[::-1]):
         alone = cd.Scene(mechanism, drive=["A", "D"])
         for index in order:
             if is_there[index]:

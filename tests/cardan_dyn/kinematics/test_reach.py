@@ -9,6 +9,8 @@ from testkit.planar_linkages import five_bar, four_bar, rocker_range
 import cardan_dyn as cd
 from cardan_dyn.kinematics.following.reach import Aim, degrees_hint, out_of_reach
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 
 def rocker() -> cd.Scene:
     return cd.Scene(four_bar(), drive="D")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ class State(NamedTuple):
         return {rate: float(values[rate] / self.tree.units[rate]) for rate in range(len(values))}
 
 
+@cache
 def state(seed: int) -> State:
     """Return a random chain, with all of its joint types over the seeds."""
     rng = np.random.default_rng(seed)

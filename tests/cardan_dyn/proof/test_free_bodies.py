@@ -28,6 +28,8 @@ from cardan_dyn.proof.constraints import Motion
 from cardan_dyn.proof.free_bodies import FreeBodies, Setup
 from cardan_dyn.proof.residuals import Claim
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 
 @pytest.mark.parametrize("rates", [{}, RATES], ids=["at rest", "moving"])
 @pytest.mark.parametrize("name", SCENES)

@@ -31,6 +31,8 @@ from cardan_dyn.proof.traced import Programs
 from cardan_dyn.scene.usual_motion import usual_motion
 from cardan_dyn.tape import Program
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 ROUNDING = 1e-13
 NAMES = Residuals._fields[:9]
 FIELDS = (*Claim._fields[:13], "gravity")

@@ -21,6 +21,7 @@ from testkit.line_data import FAN, double_shaft, random_line
 
 from cardan_dyn.command_line.driveline_command import as_json
 from cardan_dyn.drive_lines import DriveLine, ShaftJoint, TitleBlock
+from cardan_dyn.drive_lines.verdict.analysis import LineForces
 from cardan_dyn.drive_lines.wording import Wording
 from cardan_dyn.report import drive_line_page as page
 from cardan_dyn.report import line_figures, line_tables
@@ -156,11 +157,15 @@ def judged(request: pytest.FixtureRequest) -> page.LineReport:
     return page.LineReport(line, analysis, line.verdict(), line_tables.best_forks(line))
 
 
+def without_figures(patch: pytest.MonkeyPatch) -> None:
+    """Leave figures out of pages, which take longer than all the rest."""
+    patch.setattr(page.LineReport, "drawn", lambda *_: [("a", "a", None)])
+    patch.setattr(page.page, "image", lambda _: "data:,")
+
+
 @pytest.fixture
 def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pages without figures, which take longer than all the rest."""
-    monkeypatch.setattr(page.LineReport, "drawn", lambda *_: [("a", "a", None)])
-    monkeypatch.setattr(page.page, "image", lambda _: "data:,")
+    without_figures(monkeypatch)
 
 
 def written(report: page.LineReport, path: Path, style: tuple[str, str] = ("en", "si")) -> str:
@@ -169,13 +174,33 @@ def written(report: page.LineReport, path: Path, style: tuple[str, str] = ("en",
     return target.read_text("utf-8")
 
 
-@pytest.mark.usefixtures("plain")
+@pytest.fixture(scope="module")
+def texts(
+    judged: page.LineReport, tmp_path_factory: pytest.TempPathFactory
+) -> dict[tuple[str, str], str]:
+    """Return the page of a line in every style, without figures."""
+    with pytest.MonkeyPatch.context() as patch:
+        without_figures(patch)
+        return {style: written(judged, tmp_path_factory.mktemp("page"), style) for style in STYLES}
+
+
+@pytest.fixture(scope="module")
+def one_case(judged: page.LineReport) -> LineForces:
+    """Return the forces of one load case of a line, whose spline slips outwards."""
+    return judged.line.analyse(
+        speed=judged.analysis.speed,
+        torque=judged.torque,
+        gravity=[0.0, 0.0, -9.81],
+        slipping="out",
+    ).total
+
+
 @pytest.mark.parametrize("style", STYLES)
 def test_numbers_of_the_verdict(
-    judged: page.LineReport, style: tuple[str, str], tmp_path: Path
+    judged: page.LineReport, texts: dict[tuple[str, str], str], style: tuple[str, str]
 ) -> None:
     caption = Wording(*style)("Values, limits and reserves")
-    text = written(judged, tmp_path, style)
+    text = texts[style]
     (table,) = [item for item in Tables(text).found if item.caption == caption]
     shown = [row for row in table.rows if len(row) == 7]
     rows = [row for row in judged.verdict if row.value is not None]
@@ -204,13 +229,15 @@ def test_numbers_of_the_verdict(
         assert Wording(*style).sentence(row.quantity) in html.unescape(text)
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("style", STYLES)
 def test_numbers_of_the_geometry_and_the_analysis(
-    judged: page.LineReport, style: tuple[str, str], tmp_path: Path
+    judged: page.LineReport,
+    one_case: LineForces,
+    texts: dict[tuple[str, str], str],
+    style: tuple[str, str],
 ) -> None:
     words = Wording(*style)
-    tables = {item.caption: item for item in Tables(written(judged, tmp_path, style)).found}
+    tables = {item.caption: item for item in Tables(texts[style]).found}
     line, found, analysis = judged.line, judged.line.geometry, judged.analysis
     place = {"si": 5.01e-5, "imperial": 0.000501 * 0.0254}[style[1]]
     degree = math.radians(0.000501)
@@ -244,9 +271,7 @@ def test_numbers_of_the_geometry_and_the_analysis(
     expected = np.abs(forces.bearing_axial).max(axis=0)
     assert along == pytest.approx(expected, rel=FOUR, abs=force)
     # Those of all load cases are the verdict's, and no smaller than at one of them.
-    one = line.analyse(
-        speed=analysis.speed, torque=judged.torque, gravity=[0.0, 0.0, -9.81], slipping="out"
-    ).total
+    one = one_case
     for index, kind, least in (
         (4, "across", one.bearing_radial.max(axis=0)),
         (5, "along", np.abs(one.bearing_axial).max(axis=0)),
@@ -268,13 +293,12 @@ FIELDS = {
 }
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("style", STYLES)
 def test_all_data_of_the_line_are_on_the_page(
-    judged: page.LineReport, style: tuple[str, str], tmp_path: Path
+    judged: page.LineReport, texts: dict[tuple[str, str], str], style: tuple[str, str]
 ) -> None:
     words, line = Wording(*style), judged.line
-    text = written(judged, tmp_path, style)
+    text = texts[style]
     tables = Tables(text).found
     compared = 0
     for caption, (part, names) in FIELDS.items():
@@ -314,15 +338,11 @@ def test_all_data_of_the_line_are_on_the_page(
     assert DriveLine.from_toml(html.unescape(file)) == line
 
 
-@pytest.mark.usefixtures("plain")
-def test_no_english_sentence_is_left_on_a_german_page(
-    judged: page.LineReport, tmp_path: Path
-) -> None:
-    text = written(judged, tmp_path, ("de", "si"))
+def test_no_english_sentence_is_left_on_a_german_page(texts: dict[tuple[str, str], str]) -> None:
     text = re.sub(
         r'<span class="source" lang="en">.*?</span>|<pre.*?</pre>|<style.*?</style>',
         "",
-        text,
+        texts["de", "si"],
         flags=re.S,
     )
     rules = text.index("Regeln der Beurteilung")
@@ -411,11 +431,10 @@ def test_what_all_rows_of_a_rule_say_is_said_once(report: page.LineReport) -> No
             assert not {f"! {text}" for text in group.shared} & set(row.remarks)
 
 
-@pytest.mark.usefixtures("plain")
 def test_every_open_row_is_listed_with_what_to_give(
-    judged: page.LineReport, tmp_path: Path
+    judged: page.LineReport, texts: dict[tuple[str, str], str]
 ) -> None:
-    text = html.unescape(written(judged, tmp_path))
+    text = html.unescape(texts["en", "si"])
     listed = text[text.index("<h3>What is open") : text.index("<h3>What does not apply")]
     items = re.findall(r"<li>(.*?)</li>", listed)
     assert len(items) == len(judged.verdict.open)
@@ -437,9 +456,10 @@ def test_open_rows_have_no_reserve() -> None:
         assert (line_tables.reserve(row, Wording()) == "") == (row.status == "open")
 
 
-@pytest.mark.usefixtures("plain")
-def test_says_of_what_the_forces_over_a_turn_are(judged: page.LineReport, tmp_path: Path) -> None:
-    text = html.unescape(written(judged, tmp_path))
+def test_says_of_what_the_forces_over_a_turn_are(
+    judged: page.LineReport, texts: dict[tuple[str, str], str]
+) -> None:
+    text = html.unescape(texts["en", "si"])
     section = text[text.index("<h2>Motion and forces") : text.index('<h2 class="sheet">')]
     words = Wording()
     at = words.quantity(judged.analysis.speed, "speed"), words.quantity(judged.torque, "torque")

@@ -21,6 +21,8 @@ from cardan_dyn.report.grids import Grid, place
 from cardan_dyn.report.mechanism_page import bearings
 from cardan_dyn.report.reporting import Report
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 SLOW = pytest.mark.slow  # Six drives: extremes over all ranges, and a page that takes as long.
 ROOF = """<robot name="roof"><link name="ground"/>
 <link name="left"><inertial><origin xyz="0.5 0 0.5"/><mass value="2"/>
@@ -235,6 +237,7 @@ def test_grid_keeps_all_digits() -> None:
     assert rows[0] == ["x", "y [m]"] and float(rows[1][1]) == 1.0 / 3.0
 
 
+@cache
 def lifted() -> Report:
     mechanism = cd.load(TABLE)
     return Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))

@@ -12,6 +12,8 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.results.table import Variable
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 POSITIONS = np.linspace(0.0, 1.0, 4)
 RACK = """<robot name="rack"><link name="base"/><link name="pinion"/><link name="rack"/>
   <joint name="turn" type="continuous"><parent link="base"/><child link="pinion"/>

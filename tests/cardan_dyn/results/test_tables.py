@@ -20,6 +20,8 @@ from testkit.scenes import universal
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 POSITIONS = np.linspace(0.0, 1.0, 4)
 FORCE = np.arange(12.0).reshape(4, 3)
 QUANTITIES = ("force", "moment", "torsion", "bending", "axial", "shear")

@@ -22,6 +22,8 @@ import cardan_dyn as cd
 from cardan_dyn.scene.drives import Drives
 from cardan_dyn.scene.usual_motion import usual_motion
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 
 def drives(mechanism: cd.Mechanism) -> Drives:
     return cd.describe(mechanism).drives

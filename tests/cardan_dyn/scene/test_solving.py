@@ -21,6 +21,8 @@ from testkit.scenes import double
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 P = np.linspace(-1.0, 2.5, 6)
 RATES = {"speed": 3.0, "acceleration": -2.0}
 DESIGNS: dict[str, tuple[Callable[[], cd.Scene], dict[str, np.ndarray]]] = {

@@ -11,6 +11,8 @@ from testkit.linkages import four_bar, loop, slider_crank
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 GRAVITY = (0.0, -9.81, 0.0)
 
 

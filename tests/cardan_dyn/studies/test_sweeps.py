@@ -12,6 +12,8 @@ import cardan_dyn as cd
 from cardan_dyn import studies
 from cardan_dyn.studies.chunking import chunk_shape
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 
 
@@ -201,3 +203,19 @@ def test_what_statics_leaves_open_is_marked() -> None:
     label = "rocker_pin.force [N] *"
     assert studies.plot_scatter(data, "rocker_pin.force").axes[0].get_ylabel() == label
     assert studies.plot_scatter(data, "rocker_pin.shear").axes[0].get_ylabel()[-3:] == "[N]"
+
+
+def test_every_column_of_a_table_can_be_wanted() -> None:
+    elements = [
+        cd.Bushing("coupler", "base", (0.1, 0.0, 0.0), [3e3] * 3 + [5.0] * 3, name="rubber"),
+        cd.PointSpring("crank", (0.05, 0.0, 0.0), "rocker", (0.1, 0.1, 0.0), 500.0),
+    ]
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=elements)
+    positions = [0.1, 0.2, 0.5]
+    columns = scene.sweep(positions, speed=3.0).table().columns()
+    wanted = studies.Sweeps(scene, {f"found {name}": name for name in columns}, speed=3.0)
+    data = cd.study(wanted, {"position": positions}, workers=1).run().dataset
+    for name, (values, unit) in columns.items():
+        found = data[f"found {name}"]
+        np.testing.assert_allclose(found, values, rtol=1e-9, atol=1e-9, err_msg=name)
+        assert found.attrs["units"] == unit
