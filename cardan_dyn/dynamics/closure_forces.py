@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, consecutive
-from ..kinematics.closing.batch_model import placed_by
-from ..kinematics.closing.equations import successor_ends
+from ..kinematics.closing.batch_model import placement
+from ..kinematics.closing.equations import LoopAxes
 from ..kinematics.closing.group_solver import GroupState
 from ..mechanism.mechanism import Mechanism
 from .indeterminate import SelfStress
@@ -40,7 +40,7 @@ class ClosureForces:
         for local, loop in enumerate(state.group.loops):
             null, axes = state.reduction.null[local], state.reduction.axes[local]
             if null.shape[1]:
-                forces.append({loop: state.equations.wrench(axes, state.actions, null)})
+                forces.append({loop: _wrench(state, axes, null)})
         return [SelfStress(item, *self._effect(state, item)) for item in forces]
 
     def of_multipliers(self, state: GroupState, multipliers: Array) -> dict[int, Array]:
@@ -58,7 +58,7 @@ class ClosureForces:
             rows, axes = state.reduction.rows[local], state.reduction.axes[local]
             of_loop = multipliers[:, start : start + rows.shape[1]]
             combined = of_loop if rows.shape[1] == 6 else rows @ of_loop
-            result[loop] = state.equations.wrench(axes, state.actions, combined)
+            result[loop] = _wrench(state, axes, combined)
             start += rows.shape[1]
         for coupling, unit in zip(state.group.couplings, state.equations.slip_units, strict=True):
             # The successor's coefficient in a coupling's row is -1 over the unit of its slip.
@@ -81,20 +81,22 @@ class ClosureForces:
         Returns:
             Indices of the joints among all wrenches, and `(N, J, 6, k)`.
         """
-        path = state.equations.bodies_on[local]
-        added = state.actions[:, path.rows] @ forces
-        added = added.reshape(len(added), len(path.signs), 6, -1)
-        added *= path.signs
-        joints = path.joints
+        tree, bodies = state.equations.tree, state.batch.bodies
+        ends = tree.loops[local].predecessor, tree.loops[local].successor
+        first, second = ({*tree.path(end.body)} for end in ends)
+        path = np.array(sorted(first ^ second), dtype=int)
+        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
+        signs = np.where(np.isin(path, list(first)), 1.0, -1.0)
+        added = (state.actions[:, rows] @ forces).reshape(len(forces), len(path), 6, -1)
+        added *= signs[:, None, None]
+        joints = consecutive(bodies[path])
         if loop in self.fixed_loops:
-            end = successor_ends([state.equations.loops[local]], state.batch)
-            rotation, position = (
-                item[:, 0] for item in end.placements_on_base(placed_by(state.actions))
-            )
-            columns = rotation.transpose(2, 1, 0)
-            action = np.zeros((len(added), 6, 6))
+            end = ends[1]
+            lever = tree.length * np.array(end.translation)
+            turn, point = _placed(state, end.body, np.array(end.rotation).T, lever)
+            columns, action = np.swapaxes(turn, 1, 2), np.zeros((len(forces), 6, 6))
             action[:, :3, :3] = action[:, 3:, 3:] = columns
-            action[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
+            action[:, 3:, :3] = np.cross(point[:, None, :], columns)
             joints = consecutive(np.append(self._indices[joints], self.fixed_loops[loop]))
             added = np.concatenate([added, (action @ forces)[:, None]], axis=1)
         return joints, added
@@ -116,3 +118,42 @@ class ClosureForces:
         for joints, spread in paths:
             total[:, np.searchsorted(loaded, indices[joints])] += spread
         return loaded, total
+
+
+def _wrench(state: GroupState, axes: LoopAxes, combinations: Array) -> Array:
+    """Return wrenches of a loop in the base's axes about the batch model's origin.
+
+    Args:
+        state: of its group.
+        axes: of the loop, see `Reduction`.
+        combinations: of its weighted rows, `(N, 6, k)` or `(6, k)`.
+
+    Returns:
+        `(N, 6, k)`, force first.
+    """
+    equations = state.equations
+    weighted = combinations * np.repeat([[1.0 / equations.length], [1.0]], 3, axis=0)
+    point = equations.tree.length * np.array(axes.point)
+    turn, position = _placed(state, axes.body, np.eye(3), point)
+    matrices = np.zeros((len(turn), 6, 6))
+    matrices[:, :3, :3] = matrices[:, 3:, 3:] = turn
+    matrices[:, 3:, :3] = np.cross(position[:, :, None], turn, axis=1)
+    return np.asarray(matrices @ weighted)
+
+
+def _placed(state: GroupState, body: int, rotation: Array, point: Array) -> tuple[Array, Array]:
+    """Return axes `(N, 3, 3)` and a point `(N, 3)` about the batch model's origin [m].
+
+    Args:
+        state: of a group.
+        body: index in its tree of what carries them, -1 for the base.
+        rotation: `(3, 3)` in the body; of the base, in the axes of the tree.
+        point: `(3,)` likewise [m].
+    """
+    if body < 0:
+        axes, place = np.array([state.equations.tree.axes]), np.zeros((1, 3))
+        axes, place = axes.repeat(len(state.x), 0), place.repeat(len(state.x), 0)
+    else:
+        turn, position = placement(state.actions, body)
+        axes, place = turn.transpose(2, 0, 1), position.T
+    return axes @ rotation, place + axes @ point

@@ -20,7 +20,7 @@ class ClosedState(NamedTuple):
     Attributes:
         x: `(N, size)` coordinates.
         groups: the state of every group.
-        residual: `(N,)` worst closure error, see `ClosureEquations.error`.
+        residual: `(N,)` worst closure error, see `Evaluated`.
         condition: `(N,)` greatest condition number of a group's closure equations.
         correction: `(N,)` how far the guess was off.
     """
@@ -65,7 +65,7 @@ class Kinematics:
         self.coordinates = coordinates
         self.drives = drives
         self.solvers = solvers
-        self.reductions = reductions or [solver.equations.full() for solver in solvers]
+        self.reductions = reductions or [solver.equations.full for solver in solvers]
 
     def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
         """Return the same with other rows of every group."""
@@ -169,7 +169,7 @@ class Kinematics:
     def evaluate(self, x: Array) -> ClosedState:
         """Return what is known at coordinates `x (N, size)` without changing them."""
         pairs = zip(self.solvers, self.reductions, strict=True)
-        return _joined(x, [solver.evaluate(x, reduction)[0] for solver, reduction in pairs])
+        return _joined(x, [solver.evaluate(x, reduction) for solver, reduction in pairs])
 
     def rates(self, state: ClosedState, drive_rates: Array) -> Array:
         """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest.

@@ -11,10 +11,6 @@ import numpy as np
 from ...arrays import Array
 from ..tolerances import RANK_TOLERANCE
 
-_STALE = 1e-8
-"""Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
-refinement squares this error, to 1e-16."""
-
 
 def same_side(rows: Array, inverses: Array) -> Array:
     """Return `(N,)` whether two positions lie on the same side of every singular configuration.
@@ -174,15 +170,3 @@ def _squared_norms(matrices: Array) -> Array:
     count, rows, columns = matrices.shape
     vectors = matrices.reshape(count, 1, rows * columns)
     return np.matmul(vectors, vectors.transpose(0, 2, 1)).reshape(count)
-
-
-def is_near(rows: Array, inverse: Array, scale: Array | None) -> bool:
-    """Return whether one step of refinement makes `inverse` the inverse of `rows`."""
-    _, p, r = rows.shape
-    if p != r:
-        return False
-    product = np.matmul(rows, inverse)
-    if scale is not None:
-        product *= scale / scale.T
-    product -= np.eye(p)
-    return bool(np.abs(product).max(initial=0.0) < _STALE)

@@ -62,19 +62,15 @@ def test_actions_are_those_of_placements(mechanism: cd.Mechanism, batch: BatchMo
             np.testing.assert_allclose(position[:, sample], frame.translation, atol=1e-12)
 
 
-def test_closing_loops_makes_no_data_of_free_flyers() -> None:
-    """They grow with the third power of six times the bodies, and take longer than all else."""
+def test_closing_loops_makes_no_data() -> None:
+    """They grow with the third power of the coordinates, and take longer than all else."""
     mechanism = cd.load("stewart_platform")
     scene = cd.Scene(mechanism, drive=[f"leg_{index}" for index in range(1, 7)])
     (solver,) = scene.solver.assembly.kinematics.solvers
     assert len(solver.batch) == mechanism.model.njoints - 1
     for speed in (0.0, 0.1):
         scene.sweep(np.linspace(0.0, 0.01, 300)[:, None] * np.ones(6), speed=speed)
-        (calls,) = vars(solver.batch._of_thread).values()
-        assert calls.copies == 1
-        assert calls.data.J.shape[1] == mechanism.model.nv
-        assert calls.placements.shape == (len(solver.batch), 12)
-        assert calls.forces.shape == (len(solver.batch), 6)
+        assert not vars(solver.batch._of_thread)
 
 
 def test_wrenches_are_those_of_the_open_tree(mechanism: cd.Mechanism, batch: BatchModel) -> None:
