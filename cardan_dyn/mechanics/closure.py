@@ -13,7 +13,19 @@ from ..tape import absolute, greater, select, sqrt
 from .bodies import Tree
 from .elimination import Row
 from .placements import Motion, Placed
-from .vectors import UNTURNED, ZERO, Rotation, Scalar, Vector, added, cross, dot, less, times
+from .vectors import (
+    UNTURNED,
+    ZERO,
+    Rotation,
+    Scalar,
+    Vector,
+    added,
+    cross,
+    dot,
+    less,
+    times,
+    turned,
+)
 
 _HALF_TURN = 1e-12
 """Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
@@ -22,52 +34,50 @@ rounding of its terms, 1e-16, is already 1e-4."""
 
 
 class Gap(NamedTuple):
-    """How far a loop is from closed, however far that is.
+    """How far the welds of a loop are apart, however far that is.
 
     Attributes:
         shift: from the successor's weld to the predecessor's.
-        turn: of the rotation that takes the successor's axes to the predecessor's, its axis times
-            twice the sine of half its angle: the angle itself where it is small.
-        middle: the point halfway between the welds.
+        middle: the point halfway between them.
     """
 
     shift: Vector
-    turn: Vector
     middle: Vector
 
 
 def gaps(tree: Tree, at: Placed) -> list[Gap]:
-    """Return how far the loops are from closed."""
+    """Return how far the loops' welds are apart."""
     result = []
     for loop in tree.loops:
-        (first, lever), (second, other) = at.end(loop.predecessor), at.end(loop.successor)
-        to = added(at.point(loop.predecessor.body), lever)
-        start = added(at.point(loop.successor.body), other)
-        turn = _turn(first, second)
-        result.append(Gap(less(to, start), turn, times(added(to, start), 0.5)))
+        first, second = (
+            added(at.point(end.body), at.end(end)[1]) for end in (loop.predecessor, loop.successor)
+        )
+        result.append(Gap(less(first, second), times(added(first, second), 0.5)))
     return result
 
 
+def turns(tree: Tree, at: Placed) -> list[Vector]:
+    """Return the rotations that take the axes of loops' successors to those of predecessors.
+
+    Along the axis, twice the sine of half the angle: the angle itself where it is small.
+    """
+    return [_turn(at.end(loop.predecessor)[0], at.end(loop.successor)[0]) for loop in tree.loops]
+
+
 def _turn(first: Rotation, second: Rotation) -> Vector:
-    """Return the rotation that takes second axes to first ones, see `Gap`."""
-    sines, trace = ZERO, 0.0
-    for target, axis in zip(first, second, strict=True):
-        sines, trace = added(sines, cross(axis, target)), trace + dot(axis, target)
+    """Return the rotation that takes second axes to first ones, see `turns`."""
+    # The rotation's columns.
+    x, y, z = columns = [turned(first, [axis[k] for axis in second]) for k in range(3)]
+    sines = y[2] - z[1], z[0] - x[2], x[1] - y[0]
     # Four times the squared cosine of half the angle.
-    square = trace + 1.0
+    square = x[0] + y[1] + z[2] + 1.0
     turn = times(sines, 1.0 / sqrt(greater(square, _HALF_TURN)))
     # The sines of a half turn about n vanish and show no axis: of R + 1 = 2 n nᵀ the longest
     # column gives n most accurately.
-    columns = []
-    for k, unit in enumerate(UNTURNED):
-        column = unit
-        for target, axis in zip(first, second, strict=True):
-            column = added(column, times(target, axis[k]))
-        columns.append(column)
-    longest, size = columns[0], columns[0][0]
+    longest, size = added(x, UNTURNED[0]), x[0]
     for k in (1, 2):
-        longer = columns[k][k] - size
-        longest = [select(longer, *both) for both in zip(columns[k], longest, strict=True)]
+        longer, column = columns[k][k] - size, added(columns[k], UNTURNED[k])
+        longest = [select(longer, *both) for both in zip(column, longest, strict=True)]
         size = greater(size, columns[k][k])
     half = times(longest, 2.0 / sqrt(dot(longest, longest)))
     return [select(square - _HALF_TURN, *both) for both in zip(turn, half, strict=True)]

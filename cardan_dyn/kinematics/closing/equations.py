@@ -309,17 +309,20 @@ class ClosureEquations:
         entries: dict[int, list[Scalar]] = {rate: [] for rate in self.rates}
         rows = closure.rows(tree, at, entries, [point for _, point in places])
         errors: list[Scalar] = []
-        each = zip(gaps, places, reduction.rows, strict=True)
-        for number, (gap, (rotation, point), kept) in enumerate(each):
+        each = zip(gaps, closure.turns(tree, at), places, reduction.rows, strict=True)
+        for number, (gap, turn, (rotation, point), kept) in enumerate(each):
             of_loop = rows[6 * number : 6 * number + 6]
             for rate, own in entries.items():
-                twist = self._weighted([row.get(rate, 0.0) for row in of_loop], rotation)
-                own += _combined(twist, kept)
+                if rate in of_loop[0]:
+                    twist = self._weighted([row[rate] for row in of_loop], rotation)
+                    own += _combined(twist, kept)
+                else:
+                    own += [0.0] * kept.shape[1]
             # A rotation about the point shifts the weld as well; the twist makes up for it.
-            shift = added(gap.shift, cross(gap.turn, less(point, gap.middle)))
-            errors += _combined(self._weighted([*shift, *gap.turn], rotation), kept)
+            shift = added(gap.shift, cross(turn, less(point, gap.middle)))
+            errors += _combined(self._weighted([*shift, *turn], rotation), kept)
             far = times(gap.shift, 1.0 / tree.norm_length)
-            for off in (far, gap.turn):
+            for off in (far, turn):
                 residual = greater(residual, sqrt(dot(off, off)))
         turns = {c: 2.0 * np.pi * trace.input(f"t{c}", 0.0) for c in self._coupled}
         angles = {
@@ -387,6 +390,8 @@ def equations_of(mechanism: Mechanism, group: Group) -> ClosureEquations:
 
 def _combined(values: Sequence[Scalar], vectors: Array) -> list[Scalar]:
     """Return the components of six values along columns `(6, r)`."""
+    if vectors.shape[1] == 6:
+        return [*values]
     return [
         sum((factor * value for factor, value in zip(column, values, strict=True) if factor), 0.0)
         for column in vectors.T.tolist()
