@@ -110,6 +110,26 @@ class Coupling(NamedTuple):
     successors: tuple[int, ...]
 
 
+class Spin(NamedTuple):
+    """A rod that nothing else keeps from turning about its line, see `spins`.
+
+    Attributes:
+        body: index of the rod.
+        frame: body relative to which it is told how the rod turns, -1 for the world.
+        line, across: unit vectors along its line and at right angles to it, in the rod's frame.
+        line_at_zero, across_at_zero: both at the description's zero, seen from the frame.
+        rates: velocity coordinates of the joints at its ends.
+    """
+
+    body: int
+    frame: int
+    line: Vector
+    across: Vector
+    line_at_zero: Vector
+    across_at_zero: Vector
+    rates: tuple[int, ...]
+
+
 class Tree(NamedTuple):
     """All of a mechanism.
 
@@ -147,11 +167,22 @@ class Tree(NamedTuple):
         """Return vectors `(..., 3)` in world axes in those of the tree."""
         return np.asarray(vector @ self.axes)
 
+    def apart(self, first: int, second: int) -> tuple[list[int], list[int]]:
+        """Return the bodies from each of two inwards to what carries both, without that."""
+        result: tuple[list[int], list[int]] = [], []
+        bodies = [first, second]
+        while bodies[0] != bodies[1]:
+            # What carries a body has a smaller index.
+            side = int(bodies[1] > bodies[0])
+            result[side].append(bodies[side])
+            bodies[side] = self.bodies[bodies[side]].parent
+        return result
+
     def around(self, loop: Loop) -> set[int]:
         """Return the bodies on a loop, and the one that carries both sides of it, if any does."""
-        first, second = (self.path(end.body) for end in (loop.predecessor, loop.successor))
-        carriers = [body for body in first if body in second]
-        return (set(first) ^ set(second)).union(carriers[:1])
+        first, second = self.apart(loop.predecessor.body, loop.successor.body)
+        ends = first[-1:] or second[-1:]
+        return {*first, *second, *(self.bodies[end].parent for end in ends)} - {-1}
 
     def part(self, bodies: Sequence[int]) -> Tree:
         """Return the tree of some bodies that only the world connects with others.

@@ -147,17 +147,14 @@ def rows(
     for number, loop in enumerate(tree.loops):
         of_loop: list[dict[int, Scalar]] = [{} for _ in range(6)]
         ends = loop.predecessor, loop.successor
-        paths = [tree.path(end.body) for end in ends]
-        each = zip(ends, paths, paths[::-1], (1.0, -1.0), strict=True)
-        for end, own, opposite, sign in each:
+        paths = tree.apart(*(end.body for end in ends))
+        for end, own, sign in zip(ends, paths, (1.0, -1.0), strict=True):
             if about is None:
                 _, lever = at.end(end)
                 point = added(at.point(end.body), lever)
             else:
                 point = about[number]
             for index in own:
-                if index in opposite:
-                    continue
                 body = tree.bodies[index]
                 for rate in body.rates:
                     if rate not in moving:

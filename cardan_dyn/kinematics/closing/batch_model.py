@@ -493,36 +493,6 @@ def actions_of(placed: Array) -> Array:
     return result.reshape(count, 6 * bodies, 6)
 
 
-class UnitTwists:
-    """Unit twists of chosen velocity coordinates of a batch."""
-
-    def __init__(self, batch: BatchModel, coordinates: Array) -> None:
-        self._units = batch.subspace[coordinates]
-        self._bodies = batch.moved_body[coordinates]
-        # Along an axis of its frame, a unit twist is a row of the action up to its sign.
-        self._along_axes = bool(np.all(np.count_nonzero(self._units, axis=1) == 1))
-        self._rows = 6 * self._bodies + np.argmax(np.abs(self._units), axis=1)
-        self._signs = self._units.sum(axis=1)[:, None]
-
-    def of(self, actions: Array) -> Array:
-        """Return `(N, k, 6)` in the base's axes about the batch model's origin."""
-        if self._along_axes:
-            twists: Array = actions[:, self._rows] * self._signs
-            return twists
-        result = np.empty((len(actions), len(self._units), 6))
-        for column, (unit, body) in enumerate(zip(self._units, self._bodies, strict=True)):
-            np.matmul(unit, actions[:, 6 * body : 6 * body + 6], out=result[:, column])
-        return result
-
-
-def placed_by(actions: Array) -> Array:
-    """Return the placements `(N, n, 12)` whose `actions_of` are given."""
-    blocks = actions.reshape(len(actions), -1, 6, 6)[:, :, :, :3]
-    rotations = blocks[:, :, :3]
-    shifts = positions(rotations.transpose(3, 1, 2, 0), blocks[:, :, 3:].transpose(3, 1, 2, 0))
-    return np.concatenate([rotations.reshape(*blocks.shape[:2], 9), shifts.T], axis=2)
-
-
 def placement(actions: Array, index: int) -> tuple[Array, Array]:
     """Return rotation `(3, 3, N)` and position `(3, N)` of a joint's frame from its actions.
 

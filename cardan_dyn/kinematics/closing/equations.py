@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...mechanics import closure
+from ...mechanics import closure, spins
 from ...mechanics.bodies import tree_of
 from ...mechanics.placements import Placed, moving, placed
 from ...mechanics.vectors import (
@@ -43,7 +43,6 @@ from ...tape import Program, Trace, absolute, greater, sqrt
 from ..loops.groups import Group
 from ..loops.routes import carried, carriers_of
 from ..tolerances import RANK_TOLERANCE
-from .rod_spins import RodSpins
 
 _ALIGNED = 1e-12
 """Greatest deviation of a projector's entries from 0 and 1 that counts as rounding. The rounding of
@@ -152,8 +151,13 @@ class ClosureEquations:
         self.slides[[body.rates[0] for body in bodies if body.kind == "prismatic"]] = True
         stated = [mechanism.couplings[index] for index in group.couplings]
         self.slip_units = np.array([self._slip_unit(coupling) for coupling in stated])
-        index_of = {-1: -1, **{body: index for index, body in enumerate(group.bodies)}}
-        self._rods = RodSpins(self.tree, group.idle, index_of, self._natural(mechanism.zero))
+        # The base stands for what carries it.
+        index_of = {body: index for index, body in enumerate(group.bodies)}
+        rods = [
+            (index_of[rod.body], rod.columns, rod.line, index_of.get(rod.frame, -1))
+            for rod in group.idle
+        ]
+        self._spins = spins.spins_of(self.tree, mechanism.zero, rods) if rods else ()
         self.rates = [rate for body in bodies for rate in body.rates]
         self.columns = [column for body in bodies for column in body.columns]
         coupled = {*sum((item.predecessor_columns + item.successor_columns for item in stated), ())}
@@ -192,9 +196,10 @@ class ClosureEquations:
         Twists are taken about where the weld is at zero.
         """
         ends = self.tree.loops[loop].predecessor, self.tree.loops[loop].successor
-        first, second = (self.tree.path(end.body) for end in ends)
-        common = next((body for body in first if body in second), -1)
-        for body in (common, *sorted({*first} ^ {*second})):
+        first, second = self.tree.apart(*(end.body for end in ends))
+        outer = first or second
+        common = self.tree.bodies[outer[-1]].parent if outer else ends[0].body
+        for body in (common, *sorted(first + second)):
             point = ZERO
             if body >= 0:
                 welded = self._at_zero[self._welded[loop]].translation
@@ -249,9 +254,9 @@ class ClosureEquations:
             given.append(none if turns is None else turns[:, self._coupled].T)
         found = self._run("rows", self._traced_rows, reduction, given, count)
         size = (
-            len(self._rods) + sum(rows.shape[1] for rows in reduction.rows) + len(self.slip_units)
+            len(self._spins) + sum(rows.shape[1] for rows in reduction.rows) + len(self.slip_units)
         )
-        rows, error, residual = np.split(found, [m * size, m * size + size - len(self._rods)], 1)
+        rows, error, residual = np.split(found, [m * size, m * size + size - len(self._spins)], 1)
         rows = np.ascontiguousarray(rows).reshape(count, m, size)
         return Evaluated(rows, np.ascontiguousarray(error), residual[:, 0].copy())
 
@@ -270,10 +275,11 @@ class ClosureEquations:
         return self._run("drift", self._traced_drift, reduction, given, len(v))
 
     def turned(self, x: Array) -> Array:
-        """Return `(N, k)` angles [rad] of the idle rods, see `RodSpins.turned`."""
+        """Return `(N, k)` angles [rad] of the idle rods, see `spins`."""
 
         def outputs(trace: Trace, _: Reduction) -> list[Scalar]:
-            return self._rods.turned(placed(self.tree, self._inputs(trace)))
+            at = placed(self.tree, self._inputs(trace))
+            return [spins.turned(at, spin) for spin in self._spins]
 
         return self._run("turned", outputs, Reduction((), (), ()), [x[:, self.columns].T], len(x))
 
@@ -341,7 +347,8 @@ class ClosureEquations:
                 own.append(row.get(rate, 0.0) * (scale / unit))
             errors.append(slip * (scale / unit))
             residual = greater(residual, absolute(errors[-1]))
-        for row in self._rods.rows(at):
+        for spin in self._spins:
+            row = spins.row(tree, at, spin, entries)
             for rate, own in entries.items():
                 own.append(row.get(rate, 0.0))
         outputs = [
@@ -370,7 +377,7 @@ class ClosureEquations:
             linear = added(linear, cross(angular, less(point, gap.middle)))
             result += _combined(self._weighted([*linear, *angular], rotation), kept)
         result += [0.0] * len(tree.couplings)
-        return result + self._rods.drifts(at, motion)
+        return result + [spins.drift(at, motion, spin) for spin in self._spins]
 
     def _weighted(self, twist: Sequence[Scalar], rotation: Rotation) -> list[Scalar]:
         """Return a twist in turned axes, lengths in units of the mechanism's."""

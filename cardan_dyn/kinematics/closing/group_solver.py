@@ -196,7 +196,7 @@ class GroupSolver:
                 less: what is known is from before it, but for the residual. None closes the loops
                 as far as rounding lets them, as is done where equations outnumber unknowns.
             settles: whether idle rods are turned about their lines to where they settle, see
-                `RodSpins.turned`.
+                `spins`.
         """
         state = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:

@@ -13,7 +13,6 @@ from cardan_dyn.kinematics.closing.batch_model import (
     BaseMotion,
     BatchModel,
     LongChain,
-    UnitTwists,
     placement,
 )
 
@@ -153,19 +152,6 @@ def test_a_call_is_for_several_samples_of_few_bodies(
     batch.wrenches_on_ground(np.zeros((1, 3)), x, rest, rest)
     copies = {"universal_joint": 6, "double_shaft_z": 3, "stewart_platform": 1}[name]
     assert set(counted.values()) == {count // copies + count % copies}
-
-
-def test_unit_twists_are_the_jacobian(mechanism: cd.Mechanism) -> None:
-    bodies = list(range(mechanism.model.njoints - 1))
-    batch = BatchModel(mechanism, bodies, set(), np.zeros(3))
-    x, data = rows(mechanism, COUNT), mechanism.model.createData()
-    every = np.arange(mechanism.model.nv)
-    actions = batch.actions(x)
-    for chosen in (every, every[::2]):
-        found = UnitTwists(batch, chosen).of(actions)
-        for sample, q in enumerate(mechanism.coordinates.configuration(x)):
-            jacobian = pinocchio.computeJointJacobians(mechanism.model, data, q)
-            np.testing.assert_allclose(found[sample], jacobian[:, chosen].T, atol=1e-12)
 
 
 def test_some_bodies_of_a_mechanism() -> None:
