@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, consecutive
+from ...arrays import Array
 from ...mechanism.coordinates import Coordinates
 from .equations import Reduction
 from .group_solver import MOST_STEPS, GroupSolver, GroupState
@@ -179,26 +179,22 @@ class Kinematics:
         v = np.zeros((len(drive_rates), self.coordinates.model.nv))
         v[:, self.drives] = drive_rates
         for group_state in state.groups:
-            if group_state.solver.group.passives.size:
-                group_state.set_rates(v[:, :, None])
+            known, passives = group_state.group.known, group_state.group.passives
+            if passives.size:
+                v[:, passives] = group_state.rates(v[:, known, None])[:, :, 0]
         return v
 
     def velocity_ratios(self, state: ClosedState) -> Array:
         """Return joint rates `(N, nv, d)` per unit rate of each drive while the others rest."""
-        depends, drives = self.depends, self.drives
+        drives = self.drives
         ratios = np.zeros((len(state.x), self.coordinates.model.nv, drives.size))
-        if depends is None:
-            ratios[:, drives] = 1.0
-            for group_state in state.groups:
-                if group_state.solver.group.passives.size:
-                    group_state.set_rates(ratios)
-            return ratios
         ratios[:, drives, np.arange(drives.size)] = 1.0
         for group_state, moving in zip(state.groups, self._moving, strict=True):
-            own = ratios[:, :, moving]
-            group_state.set_rates(own)
-            if not isinstance(moving, slice):
-                ratios[:, :, moving] = own
+            known, passives = group_state.group.known, group_state.group.passives
+            if passives.size:
+                ratios[:, passives[:, None], moving] = group_state.rates(
+                    ratios[:, known[:, None], moving]
+                )
         return ratios
 
     @cached_property
@@ -213,12 +209,12 @@ class Kinematics:
         return depends
 
     @cached_property
-    def _moving(self) -> list[slice | Array]:
+    def _moving(self) -> list[Array]:
         """Per group, the drives (index) that move any of its passives."""
-        depends = self.depends
-        assert depends is not None
+        if self.depends is None:
+            return [np.zeros(1, dtype=int)] * len(self.solvers)
         return [
-            consecutive(np.flatnonzero(np.any(depends[solver.group.passives], axis=0)))
+            np.flatnonzero(np.any(self.depends[solver.group.passives], axis=0))
             for solver in self.solvers
         ]
 
@@ -227,8 +223,9 @@ class Kinematics:
         a = np.zeros(v.shape)
         a[:, self.drives] = drive_accelerations
         for group_state in state.groups:
-            if group_state.solver.group.passives.size:
-                group_state.set_accelerations(v, a)
+            known, passives = group_state.group.known, group_state.group.passives
+            if passives.size:
+                a[:, passives] = group_state.accelerations(v, a[:, known])
         return a
 
     def same_side(self, state: ClosedState, inverses: list[Array]) -> Array:

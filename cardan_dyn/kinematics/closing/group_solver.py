@@ -19,7 +19,7 @@ from ..loops.structure import OPEN_CONFIGURATIONS
 from ..tolerances import CLOSURE_TOLERANCE
 from .batch_model import BatchModel, batch_model
 from .equations import ClosureEquations, Reduction, equations_of
-from .stacked import factorised, factorised_with_spins, refined, same_side, times, transposed
+from .stacked import factorised, refined, same_side, times, transposed
 
 _CONVERGED = 1e-17
 """Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
@@ -98,11 +98,8 @@ class GroupSolver:
         """
         rows, error, residual = self.equations.at(x, reduction, turns)
         rows = rows.take(self._own_rows, 1)
-        passive, idle = rows[:, self.group.known.size :], len(self.group.idle)
-        if idle:
-            factors = factorised_with_spins(passive, self.row_scale, idle)
-        else:
-            factors = factorised(passive, self.row_scale)
+        passive = rows[:, self.group.known.size :]
+        factors = factorised(passive, self.row_scale, len(self.group.idle))
         return GroupState(self, reduction, x, rows, error, *factors, residual, np.zeros(len(x)))
 
     def linearised(self, x: Array) -> tuple[Array, Array, Array]:
@@ -337,14 +334,12 @@ class GroupState(_Known):
     @property
     def known_rows(self) -> Array:
         """Transposed closure matrices `(N, k, R)` of what is known."""
-        known = self.solver.group.known.size
-        return self.rows[:, :known, : self.rows.shape[2] - len(self.solver.group.idle)]
+        return self.rows[:, : self.group.known.size, : self.error.shape[1]]
 
     @property
     def passive_rows(self) -> Array:
         """Transposed closure matrices `(N, p, R)` of the passives."""
-        known = self.solver.group.known.size
-        return self.rows[:, known:, : self.rows.shape[2] - len(self.solver.group.idle)]
+        return self.square[:, :, : self.error.shape[1]]
 
     def of(self, samples: Array) -> GroupState:
         """Return the state of some samples, given by their indices."""
@@ -386,18 +381,18 @@ class GroupState(_Known):
     @property
     def is_square(self) -> bool:
         """Whether there are as many equations, with those of idle rods, as passives."""
-        return self.rows.shape[2] == self.solver.group.passives.size
+        return self.rows.shape[2] == self.group.passives.size
 
     @property
     def square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
-        return self.rows[:, self.solver.group.known.size :]
+        return self.rows[:, self.group.known.size :]
 
     @property
     def idle(self) -> Array:
         """Passive rates `(N, p, k)` that violate no equation: unit spins of idle rods."""
         unit = np.zeros((len(self.inverse), self.inverse.shape[1], len(self.group.idle)))
-        unit[:, self.passive_rows.shape[2] :] = np.eye(len(self.group.idle))
+        unit[:, self.error.shape[1] :] = np.eye(len(self.group.idle))
         return refined(transposed(self.square), transposed(self.inverse), unit)
 
     def solve(self, right: Array) -> Array:
@@ -409,7 +404,7 @@ class GroupState(_Known):
 
     def solve_transposed(self, right: Array) -> Array:
         """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
-        return refined(self.square, self.inverse, right)[:, : self.passive_rows.shape[2]]
+        return refined(self.square, self.inverse, right)[:, : self.error.shape[1]]
 
     def step(self, error: Array) -> Array:
         """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""
@@ -453,16 +448,3 @@ class GroupState(_Known):
         """Return rates of the closure equations `(N, R, c)`, of those `(N, k, c)` of the known."""
         rows = self.rows[:, : self.group.known.size]
         return np.asarray(np.matmul(transposed(rows), known))
-
-    def set_rates(self, v: Array) -> None:
-        """Write the rates of the passives into joint rates `(N, nv, c)`, see `rates`."""
-        v[:, self.group.passives] = self.rates(v[:, self.group.known])
-
-    def set_accelerations(self, v: Array, a: Array) -> None:
-        """Write the accelerations of the passives into those of all joints `(N, nv)`.
-
-        Args:
-            v: joint rates `(N, nv)`.
-            a: joint accelerations, those of what is known, and the result.
-        """
-        a[:, self.group.passives] = self.accelerations(v, a[:, self.group.known])

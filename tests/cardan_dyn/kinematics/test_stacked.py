@@ -8,7 +8,6 @@ import pytest
 from cardan_dyn.kinematics.closing.stacked import (
     condition_numbers,
     factorised,
-    factorised_with_spins,
     refined,
     same_side,
     times,
@@ -63,7 +62,7 @@ def test_what_is_not_a_number_stays_so_and_spoils_no_other(scale: np.ndarray | N
         inverse, _, condition = factorised(matrices, scale)
         np.testing.assert_allclose(matrices[0] @ inverse[0], np.eye(2), atol=1e-12)
         assert np.all(np.isnan(inverse[1])) and np.isnan(condition[1])
-    inverse, _, condition = factorised_with_spins(square, scale, 1)
+    inverse, _, condition = factorised(square, scale, 1)
     assert np.all(np.isnan(inverse[1])) and np.isnan(condition[1])
     assert np.all(np.isfinite(inverse[[0, 2]])) and np.isfinite(condition[0])
 
