@@ -294,8 +294,8 @@ class ClosureEquations:
         """Return outputs `(N, outputs)` of a text, which is traced once for each reduction."""
 
         def traced() -> Program:
-            trace = Trace()
-            return Program(trace, text(trace, reduction), keeps_inputs=True)
+            with Trace() as trace:
+                return Program(trace, text(trace, reduction), keeps_inputs=True)
 
         program = self._kept.of(kind, reduction.key, traced)
         return program.run_rows(given, count).T
