@@ -213,22 +213,20 @@ class ClosureEquations:
             x: coordinates `(N, size)`, closed or open.
             movable: velocity coordinates that may move.
         """
-        at = placed(self.tree, self._natural(x.T))
+        own = [self.rates.index(rate) for rate in movable.tolist()]
+        # In rank decisions slides count in lengths of the mechanism; otherwise the unit of length
+        # would decide.
+        units = np.where(self.slides[movable], self.length, 1.0)[:, None]
+        of_all, alone = self.at(x, self.full).rows, [np.zeros((6, 0))] * len(self.full.rows)
 
         def twists(loop: int, axes: LoopAxes) -> Array:
-            """Return unit twists `(N, k, 6)` of the coordinates on a loop."""
-            part = self.tree._replace(loops=self.tree.loops[loop : loop + 1], couplings=())
-            rotation, point = axes.placed(at, ZERO)
-            rows = closure.rows(part, at, {*movable.tolist()}, [point])
-            result = np.empty((len(x), len(rows[0]), 6))
-            for k, rate in enumerate(rows[0]):
-                # In rank decisions slides count in lengths of the mechanism; otherwise the unit of
-                # length would decide.
-                unit = self.tree.norm_length if self.slides[rate] else 1.0
-                twist = self._weighted([row[rate] for row in rows], rotation)
-                for i, value in enumerate(twist):
-                    result[:, k, i] = value * unit
-            return result
+            """Return unit twists `(N, m, 6)` of the coordinates around a loop."""
+            rows = of_all[:, own, 6 * loop : 6 * loop + 6]
+            if axes != self.full.axes[loop]:
+                kept = (*alone[:loop], np.eye(6), *alone[loop + 1 :])
+                others = (*self.full.axes[:loop], axes, *self.full.axes[loop + 1 :])
+                rows = self.at(x, Reduction(kept, self.full.null, others)).rows[:, own, :6]
+            return np.asarray(rows * units)
 
         found = [
             reachable_rows(partial(twists, loop), self._candidates(loop))
@@ -253,12 +251,10 @@ class ClosureEquations:
             none = np.zeros((len(self._coupled), 1))
             given.append(none if turns is None else turns[:, self._coupled].T)
         found = self._run("rows", self._traced_rows, reduction, given, count)
-        size = (
-            len(self._spins) + sum(rows.shape[1] for rows in reduction.rows) + len(self.slip_units)
-        )
-        rows, error, residual = np.split(found, [m * size, m * size + size - len(self._spins)], 1)
-        rows = np.ascontiguousarray(rows).reshape(count, m, size)
-        return Evaluated(rows, np.ascontiguousarray(error), residual[:, 0].copy())
+        # All rows, an error for each column but those of spins, and the residual.
+        size = (found.shape[1] - 1 + len(self._spins)) // (m + 1)
+        rows = np.ascontiguousarray(found[:, : m * size]).reshape(count, m, size)
+        return Evaluated(rows, np.ascontiguousarray(found[:, m * size : -1]), found[:, -1].copy())
 
     def drift(self, x: Array, v: Array, reduction: Reduction) -> Array:
         """Return accelerations of the rows `(N, R)` that joint rates alone cause.
