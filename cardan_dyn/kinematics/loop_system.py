@@ -277,7 +277,7 @@ def _refuted_at(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
     With x `(size,)`.
     """
     solvers = [kinematics.solvers[index] for index in new]
-    states = [solver.evaluate(x[None, :], solver.equations.full())[0] for solver in solvers]
+    states = [solver.evaluate(x[None, :], solver.equations.full) for solver in solvers]
     return [
         index
         for index, state in zip(new, states, strict=True)

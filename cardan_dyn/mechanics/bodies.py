@@ -8,7 +8,7 @@ is planar or parallel there shows exact zeros however the mechanism stands in th
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import placed_inertia
 from ..mechanism.welds import Coupling as Stated
-from .vectors import UNTURNED, Rotation, Vector
+from .vectors import UNTURNED, Rotation, Vector, added, less, product, turned
 
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
 """Entries of a rotation, or lengths in units of the mechanism's, that are rounding of zero."""
@@ -239,6 +239,48 @@ class Tree(NamedTuple):
                 item
                 for item in self.couplings
                 if rates.issuperset((*item.predecessors, *item.successors))
+            ),
+        )
+
+    def hung(
+        self,
+        bodies: Sequence[int],
+        base: int,
+        origin: Vector,
+        place: Callable[[int], tuple[int, pinocchio.SE3 | None]],
+    ) -> Tree:
+        """Return the tree of some bodies as seen from the one that carries them all, at rest.
+
+        Velocity coordinates and columns keep their numbers. Bodies and ends hang from what carries
+        them, which may be across welds.
+
+        Args:
+            bodies: their indices, each after what carries it.
+            base: index of the body that carries all of them, -1 for the world.
+            origin: of the result, in the frame of the base.
+            place: index of a body to that of the one that carries it as a rigid body does, and
+                where it is there; None if both are the same.
+        """
+        own = {base: -1, **{body: index for index, body in enumerate(bodies)}}
+
+        def hangs(body: int, rotation: Rotation, shift: Vector) -> tuple[int, Rotation, Vector]:
+            carrier, at = place(body)
+            if at is not None:
+                turn, lever = _placed(at, self.length)
+                rotation, shift = product(turn, rotation), added(lever, turned(turn, shift))
+            index = own[carrier]
+            return index, rotation, shift if index >= 0 else less(shift, origin)
+
+        def placed(body: Body) -> Body:
+            parent, rotation, translation = hangs(body.parent, body.rotation, body.translation)
+            return body._replace(parent=parent, rotation=rotation, translation=translation)
+
+        return self._replace(
+            axes=self.axes if base < 0 else np.eye(3),
+            bodies=tuple(placed(self.bodies[body]) for body in bodies),
+            loops=tuple(
+                Loop(End(*hangs(*loop.predecessor)), End(*hangs(*loop.successor)), loop.wrench)
+                for loop in self.loops
             ),
         )
 

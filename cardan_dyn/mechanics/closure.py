@@ -7,13 +7,81 @@ coupling gives one, and so does a rod that spins idly, after all others.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
 
-from ..tape import absolute, greater, select
+from ..tape import absolute, greater, select, sqrt
 from . import spins
 from .bodies import Tree
 from .elimination import Row
 from .placements import Motion, Placed
-from .vectors import ZERO, Scalar, added, cross, dot, less, times
+from .vectors import (
+    UNTURNED,
+    ZERO,
+    Rotation,
+    Scalar,
+    Vector,
+    added,
+    cross,
+    dot,
+    less,
+    times,
+    turned,
+)
+
+_HALF_TURN = 1e-12
+"""Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
+is then within 1e-6 rad of one. A smaller square would lose its digits in rounding: of 1e-12, the
+rounding of its terms, 1e-16, is already 1e-4."""
+
+
+class Gap(NamedTuple):
+    """How far the welds of a loop are apart, however far that is.
+
+    Attributes:
+        shift: from the successor's weld to the predecessor's.
+        middle: the point halfway between them.
+    """
+
+    shift: Vector
+    middle: Vector
+
+
+def gaps(tree: Tree, at: Placed) -> list[Gap]:
+    """Return how far the loops' welds are apart."""
+    result = []
+    for loop in tree.loops:
+        first, second = (
+            added(at.point(end.body), at.end(end)[1]) for end in (loop.predecessor, loop.successor)
+        )
+        result.append(Gap(less(first, second), times(added(first, second), 0.5)))
+    return result
+
+
+def turns(tree: Tree, at: Placed) -> list[Vector]:
+    """Return the rotations that take the axes of loops' successors to those of predecessors.
+
+    Along the axis, twice the sine of half the angle: the angle itself where it is small.
+    """
+    return [_turn(at.end(loop.predecessor)[0], at.end(loop.successor)[0]) for loop in tree.loops]
+
+
+def _turn(first: Rotation, second: Rotation) -> Vector:
+    """Return the rotation that takes second axes to first ones, see `turns`."""
+    # The rotation's columns.
+    x, y, z = columns = [turned(first, [axis[k] for axis in second]) for k in range(3)]
+    sines = y[2] - z[1], z[0] - x[2], x[1] - y[0]
+    # Four times the squared cosine of half the angle.
+    square = x[0] + y[1] + z[2] + 1.0
+    turn = times(sines, 1.0 / sqrt(greater(square, _HALF_TURN)))
+    # The sines of a half turn about n vanish and show no axis: of R + 1 = 2 n nᵀ the longest
+    # column gives n most accurately.
+    longest, size = added(x, UNTURNED[0]), x[0]
+    for k in (1, 2):
+        longer, column = columns[k][k] - size, added(columns[k], UNTURNED[k])
+        longest = [select(longer, *both) for both in zip(column, longest, strict=True)]
+        size = greater(size, columns[k][k])
+    half = times(longest, 2.0 / sqrt(dot(longest, longest)))
+    return [select(square - _HALF_TURN, *both) for both in zip(turn, half, strict=True)]
 
 
 def errors(
@@ -47,33 +115,46 @@ def errors(
         # 1 + 2 cos of the angle.
         trace = sum(dot(axis, target) for axis, target in zip(second, first, strict=True))
         worst = select(trace - 1.0, worst, 1.0)
-    for coupling, offset in zip(tree.couplings, offsets, strict=True):
-        slip = offset
-        for rate in coupling.predecessors:
-            slip = slip + coupling.ratio * x[rate]
-        for rate in coupling.successors:
-            slip = slip - x[rate]
+    for slip in slips(tree, x, offsets):
         result.append(slip)
         worst = greater(worst, absolute(slip))
     return result, worst
 
 
-def rows(tree: Tree, at: Placed, moving: Collection[int]) -> list[Row]:
+def slips(tree: Tree, x: Mapping[int, Scalar], offsets: Sequence[Scalar]) -> list[Scalar]:
+    """Return how far couplings are from their ratios and offsets; arguments as of `errors`."""
+    result = []
+    for coupling, slip in zip(tree.couplings, offsets, strict=True):
+        for rate in coupling.predecessors:
+            slip = slip + coupling.ratio * x[rate]
+        for rate in coupling.successors:
+            slip = slip - x[rate]
+        result.append(slip)
+    return result
+
+
+def rows(
+    tree: Tree, at: Placed, moving: Collection[int], about: Sequence[Vector] | None = None
+) -> list[Row]:
     """Return how fast the rows' errors grow with velocity coordinates.
 
     Args:
         tree: the loops and couplings.
         at: where the bodies are.
         moving: the velocity coordinates that count; what others move is left out.
+        about: a point per loop about which both ends' twists are taken; the welds if None.
     """
     result: list[Row] = []
-    for loop in tree.loops:
+    for number, loop in enumerate(tree.loops):
         of_loop: list[dict[int, Scalar]] = [{} for _ in range(6)]
         ends = loop.predecessor, loop.successor
         paths = tree.apart(*(end.body for end in ends))
         for end, own, sign in zip(ends, paths, (1.0, -1.0), strict=True):
-            _, lever = at.end(end)
-            point = added(at.point(end.body), lever)
+            if about is None:
+                _, lever = at.end(end)
+                point = added(at.point(end.body), lever)
+            else:
+                point = about[number]
             for index in own:
                 body = tree.bodies[index]
                 for rate in body.rates:
@@ -105,6 +186,5 @@ def drifts(tree: Tree, at: Placed, motion: Motion) -> list[Scalar]:
     for loop in tree.loops:
         ends = loop.predecessor, loop.successor
         first, second = (motion.at(end.body, at.end(end)[1]) for end in ends)
-        spin_rates = [motion.spin_rates[end.body] if end.body >= 0 else ZERO for end in ends]
-        result += [*less(first, second), *less(*spin_rates)]
+        result += [*less(first, second), *less(*(motion.spin_rate(end.body) for end in ends))]
     return result

@@ -107,6 +107,14 @@ class Motion(NamedTuple):
     spin_rates: list[Vector]
     accelerations: list[Vector]
 
+    def spin(self, body: int) -> Vector:
+        """Return the angular velocity of a body; none of the world."""
+        return ZERO if body < 0 else self.spins[body]
+
+    def spin_rate(self, body: int) -> Vector:
+        """Return its angular acceleration."""
+        return ZERO if body < 0 else self.spin_rates[body]
+
     def at(self, body: int, lever: Vector) -> Vector:
         """Return the acceleration of a point of a body, from its frame: a + α × r + ω × (ω × r)."""
         if body < 0:

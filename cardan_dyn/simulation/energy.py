@@ -3,19 +3,90 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from ..arrays import Array
 from ..elements.element_forces import ElementForces
-from ..kinematics.closing.batch_model import BaseMotion, BatchModel, batch_model
+from ..mechanics.bodies import Tree, tree_of
+from ..mechanics.placements import moving, placed
+from ..mechanics.reactions import momentum_rates
+from ..mechanics.vectors import ZERO, Vector, added, times, turned
 from ..mechanism.mechanism import Mechanism
+from ..tape import Program, Trace
 from .free_balls import WithBalls
 
 _NODES = 8
 """Gauss nodes per step over which power is integrated: exact for polynomials of degree 15, while
 steps are interpolated by polynomials of degree 7."""
+
+
+class _OpenTree(NamedTuple):
+    """All bodies of a mechanism while no loop is closed.
+
+    Attributes:
+        tree: the bodies.
+        program: efforts along all velocity coordinates, then the sum of all masses times where
+            their centres are [kg m], of coordinates, velocities, accelerations and gravity.
+    """
+
+    tree: Tree
+    program: Program
+
+    @staticmethod
+    def of(mechanism: Mechanism | WithBalls) -> _OpenTree:
+        """Return the bodies of a mechanism, which all who ask it share."""
+
+        def made() -> _OpenTree:
+            # With balls, it has all that a tree is read from.
+            tree = tree_of(cast(Mechanism, mechanism))
+            columns = tree.coordinate_units(mechanism.coordinates.size)
+            with Trace() as trace:
+
+                def inputs(name: str, units: Array) -> list[Vector]:
+                    return [
+                        trace.input(f"{name}{k}", 0.0) / unit
+                        for k, unit in enumerate(units.tolist())
+                    ]
+
+                x = dict(enumerate(inputs("x", columns)))
+                v, a = (dict(enumerate(inputs(name, tree.units))) for name in "va")
+                gravity = inputs("g", np.full(3, tree.length))
+                at = placed(tree, x)
+                motion = moving(tree, at, v, a, times(gravity, -1.0))
+                open_tree = momentum_rates(tree, at, motion, {}).passed_on(tree, at)
+                efforts = open_tree.along(tree, at, v)
+                moment = ZERO
+                for body, point, rotation in zip(tree.bodies, at.points, at.rotations, strict=True):
+                    for mass in body.masses:
+                        centre = added(point, turned(rotation, mass.centre))
+                        moment = added(moment, times(centre, mass.mass * tree.length))
+                units = tree.effort_units.tolist()
+                outputs = [efforts[rate] * unit for rate, unit in enumerate(units)]
+                return _OpenTree(tree, Program(trace, [*outputs, *moment], keeps_inputs=True))
+
+        return mechanism.kept.of("open tree", "", made)
+
+    def at(self, gravity: Array, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
+        """Return efforts `(N, nv)` [N·m, N], and masses times where their centres are `(N, 3)`.
+
+        The latter are in the axes of the tree, from its origin [kg m].
+
+        Args:
+            gravity: `(3,)` [m/s²].
+            x: coordinates `(N, size)`.
+            v: velocities `(N, nv)`.
+            a: accelerations `(N, nv)`.
+        """
+        given = x.T, v.T, a.T, self.tree.in_axes(gravity)[:, None]
+        found = self.program.run_rows(given, len(x)).T
+        return found[:, :-3], found[:, -3:]
+
+    @property
+    def mass(self) -> float:
+        """Of all bodies that move [kg]."""
+        return sum(mass.mass for body in self.tree.bodies for mass in body.masses)
 
 
 class WeightEnergy:
@@ -28,28 +99,28 @@ class WeightEnergy:
             mechanism: the mechanism.
             gravity: `(3,)` [m/s²].
         """
-        self._bodies = _every_body(mechanism)
+        self._bodies = _OpenTree.of(mechanism)
         self._gravity = gravity
 
     def kinetic(self, x: Array, v: Array) -> Array:
-        """Return kinetic energies `(N,)` at coordinates `(N, size)` and velocities `(N, nv)`."""
-        return self._bodies.kinetic_energy(x, v)
+        """Return kinetic energies `(N,)` at coordinates `(N, size)` and velocities `(N, nv)`.
+
+        They are half of the power of what accelerations as great as the velocities need from rest.
+        """
+        efforts, _ = self._bodies.at(np.zeros(3), x, np.zeros_like(v), v)
+        return np.asarray(0.5 * np.sum(efforts * v, axis=1))
 
     def potential(self, x: Array) -> Array:
         """Return potential energies `(N,)` of the weight at coordinates `(N, size)`."""
-        return -(self._bodies.moment_of_mass(x) @ self._gravity)
+        rest, tree = np.zeros((len(x), len(self._bodies.tree.units))), self._bodies.tree
+        _, moment = self._bodies.at(np.zeros(3), x, rest, rest)
+        begun = self._bodies.mass * (tree.origin @ self._gravity)
+        return np.asarray(-(moment @ tree.in_axes(self._gravity)) - begun)
 
     @property
     def weight(self) -> float:
         """Weight of all bodies that move [N]."""
-        return float(self._bodies.mass.sum()) * float(np.linalg.norm(self._gravity))
-
-
-def _every_body(mechanism: Mechanism | WithBalls) -> BatchModel:
-    """Return the model of all bodies of a mechanism."""
-    bodies = list(range(mechanism.model.njoints - 1))
-    # With balls, it has all that a batch takes of a mechanism.
-    return batch_model(cast(Mechanism, mechanism), bodies, set(bodies), np.zeros(3))
+        return self._bodies.mass * float(np.linalg.norm(self._gravity))
 
 
 def open_efforts(
@@ -67,15 +138,9 @@ def open_efforts(
         v: velocities `(N, nv)`.
         a: accelerations `(N, nv)`.
     """
-    bodies, rest = _every_body(mechanism), np.zeros_like(v)
-
-    def efforts(gravity: Array, rates: Array, gains: Array) -> Array:
-        base = BaseMotion.against(gravity, len(x))
-        wrenches, _ = bodies.inverse_dynamics(base, x, rates, gains)
-        return np.asarray(np.einsum("nki,ki->nk", wrenches[:, bodies.moved_body], bodies.subspace))
-
-    unmoved = efforts(gravity, v, rest)
-    inertial = efforts(np.zeros(3), rest, a)
+    bodies, rest = _OpenTree.of(mechanism), np.zeros_like(v)
+    unmoved, _ = bodies.at(gravity, x, v, rest)
+    inertial, _ = bodies.at(np.zeros(3), x, rest, a)
     return np.maximum(np.abs(inertial), np.abs(unmoved))
 
 

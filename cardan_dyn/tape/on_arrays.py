@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
@@ -80,7 +81,8 @@ def lanes_of_block(count: int, most: int) -> int:
         count: number of lanes.
         most: greatest number of lanes of a block.
     """
-    return min(size for size in (*_FEWER_LANES, most) if size >= min(count, most))
+    sizes = sorted((*_FEWER_LANES, most))
+    return sizes[bisect_left(sizes, min(count, most))]
 
 
 def parts(count: int, lanes: int) -> Iterator[slice]:

@@ -37,8 +37,9 @@ def test_a_block_takes_as_many_calls_whatever_its_samples(shaft: cd.Mechanism) -
             scene.sweep(positions, **rates)
         counts.append(calls(lambda positions=positions: scene.sweep(positions, speed=9.0)))
     # Pinocchio's functions are no C functions of Python's, so they do not count. Without the
-    # machine, some 2600 of them are the proof on arrays: one call for all samples in each step.
-    assert counts[0] == counts[1] <= counts[2] == counts[3] < (650 if compiled.kernel else 3600)
+    # machine, some 2600 of them are the proof on arrays and 1000 are closed loops: one call for all
+    # samples in each step.
+    assert counts[0] == counts[1] <= counts[2] == counts[3] < (650 if compiled.kernel else 4300)
 
 
 def test_the_range_of_a_drive_is_found_once() -> None:
@@ -62,8 +63,8 @@ def test_calls_for_what_computes_little() -> None:
     for sweep in (once.sweep, response.sweep):
         for _ in range(3):  # The first ones make what is kept.
             assert sweep([0.3])["bearing_out"].bending.shape == (1,)
-    # Without the machine, some 600 of them are the proof with floats.
-    assert calls(lambda: once.sweep([0.3])) < (560 if compiled.kernel else 1250)
+    # Without the machine, some 600 of them are the proof with floats and 700 are closed loops.
+    assert calls(lambda: once.sweep([0.3])) < (560 if compiled.kernel else 1750)
     assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 240
     assert calls(scene) < 650
     assert calls(lambda: cd.load("universal_joint")) < 4200

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, consecutive
+from ...arrays import Array
 from ...mechanism.coordinates import Coordinates
 from .equations import Reduction
 from .group_solver import MOST_STEPS, GroupSolver, GroupState
@@ -20,7 +20,7 @@ class ClosedState(NamedTuple):
     Attributes:
         x: `(N, size)` coordinates.
         groups: the state of every group.
-        residual: `(N,)` worst closure error, see `ClosureEquations.error`.
+        residual: `(N,)` worst closure error, see `Evaluated`.
         condition: `(N,)` greatest condition number of a group's closure equations.
         correction: `(N,)` how far the guess was off.
     """
@@ -65,7 +65,7 @@ class Kinematics:
         self.coordinates = coordinates
         self.drives = drives
         self.solvers = solvers
-        self.reductions = reductions or [solver.equations.full() for solver in solvers]
+        self.reductions = reductions or [solver.equations.full for solver in solvers]
 
     def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
         """Return the same with other rows of every group."""
@@ -169,7 +169,7 @@ class Kinematics:
     def evaluate(self, x: Array) -> ClosedState:
         """Return what is known at coordinates `x (N, size)` without changing them."""
         pairs = zip(self.solvers, self.reductions, strict=True)
-        return _joined(x, [solver.evaluate(x, reduction)[0] for solver, reduction in pairs])
+        return _joined(x, [solver.evaluate(x, reduction) for solver, reduction in pairs])
 
     def rates(self, state: ClosedState, drive_rates: Array) -> Array:
         """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest.
@@ -179,26 +179,22 @@ class Kinematics:
         v = np.zeros((len(drive_rates), self.coordinates.model.nv))
         v[:, self.drives] = drive_rates
         for group_state in state.groups:
-            if group_state.solver.group.passives.size:
-                group_state.set_rates(v[:, :, None])
+            known, passives = group_state.group.known, group_state.group.passives
+            if passives.size:
+                v[:, passives] = group_state.rates(v[:, known, None])[:, :, 0]
         return v
 
     def velocity_ratios(self, state: ClosedState) -> Array:
         """Return joint rates `(N, nv, d)` per unit rate of each drive while the others rest."""
-        depends, drives = self.depends, self.drives
+        drives = self.drives
         ratios = np.zeros((len(state.x), self.coordinates.model.nv, drives.size))
-        if depends is None:
-            ratios[:, drives] = 1.0
-            for group_state in state.groups:
-                if group_state.solver.group.passives.size:
-                    group_state.set_rates(ratios)
-            return ratios
         ratios[:, drives, np.arange(drives.size)] = 1.0
         for group_state, moving in zip(state.groups, self._moving, strict=True):
-            own = ratios[:, :, moving]
-            group_state.set_rates(own)
-            if not isinstance(moving, slice):
-                ratios[:, :, moving] = own
+            known, passives = group_state.group.known, group_state.group.passives
+            if passives.size:
+                ratios[:, passives[:, None], moving] = group_state.rates(
+                    ratios[:, known[:, None], moving]
+                )
         return ratios
 
     @cached_property
@@ -213,12 +209,12 @@ class Kinematics:
         return depends
 
     @cached_property
-    def _moving(self) -> list[slice | Array]:
+    def _moving(self) -> list[Array]:
         """Per group, the drives (index) that move any of its passives."""
-        depends = self.depends
-        assert depends is not None
+        if self.depends is None:
+            return [np.zeros(1, dtype=int)] * len(self.solvers)
         return [
-            consecutive(np.flatnonzero(np.any(depends[solver.group.passives], axis=0)))
+            np.flatnonzero(np.any(self.depends[solver.group.passives], axis=0))
             for solver in self.solvers
         ]
 
@@ -227,8 +223,9 @@ class Kinematics:
         a = np.zeros(v.shape)
         a[:, self.drives] = drive_accelerations
         for group_state in state.groups:
-            if group_state.solver.group.passives.size:
-                group_state.set_accelerations(v, a)
+            known, passives = group_state.group.known, group_state.group.passives
+            if passives.size:
+                a[:, passives] = group_state.accelerations(v, a[:, known])
         return a
 
     def same_side(self, state: ClosedState, inverses: list[Array]) -> Array:

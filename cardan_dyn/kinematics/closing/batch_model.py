@@ -341,31 +341,6 @@ class BatchModel:
             calls.inverse_dynamics(q[span], v[span], a[span], result[span])
         return result[:, 1:], result[:, 0]
 
-    def kinetic_energy(self, x: Array, v: Array) -> Array:
-        """Return kinetic energies `(N,)` [J] where the base rests.
-
-        Args:
-            x: coordinate rows `(N, size)`.
-            v: joint velocities `(N, nv)`.
-        """
-        calls = self._calls_of(1, moves=False)
-        of = calls.model, calls.data
-        states = zip(x[:, self.columns], v[:, self._rates], strict=True)
-        return np.array([pinocchio.computeKineticEnergy(*of, *state) for state in states])
-
-    def moment_of_mass(self, x: Array) -> Array:
-        """Return all masses times where their centres are `(N, 3)` [kg m], in the base's frame.
-
-        Args:
-            x: coordinate rows `(N, size)`.
-        """
-        if not self.has_mass:
-            return np.zeros((len(x), 3))
-        calls = self._calls_of(1, moves=False)
-        of = calls.model, calls.data
-        centres = [pinocchio.centerOfMass(*of, row).copy() for row in x[:, self.columns]]
-        return self.mass.sum() * (np.array(centres).reshape(-1, 3) + self.origin)
-
     def _calls(self, count: int, moves: bool = False) -> list[tuple[slice, _Calls]]:
         """Return which of some samples this thread computes by which calls.
 
@@ -493,36 +468,6 @@ def actions_of(placed: Array) -> Array:
     return result.reshape(count, 6 * bodies, 6)
 
 
-class UnitTwists:
-    """Unit twists of chosen velocity coordinates of a batch."""
-
-    def __init__(self, batch: BatchModel, coordinates: Array) -> None:
-        self._units = batch.subspace[coordinates]
-        self._bodies = batch.moved_body[coordinates]
-        # Along an axis of its frame, a unit twist is a row of the action up to its sign.
-        self._along_axes = bool(np.all(np.count_nonzero(self._units, axis=1) == 1))
-        self._rows = 6 * self._bodies + np.argmax(np.abs(self._units), axis=1)
-        self._signs = self._units.sum(axis=1)[:, None]
-
-    def of(self, actions: Array) -> Array:
-        """Return `(N, k, 6)` in the base's axes about the batch model's origin."""
-        if self._along_axes:
-            twists: Array = actions[:, self._rows] * self._signs
-            return twists
-        result = np.empty((len(actions), len(self._units), 6))
-        for column, (unit, body) in enumerate(zip(self._units, self._bodies, strict=True)):
-            np.matmul(unit, actions[:, 6 * body : 6 * body + 6], out=result[:, column])
-        return result
-
-
-def placed_by(actions: Array) -> Array:
-    """Return the placements `(N, n, 12)` whose `actions_of` are given."""
-    blocks = actions.reshape(len(actions), -1, 6, 6)[:, :, :, :3]
-    rotations = blocks[:, :, :3]
-    shifts = positions(rotations.transpose(3, 1, 2, 0), blocks[:, :, 3:].transpose(3, 1, 2, 0))
-    return np.concatenate([rotations.reshape(*blocks.shape[:2], 9), shifts.T], axis=2)
-
-
 def placement(actions: Array, index: int) -> tuple[Array, Array]:
     """Return rotation `(3, 3, N)` and position `(3, N)` of a joint's frame from its actions.
 
@@ -630,31 +575,6 @@ class LongChain(BatchModel):
         for body, column, _ in self._balls:
             q[:, body, 3:7] = x[:, column : column + 4]
         return q.reshape(len(x), -1)
-
-    def kinetic_energy(self, x: Array, v: Array) -> Array:
-        """See `BatchModel.kinetic_energy`."""
-        count = len(x)
-        rates = self.velocity(v).reshape(count, len(self), 2, 3).transpose(1, 2, 3, 0)
-        result, twists = np.zeros(count), {-1: np.zeros((2, 3, count))}
-        for body, placement in enumerate(self._relative(self.configuration(x))):
-            twist = _in_child(placement, twists[int(self.parents[body])]) + rates[body]
-            twists[body] = twist
-            if self.mass[body] > 0.0:
-                inertia, spin = self._inertia_of(body), twist[1]
-                speed = twist[0] + cross(spin, inertia.lever[:, None] * np.ones(count))
-                result += 0.5 * inertia.mass * np.add.reduce(speed * speed)
-                result += 0.5 * np.add.reduce(spin * (inertia.inertia @ spin))
-        return result
-
-    def moment_of_mass(self, x: Array) -> Array:
-        """See `BatchModel.moment_of_mass`."""
-        actions, result = self.actions(x), np.zeros((3, len(x)))
-        for body in np.flatnonzero(self.mass > 0.0).tolist():
-            rotation, position = placement(actions, body)
-            inertia = self._inertia_of(body)
-            centre = position + np.einsum("ikn,k->in", rotation, inertia.lever)
-            result += inertia.mass * (centre + self.origin[:, None])
-        return result.T
 
     def _inertia_of(self, body: int) -> pinocchio.Inertia:
         """Return the inertia of a body, given by its index in `bodies`."""

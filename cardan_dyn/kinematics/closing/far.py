@@ -254,10 +254,10 @@ def states_around(solver: GroupSolver, first: Array) -> GenericStates:
     # The first one was closed by the caller, if only to the rounding of its badly conditioned rows.
     is_closed[0] = True
     reached = reached[is_closed]
-    full = solver.equations.full()
-    state, _ = solver.evaluate(reached, full)
+    full = solver.equations.full
+    state = solver.evaluate(reached, full)
     rank = ranks(state.scaled_rows)
     greatest = int(np.max(rank))
     reached = reached[rank == greatest]
-    regular, _ = solver.evaluate(reached, full)
+    regular = solver.evaluate(reached, full)
     return GenericStates(reached, regular, greatest, int(rank[0]))

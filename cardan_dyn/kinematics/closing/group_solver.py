@@ -1,12 +1,11 @@
 """Group solver: close the loops of a group for many samples at once, and find its rates.
 
-Newton's method on whole arrays. Each sample is factorised once: the inverse that gave the last
-small step serves the rates and the closure forces as well, after one step of refinement.
+Newton's method on whole arrays. The inverse of the last position serves the rates and the closure
+forces as well, after one step of refinement.
 """
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,22 +16,11 @@ from ...mechanism.kept import MOST, Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
-from .batch_model import BatchModel, actions_of, batch_model
-from .equations import ClosureEquations, Reduction
-from .stacked import (
-    condition_numbers,
-    factorised,
-    factorised_with_spins,
-    is_near,
-    refined,
-    same_side,
-    times,
-    transposed,
-)
+from ..tolerances import CLOSURE_TOLERANCE
+from .batch_model import BatchModel, batch_model
+from .equations import ClosureEquations, Reduction, equations_of
+from .stacked import factorised, refined, same_side, times, transposed
 
-_FEW = 0.4
-"""Share of the samples up to which a Newton step is taken for these alone: it saves more than it
-costs to take them out and put them back."""
 _CONVERGED = 1e-17
 """Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
 order is known before the loops are evaluated once more."""
@@ -47,10 +35,6 @@ neglected, so the step is too long for them."""
 LONGEST_STEP = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
 a radian, sines differ from their linearisation by 4 %."""
-_NEARBY = 1e-4
-"""Newton step [rad] up to which the inverse before it is tried as the inverse after it. The matrix
-changes in proportion to the step, and whether the inverse serves is then tested (`is_near`): the
-value decides only about the cost of tests in vain."""
 _SETTLED = 1e-9
 """Angle [rad] of an idle rod from where it settles from which one more step leaves rounding, even
 where hinges near their singular position magnify what is left, its square, a thousandfold."""
@@ -74,8 +58,9 @@ class GroupSolver:
     Attributes:
         group: what it solves.
         coordinates: layout of coordinate rows.
-        batch: its bodies.
         equations: its closure equations.
+        movable: `(m,)` velocity coordinates that may move, known ones first, then passives.
+        batch: its bodies, for inverse dynamics.
         row_scale: `(p, 1)` lengths for the rows of slides, or None where nothing slides.
         known_scale: `(k, 1)` likewise for what is known.
     """
@@ -84,99 +69,51 @@ class GroupSolver:
         self.group = group
         self._kept = Kept()
         self.coordinates = coordinates = mechanism.coordinates
-        self.batch = _batch_model(mechanism, group)
-        self.equations = ClosureEquations(mechanism, self.batch, group)
-        self._length = mechanism.characteristic_length
+        self.equations = equations = equations_of(mechanism, group)
+        self.batch = batch_model(
+            mechanism,
+            group.bodies,
+            group.inertial_bodies,
+            equations.origin,
+            group.base,
+            group.crossed,
+        )
         self._moves = coordinates.moves(group.passives)
-        self._zero = mechanism.zero
-        slides = np.any(self.batch.subspace[:, :3] != 0.0, axis=1)
-        sliding = slides[group.passives]
-        self._scale = np.where(sliding, 1.0 / self._length, 1.0)
+        self.movable = np.concatenate([group.known, group.passives])
+        self._own_rows = [equations.rates.index(rate) for rate in self.movable.tolist()]
+        sliding = equations.slides[group.passives]
         # Slides count in characteristic lengths; otherwise the unit of length would decide which
         # positions are singular.
-        self.row_scale = self._length ** sliding[:, None] if np.any(sliding) else None
-        self.known_scale = self._length ** slides[group.known][:, None]
+        self._scale = equations.length ** -sliding.astype(float)
+        self.row_scale = equations.length ** sliding[:, None] if np.any(sliding) else None
+        self.known_scale = equations.length ** equations.slides[group.known][:, None]
 
-    def evaluate(
-        self,
-        x: Array,
-        reduction: Reduction,
-        turns: Array | None = None,
-        inverse: Array | None = None,
-        correction: Array | None = None,
-    ) -> tuple[GroupState, Array]:
-        """Return the closure equations at `x` and their reduced error `(N, R)`, closed or not.
+    def evaluate(self, x: Array, reduction: Reduction, turns: Array | None = None) -> GroupState:
+        """Return the closure equations at `x`, closed or not.
 
         Args:
             x: `(N, size)` coordinates.
             reduction: the rows that are solved.
             turns: `(N, size)` whole turns that the angles in `x` lack; couplings count them.
-            inverse: inverse at a position nearby; used where it is near enough.
-            correction: `(N,)` how far the guess was off; zero if None.
         """
-        equations = self.equations
-        placed = self.batch.placed(x)
-        actions = actions_of(placed)
-        twists = equations.unit_twists.of(actions)
-        rows = equations.rows(twists, actions, reduction)
-        error, residual = equations.error(placed)
-        slips = None
-        if equations.couplings:
-            slips = self._slips(x, turns)
-            relative = np.abs(slips) / equations.slip_units
-            residual = np.maximum(residual, relative.max(axis=1))
-        if self.group.idle:
-            spins = equations.rod_spins.rows(twists, equations.rod_spins.lines(actions))
-            rows = np.concatenate([rows, spins], axis=2)
-        inverse, null, condition = self._factors(rows[:, self.group.known.size :], inverse)
-        state = GroupState(
-            solver=self,
-            reduction=reduction,
-            x=x,
-            actions=actions,
-            twists=twists,
-            rows=rows,
-            inverse=inverse,
-            null=null,
-            residual=residual,
-            condition=condition,
-            correction=np.zeros(len(x)) if correction is None else correction,
-        )
-        return state, equations.project(error, slips, actions, reduction)
-
-    def _factors(self, square: Array, inverse: Array | None) -> tuple[Array, Array, Array]:
-        """Return inverses, null spaces and condition numbers of the passives' rows.
-
-        Args:
-            square: these rows, followed by the spins of idle rods, if any.
-            inverse: see `evaluate`.
-        """
-        idle = len(self.group.idle)
-        if inverse is not None and is_near(square, inverse, self.row_scale):
-            null = np.zeros((len(square), square.shape[2] - idle, 0))
-            return inverse, null, condition_numbers(square, inverse, self.row_scale)
-        if idle:
-            return factorised_with_spins(square, self.row_scale, idle)
-        return factorised(square, self.row_scale)
+        rows, error, residual = self.equations.at(x, reduction, turns)
+        rows = rows.take(self._own_rows, 1)
+        passive = rows[:, self.group.known.size :]
+        factors = factorised(passive, self.row_scale, len(self.group.idle))
+        return GroupState(self, reduction, x, rows, error, *factors, residual, np.zeros(len(x)))
 
     def linearised(self, x: Array) -> tuple[Array, Array, Array]:
         """Return all closure equations at `x (N, size)` about the welds, slides in lengths.
 
+        There, gaps and angles do not mix, so that the sum of their squares says how far the loops
+        are from closed, wherever the origin is.
+
         Returns:
             Transposed closure matrices `(N, p, R)`, errors `(N, R)` and closure errors `(N,)`.
         """
-        equations, known = self.equations, len(self.group.known)
-        placed = self.batch.placed(x)
-        twists = equations.unit_twists.of(actions_of(placed))
-        rows, error = equations.at_welds(twists, placed)
-        passive = rows[:, known:]
-        if self.row_scale is not None:
-            passive = passive * self.row_scale
-        _, residual = equations.error(placed)
-        slips = self._slips(x, None)
-        if slips.size:
-            residual = np.maximum(residual, np.max(np.abs(slips) / equations.slip_units, axis=1))
-        return passive, np.concatenate([error, slips], axis=1), residual
+        rows, error, residual = self.equations.at(x, self.equations.about_welds)
+        rows = rows[:, self._own_rows[self.group.known.size :], : error.shape[1]]
+        return rows if self.row_scale is None else rows * self.row_scale, error, residual
 
     def moved(self, x: Array, step: Array) -> Array:
         """Return coordinates `(N, size)` after steps `(N, p)`, slides counted in lengths."""
@@ -193,47 +130,40 @@ class GroupSolver:
         Args:
             x: `(size,)` coordinates of the joints that do not move.
         """
-        key = x[self.batch.columns].tobytes()
+        key = x[self.equations.columns].tobytes()
         return self._kept.of("open reduction", key, lambda: self._open_reduction(x))
 
     def _open_reduction(self, x: Array) -> Reduction:
         """See `open_reduction`."""
         rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
-        movable = self.equations.movable
-        moves = self.coordinates.moves(movable)
-        step = generic(OPEN_CONFIGURATIONS, len(movable))
-        step[:, moves.slides] *= self._length
+        moves = self.coordinates.moves(self.movable)
+        step = generic(OPEN_CONFIGURATIONS, len(self.movable))
+        step[:, moves.slides] *= self.equations.length
         moves.apply(rows, step)
-        actions = self.batch.actions(rows)
-        return self.equations.reduction(self.equations.unit_twists.of(actions), actions)
+        return self.equations.reduction(rows, self.movable)
 
-    def _steps(self, state: GroupState, error: Array) -> tuple[Array, Array]:
-        """Return Newton's steps `(N, p)` from a state with its error `(N, R)`, see `evaluate`.
-
-        And their greatest parts `(N,)` [rad], slides counted in lengths.
-        """
-        step = state.step(error)
-        return step, np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0)
+    def _sizes(self, step: Array) -> Array:
+        """Return the greatest parts `(N,)` of steps `(N, p)` [rad], slides counted in lengths."""
+        return np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0)
 
     def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
         """Shorten Newton steps, and let them follow the curvature, where that is known.
 
         Args:
             state: where they begin.
-            step: changed in place.
-            sizes: see `_steps`.
+            step: `(N, p)`, changed in place.
+            sizes: see `_sizes`.
 
         Returns:
             Errors `(N,)` after them, in order of magnitude [rad].
         """
-        if not _greatest(sizes) <= LONGEST_STEP:
-            step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
+        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
         left = _CURVATURE * sizes**2
         is_good = (sizes > _STRAIGHT) & (sizes <= _BENT)
         if not np.logical_or.reduce(is_good):
             return left
         bend = state.bend(step)
-        bends = np.maximum.reduce(np.abs(bend * self._scale), axis=1)
+        bends = self._sizes(bend)
         is_good &= bends <= _MOST_BENT * sizes
         # What a straight step leaves is the bend, and its error falls in the same ratio again; the
         # third power is that of sines, where steps happen to need no bend.
@@ -252,6 +182,8 @@ class GroupSolver:
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
+        Each sample takes its steps whatever others are beside it.
+
         Args:
             x: `(N, size)` coordinates; those of the passives are corrected in place.
             reduction: the rows that are solved.
@@ -261,153 +193,84 @@ class GroupSolver:
                 less: what is known is from before it, but for the residual. None closes the loops
                 as far as rounding lets them, as is done where equations outnumber unknowns.
             settles: whether idle rods are turned about their lines to where they settle, see
-                `RodSpins.turned`.
+                `spins`.
         """
-        settles = settles and bool(self.group.idle)
-        state, error = self.evaluate(x, reduction, turns)
+        state = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
-        if leaves is not None and state.is_square:
-            return self._near(state, error, x, turns, most, leaves)
-        settling = np.zeros(len(x), dtype=bool) if settles else None
-        state = self._from(state, error, x, turns, most, settling)
-        if settles:
-            # Whole turns of their joints depend on the way as well.
-            columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
-            x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
-        return state
-
-    def _from(
-        self,
-        state: GroupState,
-        error: Array,
-        x: Array,
-        turns: Array | None,
-        most: int,
-        settling: Array | None = None,
-    ) -> GroupState:
-        """Take Newton steps from a state with its error `(N, R)`; see `newton`.
-
-        Idle rods begin to turn where their loops are nearly closed, and are `settling (N,)` from
-        then on: how far that opens the loops again says nothing about the guess. None leaves rods
-        as they are.
-        """
-        reduction, correction = state.reduction, state.correction
-        # By which idle rods are to be turned, if they are.
-        angles, spins, spin = None, np.zeros(1), 0.0
-        is_done = np.zeros(len(x), dtype=bool)
-        for count in range(most if settling is None else most + _MOST_SETTLING):
-            step, sizes = self._steps(state, error)
-            counted = sizes
-            if settling is not None:
-                angles = self.equations.rod_spins.turned(state.actions)
-                angles = np.clip(angles, -LONGEST_STEP, LONGEST_STEP)
-                spins = np.maximum.reduce(np.abs(angles), axis=1)
-                spin = _greatest(spins)
-                counted = np.where(settling, 0.0, sizes)
-                settling = settling | (sizes <= _NEARBY)
-                angles[~settling] = 0.0
-            if len(x) > 1:
-                few = np.flatnonzero(~is_done)
-                if not few.size:
-                    break
-                if few.size <= _FEW * len(x):
-                    own, own_turns = x[few], None if turns is None else turns[few]
-                    begun = None if settling is None else settling[few]
-                    rest = own_turns, most - count, begun
-                    later = self._from(state.of(few), error[few], own, *rest)
-                    x[few] = own
-                    return state.with_samples(few, later)
-                # So a sample ends where it does whatever others are beside it.
-                step[is_done] = sizes[is_done] = 0.0
-                if angles is not None:
-                    angles[is_done] = 0.0
-            correction = correction + counted
-            worst = _greatest(sizes)
-            if not math.isfinite(worst):
-                # Samples that are not finite leave the others alone.
-                before, state = state, state._replace(correction=correction)
-                few = np.flatnonzero(~is_done & np.isfinite(sizes))
-                if not few.size:
-                    return state
-                own, own_turns = x[few], None if turns is None else turns[few]
-                begun = None if settling is None else settling[few]
-                rest = own_turns, most - count, begun
-                later = self._from(before.of(few), error[few], own, *rest)
-                x[few] = own
-                return state.with_samples(few, later)
-            if count >= most and _greatest(counted) > _STRAIGHT:
+        if leaves is not None and not state.is_square:
+            leaves = None
+        correction, now, rest = state.correction, state, np.arange(len(x))
+        for count in range(most):
+            step = now.step(now.error)
+            sizes = self._sizes(step)
+            correction[rest] += sizes
+            # What is not a number leaves the others alone.
+            goes = np.isfinite(sizes)
+            if not goes.all():
+                now, rest, step, sizes = now.of(goes), rest[goes], step[goes], sizes[goes]
+            left = self._bend(now, step, sizes)
+            self._advance(x, rest, step)
+            if leaves is not None:
+                goes = ~((left <= leaves) & np.isfinite(now.condition))
+                done = rest[~goes]
+                state.residual[done] = np.minimum(left, now.residual)[~goes]
+                rest, left = rest[goes], left[goes]
+            if not rest.size or (leaves is not None and count == most - 1):
                 break
-            left = self._bend(state, step, sizes)
-            if angles is not None:
-                step += state.spun_back(angles)
-            self._moves.apply(x, step)
-            nearby = state.inverse if worst < _NEARBY and spin < _NEARBY else None
-            state, error = self.evaluate(x, reduction, turns, nearby, correction)
-            if settling is not None:
-                # Steps that are mere rounding are as large as the condition makes them.
-                unmoved = np.maximum(_UNMOVED, 10.0 * np.finfo(float).eps * state.condition)
-                is_done = (sizes < unmoved) & (spins < _SETTLED)
-                if np.logical_and.reduce(is_done):
-                    break
-            elif _greatest(left) <= _CONVERGED:
+            now = self.evaluate(x[rest], reduction, None if turns is None else turns[rest])
+            state = state.with_samples(rest, now)
+            goes = left > _CONVERGED
+            if not goes.all():
+                now, rest = now.of(goes), rest[goes]
+            if not rest.size:
                 break
-            else:
-                is_done = left <= _CONVERGED
-        return state
+        if settles and self.group.idle:
+            state = self._settled(state, x, turns)
+        return state._replace(x=x, correction=correction)
 
-    def _near(
-        self,
-        state: GroupState,
-        error: Array,
-        x: Array,
-        turns: Array | None,
-        most: int,
-        leaves: float,
-    ) -> GroupState:
-        """Take Newton steps from a state with its error `(N, R)` until little is left.
+    def _advance(self, x: Array, samples: Array, step: Array) -> None:
+        """Move some samples (index) of coordinates `(N, size)` by steps `(n, p)`."""
+        own = x[samples]
+        self._moves.apply(own, step)
+        x[samples] = own
 
-        Each sample takes its steps whatever others are beside it.
+    def _settled(self, state: GroupState, x: Array, turns: Array | None) -> GroupState:
+        """Turn idle rods about their lines to where they settle while loops stay closed.
 
-        Returns:
-            The state before the last step of each sample, whose residual is what that step leaves.
+        Args:
+            state: of closed loops; what is open stays as it is.
+            x: `(N, size)`, changed in place.
+            turns: see `evaluate`.
         """
-        step, sizes = self._steps(state, error)
-        left = self._bend(state, step, sizes)
-        self._moves.apply(x, step)
-        correction = state.correction + sizes
-        is_near = (left <= leaves) & np.isfinite(state.condition)
-        residual = np.minimum(left, state.residual)
-        if np.logical_and.reduce(is_near):
-            return state._replace(correction=correction, residual=residual)
-        residual = np.where(is_near, residual, state.residual)
-        state = state._replace(correction=correction, residual=residual)
-        # Written so that what is not a number stops as well.
-        rest = np.flatnonzero(~is_near & np.isfinite(sizes))
-        if not rest.size or most <= 1:
-            return state
-        own, own_turns = x[rest], None if turns is None else turns[rest]
-        later, error = self.evaluate(own, state.reduction, own_turns, None, correction[rest])
-        later = self._near(later, error, own, own_turns, most - 1, leaves)
-        x[rest] = own
-        return later if rest.size == len(x) else state.with_samples(rest, later)
+        (rest,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
+        now = state.of(rest)
+        for _ in range(_MOST_SETTLING if rest.size else 0):
+            angles = self.equations.turned(x[rest]).clip(-LONGEST_STEP, LONGEST_STEP)
+            spins = np.maximum.reduce(np.abs(angles), axis=1)
+            step = now.step(now.error)
+            sizes = self._sizes(step)
+            self._bend(now, step, sizes)
+            self._advance(x, rest, step + now.spun_back(angles))
+            now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
+            state = state.with_samples(rest, now)
+            # Steps that are mere rounding are as large as the condition makes them.
+            unmoved = np.maximum(_UNMOVED, 10.0 * np.finfo(float).eps * now.condition)
+            goes = ~((sizes < unmoved) & (spins < _SETTLED)) & np.isfinite(sizes)
+            now, rest = now.of(goes), rest[goes]
+            if not rest.size:
+                break
+        # Whole turns of their joints depend on the way as well.
+        columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
+        x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
+        return state
 
     @cached_property
     def idle_columns(self) -> Array:
         """Columns of rows that change when idle rods spin."""
         spinning = {rate for rod in self.group.idle for rate in rod.columns}
         return self.coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
-
-    def _slips(self, x: Array, turns: Array | None) -> Array:
-        """Return how far the couplings are from ratio and offset `(N, G)` [rad or m]."""
-        equations = self.equations
-        if not equations.couplings:
-            return np.zeros((len(x), 0))
-        angles = x if turns is None else x + 2.0 * np.pi * turns
-        columns = self.coordinates.column_of(equations.coupled_columns)
-        slips = np.matmul(angles[:, None, columns], equations.coupled_ratios)[:, 0]
-        return np.asarray(slips + equations.coupled_offsets)
 
 
 def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
@@ -417,54 +280,36 @@ def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
     return mechanism.kept.of("solver", group.key, lambda: GroupSolver(mechanism, group), most)
 
 
-def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
-    """Return the model of a group's bodies."""
-    at_zero = mechanism.placements_at_zero
-    on_loops = [mechanism.loops[index].predecessor - 1 for index in group.loops]
-    points = [at_zero[body].translation for body in on_loops or group.inertial_bodies]
-    origin = np.mean(points, axis=0) if points else np.zeros(3)
-    origin = at_zero[group.base].actInv(origin)
-    return batch_model(
-        mechanism, group.bodies, group.inertial_bodies, origin, group.base, group.crossed
-    )
+class _Known(NamedTuple):
+    solver: GroupSolver
+    reduction: Reduction
+    x: Array
+    rows: Array
+    error: Array
+    inverse: Array
+    null: Array
+    condition: Array
+    residual: Array
+    correction: Array
 
 
-def _greatest(values: Array) -> float:
-    """Return the greatest of sizes `(N,)`: of a single one, NumPy's function takes long."""
-    return float(values[0]) if values.size == 1 else float(np.maximum.reduce(values, initial=0.0))
-
-
-class GroupState(NamedTuple):
+class GroupState(_Known):
     """A group at given positions: its closure equations there and their factors.
 
     Attributes:
         solver: of the group.
         reduction: which rows of its closure equations were solved.
         x: `(N, size)` coordinates.
-        actions: see `actions_of`.
-        twists: `(N, m, 6)` unit twists of the movable coordinates.
-        rows: `(N, m, R)` transposed closure matrices of the movable coordinates, known ones first.
-            With k idle rods `(N, m, R + k)`: rates of these about their lines per unit of each
-            coordinate follow.
+        rows: `(N, m, R)` transposed closure matrices of the movable coordinates, known ones first;
+            with k idle rods `(N, m, R + k)`, see `Evaluated`.
+        error: `(N, R)`.
         inverse: `(N, R, p)`: inverse of the passives' rows, or its pseudoinverse; with k idle rods
             `(N, R + k, p)`.
         null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
-        residual: `(N,)` closure error, see `ClosureEquations.error`.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
+        residual: `(N,)` closure error.
         correction: `(N,)` how far the guess was off.
     """
-
-    solver: GroupSolver
-    reduction: Reduction
-    x: Array
-    actions: Array
-    twists: Array
-    rows: Array
-    inverse: Array
-    null: Array
-    residual: Array
-    condition: Array
-    correction: Array
 
     @property
     def group(self) -> Group:
@@ -476,6 +321,11 @@ class GroupState(NamedTuple):
         """Its bodies."""
         return self.solver.batch
 
+    @cached_property
+    def actions(self) -> Array:
+        """Actions of its joints, see `actions_of`."""
+        return self.batch.actions(self.x)
+
     @property
     def equations(self) -> ClosureEquations:
         """Its closure equations."""
@@ -484,14 +334,12 @@ class GroupState(NamedTuple):
     @property
     def known_rows(self) -> Array:
         """Transposed closure matrices `(N, k, R)` of what is known."""
-        known = self.solver.group.known.size
-        return self.rows[:, :known, : self.rows.shape[2] - len(self.solver.group.idle)]
+        return self.rows[:, : self.group.known.size, : self.error.shape[1]]
 
     @property
     def passive_rows(self) -> Array:
         """Transposed closure matrices `(N, p, R)` of the passives."""
-        known = self.solver.group.known.size
-        return self.rows[:, known:, : self.rows.shape[2] - len(self.solver.group.idle)]
+        return self.square[:, :, : self.error.shape[1]]
 
     def of(self, samples: Array) -> GroupState:
         """Return the state of some samples, given by their indices."""
@@ -499,10 +347,10 @@ class GroupState(NamedTuple):
 
     def with_samples(self, samples: Array, state: GroupState) -> GroupState:
         """Return the state with that of some samples, given by their indices; it is overwritten."""
+        if len(samples) == len(self.x):
+            return state
         for values, own in zip(self[2:], state[2:], strict=True):
-            # The rows of couplings are the same at all samples.
-            if values.flags.writeable:
-                values[samples] = own
+            values[samples] = own
         return self
 
     @property
@@ -520,7 +368,7 @@ class GroupState(NamedTuple):
     @property
     def reachable(self) -> Reduction:
         """The rows that the loops' joints can reach at these positions together."""
-        return self.equations.reduction(self.twists, self.actions)
+        return self.equations.reduction(self.x, self.solver.movable)
 
     def same_side(self, inverse: Array) -> Array:
         """Return `(N,)` whether other positions lie on the same side of singular configurations.
@@ -533,24 +381,18 @@ class GroupState(NamedTuple):
     @property
     def is_square(self) -> bool:
         """Whether there are as many equations, with those of idle rods, as passives."""
-        return self.rows.shape[2] == self.solver.group.passives.size
+        return self.rows.shape[2] == self.group.passives.size
 
     @property
     def square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
-        return self.rows[:, self.solver.group.known.size :]
-
-    def _with_angles(self, right: Array, angles: Array) -> Array:
-        """Return right-hand sides `(N, R)` of the loops, followed by those of idle rods."""
-        whole = np.empty((len(right), self.inverse.shape[1]))
-        whole[:, : right.shape[1]], whole[:, right.shape[1] :] = right, angles
-        return whole
+        return self.rows[:, self.group.known.size :]
 
     @property
     def idle(self) -> Array:
         """Passive rates `(N, p, k)` that violate no equation: unit spins of idle rods."""
         unit = np.zeros((len(self.inverse), self.inverse.shape[1], len(self.group.idle)))
-        unit[:, self.passive_rows.shape[2] :] = np.eye(len(self.group.idle))
+        unit[:, self.error.shape[1] :] = np.eye(len(self.group.idle))
         return refined(transposed(self.square), transposed(self.inverse), unit)
 
     def solve(self, right: Array) -> Array:
@@ -562,7 +404,7 @@ class GroupState(NamedTuple):
 
     def solve_transposed(self, right: Array) -> Array:
         """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
-        return refined(self.square, self.inverse, right)[:, : self.passive_rows.shape[2]]
+        return refined(self.square, self.inverse, right)[:, : self.error.shape[1]]
 
     def step(self, error: Array) -> Array:
         """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""
@@ -574,10 +416,10 @@ class GroupState(NamedTuple):
         With it, the error falls with the third power of the step (Chebyshev's method).
         """
         equations = self.equations
-        rates = np.zeros((len(step), len(equations.movable)))
-        rates[:, len(self.group.known) :] = step
-        left = equations.drift(self.twists, rates, closes=True)
-        return 0.5 * self.step(equations.project(left, None, self.actions, self.reduction))
+        rates = np.zeros((len(step), len(equations.slides)))
+        rates[:, self.group.passives] = step
+        left = equations.drift(self.x, rates, self.reduction)
+        return 0.5 * self.step(left[:, : self.error.shape[1]])
 
     def spun_back(self, angles: Array) -> Array:
         """Return steps `(N, p)` that turn idle rods back by angles `(N, k)` about their lines."""
@@ -597,28 +439,12 @@ class GroupState(NamedTuple):
             v: joint rates.
             known: accelerations `(N, k)` of what is known.
         """
-        v, equations = v[:, self.equations.movable], self.equations
-        drift = equations.drift(self.twists, v)
-        drift = equations.project(drift, None, self.actions, self.reduction)
-        if self.group.idle:
-            lines = equations.rod_spins.lines(self.actions)
-            drift = self._with_angles(drift, equations.rod_spins.drift(self.twists, v, lines))
+        own, movable = np.zeros_like(v), self.solver.movable
+        own[:, movable] = v[:, movable]
+        drift = self.equations.drift(self.x, own, self.reduction)
         return -self.solve(self._of_known(known[:, :, None]) + drift[:, :, None])[:, :, 0]
 
     def _of_known(self, known: Array) -> Array:
         """Return rates of the closure equations `(N, R, c)`, of those `(N, k, c)` of the known."""
         rows = self.rows[:, : self.group.known.size]
         return np.asarray(np.matmul(transposed(rows), known))
-
-    def set_rates(self, v: Array) -> None:
-        """Write the rates of the passives into joint rates `(N, nv, c)`, see `rates`."""
-        v[:, self.group.passives] = self.rates(v[:, self.group.known])
-
-    def set_accelerations(self, v: Array, a: Array) -> None:
-        """Write the accelerations of the passives into those of all joints `(N, nv)`.
-
-        Args:
-            v: joint rates `(N, nv)`.
-            a: joint accelerations, those of what is known, and the result.
-        """
-        a[:, self.group.passives] = self.accelerations(v, a[:, self.group.known])

@@ -11,10 +11,6 @@ import numpy as np
 from ...arrays import Array
 from ..tolerances import RANK_TOLERANCE
 
-_STALE = 1e-8
-"""Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
-refinement squares this error, to 1e-16."""
-
 
 def same_side(rows: Array, inverses: Array) -> Array:
     """Return `(N,)` whether two positions lie on the same side of every singular configuration.
@@ -29,84 +25,49 @@ def same_side(rows: Array, inverses: Array) -> Array:
     return np.asarray(np.linalg.det(np.matmul(rows, inverses)) > 0.0)
 
 
-def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
-    """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
+def factorised(rows: Array, scale: Array | None, spins: int = 0) -> tuple[Array, Array, Array]:
+    """Return inverses, null spaces of the closure equations, and condition numbers `(N,)`.
 
-    Inverses are pseudoinverses where p < R or where a matrix is exactly singular. Condition numbers
-    are in the Frobenius norm of square regular matrices, else ratios of singular values. Of a
-    matrix that is not finite, inverse and condition number are none.
+    Inverses are pseudoinverses of the closure equations where these are more than they have rank,
+    or where a matrix is exactly singular; unit spins of idle rods follow. Condition numbers are in
+    the Frobenius norm of square regular matrices, else ratios of singular values. Of a matrix that
+    is not finite, inverse and condition number are none.
 
     Args:
-        rows: transposed closure matrices `(N, p, R)`, p ≤ R.
+        rows: transposed closure matrices `(N, p, R)`, p ≤ R + k, followed by k spins.
         scale: `(p, 1)` units of their rows for condition and rank, None if all are 1.
+        spins: their number k.
+
+    Returns:
+        Inverses `(N, R + k, p)`, null spaces `(N, R, R + k - p)` and condition numbers.
     """
-    count, p, r = rows.shape
-    if p == r:
+    count, p, columns = rows.shape
+    r = columns - spins
+    if p == columns:
         try:
             inverse = np.linalg.inv(rows)
             return inverse, np.zeros((count, r, 0)), condition_numbers(rows, inverse, scale)
         except np.linalg.LinAlgError:
             pass  # One of them is exactly singular; pseudoinverses exist all the same.
     rows, is_finite = _finite(rows)
-    left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
-    size = min(p, r)
-    greatest = values[:, :1] if size else np.ones((count, 1))
-    small = values <= RANK_TOLERANCE * greatest
-    reciprocal = np.where(small, 0.0, 1.0 / np.where(small, 1.0, values))
-    inverse = (transposed(right[:, :size]) * reciprocal[:, None]) @ transposed(left[:, :, :size])
-    if scale is not None:
-        inverse *= scale.T
-    smallest = values[:, -1] if size else np.ones(count)
-    condition = np.divide(
-        greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
-    )
-    inverse[~is_finite] = condition[~is_finite] = np.nan
-    return inverse, transposed(right[:, p:]), condition
-
-
-def factorised_with_spins(
-    rows: Array, scale: Array | None, spins: int
-) -> tuple[Array, Array, Array]:
-    """Return the same as `factorised` of matrices whose last columns are spins of idle rods.
-
-    Where there are more closure equations than they have rank, or a matrix is exactly singular, the
-    inverses are pseudoinverses of the closure equations, followed by unit spins.
-
-    Args:
-        rows: closure matrices `(N, p, R)`, then k spins.
-        scale: see `factorised`.
-        spins: their number k.
-
-    Returns:
-        Inverses `(N, R + k, p)`, null spaces `(N, R, R + k - p)` and condition numbers `(N,)`.
-    """
-    count, p, columns = rows.shape
-    if p == columns:
-        try:
-            inverse = np.linalg.inv(rows)
-            null = np.zeros((count, columns - spins, 0))
-            return inverse, null, condition_numbers(rows, inverse, scale)
-        except np.linalg.LinAlgError:
-            pass
-    rows, is_finite = _finite(rows)
-    closure, turning = rows[:, :, :-spins], rows[:, :, -spins:]
-    left, values, right = np.linalg.svd(closure if scale is None else closure * scale)
-    idle = left[..., p - spins :]
+    units = np.ones((p, 1)) if scale is None else scale
+    closure, turning = rows[:, :, :r], rows[:, :, r:]
+    left, values, right = np.linalg.svd(closure * units)
     # With fewer equations there is no such rank; what else is undecided is not reported here.
     rank = min(p - spins, values.shape[1])
-    # In singular positions more values vanish; no motion is taken along these.
-    counted = values[:, None, :rank]
-    reciprocal = np.divide(1.0, counted, out=np.zeros_like(counted), where=counted > 0.0)
-    inverse = (transposed(right[:, :rank]) * reciprocal) @ transposed(left[..., :rank])
-    if scale is not None:
-        inverse, idle = inverse * scale.T, idle * scale
-    unit_spins = transposed(idle @ np.linalg.pinv(transposed(turning) @ idle))
-    inverse = inverse - (inverse @ turning) @ unit_spins
-    condition = np.ones(count)
+    greatest, values = values[:, :1], values[:, :rank]
+    # No motion is taken along what vanishes; of rods in singular positions, what vanishes exactly.
+    small = values <= (0.0 if spins else RANK_TOLERANCE * greatest)
+    reciprocal = np.where(small, 0.0, 1.0 / np.where(small, 1.0, values))
+    inverse = (transposed(right[:, :rank]) * reciprocal[:, None]) @ transposed(left[..., :rank])
+    inverse *= units.T
+    condition = np.full(count, np.inf if rank else 1.0)
     if rank:
-        least, condition = values[:, rank - 1], np.full(count, np.inf)
-        np.divide(values[:, 0], least, out=condition, where=least > 0.0)
-    inverse = np.concatenate([inverse, unit_spins], axis=1)
+        np.divide(greatest[:, 0], values[:, -1], out=condition, where=values[:, -1] > 0.0)
+    if spins:
+        idle = left[..., p - spins :] * units
+        unit_spins = transposed(idle @ np.linalg.pinv(transposed(turning) @ idle))
+        inverse = np.concatenate([inverse - (inverse @ turning) @ unit_spins, unit_spins], axis=1)
     inverse[~is_finite] = condition[~is_finite] = np.nan
     return inverse, transposed(right[:, rank:]), condition
 
@@ -174,15 +135,3 @@ def _squared_norms(matrices: Array) -> Array:
     count, rows, columns = matrices.shape
     vectors = matrices.reshape(count, 1, rows * columns)
     return np.matmul(vectors, vectors.transpose(0, 2, 1)).reshape(count)
-
-
-def is_near(rows: Array, inverse: Array, scale: Array | None) -> bool:
-    """Return whether one step of refinement makes `inverse` the inverse of `rows`."""
-    _, p, r = rows.shape
-    if p != r:
-        return False
-    product = np.matmul(rows, inverse)
-    if scale is not None:
-        product *= scale / scale.T
-    product -= np.eye(p)
-    return bool(np.abs(product).max(initial=0.0) < _STALE)

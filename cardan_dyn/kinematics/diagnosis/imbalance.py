@@ -482,7 +482,7 @@ class _SetOfLoops(NamedTuple):
     @staticmethod
     def at(solver: GroupSolver, x: Array) -> _SetOfLoops:
         """Return closed coordinates `(size,)` alone, with their own rank."""
-        state, _ = solver.evaluate(x[None, :], solver.equations.full())
+        state = solver.evaluate(x[None, :], solver.equations.full)
         left, _, _ = np.linalg.svd(state.scaled_rows)
         rank = int(ranks(state.scaled_rows)[0])
         return _SetOfLoops(solver.group.passives, x[None, :], left[:, :, rank:])

@@ -55,17 +55,20 @@ class Group(NamedTuple):
     crossed: tuple[Crossing, ...] = ()
 
     @property
-    def key(self) -> Hashable:
-        """All that a group consists of, as the key of a dictionary."""
+    def closure(self) -> Hashable:
+        """All that its closure equations follow from, whatever moves, as a key."""
         return (
             self.loops,
             self.couplings,
-            self.passives.tobytes(),
-            self.known.tobytes(),
-            *(tuple(self.bodies), self.base, frozenset(self.inertial_bodies)),
+            *(tuple(self.bodies), self.base, self.crossed),
             *((rod.body, rod.columns, rod.line.tobytes(), rod.frame) for rod in self.idle),
-            self.crossed,
         )
+
+    @property
+    def key(self) -> Hashable:
+        """All that it consists of, as the key of a dictionary."""
+        moving = self.passives.tobytes(), self.known.tobytes()
+        return self.closure, *moving, frozenset(self.inertial_bodies)
 
     @property
     def crossed_loops(self) -> list[int]:

@@ -102,7 +102,7 @@ def test_sides_of_a_dead_point_differ() -> None:
     x = kinematics.close(branch.guess(positions)).x
     rocker = values(mechanism, x, "D")
     item, reduction, _ = only_group(mechanism, "D")
-    state, _ = item.evaluate(x, reduction)
+    state = item.evaluate(x, reduction)
     same = state.same_side(np.repeat(state.inverse[[360]], len(x), axis=0))
     # On the side of position zero, the rocker moves with the crank as it does there.
     slope = np.gradient(rocker, positions)
