@@ -292,7 +292,9 @@ class InverseDynamics:
         self._prescribed = problem.prescribed_columns
         scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
-        self.has_mass = any(solver.batch.has_mass for solver in kinematics.solvers)
+        bodies = {body for item in kinematics.solvers for body in item.group.inertial_bodies}
+        bodies -= {index - 1 for index in mechanism.auxiliary_bodies}
+        self.has_mass = any(mechanism.model.inertias[body + 1].mass > 0.0 for body in bodies)
 
     @property
     def depends(self) -> Array | None:

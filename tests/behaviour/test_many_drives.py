@@ -89,8 +89,8 @@ def test_models_are_as_small_as_their_loops() -> None:
     for mechanism in (stacked(40), tree(31), on_arms(20)):
         scene = cd.Scene(mechanism, drive=cranks(mechanism))
         solvers = scene.solver.assembly.kinematics.solvers
-        assert max(len(solver.batch) for solver in solvers) <= 8
-        bodies = sum(len(solver.batch) for solver in solvers)
+        assert max(len(solver.group.bodies) for solver in solvers) <= 8
+        bodies = sum(len(solver.group.bodies) for solver in solvers)
         assert bodies < 1.2 * mechanism.model.njoints
 
 

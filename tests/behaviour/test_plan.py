@@ -127,7 +127,7 @@ def test_long_lines_take_small_models() -> None:
         scene = cd.Scene(cd.load(drive_line(count)), drive="bearing_0")
         solvers = scene.solver.assembly.kinematics.solvers
         assert len(solvers) == count
-        sizes.append(6 * max(len(solver.batch) for solver in solvers))
+        sizes.append(6 * max(len(solver.group.bodies) for solver in solvers))
     assert sizes[0] == sizes[1] <= 30
 
 

@@ -17,7 +17,6 @@ from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
 from ..tolerances import CLOSURE_TOLERANCE
-from .batch_model import BatchModel, batch_model
 from .equations import ClosureEquations, Reduction, equations_of
 from .stacked import factorised, refined, same_side, times, transposed
 
@@ -60,7 +59,6 @@ class GroupSolver:
         coordinates: layout of coordinate rows.
         equations: its closure equations.
         movable: `(m,)` velocity coordinates that may move, known ones first, then passives.
-        batch: its bodies, for inverse dynamics.
         row_scale: `(p, 1)` lengths for the rows of slides, or None where nothing slides.
         known_scale: `(k, 1)` likewise for what is known.
     """
@@ -70,14 +68,6 @@ class GroupSolver:
         self._kept = Kept()
         self.coordinates = coordinates = mechanism.coordinates
         self.equations = equations = equations_of(mechanism, group)
-        self.batch = batch_model(
-            mechanism,
-            group.bodies,
-            group.inertial_bodies,
-            equations.origin,
-            group.base,
-            group.crossed,
-        )
         self._moves = coordinates.moves(group.passives)
         self.movable = np.concatenate([group.known, group.passives])
         self._own_rows = [equations.rates.index(rate) for rate in self.movable.tolist()]
@@ -317,16 +307,6 @@ class GroupState(_Known):
         return self.solver.group
 
     @property
-    def batch(self) -> BatchModel:
-        """Its bodies."""
-        return self.solver.batch
-
-    @cached_property
-    def actions(self) -> Array:
-        """Actions of its joints, see `actions_of`."""
-        return self.batch.actions(self.x)
-
-    @property
     def equations(self) -> ClosureEquations:
         """Its closure equations."""
         return self.solver.equations
@@ -388,23 +368,12 @@ class GroupState(_Known):
         """The passives' rows, with the spins of idle rods behind those of the loops."""
         return self.rows[:, self.group.known.size :]
 
-    @property
-    def idle(self) -> Array:
-        """Passive rates `(N, p, k)` that violate no equation: unit spins of idle rods."""
-        unit = np.zeros((len(self.inverse), self.inverse.shape[1], len(self.group.idle)))
-        unit[:, self.error.shape[1] :] = np.eye(len(self.group.idle))
-        return refined(transposed(self.square), transposed(self.inverse), unit)
-
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R, c)` to `(N, p, c)`.
 
         With idle rods, right-hand sides `(N, R + k, c)` end with rates about their lines.
         """
         return refined(transposed(self.square), transposed(self.inverse), right)
-
-    def solve_transposed(self, right: Array) -> Array:
-        """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
-        return refined(self.square, self.inverse, right)[:, : self.error.shape[1]]
 
     def step(self, error: Array) -> Array:
         """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""

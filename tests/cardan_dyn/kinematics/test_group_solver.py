@@ -13,7 +13,6 @@ from testkit.planar_linkages import (
     geared,
     joint,
     link,
-    loop,
     pin_distance,
     solver,
     values,
@@ -21,7 +20,6 @@ from testkit.planar_linkages import (
 
 import cardan_dyn as cd
 from benchmarks.robots import delta
-from cardan_dyn.kinematics.closing.batch_model import BatchModel, LongChain
 
 ANGLES = np.linspace(-0.6, 0.6, 7)
 
@@ -291,7 +289,7 @@ def test_open_reductions_are_seen_from_behind_a_slide(length: float) -> None:
     item, _, start = only_group(cd.load(carriage(length)), "s")
     reduction = item.open_reduction(start)
     assert reduction.rows[0].shape == (6, 2)
-    assert item.batch.bodies[reduction.axes[0].body] == cd.load(carriage(length))["s"].id - 1
+    assert item.group.bodies[reduction.axes[0].body] == cd.load(carriage(length))["s"].id - 1
 
 
 def test_a_group_without_passives_stays_as_it_is() -> None:
@@ -301,16 +299,3 @@ def test_a_group_without_passives_stays_as_it_is() -> None:
     state = item.newton(x, reduction)
     np.testing.assert_array_equal(x, guesses(mechanism, "A", ANGLES))
     assert not np.any(state.residual)
-
-
-@pytest.mark.parametrize(("count", "kind"), [(31, BatchModel), (32, LongChain)])
-def test_long_groups_do_without_pinocchios_data(count: int, kind: type[BatchModel]) -> None:
-    names = [f"l{index}" for index in range(count)]
-    joints = [
-        joint(f"J{index}", parent, child, (0.0, 0.1))
-        for index, (parent, child) in enumerate(zip(["ground", *names], names, strict=False))
-    ]
-    closing = loop(names[-1], "ground", (0.0, 0.1), (0.0, 0.0))
-    mechanism = described(*map(link, names), *joints, closing)
-    kinematics, _ = solver(mechanism, "J0")
-    assert type(kinematics.solvers[-1].batch) is kind

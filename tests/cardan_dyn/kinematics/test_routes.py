@@ -102,7 +102,7 @@ def test_rows_and_placed_bodies_grow_linearly(drive: str) -> None:
         solved = kinematics(tongs.two_chains(count), drive.format(last=count - 1))
         state = solved.evaluate(solved.coordinates.neutral()[None])
         entries.append(sum(item.known_rows.size + item.passive_rows.size for item in state.groups))
-        placed.append(sum(len(solver.batch) for solver in solved.solvers))
+        placed.append(sum(len(solver.group.bodies) for solver in solved.solvers))
     # Of each pair, one pin that is known and three joints, by three rows.
     assert np.all(np.diff(entries) == 12 * np.diff(COUNTS))
     # Four around each loop, and three for inertia with few between them and their base.
