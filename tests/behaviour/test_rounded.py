@@ -60,10 +60,10 @@ def test_what_only_dimensions_let_move_moves_with_few_digits(name: str, digits: 
     described, wanted = cd.describe(mechanism), cd.describe(exact)
     assert (described.mobility, described.rank) == (wanted.mobility, wanted.rank)
     found, expected = swept(mechanism), swept(exact)
-    assert found.loop_residual < 1e-11
+    assert found.loop_residual < 1e-10  # What counts as closed.
     assert not np.any(found.unique & ~expected.unique)
     off = np.max(np.abs(found.drive_effort - expected.drive_effort))
-    assert off < 100.0 * max(10.0**-digits, 1e-13) * np.max(np.abs(expected.drive_effort))
+    assert off < 100.0 * max(10.0**-digits, 1e-12) * np.max(np.abs(expected.drive_effort))
     # Digits that rounding takes for those of exact numbers are left alone.
     if digits <= 10 and name != "planar":
         (warning,) = told(mechanism)
