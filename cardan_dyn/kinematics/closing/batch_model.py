@@ -224,10 +224,6 @@ class BatchModel:
         body, at = carried(body, self._carriers)
         return self.index_of.get(body, -1), at
 
-    def rotation_at_zero(self, index: int) -> Array:
-        """Return `(3, 3)` the axes of a joint at its zero in those of what carries it."""
-        return np.asarray(self._hangs_at[index].rotation)
-
     def path(self, index: int) -> list[int]:
         """Return the indices in `bodies` from the base to a body, its own last."""
         path = []
@@ -283,38 +279,6 @@ class BatchModel:
                     forward(model, data, row)
                     out[:] = placements
         return placed
-
-    def wrenches_on_ground(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
-        """Return the wrench of every joint `(N, n, 6)` in its frame, loops left open.
-
-        The base is at rest.
-
-        Args:
-            gravity: `(N, 3)` or `(1, 3)` in the axes of the base [m/s²].
-            x: coordinate rows `(N, size)`.
-            v: joint velocities `(N, nv)`.
-            a: joint accelerations `(N, nv)`.
-        """
-        if gravity.shape[0] > 1 and not (gravity == gravity[0]).all():
-            return self._while_falling(gravity, x, v, a)
-        count = x.shape[0]
-        if count == 1:
-            calls = self._calls_of(1, False)
-            calls.model.gravity.linear = gravity[0]
-            sample = x[0, self.columns], v[0, self._rates], a[0, self._rates]
-            pinocchio.rnea(calls.model, calls.data, *sample)
-            return np.array(calls.forces[None])
-        result = np.empty((count, self.parents.size, 6))
-        q, v, a = x[:, self.columns], v[:, self._rates], a[:, self._rates]
-        for span, calls in self._calls(count):
-            # A thread's own, so that no other reads it meanwhile.
-            calls.model.gravity.linear = gravity[0]
-            calls.inverse_dynamics(q[span], v[span], a[span], result[span])
-        return result
-
-    def _while_falling(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
-        """Return what `wrenches_on_ground` does, whatever gravity is."""
-        return self.inverse_dynamics(BaseMotion.against(gravity, len(x)), x, v, a)[0]
 
     def inverse_dynamics(
         self, base: BaseMotion, x: Array, v: Array, a: Array
@@ -593,10 +557,6 @@ class LongChain(BatchModel):
         columns, positions = (np.stack(items).T for items in zip(*placed, strict=True))
         rows = columns.transpose(0, 3, 1, 2).reshape(*positions.shape[::2], 9)
         return np.concatenate([rows, positions.transpose(0, 2, 1)], axis=2)
-
-    def wrenches_on_ground(self, gravity: Array, x: Array, v: Array, a: Array) -> Array:
-        """See `BatchModel.wrenches_on_ground`."""
-        return self._while_falling(gravity, x, v, a)
 
     def inverse_dynamics(
         self, base: BaseMotion, x: Array, v: Array, a: Array

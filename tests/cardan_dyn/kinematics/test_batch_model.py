@@ -99,10 +99,7 @@ def test_many_samples_at_once_are_those_one_by_one(mechanism: cd.Mechanism) -> N
     count = batch_model._FEWEST_TOGETHER + 1
     x, random = rows(mechanism, count), np.random.default_rng(5)
     v, a = random.normal(size=(2, count, mechanism.model.nv))
-    base, gravity = (
-        BaseMotion(*random.normal(size=(2, count, 6))),
-        random.normal(size=(count, 3)),
-    )
+    base = BaseMotion(*random.normal(size=(2, count, 6)))
 
     def found(samples: slice) -> list[np.ndarray]:
         own = BaseMotion(base.twist[samples], base.acceleration[samples])
@@ -110,8 +107,6 @@ def test_many_samples_at_once_are_those_one_by_one(mechanism: cd.Mechanism) -> N
         return [
             batch.actions(x[samples]),
             *batch.inverse_dynamics(own, *given),
-            batch.wrenches_on_ground(gravity[samples], *given),
-            batch.wrenches_on_ground(gravity[:1], *given),
         ]
 
     at_once = found(slice(None))
@@ -127,7 +122,8 @@ def test_gravity_is_that_of_each_sample(mechanism: cd.Mechanism, batch: BatchMod
         model.inertias[index] = pinocchio.Inertia.Zero()
     data, several = model.createData(), np.random.default_rng(7).normal(size=(COUNT, 3))
     for gravity in (several, several[:1]):
-        found = batch.wrenches_on_ground(gravity, x, v, a)
+        base = BaseMotion.against(gravity, COUNT)
+        found, _ = batch.inverse_dynamics(base, x, v, a)
         for sample, q in enumerate(mechanism.coordinates.configuration(x)):
             model.gravity.linear = gravity[sample % len(gravity)]
             pinocchio.rnea(model, data, q, v[sample], a[sample])
@@ -143,7 +139,7 @@ def test_a_call_is_for_several_samples_of_few_bodies(
     mechanism = cd.load(name)
     bodies, count = list(range(mechanism.model.njoints - 1)), 1000
     batch = BatchModel(mechanism, bodies, set(bodies), ORIGIN)
-    counted = {"forwardKinematics": 0, "rnea": 0}
+    counted = {"forwardKinematics": 0}
     for function in counted:
         plain = getattr(pinocchio, function)
 
@@ -152,9 +148,7 @@ def test_a_call_is_for_several_samples_of_few_bodies(
             return plain(*arguments)
 
         monkeypatch.setattr(pinocchio, function, counting)
-    x, rest = rows(mechanism, count), np.zeros((count, mechanism.model.nv))
-    batch.actions(x)
-    batch.wrenches_on_ground(np.zeros((1, 3)), x, rest, rest)
+    batch.actions(rows(mechanism, count))
     copies = {"universal_joint": 6, "double_shaft_z": 3, "stewart_platform": 1}[name]
     assert set(counted.values()) == {count // copies + count % copies}
 
