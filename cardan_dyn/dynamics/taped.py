@@ -88,7 +88,8 @@ class TapedSolver:
         )
         spinning = {rate for group in self._groups for rod in group.idle for rate in rod.columns}
         idle = coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
-        self._idle = np.intersect1d(idle, coordinates.angle_columns)
+        angles = set(coordinates.angle_columns.tolist())
+        self._idle = [column for column in idle if column in angles]
         self._sizes = coordinates.size, mechanism.wrench_count, len(mechanism.couplings)
         self._trees: dict[tuple[str, ...], Tree] = {}
         self._roles = Roles(
