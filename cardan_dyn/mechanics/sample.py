@@ -8,7 +8,7 @@ from typing import NamedTuple
 from ..tape import absolute, greater, is_zero
 from . import closure, spinning, spins, teeth
 from .bodies import Tree
-from .elimination import Eliminated, Pivot, Row, eliminated, pivots
+from .elimination import Eliminated, Pivot, Row, UnsuitableError, eliminated, pivots
 from .placements import Placed, moving, placed, stepped
 from .reactions import (
     Closed,
@@ -86,7 +86,11 @@ class Roles(NamedTuple):
             UnsuitableError: see `pivots`.
         """
         rows = closure.rows(tree, placed(tree, x), set(self.passives))
-        return pivots(rows, [block[:2] for block in self.blocks], nothing)
+        try:
+            return pivots(rows, [block[:2] for block in self.blocks], nothing)
+        except UnsuitableError:  # Ways around loops may divide what paths along the tree do not.
+            every = [row for block in self.blocks for row in block.rows]
+            return pivots(rows, [(every, self.passives)], nothing)
 
 
 class LinkForce(NamedTuple):
