@@ -432,8 +432,8 @@ def _decided_by(energy: Sequence[Row], bounds: Sequence[Scalar]) -> list[int]:
         UnsuitableError: their number differs between samples.
     """
     size = len(energy)
-    values = [_seen(entry) for row in energy for entry in row.values()]
-    samples = max((np.size(value) for value in values), default=1)
+    values = [*(entry for row in energy for entry in row.values()), *bounds]
+    samples = max((np.size(_seen(value)) for value in values), default=1)
     matrix = np.zeros((samples, size, size))
     for index, row in enumerate(energy):
         for column, entry in row.items():
