@@ -495,14 +495,23 @@ class SelfStresses(NamedTuple):
             Wrench to its six components in its joint's frame, forces times the length; and the
             same of each coupling's moment. What is zero or missing follows from the laws of motion.
         """
-        normal = _factors(_products(self.entries))
+        # Once for each self-stress: components are many more.
+        normal, count = _factors(_products(self.entries)), len(self.items)
+        units = ([float(row == column) for row in range(count)] for column in range(count))
+        inverse = [normal.solve(unit) for unit in units]
 
         def share(parts: Mapping[int, Scalar]) -> Scalar:
             """Return the influence of what has these parts in the self-stresses."""
             if not parts:
                 return 0.0
-            shares = normal.solve([parts.get(index, 0.0) for index in range(len(self.items))])
-            return sum((part * shares[column] for column, part in parts.items()), 0.0)
+            return sum(
+                (
+                    part * other * inverse[column][row]
+                    for column, part in parts.items()
+                    for row, other in parts.items()
+                ),
+                0.0,
+            )
 
         rows: dict[int, dict[int, list[Scalar]]] = {}
         moments: dict[int, dict[int, Scalar]] = {}
