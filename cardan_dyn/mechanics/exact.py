@@ -180,7 +180,7 @@ class _Chain:
             tree: it, with the loops and couplings that count.
             loops: indices of these loops.
         """
-        self._mechanism, self._loops = mechanism, loops
+        self._mechanism = mechanism
         self._original = self._tree = tree
         self._offsets = [item.offset for item in self._tree.couplings]
         # First the frames of joints, by their first bodies, then the ends of loops.
@@ -302,6 +302,8 @@ class _Chain:
         taken: list[_Positions] = []
         for round_ in range(_ROUNDS):
             around = self._around(start, round_, tolerance)
+            if not len(around.error):
+                return None
             rank = int((around.sizes > tolerance).sum(axis=1).max())
             if taken and around.error.max() <= _LEVERS * _CLOSED:
                 return self._nearest()

@@ -181,3 +181,21 @@ def test_parts_that_are_exact_stay_beside_others_that_are_not() -> None:
 def test_loops_that_need_no_exact_numbers_are_left_alone() -> None:
     for name in cd.bundled_names():
         assert not told(cd.load(name), "loops")
+
+
+def test_a_base_that_moves_changes_nothing() -> None:
+    text = rounded(LOOPS["bennett"], 6).replace(
+        '<link name="ground"/>',
+        '<link name="world_frame"/><link name="ground"/><joint name="base" type="floating">'
+        '<parent link="world_frame"/><child link="ground"/></joint>',
+    )
+    mechanism = cd.load(text)
+    assert cd.describe(mechanism).mobility == 7
+    assert told(mechanism)
+
+
+def test_bars_that_are_far_apart_are_no_matter_of_rounding() -> None:
+    mechanism = cd.load(four_bar(0.0).replace(".3 .15", ".9 .15"))
+    assert not told(mechanism, "exact")
+    with pytest.raises(cd.AssemblyError, match="check the origins"):
+        effort(mechanism)
