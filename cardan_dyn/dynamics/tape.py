@@ -1,7 +1,7 @@
 """Tape: the equations of a scene's samples, traced once and run for many of them side by side.
 
-Where no order of elimination that was chosen before serves, the same equations run on plain
-numbers, with an order that is chosen at the sample.
+Where no order of elimination that was chosen before serves, the same equations run with one that is
+chosen at the sample.
 """
 
 from __future__ import annotations
@@ -9,17 +9,18 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, islice, pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..arrays import Array, some
+from ..arrays import Array, blocks, some
 from ..kinematics.tolerances import REGULAR_CONDITION, SINGULAR_CONDITION
 from ..mechanics.bodies import Tree
-from ..mechanics.elimination import MOST_GROWTH, Pivot
+from ..mechanics.elimination import MOST_GROWTH, Order
 from ..mechanics.placements import placed
 from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
 from ..mechanics.vectors import ZERO, Rotation, Vector, times, turned
+from ..mechanism.kept import MOST, Kept
 from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs
 
@@ -38,6 +39,9 @@ _SETTLED = 1e-13
 _LEAST_PIVOT = 1.0 / SINGULAR_CONDITION
 """Pivot that counts as none where a single sample is solved, which is not singular."""
 
+
+_SIDE_BY_SIDE = 256
+"""Samples that are solved at once without a tape: all their numbers stay in the cache."""
 
 SAMPLES = 16
 """Samples that tell what statics leaves open."""
@@ -250,7 +254,7 @@ class Equations:
         self,
         given: Given,
         x: Sequence[Scalar],
-        order: Sequence[Pivot],
+        order: Order,
         left_out: Scalar,
         rounding: float,
     ) -> list[Scalar]:
@@ -264,7 +268,7 @@ class Equations:
             rounding: error up to which loops count as closed, in units of the tree.
 
         Raises:
-            UnsuitableError: samples do not tell which self-stresses are independent.
+            UnsuitableError: see `reactions.closed`.
         """
         found = solved(self.tree, self.roles, given, order)
         error = found.error / self.tree.norm_length
@@ -315,11 +319,13 @@ class Equations:
     def rounding(self, x: Mapping[int, Array]) -> float:
         """Return the error up to which loops count as closed near some coordinates.
 
-        It is that of as many sums of lengths as there are bodies, in units of the tree.
+        It is that of as many sums of lengths as there are bodies, in units of the tree, or of as
+        many angles in couplings.
         """
         points = placed(self.tree, x).points
-        farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
-        return len(self.tree.bodies) * _ROUNDING * max(1.0, float(farthest))
+        sizes = [float(np.abs(value).max()) for point in points for value in point]
+        sizes += [np.pi * abs(coupling.ratio) for coupling in self.tree.couplings]
+        return len(self.tree.bodies) * _ROUNDING * max([1.0, *sizes])
 
     def found(self, results: Array) -> tuple[Found, Judged]:
         """Return rows of results `(k, n)` by their names."""
@@ -340,9 +346,7 @@ class Equations:
             if np.sqrt(np.abs(shares).max()) > UNIQUE_TOLERANCE
         }
 
-    def shares(
-        self, given: Given, order: Sequence[Pivot]
-    ) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+    def shares(self, given: Given, order: Order) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
         """Return what `open_ones` takes, without what does not vanish nowhere.
 
         Arguments and errors as of `results`.
@@ -368,9 +372,7 @@ class Tape:
         acting: which rows of samples it considers; others have to be zero.
     """
 
-    def __init__(
-        self, equations: Equations, order: Sequence[Pivot], shadows: Array, acting: Array
-    ) -> None:
+    def __init__(self, equations: Equations, order: Order, shadows: Array, acting: Array) -> None:
         """Trace the equations.
 
         Args:
@@ -417,7 +419,11 @@ class Tape:
             rows: what is given.
             x: `(size, n)` coordinates near closed ones.
         """
-        return self._equations.found(self._program.run_rows(self._with_x(rows, x), x.shape[1]))
+        return self._equations.found(self.results(rows, x))
+
+    def results(self, rows: Prescribed, x: Array) -> Array:
+        """Return rows of what `Equations.results` finds; arguments as of `run`."""
+        return self._program.run_rows(self._with_x(rows, x), x.shape[1])
 
     def openings(self, rows: Prescribed, x: Array) -> tuple[Array, set[int]]:
         """Return what statics leaves open at closed samples.
@@ -450,33 +456,96 @@ class Tape:
         return [*rows.parts, x[equations.per_sample], x[equations.uniform, :1]]
 
 
-def found_alone(
-    equations: Equations, rows: Prescribed, x: Array, shares: list[tuple[Any, Any]]
-) -> tuple[Found, Judged]:
-    """Return what equations find of n closed samples, each with an order chosen there.
+_Orders: TypeAlias = list[tuple[Order, Array]]
+"""Orders of elimination, and samples (index) of each."""
 
-    Args:
-        equations: these.
-        rows: what is given.
-        x: `(size, n)` closed coordinates.
-        shares: gets what is open at some of them, see `Equations.shares`.
 
-    Raises:
-        UnsuitableError: there is no order at a sample.
+class Alone:
+    """Equations of closed samples, each in an order that is chosen there. Threads may share it.
+
+    Samples of one order are solved side by side, which changes no bit of theirs: by a tape where
+    the order is met again, else on arrays.
     """
-    tree, units = equations.tree, equations.tree.coordinate_units(len(x))
-    results, some_samples = [], set(some(x.shape[1], SAMPLES).tolist())
-    for sample in range(x.shape[1]):
-        own = [float(value) for part in rows.parts for value in part[:, sample % part.shape[1]]]
-        column = x[:, sample]
-        at = dict(enumerate((column / units).tolist()))
-        order = equations.roles.order(tree, at, _LEAST_PIVOT)
-        values = column.tolist()
-        given = equations.given(iter(own), values)
-        results.append(equations.results(given, values, order, 0.0, equations.rounding(at)))
-        if sample in some_samples:
-            shares.append(equations.shares(given, order))
-    return equations.found(np.array(results).T)
+
+    def __init__(self, equations: Equations) -> None:
+        """Begin without tapes of these equations."""
+        self._equations = equations
+        self._tapes = Kept()
+        self._met: set[tuple[tuple[int, int], ...]] = set()
+
+    def found(self, orders: _Orders, rows: Prescribed, x: Array) -> tuple[Found, Judged]:
+        """Return what equations find of n samples.
+
+        Args:
+            orders: see there.
+            rows: what is given.
+            x: `(size, n)` closed coordinates.
+        """
+        results = np.empty((self._equations.spans[-1].stop, x.shape[1]))
+        for order, own in orders:
+            some_rows, some_x = rows.of_lanes(own, x.shape[1]), x[:, own]
+            tape = self._tape(order, len(some_rows.acting()), some_x)
+            if tape is not None:
+                results[:, own] = tape.results(some_rows, some_x)
+                continue
+            every = (row if row.any() else 0.0 for part in some_rows.parts for row in part)
+            given = self._equations.given(every, list(some_x))
+            found = self._equations.results(given, list(some_x), order, 0.0, 1.0)
+            for row, values in zip(results, found, strict=True):
+                row[own] = values
+        return self._equations.found(results)
+
+    def openings(self, orders: _Orders, rows: Prescribed, x: Array) -> tuple[Array, set[int]]:
+        """Return what statics leaves open at some samples, see `Tape.openings`.
+
+        Arguments as of `found`.
+        """
+        every, samples = [], some(x.shape[1], SAMPLES)
+        for order, of_order in orders:
+            own = np.intersect1d(of_order, samples)
+            if not len(own):
+                continue
+            some_rows, some_x = rows.of_lanes(own, x.shape[1]), x[:, own]
+            tape = self._tape(order, len(some_rows.acting()), some_x)
+            if tape is not None:
+                every.append(tape.openings(some_rows, some_x))
+                continue
+            given = self._equations.given(chain.from_iterable(some_rows.parts), list(some_x))
+            every.append(self._equations.open_ones(*self._equations.shares(given, order)))
+        influence, loose = zip(*every, strict=True)
+        return np.max(influence, axis=0), set().union(*loose)
+
+    def orders(self, x: Array) -> _Orders:
+        """Return orders, and the samples (index) that are solved by each at once.
+
+        Raises:
+            UnsuitableError: there is none at a sample.
+        """
+        roles, tree = self._equations.roles, self._equations.tree
+        units = tree.coordinate_units(len(x))[:, None]
+        # What energy decides is chosen at all samples of a text together.
+        most = 1 if roles.compliances else _SIDE_BY_SIDE
+        return [
+            (order, own[span])
+            for order, own in roles.orders(tree, x / units, _LEAST_PIVOT)
+            for span in blocks(len(own), most)
+        ]
+
+    def _tape(self, order: Order, count: int, x: Array) -> Tape | None:
+        """Return the tape of an order that was met before; None where there is to be none."""
+        places = tuple(order.places)
+        if self._equations.roles.compliances:
+            return None
+        if places not in self._met:
+            if len(self._met) > MOST:
+                self._met.clear()
+            self._met.add(places)
+            return None
+        shadows = x[:, :1] / self._equations.tree.coordinate_units(len(x))[:, None]
+        acting = np.ones(count, dtype=bool)
+        return self._tapes.of(
+            "tapes", places, lambda: Tape(self._equations, order, shadows, acting)
+        )
 
 
 def _in_si(found: Solved, index: int, length: float) -> Iterator[Scalar]:

@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -39,7 +38,7 @@ from ..mechanics.teeth import gears_of
 from ..problem.problem import Problem
 from ..threads import in_turn
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, InverseDynamics, JointRates, Solution
-from .tape import SAMPLES, Equations, Found, Judged, Kind, LinkKind, Prescribed, Tape, found_alone
+from .tape import SAMPLES, Alone, Equations, Found, Judged, Kind, LinkKind, Prescribed, Tape
 from .velocity_ratios import VelocityRatios
 
 _MOST_TAPES = 3
@@ -265,12 +264,13 @@ class TapedSolver:
             closed[:, left] = state.x.T
             _, alone = self._by_tapes(equations, kind, rows, closed, left, found, opened)
             if len(alone):
-                shares: list[tuple[Any, Any]] = []
-                own, judged = found_alone(
-                    equations, rows.of_lanes(alone, count), closed[:, alone], shares
-                )
+                key = self._key, kind
+                solver = self._mechanism.kept.of("alone", key, lambda: Alone(equations))
+                given = rows.of_lanes(alone, count), closed[:, alone]
+                orders = solver.orders(given[1])
+                own, judged = solver.found(orders, *given)
                 self._refuse_unheld(judged.unheld)
-                opened += [equations.open_ones(*item) for item in shares]
+                opened.append(solver.openings(orders, *given))
                 at = np.searchsorted(left, alone)
                 judged_by = state.residual[at], state.condition[at]
                 found.write(alone, own._replace(error=judged_by[0], condition=judged_by[1]))

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from ..tape import absolute, greater, is_zero, sqrt
 from . import closure
 from .bodies import Tree
-from .elimination import Eliminated, Pivot, Row, UnsuitableError, eliminated
+from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated
 from .placements import Placed, moving, placed
 from .reactions import Share, shares, work
 from .vectors import ZERO, Scalar, Vector, times
@@ -144,7 +144,7 @@ class Free(NamedTuple):
         if any(is_zero(inertia[k][k]) for k in count):
             raise UnsuitableError
         full = [{c: inertia[max(k, c)][min(k, c)] for c in count} for k in count]
-        factors = eliminated(full, [Pivot(k, k, 1.0) for k in reversed(count)])
+        factors = eliminated(full, Order([Pivot(k, k, 1.0) for k in reversed(count)]))
         lightness: Scalar = 0.0
         for step in factors.steps:
             lightness = greater(lightness, absolute(inertia[step.row][step.row] * step.inverse))

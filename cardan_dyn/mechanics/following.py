@@ -15,7 +15,7 @@ import numpy as np
 
 from ..tape import absolute, greater, select, smaller, sqrt
 from .bodies import Tree
-from .elimination import Pivot
+from .elimination import Order
 from .placements import stepped
 from .sample import Position, Roles
 from .vectors import Scalar
@@ -80,7 +80,7 @@ class Line(NamedTuple):
 
     tree: Tree
     roles: Roles
-    order: Sequence[Pivot]
+    order: Order
     ends: Mapping[int, Scalar]
     ways: Mapping[int, Scalar]
     still: Mapping[int, Scalar]
@@ -178,7 +178,7 @@ class Line(NamedTuple):
     def _side(self, position: Position, rows: Sequence[int]) -> Scalar:
         """Return the reciprocal determinant of a block, in units of the pivots of its order."""
         own, result = set(rows), 1.0
-        for step, pivot in zip(position.factors.steps, self.order, strict=True):
+        for step, pivot in zip(position.factors.steps, self.order.pivots, strict=True):
             if step.row in own:
                 result = result * (step.inverse * pivot.size)
         return result

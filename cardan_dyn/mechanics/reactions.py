@@ -14,7 +14,7 @@ import numpy as np
 
 from ..tape import is_zero
 from .bodies import Tree
-from .elimination import Eliminated, Pivot, Row, UnsuitableError, eliminated, pivots
+from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated
 from .placements import Motion, Placed
 from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
 
@@ -304,7 +304,7 @@ def closed(
         statics: see there.
 
     Raises:
-        UnsuitableError: samples do not tell which self-stresses are independent.
+        UnsuitableError: compliances decide more at some samples than at others.
     """
     along = open_tree.along(tree, at, statics.passives)
     needed = missing(along, loads, statics.passives)
@@ -397,7 +397,7 @@ def _of_least_energy(
     within = [{c: row[c] for c in decided if c in row} for row in energy]
     factors = eliminated(
         [within[row] for row in decided],
-        [Pivot(place, column, 1.0) for place, column in enumerate(decided)],
+        Order([Pivot(place, column, 1.0) for place, column in enumerate(decided)]),
     )
     for column, amount in factors.solve([-_product(forces[row], own) for row in decided]).items():
         base = base.with_added(amount, items[column])
@@ -584,9 +584,8 @@ def _products(entries: Sequence[Mapping[int, Scalar]]) -> list[Row]:
 
 
 def _factors(normal: Sequence[Row]) -> Eliminated:
-    """Return the factors of a matrix of products."""
-    seen = [{k: _seen(entry) for k, entry in row.items() if not is_zero(entry)} for row in normal]
-    return eliminated(normal, pivots(seen))
+    """Return the factors of a matrix of products, which any order of its diagonal makes stably."""
+    return eliminated(normal, Order([Pivot(row, row, 1.0) for row in range(len(normal))]))
 
 
 def _product(first: Mapping[int, Scalar], second: Mapping[int, Scalar]) -> Scalar:

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from ..arrays import Array
 from ..tape import absolute, greater, is_zero
 from . import closure, spinning, spins, teeth
 from .bodies import Tree
-from .elimination import Eliminated, Pivot, Row, UnsuitableError, eliminated, pivots
+from .elimination import Eliminated, Order, Row, UnsuitableError, chosen_at_each, eliminated
 from .placements import Placed, moving, placed, stepped
 from .reactions import (
     Closed,
@@ -74,23 +77,31 @@ class Roles(NamedTuple):
         moved = [body for body in tree.bodies if passives.issuperset(body.rates)]
         return [column for body in moved for column in body.columns]
 
-    def order(self, tree: Tree, x: Mapping[int, Scalar], nothing: float) -> list[Pivot]:
-        """Return the order of elimination at one sample.
+    def orders(self, tree: Tree, x: Array, nothing: float) -> list[tuple[Order, Array]]:
+        """Return orders of elimination and the samples (index) that they are chosen at, each alone.
 
         Args:
             tree: the mechanism.
-            x: column to coordinate.
+            x: coordinates `(size, n)`.
             nothing: pivot that counts as none.
 
         Raises:
-            UnsuitableError: see `pivots`.
+            UnsuitableError: there is none at a sample.
         """
-        rows = closure.rows(tree, placed(tree, x), set(self.passives))
-        try:
-            return pivots(rows, [block[:2] for block in self.blocks], nothing)
-        except UnsuitableError:  # Ways around loops may divide what paths along the tree do not.
-            every = [row for block in self.blocks for row in block.rows]
-            return pivots(rows, [(every, self.passives)], nothing)
+        blocks = [block[:2] for block in self.blocks]
+        # Ways around loops may divide what paths along the tree do not.
+        together = [([row for rows, _ in blocks for row in rows], self.passives)]
+        found: list[tuple[Order, Array]] = []
+        left = np.arange(x.shape[1])
+        for of in blocks, together:
+            rows = closure.rows(tree, placed(tree, dict(enumerate(x[:, left]))), set(self.passives))
+            every = [{c: np.broadcast_to(v, len(left)) for c, v in row.items()} for row in rows]
+            orders, without = chosen_at_each(every, of, nothing)
+            found += [(order, left[own]) for order, own in orders]
+            left = left[without]
+            if not len(left):
+                return found
+        raise UnsuitableError
 
 
 class LinkForce(NamedTuple):
@@ -172,7 +183,7 @@ class Position(NamedTuple):
         roles: Roles,
         x: Mapping[int, Scalar],
         offsets: Sequence[Scalar],
-        order: Sequence[Pivot],
+        order: Order,
         settles: bool = True,
     ) -> Position:
         """Return a position at coordinates that may be off.
@@ -282,7 +293,7 @@ class Solved(NamedTuple):
     narrowness: Scalar
 
 
-def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> Solved:
+def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
     """Return all that is found at a sample.
 
     Args:
@@ -366,7 +377,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]) -> So
 
 
 def openings(
-    tree: Tree, roles: Roles, given: Given, order: Sequence[Pivot]
+    tree: Tree, roles: Roles, given: Given, order: Order
 ) -> tuple[dict[int, list[Scalar]], dict[int, Scalar]]:
     """Return what statics leaves open at a closed sample, see `SelfStresses.influence`.
 

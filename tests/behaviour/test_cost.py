@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
 from testkit.calls import calls
 from testkit.compiled_functions import needs_kernel
+from testkit.design_line import design_line, designs, nominal
 from testkit.line_data import random_line
 from testkit.scenes import double
 
 import cardan_dyn as cd
+import cardan_dyn.drive_lines as dl
 from cardan_dyn import compiled
-from cardan_dyn.dynamics.tape import Tape
+from cardan_dyn.dynamics.tape import Alone, Prescribed, Tape
 from cardan_dyn.kinematics.closing.group_solver import GroupSolver
 from cardan_dyn.threads import on_cores
 
@@ -68,7 +71,7 @@ def test_calls_for_what_computes_little() -> None:
     assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 240
     assert calls(scene) < 650
     # Some 1300 of them ask whether only exact numbers let its loop close.
-    assert calls(lambda: cd.load("universal_joint")) < 5500
+    assert calls(lambda: cd.load("universal_joint")) < 5800
     # Where the held joint is elsewhere, the way there is followed.
     assert calls(lambda: scene(0.8)) < 2300
 
@@ -148,11 +151,39 @@ def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
 
 @pytest.mark.campaign
 @pytest.mark.slow
-def test_calls_grow_linearly_with_the_joints_of_a_line() -> None:
+def test_calls_grow_with_the_joints_of_a_line() -> None:
     positions, counts = np.linspace(0.0, 2.0 * np.pi, 16), []
     for joints in (16, 32, 64):
         line = random_line(joints, seed=0, bend=0.08, mass=True)
         scene = line.scene(loads={"bearing_out": -100.0})
         scene.sweep(positions, 100.0)
         counts.append(calls(lambda scene=scene: scene.sweep(positions, 100.0)))
-    assert counts[2] - counts[1] < 2.2 * (counts[1] - counts[0])
+    # Most are orders of the samples at which no order that was chosen before serves.
+    assert all(count < 25_000 * joints for count, joints in zip(counts, (16, 32, 64), strict=True))
+
+
+@pytest.fixture
+def solved_alone(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return how many samples no tape held for, of each block that had some."""
+    counts: list[int] = []
+    found = Alone.found
+
+    def counted(self: Alone, orders: Any, rows: Prescribed, x: np.ndarray) -> object:
+        counts.append(x.shape[1])
+        return found(self, orders, rows, x)
+
+    monkeypatch.setattr(Alone, "found", counted)
+    return counts
+
+
+def test_tapes_hold_for_lines_of_short_levers(solved_alone: list[int]) -> None:
+    """Orders of elimination are judged beside the sizes of rows: a lever of 70 mm is no fault."""
+    dl.DriveLine.from_toml("truck").analyse()
+    assert not solved_alone
+
+
+def test_tapes_hold_for_most_designs(solved_alone: list[int]) -> None:
+    scene = cd.Scene(cd.load(design_line(3)), drive="bearing_0", held=nominal(3))
+    phi = np.linspace(0.0, 2.0 * np.pi, 24)
+    scene.sweep(phi, held=designs(3, (100, 1)))
+    assert 0 < sum(solved_alone) < 0.25 * len(phi) * 100

@@ -29,7 +29,7 @@ def test_arms_turn_as_far_as_each_other_and_reach_in_proportion(count: int) -> N
         turned = (slopes - tongs.SLOPE) * (1.0 if k == 0 else 2.0 * (-1.0) ** k)
         for name, sign in (("ja", 1.0), ("jb", -1.0)):
             position = turn.motion.position(f"{name}{k}")
-            np.testing.assert_allclose(position, sign * turned, rtol=0.0, atol=5e-15)
+            np.testing.assert_allclose(position, sign * turned, rtol=0.0, atol=1e-15 * count)
     # Of an even number of pairs, the last arm a begins on the other side.
     lower = turn.point(f"a{count - 1}").position
     np.testing.assert_allclose(lower[:, 0], tongs.ARM * np.cos(slopes), rtol=1e-12)

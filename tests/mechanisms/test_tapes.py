@@ -98,6 +98,57 @@ def test_bundled_mechanisms(
 
 
 @pytest.mark.parametrize("name", cd.bundled_names())
+def test_texts_on_arrays_have_the_bits_of_their_tapes(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is known to be zero while a text is traced changes no sum, and neither do libraries."""
+    compared: list[int] = []
+    results = tape.Tape.results
+
+    def both(self: tape.Tape, rows: tape.Prescribed, x: np.ndarray) -> np.ndarray:
+        traced, equations = results(self, rows, x), self._equations
+        every = [row for part in rows.parts for row in part]
+        acting = [row if acts else 0.0 for row, acts in zip(every, self.acting, strict=True)]
+        assert not any(row.any() for row, acts in zip(every, self.acting, strict=True) if not acts)
+        rounding = equations.rounding(dict(enumerate(self._shadows)))
+        given = equations.given(iter(acting), list(x))
+        with np.errstate(all="ignore"):
+            computed = equations.results(given, list(x), self._order, 0.0, rounding)
+        for one, other in zip(traced, computed, strict=True):
+            np.testing.assert_array_equal(one, np.broadcast_to(other, one.shape))
+        compared.append(x.shape[1])
+        return traced
+
+    monkeypatch.setattr(tape.Tape, "results", both)
+    usual = usual_motion(cd.load(name), samples=11)
+    scene = usual.scene.replace(gravity=GRAVITY)
+    scene.sweep(usual.positions, usual.speed, 1.0)
+    assert max(compared) == 11
+
+
+def test_samples_solved_alone_have_the_same_bits_in_any_company(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of orders that are met for the first time, and of those that have a tape."""
+    rng = np.random.default_rng(1)
+    positions = np.column_stack([rng.uniform(-3.0, 3.0, 60), rng.uniform(-1.5, 1.5, 60)])
+    mechanism = cd.load("universal_joint")
+    scene = cd.Scene(mechanism, drive=["bearing_in", "joint_angle"], gravity=GRAVITY)
+    without_tapes(monkeypatch)
+    first, again = (scene.sweep(positions, [9.0, 2.0]) for _ in range(2))
+    (solver,) = mechanism.kept._values["alone"].values()
+    assert 1 < len(solver._met) < 20
+    assert solver._tapes._values["tapes"]
+    parts = [scene.sweep(positions[k : k + 7], [9.0, 2.0]) for k in range(0, 60, 7)]
+    for name, wrench in first.items():
+        for of in ("force", "moment"):
+            expected = getattr(wrench, of)
+            np.testing.assert_array_equal(getattr(again[name], of), expected)
+            joined = np.concatenate([getattr(part[name], of) for part in parts])
+            np.testing.assert_array_equal(joined, expected)
+
+
+@pytest.mark.parametrize("name", cd.bundled_names())
 def test_outputs_that_leave_loops_out(
     name: str, monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
 ) -> None:
@@ -242,16 +293,14 @@ def test_what_is_open_at_samples_that_are_solved_alone_is_open(
 ) -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=GRAVITY)
     positions = np.linspace(0.0, 2.0 * np.pi, 400)
-    solve, counts = taped.found_alone, []
+    counts = []
 
-    def opened(*arguments: Any) -> object:
+    def opened(self: tape.Alone, orders: object, rows: object, x: np.ndarray) -> object:
         """Find all open."""
-        counts.append(arguments[2].shape[1])
-        found = solve(*arguments)
-        arguments[3].append(({place: np.ones(1) for place in range(24)}, {}))
-        return found
+        counts.append(x.shape[1])
+        return np.ones((4, 6)), set()
 
-    monkeypatch.setattr(taped, "found_alone", opened)
+    monkeypatch.setattr(tape.Alone, "openings", opened)
     monkeypatch.setattr(InverseDynamics, "prove_flags", lambda self, solution: None)
     assert scene.sweep(positions).unique.any()
     assert not counts
@@ -306,11 +355,13 @@ def test_what_a_tape_leaves_out_is_not_lost(
     unloaded = tapes[0].acting
 
     def always_unloaded(*arguments: object) -> None:
-        made(*arguments[:-1], unloaded)  # type: ignore[arg-type]
+        acting = arguments[-1]
+        made(*arguments[:-1], acting if np.all(acting) else unloaded)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(tape.Tape, "__init__", always_unloaded)
     loads = {"rocker_bearing": -3.0}
-    sweep = scene.sweep(positions, loads=loads)
+    with monkeypatch.context() as patch:
+        patch.setattr(tape.Tape, "__init__", always_unloaded)
+        sweep = scene.sweep(positions, loads=loads)
     assert solved_by_tape == [True, False]
     assert_same(sweep, alone(lambda: scene.replace().sweep(positions, loads=loads), monkeypatch))
 

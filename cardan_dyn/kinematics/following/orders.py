@@ -17,13 +17,13 @@ import numpy as np
 from ...arrays import Array
 from ...mechanics import closure
 from ...mechanics.bodies import Tree
-from ...mechanics.elimination import MOST_GROWTH, Pivot, UnsuitableError, eliminated, pivots
+from ...mechanics.elimination import MOST_GROWTH, Order, UnsuitableError, chosen, eliminated
 from ...mechanics.placements import placed
 from ...mechanics.sample import Roles, passive_rows
 from ...mechanism.kept import Kept
 
-_Order: TypeAlias = tuple[list[Pivot], Array]
-"""Pivots, and the scouts (index) at which they are chosen."""
+_Chosen: TypeAlias = tuple[Order, Array]
+"""An order, and the scouts (index) at which it is chosen."""
 
 
 class Orders:
@@ -49,7 +49,7 @@ class Orders:
         self._rows = [{c: np.broadcast_to(x, count) for c, x in row.items()} for row in rows]
         first = self._chosen(np.arange(count))
         # From the start, and from anywhere; None behind the last one.
-        self._found: dict[bool, list[_Order | None]] = {True: [first], False: [first]}
+        self._found: dict[bool, list[_Chosen | None]] = {True: [first], False: [first]}
         self._lock = threading.RLock()
 
     @staticmethod
@@ -66,7 +66,7 @@ class Orders:
         key = roles.drives, rows, tree.loops, tree.couplings, tree.spins
         return kept.of("orders", key, lambda: Orders(scouts(), tree, roles))
 
-    def at(self, index: int, from_start: bool = False) -> _Order | None:
+    def at(self, index: int, from_start: bool = False) -> _Chosen | None:
         """Return an order, and the scouts (index) it is chosen at; None if there is none.
 
         Args:
@@ -80,7 +80,7 @@ class Orders:
                 found.append(self._next(list(filter(None, found)), from_start))
             return found[min(index, len(found) - 1)]
 
-    def _next(self, found: list[_Order], from_start: bool) -> _Order | None:
+    def _next(self, found: list[_Chosen], from_start: bool) -> _Chosen | None:
         """Return the order chosen where those that were found serve worst; None for one of them."""
         count = self.scouts.shape[1]
         growth, quarter = np.full(count, np.inf), -(-count // 4)
@@ -88,18 +88,13 @@ class Orders:
             with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
                 growth = np.fmin(growth, eliminated(self._rows, order).growth)
         (worst,) = np.nonzero(growth >= min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter]))
-        chosen = self._chosen(np.union1d([0], worst) if from_start else worst)
-        is_new = chosen and all(_places(chosen) != _places(other) for other in found)
-        return chosen if is_new else None
+        found_next = self._chosen(np.union1d([0], worst) if from_start else worst)
+        is_new = found_next and all(found_next[0].places != other.places for other, _ in found)
+        return found_next if is_new else None
 
-    def _chosen(self, samples: Array) -> _Order | None:
+    def _chosen(self, samples: Array) -> _Chosen | None:
         """Return the order chosen at some scouts, by their indices; None if none suits them."""
         own = [{column: entry[samples] for column, entry in row.items()} for row in self._rows]
         with suppress(UnsuitableError):
-            return pivots(own, self._blocks), samples
+            return chosen(own, self._blocks), samples
         return None
-
-
-def _places(order: _Order) -> list[tuple[int, int]]:
-    """Return where the pivots stand."""
-    return [pivot[:2] for pivot in order[0]]

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import LARGE_BLOCK, Array, blocks
 from ...mechanics.bodies import tree_of
-from ...mechanics.elimination import Pivot
+from ...mechanics.elimination import Order
 from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
@@ -134,7 +134,7 @@ class TapedLines:
         (outputs,) = stages.run_values(inputs, len(order))
         x[own[:, None], self._passives], is_there[own] = outputs[:-1].T, outputs[-1] <= NEAR
 
-    def _traced(self, order: Sequence[Pivot]) -> Stages:
+    def _traced(self, order: Order) -> Stages:
         """Return the stages that lead to the ends of lines."""
         roles = self._roles
         begins, lines, last = (
@@ -169,9 +169,7 @@ class TapedLines:
         )
         return Stages([*stages, ends])
 
-    def _program(
-        self, text: Callable[[Trace, Line], Sequence[Scalar]], order: Sequence[Pivot]
-    ) -> Program:
+    def _program(self, text: Callable[[Trace, Line], Sequence[Scalar]], order: Order) -> Program:
         drives = self._columns
         with Trace() as trace:
             still = {

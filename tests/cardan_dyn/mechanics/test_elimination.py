@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.mechanics.elimination import THRESHOLD, UnsuitableError, eliminated, pivots
+from cardan_dyn.mechanics.elimination import (
+    NOTHING,
+    THRESHOLD,
+    UnsuitableError,
+    chosen,
+    chosen_at_each,
+    eliminated,
+)
 
 SAMPLES = 16
 
@@ -34,7 +41,7 @@ def system(seed: int, redundant: int = 0) -> tuple[list[dict[int, np.ndarray]], 
 @pytest.mark.parametrize("redundant", [0, 1, 3])
 def test_systems_are_solved_as_dense_ones(seed: int, redundant: int) -> None:
     rows, dense = system(seed, redundant)
-    factors = eliminated(rows, pivots(rows))
+    factors = eliminated(rows, chosen(rows))
     count, size = dense.shape[1:]
     assert len(factors.redundant) == redundant
     rng = np.random.default_rng(seed)
@@ -65,11 +72,11 @@ def test_systems_are_solved_as_dense_ones(seed: int, redundant: int) -> None:
 def test_growth_tells_where_an_order_does_not_serve(seed: int) -> None:
     """Small pivots elsewhere are seen: by what is taken from other rows, or by their own size."""
     rows, dense = system(seed)
-    order = pivots(rows)
+    order = chosen(rows)
     assert np.all(eliminated(rows, order).growth <= 1.0 / THRESHOLD + 1e-9) or any(
         len(row) > 1 for row in rows
     )
-    first = order[0]
+    first = order.pivots[0]
     spoilt = [dict(row) for row in rows]
     spoilt[first.row][first.column] = spoilt[first.row][first.column] * 1e-9
     factors = eliminated(spoilt, order)
@@ -84,8 +91,8 @@ def test_growth_tells_where_an_order_does_not_serve(seed: int) -> None:
 def test_pivots_that_are_small_at_some_samples_are_taken_where_there_is_no_other() -> None:
     angle = np.linspace(0.0, np.pi, 4 * SAMPLES)
     rows = [{0: np.cos(angle), 1: np.sin(angle)}, {0: -np.sin(angle), 1: np.cos(angle)}]
-    order = pivots(rows)
-    assert sorted((pivot.row, pivot.column) for pivot in order) in (
+    order = chosen(rows)
+    assert sorted((pivot.row, pivot.column) for pivot in order.pivots) in (
         [(0, 0), (1, 1)],
         [(0, 1), (1, 0)],
     )
@@ -94,9 +101,49 @@ def test_pivots_that_are_small_at_some_samples_are_taken_where_there_is_no_other
     assert 0 < np.count_nonzero(growth > 1.0 / THRESHOLD) < SAMPLES
 
 
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("redundant", [0, 2])
+def test_growth_says_nothing_of_units_of_rows(seed: int, redundant: int) -> None:
+    """Rows of a short lever and of a long one are eliminated in the same order, alike."""
+    rows, _ = system(seed, redundant)
+    units = 2.0 ** np.random.default_rng(seed).integers(-20, 20, len(rows))
+    scaled = [{c: unit * x for c, x in row.items()} for unit, row in zip(units, rows, strict=True)]
+    order, other = chosen(rows), chosen(scaled, nothing=NOTHING * 2.0**-20)
+    assert order.places == other.places
+    growths = [eliminated(of, by).growth for of, by in ((rows, order), (scaled, other))]
+    np.testing.assert_array_equal(*growths)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("redundant", [0, 2])
+def test_orders_at_each_sample_are_those_of_the_sample_alone(seed: int, redundant: int) -> None:
+    rows, dense = system(seed, redundant)
+    rng = np.random.default_rng(seed)
+    for row in rows:  # Large pivots here are small ones there.
+        row.update({c: x * 10.0 ** rng.uniform(-3.0, 0.0, SAMPLES) for c, x in row.items()})
+    together, without = chosen_at_each(rows, None, NOTHING)
+    assert not len(without)
+    assert sorted(np.concatenate([own for _, own in together])) == list(range(SAMPLES))
+    for order, own in together:
+        for sample in own:
+            alone = [{c: x[sample : sample + 1] for c, x in row.items()} for row in rows]
+            ((single, _),), _ = chosen_at_each(alone, None, NOTHING)
+            assert single.places == order.places
+            growth = eliminated(alone, single).growth
+            assert np.all(growth <= 1.0 / THRESHOLD + 1e-9)
+    assert dense.size
+
+
+def test_a_sample_at_which_a_column_vanishes_has_no_order_of_its_own() -> None:
+    entry = np.array([1.0, 0.0, 2.0])
+    together, without = chosen_at_each([{0: entry, 1: entry}, {1: np.ones(3)}], None, NOTHING)
+    assert without.tolist() == [1]
+    assert [own.tolist() for _, own in together] == [[0, 2]]
+
+
 def test_a_column_that_vanishes_has_no_order() -> None:
     with pytest.raises(UnsuitableError):
-        pivots([{0: np.zeros(SAMPLES), 1: np.ones(SAMPLES)}, {1: np.ones(SAMPLES)}])
+        chosen([{0: np.zeros(SAMPLES), 1: np.ones(SAMPLES)}, {1: np.ones(SAMPLES)}])
 
 
 def test_blocks_are_eliminated_by_their_own_rows() -> None:
@@ -109,8 +156,8 @@ def test_blocks_are_eliminated_by_their_own_rows() -> None:
         {column: 2.0 * second[0].get(column, 0.0) - value for column, value in second[1].items()}
     )
     rows = [{0: entry[5], 1: entry[6]}, {0: entry[7], 1: entry[8]}, *second]
-    order = pivots(rows, [((0, 1), (0, 1)), ((2, 3, 4), (2, 3))])
-    assert {pivot.row for pivot in order if pivot.column < 2} == {0, 1}
+    order = chosen(rows, [((0, 1), (0, 1)), ((2, 3, 4), (2, 3))])
+    assert {pivot.row for pivot in order.pivots if pivot.column < 2} == {0, 1}
     factors = eliminated(rows, order)
     (redundant,) = factors.redundant
     assert redundant >= 2
