@@ -7,7 +7,7 @@ chosen at the sample.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, islice, pairwise
 from typing import NamedTuple, TypeAlias
 
@@ -20,7 +20,7 @@ from ..mechanics.elimination import MOST_GROWTH, Order
 from ..mechanics.placements import placed
 from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
 from ..mechanics.vectors import ZERO, Rotation, Vector, times, turned
-from ..mechanism.kept import MOST, Kept
+from ..mechanism.kept import Kept
 from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs
 
@@ -39,9 +39,6 @@ _SETTLED = 1e-13
 _LEAST_PIVOT = 1.0 / SINGULAR_CONDITION
 """Pivot that counts as none where a single sample is solved, which is not singular."""
 
-
-_SIDE_BY_SIDE = 256
-"""Samples that are solved at once without a tape: all their numbers stay in the cache."""
 
 SAMPLES = 16
 """Samples that tell what statics leaves open."""
@@ -463,15 +460,14 @@ _Orders: TypeAlias = list[tuple[Order, Array]]
 class Alone:
     """Equations of closed samples, each in an order that is chosen there. Threads may share it.
 
-    Samples of one order are solved side by side, which changes no bit of theirs: by a tape where
-    the order is met again, else on arrays.
+    Samples of one order are solved side by side, which changes no bit of theirs: by a tape, or one
+    by one where compliances decide, which takes an order of its own at each sample.
     """
 
     def __init__(self, equations: Equations) -> None:
         """Begin without tapes of these equations."""
         self._equations = equations
         self._tapes = Kept()
-        self._met: set[tuple[tuple[int, int], ...]] = set()
 
     def found(self, orders: _Orders, rows: Prescribed, x: Array) -> tuple[Found, Judged]:
         """Return what equations find of n samples.
@@ -524,7 +520,7 @@ class Alone:
         roles, tree = self._equations.roles, self._equations.tree
         units = tree.coordinate_units(len(x))[:, None]
         # What energy decides is chosen at all samples of a text together.
-        most = 1 if roles.compliances else _SIDE_BY_SIDE
+        most = 1 if roles.compliances else x.shape[1]
         return [
             (order, own[span])
             for order, own in roles.orders(tree, x / units, _LEAST_PIVOT)
@@ -532,20 +528,13 @@ class Alone:
         ]
 
     def _tape(self, order: Order, count: int, x: Array) -> Tape | None:
-        """Return the tape of an order that was met before; None where there is to be none."""
-        places = tuple(order.places)
+        """Return the tape of an order; None where compliances decide."""
         if self._equations.roles.compliances:
-            return None
-        if places not in self._met:
-            if len(self._met) > MOST:
-                self._met.clear()
-            self._met.add(places)
             return None
         shadows = x[:, :1] / self._equations.tree.coordinate_units(len(x))[:, None]
         acting = np.ones(count, dtype=bool)
-        return self._tapes.of(
-            "tapes", places, lambda: Tape(self._equations, order, shadows, acting)
-        )
+        make = partial(Tape, self._equations, order, shadows, acting)
+        return self._tapes.of("tapes", tuple(order.places), make)
 
 
 def _in_si(found: Solved, index: int, length: float) -> Iterator[Scalar]:
