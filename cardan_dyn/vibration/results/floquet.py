@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import groupby
 from multiprocessing import get_all_start_methods, get_context
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -224,7 +225,8 @@ def floquet(
             then ascend, and narrow intervals are looked for between them.
         max_amplitude: see `periodic_motion`.
         workers: processes that share the designs, where the platform can fork them: what is
-            done is too small for threads.
+            done is too small for threads. Other threads than the main one do without: they may
+            hold locks, which a fork would never see free.
 
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
@@ -256,7 +258,8 @@ def _mapped(workers: int) -> Iterator[Callable[..., Iterable[Any]]]:
     """
     from concurrent.futures import BrokenExecutor, ProcessPoolExecutor  # Most charts do without.
 
-    if workers == 1 or sys.platform == "darwin" or "fork" not in get_all_start_methods():
+    forks = sys.platform != "darwin" and "fork" in get_all_start_methods()
+    if workers == 1 or not forks or current_thread() is not main_thread():
         yield map
         return
     pool = ProcessPoolExecutor(workers, get_context("fork"))
