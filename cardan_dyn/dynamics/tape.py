@@ -1,26 +1,21 @@
-"""Tape: the equations of a scene's samples, traced once and run for many of them side by side.
-
-Where no order of elimination that was chosen before serves, the same equations run with one that is
-chosen at the sample.
-"""
+"""Tape: the equations of a scene's samples, traced once and run for many of them side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain, islice, pairwise
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, blocks, some
-from ..kinematics.tolerances import REGULAR_CONDITION, SINGULAR_CONDITION
+from ..arrays import Array
+from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree
 from ..mechanics.elimination import MOST_GROWTH, Order
 from ..mechanics.placements import placed
 from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
 from ..mechanics.vectors import ZERO, Rotation, Vector, times, turned
-from ..mechanism.kept import Kept
 from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs
 
@@ -34,10 +29,6 @@ may be: between dense samples, guesses are off by 1e-6."""
 
 _SETTLED = 1e-13
 """Angle [rad] of a rod about its line from where it settles that is rounding."""
-
-
-_LEAST_PIVOT = 1.0 / SINGULAR_CONDITION
-"""Pivot that counts as none where a single sample is solved, which is not singular."""
 
 
 SAMPLES = 16
@@ -316,13 +307,11 @@ class Equations:
     def rounding(self, x: Mapping[int, Array]) -> float:
         """Return the error up to which loops count as closed near some coordinates.
 
-        It is that of as many sums of lengths as there are bodies, in units of the tree, or of as
-        many angles in couplings.
+        It is that of as many sums of lengths as there are bodies, in units of the tree.
         """
         points = placed(self.tree, x).points
-        sizes = [float(np.abs(value).max()) for point in points for value in point]
-        sizes += [np.pi * abs(coupling.ratio) for coupling in self.tree.couplings]
-        return len(self.tree.bodies) * _ROUNDING * max([1.0, *sizes])
+        farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
+        return len(self.tree.bodies) * _ROUNDING * max(1.0, float(farthest))
 
     def found(self, results: Array) -> tuple[Found, Judged]:
         """Return rows of results `(k, n)` by their names."""
@@ -416,11 +405,7 @@ class Tape:
             rows: what is given.
             x: `(size, n)` coordinates near closed ones.
         """
-        return self._equations.found(self.results(rows, x))
-
-    def results(self, rows: Prescribed, x: Array) -> Array:
-        """Return rows of what `Equations.results` finds; arguments as of `run`."""
-        return self._program.run_rows(self._with_x(rows, x), x.shape[1])
+        return self._equations.found(self._program.run_rows(self._with_x(rows, x), x.shape[1]))
 
     def openings(self, rows: Prescribed, x: Array) -> tuple[Array, set[int]]:
         """Return what statics leaves open at closed samples.
@@ -451,90 +436,6 @@ class Tape:
         """Return rows with those of coordinates `(size, n)` behind them."""
         equations = self._equations
         return [*rows.parts, x[equations.per_sample], x[equations.uniform, :1]]
-
-
-_Orders: TypeAlias = list[tuple[Order, Array]]
-"""Orders of elimination, and samples (index) of each."""
-
-
-class Alone:
-    """Equations of closed samples, each in an order that is chosen there. Threads may share it.
-
-    Samples of one order are solved side by side, which changes no bit of theirs: by a tape, or one
-    by one where compliances decide, which takes an order of its own at each sample.
-    """
-
-    def __init__(self, equations: Equations) -> None:
-        """Begin without tapes of these equations."""
-        self._equations = equations
-        self._tapes = Kept()
-
-    def found(self, orders: _Orders, rows: Prescribed, x: Array) -> tuple[Found, Judged]:
-        """Return what equations find of n samples.
-
-        Args:
-            orders: see there.
-            rows: what is given.
-            x: `(size, n)` closed coordinates.
-        """
-        results = np.empty((self._equations.spans[-1].stop, x.shape[1]))
-        for order, own in orders:
-            some_rows, some_x = rows.of_lanes(own, x.shape[1]), x[:, own]
-            tape = self._tape(order, len(some_rows.acting()), some_x)
-            if tape is not None:
-                results[:, own] = tape.results(some_rows, some_x)
-                continue
-            every = (row if row.any() else 0.0 for part in some_rows.parts for row in part)
-            given = self._equations.given(every, list(some_x))
-            found = self._equations.results(given, list(some_x), order, 0.0, 1.0)
-            for row, values in zip(results, found, strict=True):
-                row[own] = values
-        return self._equations.found(results)
-
-    def openings(self, orders: _Orders, rows: Prescribed, x: Array) -> tuple[Array, set[int]]:
-        """Return what statics leaves open at some samples, see `Tape.openings`.
-
-        Arguments as of `found`.
-        """
-        every, samples = [], some(x.shape[1], SAMPLES)
-        for order, of_order in orders:
-            own = np.intersect1d(of_order, samples)
-            if not len(own):
-                continue
-            some_rows, some_x = rows.of_lanes(own, x.shape[1]), x[:, own]
-            tape = self._tape(order, len(some_rows.acting()), some_x)
-            if tape is not None:
-                every.append(tape.openings(some_rows, some_x))
-                continue
-            given = self._equations.given(chain.from_iterable(some_rows.parts), list(some_x))
-            every.append(self._equations.open_ones(*self._equations.shares(given, order)))
-        influence, loose = zip(*every, strict=True)
-        return np.max(influence, axis=0), set().union(*loose)
-
-    def orders(self, x: Array) -> _Orders:
-        """Return orders, and the samples (index) that are solved by each at once.
-
-        Raises:
-            UnsuitableError: there is none at a sample.
-        """
-        roles, tree = self._equations.roles, self._equations.tree
-        units = tree.coordinate_units(len(x))[:, None]
-        # What energy decides is chosen at all samples of a text together.
-        most = 1 if roles.compliances else x.shape[1]
-        return [
-            (order, own[span])
-            for order, own in roles.orders(tree, x / units, _LEAST_PIVOT)
-            for span in blocks(len(own), most)
-        ]
-
-    def _tape(self, order: Order, count: int, x: Array) -> Tape | None:
-        """Return the tape of an order; None where compliances decide."""
-        if self._equations.roles.compliances:
-            return None
-        shadows = x[:, :1] / self._equations.tree.coordinate_units(len(x))[:, None]
-        acting = np.ones(count, dtype=bool)
-        make = partial(Tape, self._equations, order, shadows, acting)
-        return self._tapes.of("tapes", tuple(order.places), make)
 
 
 def _in_si(found: Solved, index: int, length: float) -> Iterator[Scalar]:

@@ -10,9 +10,9 @@ same equations are solved with an order that is chosen at the sample itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from ..kinematics.closing.all_groups import ClosedState
 from ..kinematics.following.orders import Orders
 from ..kinematics.loops.closure_blocks import closure_blocks, with_rods
 from ..kinematics.loops.groups import Group
+from ..kinematics.tolerances import SINGULAR_CONDITION
 from ..mechanics.bodies import Tree, tree_of
 from ..mechanics.elimination import UnsuitableError
 from ..mechanics.reactions import Compliance
@@ -38,11 +39,13 @@ from ..mechanics.teeth import gears_of
 from ..problem.problem import Problem
 from ..threads import in_turn
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, InverseDynamics, JointRates, Solution
-from .tape import SAMPLES, Alone, Equations, Found, Judged, Kind, LinkKind, Prescribed, Tape
+from .tape import SAMPLES, Equations, Found, Judged, Kind, LinkKind, Prescribed, Tape
 from .velocity_ratios import VelocityRatios
 
 _MOST_TAPES = 3
 """Orders that are tried at samples of one kind."""
+_MOST_OWN = 64
+"""Tapes of orders chosen at samples that are kept: designs of a line of three joints have 49."""
 _MOST_STEPS = 3
 """Further Newton steps of a guess; each squares what is left."""
 
@@ -264,16 +267,17 @@ class TapedSolver:
             closed[:, left] = state.x.T
             _, alone = self._by_tapes(equations, kind, rows, closed, left, found, opened)
             if len(alone):
-                key = self._key, kind
-                solver = self._mechanism.kept.of("alone", key, lambda: Alone(equations))
-                given = rows.of_lanes(alone, count), closed[:, alone]
-                orders = solver.orders(given[1])
-                own, judged = solver.found(orders, *given)
-                self._refuse_unheld(judged.unheld)
-                opened.append(solver.openings(orders, *given))
-                at = np.searchsorted(left, alone)
-                judged_by = state.residual[at], state.condition[at]
-                found.write(alone, own._replace(error=judged_by[0], condition=judged_by[1]))
+                told = alone[some(len(alone), SAMPLES)]
+                acting = np.ones(len(rows.acting()), dtype=bool)
+                for tape, own in self._own_tapes(equations, kind, closed, alone, acting):
+                    result, judged = tape.run(rows.of_lanes(own, count), closed[:, own])
+                    self._refuse_unheld(judged.unheld)
+                    at = np.searchsorted(left, own)
+                    judged_by = state.residual[at], state.condition[at]
+                    found.write(own, result._replace(error=judged_by[0], condition=judged_by[1]))
+                    if len(some_own := np.intersect1d(own, told)):
+                        of = rows.of_lanes(some_own, count), closed[:, some_own]
+                        opened.append(tape.openings(*of))
         influence = np.max([self._silent, *(item for item, _ in opened)], axis=0)
         return found, influence, set().union(*(loose for _, loose in opened))
 
@@ -321,6 +325,30 @@ class TapedSolver:
             if not len(left):
                 break
         return found, left
+
+    def _own_tapes(
+        self, equations: Equations, kind: Kind, x: Array, samples: Array, acting: Array
+    ) -> Iterator[tuple[Tape, Array]]:
+        """Yield tapes of the orders chosen at samples themselves, and the samples of each.
+
+        Which samples are beside a sample changes no bit of what its tape finds.
+
+        Args:
+            equations: of the kind.
+            kind: of the samples.
+            x: `(size, n)` coordinates, closed at the samples.
+            samples: indices of some of n.
+            acting: see `Tape`.
+        """
+        shadows = x[:, samples] / equations.tree.coordinate_units(len(x))[:, None]
+        for order, own in self._roles.orders(equations.tree, shadows, 1.0 / SINGULAR_CONDITION):
+            if self._roles.compliances:  # What they decide is chosen where a tape is traced.
+                for k in own:
+                    yield Tape(equations, order, shadows[:, [k]], acting), samples[[k]]
+                continue
+            key = self._key, kind, tuple(order.places)
+            make = partial(Tape, equations, order, shadows[:, own[:1]], acting)
+            yield self._mechanism.kept.of("own tapes", key, make, _MOST_OWN), samples[own]
 
     @cached_property
     def _silent(self) -> Array:

@@ -89,6 +89,8 @@ def errors(
 ) -> tuple[list[Scalar], Scalar]:
     """Return what the rows of loops and couplings are off by, and the greatest of all.
 
+    A coupling counts by what the faster of its joints is off.
+
     Of a rotation, its axis times the sine of its angle; beyond a right angle it counts as open.
 
     Args:
@@ -115,9 +117,9 @@ def errors(
         # 1 + 2 cos of the angle.
         trace = sum(dot(axis, target) for axis, target in zip(second, first, strict=True))
         worst = select(trace - 1.0, worst, 1.0)
-    for slip in slips(tree, x, offsets):
+    for coupling, slip in zip(tree.couplings, slips(tree, x, offsets), strict=True):
         result.append(slip)
-        worst = greater(worst, absolute(slip))
+        worst = greater(worst, absolute(slip) * (1.0 / max(1.0, abs(coupling.ratio))))
     return result, worst
 
 

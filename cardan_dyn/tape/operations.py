@@ -42,7 +42,5 @@ ON_ARRAYS: Final[dict[str, Callable[..., Any]]] = {
     "arctan2": np.arctan2,
 }
 """Operations to their functions of arrays, which take an array `out` for the result."""
-TRANSCENDENTAL: Final = frozenset({"sin", "cos", "exp", "log", "tanh", "arctan2"})
-"""Operations whose last bit is each library's own."""
 NAMES: Final = (CONSTANT, INPUT, UNIFORM, *ON_ARRAYS)
 """What nodes are, by their numbers in graphs: the order of `compiled/lowering.c`."""

@@ -1,23 +1,17 @@
 """Scalars: functions of floats, NumPy arrays and traced variables alike, also of both at once.
 
-A float gives a float, mostly without NumPy, which takes ten times as long for one number. Arrays
-`(n,)` give what a program of the same text gives, to the last bit but for signs of zeros: what no
-two libraries round alike is computed by the machine where there is one. Else they are left to
-NumPy, whose warnings apply.
+Arrays are left to NumPy, whose warnings apply. A float gives a float, mostly without NumPy, which
+takes ten times as long for one number.
 """
 
 from __future__ import annotations
 
 import math
-from functools import cache
 
 import numpy as np
 
-from ..arrays import Array
-from .on_machine import machine_is_at_hand
-from .operations import ON_ARRAYS, TRANSCENDENTAL
-from .program import Program
-from .trace import Scalar, Trace, Variable, trace_of
+from .operations import ON_ARRAYS
+from .trace import Scalar, Variable, trace_of
 
 
 def sin(x: Scalar) -> Scalar:
@@ -105,18 +99,5 @@ def _function(operation: str, x: Scalar) -> Scalar:
 
 
 def _on_numbers(operation: str, *numbers: Scalar) -> Scalar:
-    if operation in TRANSCENDENTAL and machine_is_at_hand():
-        arrays = numbers if len(numbers) == 1 else np.broadcast_arrays(*numbers)
-        if np.ndim(arrays[0]) == 1 and len(arrays[0]):
-            rows: list[Array] = [array[None].astype(float, copy=False) for array in arrays]
-            return _on_machine(operation).run_rows(rows, rows[0].shape[1])[0]
     values = ON_ARRAYS[operation](*numbers)
     return values if type(values) is np.ndarray and values.ndim else float(values)
-
-
-@cache
-def _on_machine(operation: str) -> Program:
-    """Return an operation as a program."""
-    with Trace() as trace:
-        inputs = [trace.input(name, 1.0) for name in "ab"[: 1 + (operation == "arctan2")]]
-        return Program(trace, [trace.node(operation, *(of.index for of in inputs))])

@@ -150,7 +150,7 @@ def test_traced_texts_give_what_they_give_on_arrays_to_the_last_bit(seed: int) -
     with np.errstate(all="ignore"):
         written = np.array([np.broadcast_to(row, 40) for row in text(list(inputs.values()))])
     trace, outputs = text.traced()
-    traced = Program(trace, outputs).run(inputs, 40)
+    traced = Program(trace, outputs).run_on_arrays(inputs, 40)
     kept = arithmetic.kept(text, list(inputs.values()), written)
     assert kept.sum() > 400
     np.testing.assert_array_equal(traced[kept], written[kept])
