@@ -27,11 +27,13 @@ class SourceText:
         text: the whole text.
         path: the file, beside which meshes are found; None for text.
         beside: the YAML file that lists loops of a URDF, as it was read; empty without one.
+        model: name of the one of an SDF text that was asked for; None where there is only one.
     """
 
     text: str
     path: Path | None
     beside: str | bytes = ""
+    model: str | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..checks import flag, shortened
-from ..errors import ModelError, choices
+from ..checks import described, flag, shortened
+from ..errors import ArgumentError, ModelError, choices
 
 if TYPE_CHECKING:
     from .description import Description
@@ -37,7 +37,9 @@ def bundled_names() -> list[str]:
     return sorted(name.removesuffix(".urdf") for name in files if name.endswith(".urdf"))
 
 
-def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
+def read(
+    source: str | os.PathLike[str], strict: bool = True, model: str | None = None
+) -> Description:
     """Read a bundled description by name, a file by path, or text.
 
     A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
@@ -50,27 +52,34 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
         source: name in `bundled_names()`, path, or text that starts with `<`.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
             words of a URDF or SDF file, forces in an MJCF or SDF file that no wrench considers.
+        model: name of the one to read of an SDF file that has several.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
-        ArgumentError: `strict` is neither True nor False.
+        ArgumentError: `strict` is neither True nor False, or the name is no text.
     """
     strict = flag("strict", strict)
+    if model is not None and not isinstance(model, str):
+        raise ArgumentError(f"model is the name of one of an SDF text, not {described(model)}")
     if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
-        return _parse(source.lstrip(_BLANK), "text", None, strict)
+        return _parse(source.lstrip(_BLANK), "text", None, strict, model)
     path = _find(_name(source))
     from .elements import file_text
 
-    return _parse(file_text(path, str(path)), str(path), path, strict)
+    return _parse(file_text(path, str(path)), str(path), path, strict, model)
 
 
-def _parse(source: str | bytes, where: str, path: Path | None, strict: bool) -> Description:
+def _parse(
+    source: str | bytes, where: str, path: Path | None, strict: bool, model: str | None
+) -> Description:
     from . import urdf
     from .description import SourceText
     from .elements import check_size, xml_root
     from .left_out import limits_left_out
 
     root, text = xml_root(source, where)
+    if model is not None and root.tag != "sdf":
+        raise ArgumentError(f"{where}: only SDF has several models; leave out model=")
     if root.tag == "mujoco":
         from .mjcf import reader as mjcf
 
@@ -81,7 +90,7 @@ def _parse(source: str | bytes, where: str, path: Path | None, strict: bool) -> 
         from .sdf import reader as sdf
 
         where = "SDF text" if path is None else where
-        description = sdf.parse(root, where, strict)
+        description = sdf.parse(root, where, strict, model)
     elif root.tag == "robot":
         where = "URDF text" if path is None else where
         description = urdf.parse(root, where, path, strict)
@@ -94,7 +103,7 @@ def _parse(source: str | bytes, where: str, path: Path | None, strict: bool) -> 
     if path is None or path.parent != bundled_directory():
         warnings += tuple(limits_left_out(description.joints, where))
     beside = "" if description.source is None else description.source.beside
-    return replace(description, warnings=warnings, source=SourceText(text, path, beside))
+    return replace(description, warnings=warnings, source=SourceText(text, path, beside, model))
 
 
 def _name(source: object) -> str:

@@ -50,7 +50,7 @@ def _reread(description: Description) -> Description:
     if robot.tag == "sdf":
         from .sdf import second_reading as sdf
 
-        return sdf.reread(description, robot)
+        return sdf.reread(description, robot, source.model)
     if robot.tag != "robot":
         return description
     links, joints, loops, couplings = (

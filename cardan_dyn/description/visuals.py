@@ -30,7 +30,7 @@ def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
     if root.tag == "sdf":
         from .sdf import visuals as sdf
 
-        return sdf.visuals(root, source.path)
+        return sdf.visuals(root, source.path, source.model)
     return _of_urdf(root, source.path)
 
 

@@ -55,7 +55,11 @@ _ROUNDS = 3
 
 
 def load(
-    source: str | os.PathLike[str], *, strict: bool = True, closure_tolerance: float | None = None
+    source: str | os.PathLike[str],
+    *,
+    strict: bool = True,
+    closure_tolerance: float | None = None,
+    model: str | None = None,
 ) -> Mechanism:
     """Load a mechanism with closed loops.
 
@@ -77,12 +81,14 @@ def load(
         closure_tolerance: how far the numbers may be off [rad, or characteristic lengths]; as their
             digits say if None, and that of single precision at least. With zero, all stay as they
             are written.
+        model: name of the one to load of an SDF file that has several.
 
     Raises:
-        ArgumentError: the tolerance is negative, or no number.
+        ArgumentError: the tolerance is negative, or no number; or `model` is given for a text that
+            has only one.
         ModelError: the description is missing, malformed or impossible.
     """
-    described = Mechanism(read(source, strict))
+    described = Mechanism(read(source, strict, model))
     tolerance, length = closure_tolerance, described.characteristic_length
     if tolerance is not None:
         tolerance = number("closure_tolerance", tolerance, 0.0)

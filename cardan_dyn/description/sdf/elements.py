@@ -22,9 +22,9 @@ _NO_LIMIT = {1.0: ("", "inf", "+inf", "infinity"), -1.0: ("", "-inf", "-infinity
 
 
 def text(element: ElementTree.Element, tag: str, default: str, at: str) -> str:
-    """Return the text of a child element, without blanks around it."""
+    """Return the text of a child element without blanks around it; empty means the default."""
     child = only(element, tag, at)
-    return default if child is None else (child.text or "").strip(" \t\r\n")
+    return ("" if child is None else (child.text or "").strip(" \t\r\n")) or default
 
 
 def number(element: ElementTree.Element, tag: str, default: str, at: str) -> float:

@@ -31,8 +31,6 @@ with the parent and the second with the child, as in Gazebo."""
 GEARBOX = "gearbox"
 """A joint that couples two angles and connects nothing."""
 _REFUSED = {
-    "screw": "turns and slides that depend on each other are not supported; write a prismatic and "
-    "a revolute joint in a row, which are free of each other",
     "piston": 'write a prismatic and a revolute joint in a row, or <loop type="cylindrical"> in '
     "a URDF",
 }
@@ -229,32 +227,38 @@ def axis_of(
 ) -> Array:
     """Return the `(3,)` unit axis of a joint in its frame, whose `(4, 4)` placement is given."""
     axis = only(element, tag, at)
-    if axis is None:
-        raise ModelError(f"{at}: <{tag}><xyz>0 0 1</xyz></{tag}> is missing")
     at = f"{at}: {tag}"
+    if axis is None:
+        if tag == "axis":
+            raise ModelError(f"{at} is missing: <axis><xyz>0 0 1</xyz></axis>")
+        axis = ElementTree.Element(tag)  # SDF gives it its default.
     stated = numbers(text(axis, "xyz", "0 0 1", at), 3, "", f"{at}: xyz")
     direction = unit(stated, f"{at}: xyz")
-    frame = _frame_of_axis(axis, frames, version, at)
+    frame, is_open = _frame_of_axis(axis, frames, version, at)
     if not frame:
         return direction
     turn = frames.placement(frame, f"{at}: expressed_in")[:3, :3]
-    return np.asarray(placement[:3, :3].T @ turn @ direction)
+    found = np.asarray(placement[:3, :3].T @ turn @ direction)
+    if is_open and np.linalg.norm(found - direction) > DIRECTION_TOLERANCE:
+        raise ModelError(f'{at}: write expressed_in="{MODEL}", not <use_parent_model_frame>')
+    return direction if is_open else found
 
 
 def _frame_of_axis(
     axis: ElementTree.Element, frames: NamedFrames, version: tuple[int, int], at: str
-) -> str:
-    """Return the frame in which an axis is written; empty where that is the joint's own."""
+) -> tuple[str, bool]:
+    """Return the frame in which an axis is written, and whether it may be the joint's own as well.
+
+    The frame is empty where it is the joint's own.
+    """
     xyz = only(axis, "xyz", at)
     named = "" if xyz is None else xyz.get("expressed_in", "")
     in_model = flag(text(axis, "use_parent_model_frame", "false", at), at)
     if frames.has_names:
-        if in_model:
-            raise ModelError(f'{at}: write expressed_in="{MODEL}", not <use_parent_model_frame>')
-        return named
+        return (MODEL, True) if in_model and not named else (named, False)
     if named:
         raise ModelError(f"{at}: expressed_in is known from SDF 1.7 on; this is an older version")
-    return MODEL if in_model or version <= _AXES_IN_MODEL_UNTIL else ""
+    return MODEL if in_model or version <= _AXES_IN_MODEL_UNTIL else "", False
 
 
 def _check_right_angle(axis: Array, axis_2: Array, at: str) -> None:

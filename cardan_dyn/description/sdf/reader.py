@@ -39,6 +39,8 @@ from ..words import check_words
 from .elements import acting, flag, number, pose, text
 from .frames import WORLD, NamedFrames
 from .joints import GEARBOX, Edge, SpanningTree, axis_of, edge, ends, kind_of, spanning_tree
+from .plain import is_static, plain
+from .solids import solid
 
 _VERSIONS = ((1, 4), (1, 12))
 """First and last version that is read."""
@@ -46,21 +48,24 @@ _IGNORED = ("plugin", "gripper")
 """Elements of a model that may make forces of their own."""
 
 
-def parse(root: ElementTree.Element, where: str, strict: bool) -> Description:
-    """Read the model of an SDF text.
+def parse(
+    root: ElementTree.Element, where: str, strict: bool, name: str | None = None
+) -> Description:
+    """Read a model of an SDF text.
 
     Args:
         root: its outermost element.
         where: how messages name the source of the text.
         strict: whether inertias that no body can have are refused, unknown words, and forces that
             no wrench considers.
+        name: of the model; None where there is only one.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
     """
     version = version_of(root, where)
     warnings = check_words(root, "sdf", where, strict)
-    model, besides = only_model(root, where, strict)
+    model, besides = plain(root, version, where, strict, name)
     check_size(1 + len(model.findall("link")), where)
     _check_contents(model, where)
     reader = _Reader(model, version, where, strict)
@@ -82,51 +87,10 @@ def version_of(root: ElementTree.Element, where: str) -> tuple[int, int]:
     return major, minor
 
 
-def only_model(
-    root: ElementTree.Element, where: str, strict: bool
-) -> tuple[ElementTree.Element, list[str]]:
-    """Return the model of a text, and warnings about what stands beside it.
-
-    Static models beside another one, as the ground in most worlds, touch nothing and are left out.
-    """
-    scopes = [root, *root.findall("world")]
-    models = [model for scope in scopes for model in scope.findall("model")]
-    moving = [model for model in models if not _is_static(model, where)]
-    chosen = moving or models
-    if len(chosen) != 1:
-        listed = choices([model.get("name", "") for model in chosen])
-        raise ModelError(
-            f"{where}: there are {len(chosen)} models ({listed}), expected one; models act on each "
-            "other by contact alone, which is not considered: load them one by one"
-        )
-    warnings = [
-        f"{where}: static model {model.get('name')!r} left out"
-        for model in models
-        if model is not chosen[0]
-    ]
-    for tag in ("include", "frame", "joint"):
-        for world in root.findall("world"):
-            count = len(world.findall(tag))
-            if count and (strict or tag != "include"):
-                raise ModelError(
-                    f"{where}: <{tag}> in <world> is not read: write it into the <model>"
-                    + ("; load(..., strict=False) leaves it out" if tag == "include" else "")
-                )
-            if count:
-                warnings.append(f"{where}: {count} <include> of the world left out")
-    return chosen[0], warnings
-
-
-def _is_static(model: ElementTree.Element, where: str) -> bool:
-    at = f"{where}: model {model.get('name')!r}"
-    return flag(text(model, "static", "false", at), f"{at}: static")
-
-
 def _check_contents(model: ElementTree.Element, where: str) -> None:
     """Refuse what would add links to the model, or places that older versions left open."""
     for tag, advice in (
         ("include", "write the included model's links and joints into the file"),
-        ("model", "write the links and joints of the model in the model into the outer one"),
         ("link/frame", "write it in the <model>"),
         ("joint/frame", "write it in the <model>"),
         ("link/inertial/frame", "write a <pose>"),
@@ -155,7 +119,7 @@ class _Reader:
         """Return the model's description; `warnings` are those that were found before."""
         links = [LinkDescription(WORLD), *(self._link(item) for item in self._of("link"))]
         edges = [self._edge(item) for item in self._of("joint") if not self._is_gearbox(item)]
-        if _is_static(self._model, self._where):
+        if is_static(self._model, self._where):
             tree, joints, couplings = SpanningTree(), self._held(edges), []
         else:
             tree = spanning_tree(self._frames.links, self._frames.canonical, edges)
@@ -211,14 +175,21 @@ class _Reader:
             self._warnings.append(f"{at}: without <inertial>, SDF gives it 1 kg and 1 kg·m²")
             return LinkDescription(name, 1.0, np.zeros(3), np.eye(3))
         if flag(inertial.get("auto", "false"), f"{at}: inertial auto"):
-            raise ModelError(
-                f"{at}: its inertia is to be computed from its collision shapes, which are not "
-                "read; `gz sdf -p --expand-auto-inertials FILE` writes it into the file"
-            )
+            return self._solid(name, element, inertial, at)
         stated = only(inertial, "pose", at)
         if stated is not None and (stated.get("relative_to") or stated.get("frame")):
             raise ModelError(f"{at}: the pose of <inertial> is in the link; it names no frame")
         return self._massive(name, inertial, pose(inertial, f"{at}: inertial"), at)
+
+    def _solid(
+        self, name: str, link: ElementTree.Element, inertial: ElementTree.Element, at: str
+    ) -> LinkDescription:
+        """Return a link with the mass of its collision shapes, by their density."""
+        for tag in ("mass", "pose", "inertia"):
+            if inertial.find(tag) is not None:
+                raise ModelError(f'{at}: <{tag}> and auto="true" exclude each other; keep one')
+        mass, centre, tensor = solid(link, number(inertial, "density", "1000", at), at)
+        return LinkDescription(name, mass, centre, tensor)
 
     def _note_forces(self, link: ElementTree.Element, at: str) -> None:
         """Note weight that is switched off, wind, decay and added mass of a link."""

@@ -1,7 +1,7 @@
 """Second reading of SDF: the numbers of a model, read once more for the proof.
 
-It shares nothing with the first reader but the decisions which joints are a tree and which way
-round they stand; what the first reader checked is not checked again.
+It shares nothing with the first reader but the `plain` model and the decisions which joints are a
+tree and which way round they stand; what the first reader checked is not checked again.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 
 from ...arrays import Array
 from ..description import LinkDescription
+from .plain import plain
 
 if TYPE_CHECKING:
     from ..description import (
@@ -31,14 +32,18 @@ _LAST_IN_MODEL = 1.04
 """Last version in which axes are those of the model."""
 
 
-def reread(description: Description, root: Element) -> Description:
+def reread(description: Description, root: Element, name: str | None = None) -> Description:
     """Return a description with the numbers of its text: masses, placements, axes, ratios.
 
     Args:
         description: what the first reader found.
         root: outermost element of the text.
+        name: of the model; None where there is only one.
     """
-    return _Numbers(root).of(description)
+    version = root.attrib["version"]
+    major, minor = version.split(".")
+    model, _ = plain(root, (int(major), int(minor)), "SDF", strict=False, model=name)
+    return _Numbers(model, version).of(description)
 
 
 def loops_in_urdf(robot: Element, loops: Iterable[LoopDescription]) -> dict[str, LoopDescription]:
@@ -46,8 +51,7 @@ def loops_in_urdf(robot: Element, loops: Iterable[LoopDescription]) -> dict[str,
 
     The URDF is taken for a model whose links are placed relative to each other, as its joints say.
     """
-    root = Element("sdf", version="1.7")
-    model = SubElement(root, "model")
+    model = Element("model")
     names = {link.attrib["name"] for link in robot.findall("link")}
     added = {item.attrib["name"]: item for item in robot.findall("gazebo/joint")}
     joints = robot.findall("joint")
@@ -64,7 +68,7 @@ def loops_in_urdf(robot: Element, loops: Iterable[LoopDescription]) -> dict[str,
         if item.attrib["name"] not in {*names, *added}:
             SubElement(model, "frame", name=item.attrib["name"], attached_to=link)
     model.extend([*robot.findall("gazebo/frame"), *added.values()])
-    numbers = _Numbers(root)
+    numbers = _Numbers(model, "1.7")
     return {loop.name: numbers.loop(loop) for loop in loops if loop.name in added}
 
 
@@ -75,11 +79,9 @@ class _Numbers:
         places: `(4, 4)` placements in the world; of joints under a name that begins with a blank.
     """
 
-    def __init__(self, root: Element) -> None:
-        models = list(root.iter("model"))
-        moving = [item for item in models if _word(item, "static").lower() not in ("true", "1")]
-        self._model = (moving or models)[0]
-        major, minor = root.attrib["version"].split(".")
+    def __init__(self, model: Element, version: str) -> None:
+        self._model = model
+        major, minor = version.split(".")
         self._version = int(major) + int(minor) / 100.0
         self._links = {item.attrib["name"]: item for item in self._model.findall("link")}
         self._joints = {item.attrib["name"]: item for item in self._model.findall("joint")}
@@ -217,6 +219,8 @@ def _link(name: str, element: Element) -> LinkDescription:
     inertial = element.find("inertial")
     if inertial is None:
         return LinkDescription(name, 1.0, np.zeros(3), np.eye(3))
+    if inertial.get("auto", "").strip().lower() in ("true", "1"):
+        return _solid(name, element, float(_word(inertial, "density") or 1000.0))
     mass = float(_word(inertial, "mass") or 1.0)
     if mass == 0.0:
         return LinkDescription(name)
@@ -228,6 +232,44 @@ def _link(name: str, element: Element) -> LinkDescription:
         tensor = np.array([[float(_word(inertia, key) or 0.0) for key in row] for row in rows])
     turn = frame[:3, :3]
     return LinkDescription(name, mass, frame[:3, 3], np.einsum("ij,jk,lk->il", turn, tensor, turn))
+
+
+def _solid(name: str, link: Element, density: float) -> LinkDescription:
+    """Return a link made of its collision shapes, by their second moments about its origin."""
+    mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+    for item in link.findall("collision"):
+        own, squares = _second_moments(item[[part.tag for part in item].index("geometry")][0])
+        own *= float(_word(item, "density") or density)
+        frame = _matrix(item.find("pose"))
+        turn, place = frame[:3, :3], frame[:3, 3]
+        mass += own
+        first += own * place
+        second += own * ((turn * squares) @ turn.T + np.outer(place, place))
+    centre = first / mass
+    second -= mass * np.outer(centre, centre)
+    return LinkDescription(name, mass, centre, np.trace(second) * np.eye(3) - second)
+
+
+def _second_moments(shape: Element) -> tuple[float, Array]:
+    """Return the volume of a shape, and the mean squares `(3,)` of coordinates in it."""
+    words = {part.tag: [float(word) for word in (part.text or "").split()] for part in shape}
+    if shape.tag == "box":
+        edges = np.array(words["size"])
+        return float(np.prod(edges)), edges**2 / 12.0
+    if shape.tag == "ellipsoid":
+        radii = np.array(words["radii"])
+        return float(np.prod(radii)) * 4.0 * np.pi / 3.0, radii**2 / 5.0
+    (radius,) = words["radius"]
+    (length,) = words.get("length", [0.0])
+    # Slices across the axis at z: discs of radius r(z), whose mean square of x is r²/4.
+    pole = radius if shape.tag in ("sphere", "capsule") else 0.0
+    volume = np.pi * radius**2 * (length + 4.0 / 3.0 * pole)
+    across = np.pi / 4.0 * radius**4 * (length + 16.0 / 15.0 * pole)
+    half = length / 2.0
+    # ∫z²(R² - (z - h)²) dz over a cap, by powers of the distance from its plane.
+    cap = half**2 * 2.0 / 3.0 + half * pole / 2.0 + pole**2 * 2.0 / 15.0
+    along = np.pi * radius**2 * (2.0 * half**3 / 3.0 + 2.0 * pole * cap)
+    return volume, np.array([across, across, along]) / volume
 
 
 def _matrix(pose: Element | None) -> Array:

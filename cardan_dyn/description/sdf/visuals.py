@@ -13,7 +13,8 @@ from ..elements import at_point, numbers, only
 from ..visual import SIZES, Rgba, Visual, positive, read_each, rgba, scale_of
 from .elements import number, pose, text
 from .frames import NamedFrames
-from .reader import only_model, version_of
+from .plain import plain
+from .reader import version_of
 
 _NUMBERS = {
     "box": (("size", 3),),
@@ -26,15 +27,19 @@ _NUMBERS = {
 """What states the size of a shape, and how many numbers that has."""
 
 
-def visuals(root: ElementTree.Element, path: Path | None) -> tuple[list[Visual], list[str]]:
+def visuals(
+    root: ElementTree.Element, path: Path | None, name: str | None = None
+) -> tuple[list[Visual], list[str]]:
     """Return the visuals of a model that was read before, and messages about others.
 
     Args:
         root: its outermost element.
         path: the file, beside which meshes are found; None for text.
+        name: of the model; None where there is only one.
     """
-    model, _ = only_model(root, "SDF", strict=False)
-    frames = NamedFrames(model, version_of(root, "SDF"), "SDF")
+    version = version_of(root, "SDF")
+    model, _ = plain(root, version, "SDF", strict=False, model=name)
+    frames = NamedFrames(model, version, "SDF")
     items = [
         (link.get("name", ""), visual)
         for link in model.findall("link")

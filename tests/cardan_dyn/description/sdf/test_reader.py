@@ -134,7 +134,7 @@ def test_worlds() -> None:
             "there are 2 models \\(m, n\\), expected one",
         ),
         (model(f"{LINK}<include/>"), "<include> in <model> is not read: write the included"),
-        (model(f'{LINK}<model name="n"/>'), "<model> in <model> is not read"),
+        (model(f'{LINK}<model name="n"/>'), "model 'n' in 'm': it has no <link>"),
         (model('<link name="a"><frame/></link>', "1.6"), "<frame> in <link> is not read"),
         (
             model('<link name="a"><inertial><frame/></inertial></link>', "1.6"),
