@@ -38,7 +38,7 @@ if TYPE_CHECKING:
         SingularConfigurationError,
         VibrationError,
     )
-    from .mechanics.exact import load
+    from .mechanics.exact import from_pinocchio, load
     from .mechanism.configuration import Configuration
     from .mechanism.joints import Joint
     from .mechanism.mechanism import Mechanism
@@ -114,6 +114,7 @@ _MODULES = {
     "bundled_names": ".description.read",
     "describe": ".scene.describe",
     "described_elements": ".elements.described",
+    "from_pinocchio": ".mechanics.exact",
     "load": ".mechanics.exact",
     "progress": ".time_left",
     "study": ".studies.study",
@@ -179,6 +180,7 @@ __all__ = [
     "described_elements",
     "drive_lines",
     "figures",
+    "from_pinocchio",
     "load",
     "progress",
     "studies",

@@ -9,11 +9,14 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..frozen import FrozenDict, Value
+
+if TYPE_CHECKING:
+    import pinocchio
 
 PRESSURE_ANGLE = np.pi / 9.0
 """Pressure angle of the usual basic rack [rad]. Source: ISO 53:1998."""
@@ -34,6 +37,13 @@ class SourceText:
     path: Path | None
     beside: str | bytes = ""
     model: str | None = None
+
+
+class SourceModel(NamedTuple):
+    """The `pin.Model` that a description was read from, and its constraints."""
+
+    model: pinocchio.Model
+    constraint_models: tuple[object, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,6 +259,7 @@ class Description(Value):
         notation: how the loops were written, and what else was found.
         warnings: what is wrong with it and was accepted.
         source: its text and file.
+        given: the model of Pinocchio that it was read from, if it was.
         frames: further frames by name, such as the sites of MJCF: the link that carries each, and
             its `(4, 4)` placement there [m].
         displacements: what was changed about the numbers of its text, see `displaced`.
@@ -266,6 +277,7 @@ class Description(Value):
     notation: str = field(default="URDF+", compare=False)
     warnings: tuple[str, ...] = field(default=(), compare=False)
     source: SourceText | None = field(default=None, compare=False)
+    given: SourceModel | None = field(default=None, compare=False)
     frames: Mapping[str, tuple[str, np.ndarray]] = field(
         default_factory=lambda: FrozenDict({}), compare=False
     )

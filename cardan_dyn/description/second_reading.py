@@ -42,6 +42,10 @@ def reread(description: Description) -> Description:
 def _reread(description: Description) -> Description:
     """See `reread`."""
     source = description.source
+    if description.given is not None:
+        from .model_again import reread_model
+
+        return reread_model(description, description.given)
     if source is None:
         return description
     from xml.etree import ElementTree

@@ -19,21 +19,26 @@ tolerance), until the loops close to rounding there and at other positions.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio
 
 from ..arrays import Array, generic
-from ..checks import number
+from ..checks import described as told
+from ..checks import flag, number
 from ..description.read import read
+from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism
 from . import closure
 from .bodies import Tree, tree_of
 from .placements import Placed, placed, stepped
 from .vectors import UNTURNED, Rotation, Vector, added, cross, less, product, turned
+
+if TYPE_CHECKING:
+    from ..description.description import Description
 
 _ROUNDING = float(np.finfo(float).eps)
 _CLOSED = 1e-12
@@ -88,7 +93,48 @@ def load(
             has only one.
         ModelError: the description is missing, malformed or impossible.
     """
-    described = Mechanism(read(source, strict, model))
+    return made(read(source, strict, model), closure_tolerance)
+
+
+def from_pinocchio(
+    model: pinocchio.Model,
+    constraint_models: Iterable[object] = (),
+    *,
+    actuated: Iterable[str] | None = None,
+    strict: bool = True,
+    closure_tolerance: float | None = None,
+) -> Mechanism:
+    """Return the mechanism of a model that Pinocchio has loaded, and of its constraints.
+
+    Bodies are the links of its frames of type `BODY`; a composite joint and a screw become several
+    joints in a row, the last of which has its name. `model.gravity` plays no part: a scene is
+    given its own.
+
+    Args:
+        model: a `pin.Model`, or what has one as its `model` (`pin.RobotWrapper`).
+        constraint_models: what closes its loops: `pin.RigidConstraintModel` of contact type 3D (a
+            ball) and 6D (a weld), `pin.PointAnchorConstraintModel`,
+            `pin.FrameAnchorConstraintModel`, and these in a `pin.ConstraintModel`.
+        actuated: names of the joints that motors drive.
+        strict: refuse inertias that no body can have, and rotor inertias, which are left out.
+        closure_tolerance: as of `load`; the numbers count as exact if None.
+
+    Raises:
+        ArgumentError: there is no model, or the tolerance is negative or no number.
+        ModelError: a joint or constraint of another kind, or a name that no joint has.
+    """
+    found = getattr(model, "model", model)
+    if not isinstance(found, pinocchio.Model):
+        raise ArgumentError(f"from_pinocchio() takes a pin.Model, not {told(model)}")
+    from ..description.pinocchio_model import read_model  # Most mechanisms come from files.
+
+    description = read_model(found, constraint_models, actuated, flag("strict", strict))
+    return made(description, closure_tolerance)
+
+
+def made(description: Description, closure_tolerance: float | None) -> Mechanism:
+    """Return the mechanism of a description, its geometry made exact, see `load`."""
+    described = Mechanism(description)
     tolerance, length = closure_tolerance, described.characteristic_length
     if tolerance is not None:
         tolerance = number("closure_tolerance", tolerance, 0.0)
