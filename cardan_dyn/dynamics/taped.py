@@ -319,8 +319,11 @@ class TapedSolver:
             else:
                 found.write(left[lanes], [values[lanes] for values in closed])
             if not opened and len(lanes):
-                lanes = lanes[some(len(lanes), SAMPLES)]
-                opened.append(tape.openings(own.of_lanes(lanes, len(holds)), closed.x[lanes].T))
+                at = closed.x
+                if len(holds) > 1:  # Which a single sample would pay for.
+                    lanes = lanes[some(len(lanes), SAMPLES)]
+                    own, at = own.of_lanes(lanes, len(holds)), at[lanes]
+                opened.append(tape.openings(own, at.T))
             left = left[~holds]
             if not len(left):
                 break
@@ -459,8 +462,10 @@ class TapedSolver:
 
     def _offsets(self, tree: Tree, turns: Array) -> Array:
         """Return the offsets `(c, n)` of couplings, with the whole turns coordinates lack."""
-        columns = {item.rate: item.column for item in self._mechanism.coordinates.named.values()}
         result = np.empty((len(tree.couplings), len(turns)))
+        if not len(result):
+            return result
+        columns = {item.rate: item.column for item in self._mechanism.coordinates.named.values()}
         for row, coupling in zip(result, tree.couplings, strict=True):
             row[:] = coupling.offset
             for rate in coupling.predecessors:

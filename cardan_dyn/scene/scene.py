@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from ..elements.element import Element
     from ..mechanism.configuration import Configuration
-    from ..response.family import ResponseFamily
     from ..response.response import Response
     from ..results.sweep import Sweep
     from ..simulation.equilibrium import Equilibrium
@@ -550,9 +549,8 @@ class Scene(Prescribed):
         """
         self._problem.refuse_free("a response")
         from ..response.build import build
-        from ..response.response import Response
 
-        return Response(self._solver, build(self._solver, tolerance, interval))
+        return build(self._solver, tolerance, interval)
 
     def responses(
         self,
@@ -560,12 +558,12 @@ class Scene(Prescribed):
         tolerance: float = 1e-13,
         *,
         interval: tuple[float, float] | None = None,
-    ) -> ResponseFamily:
+    ) -> Response:
         """Return the responses of many designs, built together.
 
         Args:
             held: joints that the scene holds, to positions of any shape; they broadcast, and their
-                common shape is that of the family.
+                common shape is that of the designs.
             tolerance: see `response`; for every design.
             interval: see `response`; the same for every design.
 
@@ -575,9 +573,9 @@ class Scene(Prescribed):
             CardanError: see `response`; the message names the design where it is that of one.
         """
         self._problem.refuse_free("a response")
-        from ..response.family import family
+        from ..response.build import build
 
-        return family(self._solver, held, tolerance, interval)
+        return build(self._solver, tolerance, interval, {} if held is None else held)
 
     def load_response(self, path: str | os.PathLike[str]) -> Response:
         """Read the response of this scene, or of one like it, that `Response.save` wrote.
@@ -597,7 +595,7 @@ class Scene(Prescribed):
         from ..response.response import Response
 
         refuse_elements(self._solver.problem)
-        return Response(self._solver, read(path, self._solver))
+        return Response(self._solver, (), frozen({}), (read(path, self._solver),))
 
     @hinting(
         {
