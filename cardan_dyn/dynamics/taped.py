@@ -278,7 +278,9 @@ class TapedSolver:
                     if len(some_own := np.intersect1d(own, told)):
                         of = rows.of_lanes(some_own, count), closed[:, some_own]
                         opened.append(tape.openings(*of))
-        influence = np.max([self._silent, *(item for item, _ in opened)], axis=0)
+        influence = self._silent.copy()
+        for item, _ in opened:
+            np.maximum(influence, item, out=influence)
         return found, influence, set().union(*(loose for _, loose in opened))
 
     def _by_tapes(

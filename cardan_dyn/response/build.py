@@ -27,7 +27,7 @@ from ..time_left import Task
 from .data import Proof, ResponseData
 from .domain import Domain
 from .response import Response
-from .sampling import Answer, FunctionSampler, Request, Samples
+from .sampling import FunctionSampler, Samples
 from .scales import Scales
 from .series import Series
 
@@ -67,8 +67,8 @@ _BEFORE_THE_END = 1e-9
 _COMES_BACK = 1e-6
 """Sine of half an angle by which a joint may miss where it started, besides what it has to go."""
 
-_Building = Generator[Request, Answer, ResponseData]
-"""A response that is built: it asks for its functions until they reach rounding."""
+_Building = Generator[Array, Samples, ResponseData]
+"""A response that is built: it asks for its functions at positions until they reach rounding."""
 
 
 def build(
@@ -100,17 +100,17 @@ def _built(
     sampler, shape = FunctionSampler(solver), designs.shape
     building = [_response_in(domain, solver, sampler, tolerance) for _ in range(designs.size)]
     requests = {index: next(item) for index, item in enumerate(building)}
-    data: dict[int, ResponseData] = {}
+    data, is_first = dict[int, ResponseData](), True
     with Task("responses", designs.size) as task:
         while requests:
             waiting, requests = requests, {}
             for indices in _portions(waiting):
-                positions = [waiting[index].positions for index in indices]
+                positions = [waiting[index] for index in indices]
                 counts = list(map(len, positions))
                 samples = np.repeat(indices, counts)
                 targets = designs.of_samples(samples).at(np.concatenate(positions))
                 try:
-                    answers = sampler.answers(targets, counts, waiting[indices[0]].proven)
+                    answers = sampler.samples(targets, counts, is_first)
                 except (AssemblyError, SingularConfigurationError) as error:
                     if not shape:
                         raise _beyond_reach(solver.problem, domain, error) from error
@@ -125,26 +125,20 @@ def _built(
                             error.args = f"{_name(shape, index)}: {error.args[0]}", *error.args[1:]
                         raise
                 task.tell(len(data))
+            is_first = False  # What is asked first proves the response.
     return tuple(data[index] for index in range(designs.size))
 
 
-def _portions(requests: Mapping[int, Request]) -> Iterator[list[int]]:
-    """Yield the designs that ask for functions, as many at a time as are followed together.
-
-    Those of a portion either all want residuals or none of them does.
-    """
-    for proven in (True, False):
-        portion, count = list[int](), 0
-        for index, request in requests.items():
-            if request.proven is not proven:
-                continue
-            if portion and count + len(request.positions) > _MOST_SAMPLES:
-                yield portion
-                portion, count = [], 0
-            portion.append(index)
-            count += len(request.positions)
-        if portion:
+def _portions(requests: Mapping[int, Array]) -> Iterator[list[int]]:
+    """Yield the designs that ask for functions, as many at a time as are followed together."""
+    portion, count = list[int](), 0
+    for index, positions in requests.items():
+        if portion and count + len(positions) > _MOST_SAMPLES:
             yield portion
+            portion, count = [], 0
+        portion.append(index)
+        count += len(positions)
+    yield portion
 
 
 def _response_in(
@@ -165,7 +159,8 @@ def _response_in(
     scales = Scales(solver.problem.mechanism, sampler.layout)
     nodes, between = domain.nodes(_FIRST_COUNT), _check_positions(domain)
     # One request costs less than two, and the positions in between prove the result.
-    samples, residuals, loop_error = yield Request(np.concatenate([nodes, between]), proven=True)
+    samples = yield np.concatenate([nodes, between])
+    residuals, loop_error = samples.proven, samples.loop_error
     assert residuals is not None and loop_error is not None
     # A component that is indeterminate at a few positions is so at all of them: if the scene is
     # strict, no more need to be solved.
@@ -212,7 +207,7 @@ def _refined(
     between: Array,
     values: Array,
     cancellation: float,
-) -> Generator[Request, Answer, tuple[Samples, float]]:
+) -> Generator[Array, Samples, tuple[Samples, float]]:
     """Double the samples until both what they leave out and their deviations are small enough.
 
     What a series leaves out (its remainder) its coefficients tell. How far it deviates from
@@ -264,8 +259,7 @@ def _refined(
                 position=None,
             )
         # Every other position of the finer series is one of this one's.
-        answer = yield Request(domain.nodes(2 * count)[1::2])
-        samples = samples.interleaved(answer.samples)
+        samples = samples.interleaved((yield domain.nodes(2 * count)[1::2]))
 
 
 def _beyond_reach(

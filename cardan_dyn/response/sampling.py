@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,12 +42,17 @@ class Samples(NamedTuple):
         influence: `(k, 6)` greatest influence of self-stresses on the outputs' wrenches, see
             `Solution`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
+        proven: residuals of the scene's own loads at unit rates, the sum of the columns, so that
+            they prove the columns; None unless they are wanted.
+        loop_error: `(M,)` see `Sweep.loop_residual`; None likewise.
     """
 
     values: Array
     condition: float
     influence: Array
     indeterminate_couplings: frozenset[int]
+    proven: Residuals | None = None
+    loop_error: Array | None = None
 
     @property
     def unique(self) -> Array:
@@ -71,33 +76,6 @@ class Samples(NamedTuple):
         )
 
 
-class Request(NamedTuple):
-    """Positions at which a response asks for its functions.
-
-    Attributes:
-        positions: of the drive `(M,)`.
-        proven: whether residuals are wanted as well.
-    """
-
-    positions: Array
-    proven: bool = False
-
-
-class Answer(NamedTuple):
-    """Functions at the positions of a request.
-
-    Attributes:
-        samples: the functions.
-        proven: residuals of the scene's own loads at unit rates, the sum of the columns, so that
-            they prove the columns; None unless they are wanted.
-        loop_error: `(M,)` see `Sweep.loop_residual`; None likewise.
-    """
-
-    samples: Samples
-    proven: Residuals | None = None
-    loop_error: Array | None = None
-
-
 class FunctionSampler:
     """Solves the functions of responses at drive positions.
 
@@ -112,14 +90,14 @@ class FunctionSampler:
         self._acting = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
         self.layout = layout_of(solver)
 
-    def answers(self, targets: Targets, counts: Sequence[int], proven: bool) -> list[Answer]:
+    def samples(self, targets: Targets, counts: Sequence[int], proven: bool) -> list[Samples]:
         """Return all functions at targets, for so many samples at a time as the counts say.
 
         Raises:
             AccuracyError: a residual misses its tolerance.
         """
         assembly = self._solver.assembly
-        guess, answers = assembly.guesses(targets), list[Answer]()
+        guess, answers = assembly.guesses(targets), list[Samples]()
         for together in _in_blocks(counts):
             block = slice(together[0].start, together[-1].stop)
             own = targets.block(block)
@@ -137,11 +115,10 @@ class FunctionSampler:
             for span in together:
                 part = slice(span.start - block.start, span.stop - block.start)
                 greatest = max(1.0, float(np.max(condition[part])))
-                answer = Answer(Samples(values[:, part], greatest, *told))
+                proof: tuple[Any, ...] = ()
                 if solution is not None:
-                    residuals = solution.residuals.of_samples(part)
-                    answer = Answer(answer.samples, residuals, solution.loop_error[part])
-                answers.append(answer)
+                    proof = solution.residuals.of_samples(part), solution.loop_error[part]
+                answers.append(Samples(values[:, part], greatest, *told, *proof))
         return answers
 
     def _columns(self, x: Array, inputs: Inputs) -> _Columns:

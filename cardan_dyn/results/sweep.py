@@ -97,6 +97,14 @@ _SIGN = (
 """What a wrench is, in one sentence, wherever wrenches are written down."""
 _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
+_UNITS = {
+    "drive_effort": "drive_unit",
+    "holding_effort": "held_unit",
+    "coupling_moment": "coupling_unit",
+    "element_effort": "effort_unit",
+    "joint_position": "unit",
+}
+"""Variables to the coordinates that tell their units apart."""
 _OF_MOMENTS = ("moment", "torsion", "bending")
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
@@ -323,9 +331,20 @@ class Sweep(MotionResult):
         `JointSpring`, `JointFriction`, `Actuator`: `.effort`; `PointSpring`: `.tension`, `.length`,
         `.force`; `Bushing`: `.wrench`, `.deformation`; and all of them `.energy`, `.dissipation`.
         """
-        from .element_results import element_results  # Imported here: most scenes have no elements.
+        from .element_results import ElementResults  # Imported here: most scenes have no elements.
 
-        return element_results(self._problem.element_forces, self.motion, self.time)
+        forces, shape, x = self._problem.element_forces, self.shape, self.motion.rows
+        if forces is None:
+            return ElementResults((), ())
+        times = np.broadcast_to(self.time, shape).reshape(-1)
+        each = forces.each(x, self.motion.v.reshape(len(x), -1), times)
+        return ElementResults(
+            forces.elements,
+            [
+                type(of)(*(read_only(part.reshape(*shape, *part.shape[1:])) for part in of))
+                for of in each
+            ],
+        )
 
     @cached_property
     def elastic_energy(self) -> Array:
@@ -626,12 +645,17 @@ def _table_of(sweep: Sweep, motion: bool) -> Table:
         flags["unique"] = (("joint", "wrench_component"), unique, _FLAG_ATTRIBUTES)
     if coupling_unique.size:
         flags["coupling_unique"] = (("coupling",), coupling_unique, _FLAG_ATTRIBUTES)
+    variables = [*_given(sweep), *_found(sweep, motion)]
     gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"
     return Table(
-        variables=[*_given(sweep), *_found(sweep, motion)],
+        variables=variables,
         samples=dict(zip(_sample_dims(sweep), sweep.shape, strict=True)),
         labels=_labels(sweep),
-        units=_units(sweep),
+        units={
+            _UNITS[name]: (item.dims[-1], list(item.units))
+            for name, item in variables
+            if name in _UNITS and not isinstance(item.units, str)
+        },
         # Numbers and texts, so that any file format takes them.
         attributes={
             "mechanism": sweep.mechanism.name,
@@ -816,25 +840,6 @@ def _labels(sweep: Sweep) -> dict[str, Sequence[str]]:
             if quantity.components:
                 found.setdefault(quantity.components, quantity.component_names)
     return found
-
-
-def _units(sweep: Sweep) -> dict[str, tuple[str, list[str]]]:
-    """Return coordinates of units: name, dimension and the units along it."""
-    drivable = sweep.mechanism.drivable
-    acting = [name for item in sweep.elements for name in item.joints]
-    return {
-        "drive_unit": ("drive", [drivable[name].effort_unit for name in sweep.coordinates]),
-        "held_unit": ("held", [drivable[name].effort_unit for name in sweep.holding_effort]),
-        "coupling_unit": (
-            "coupling",
-            [_coupling_unit(sweep, name) for name in sweep.coupling_moment],
-        ),
-        "effort_unit": ("joint_element", [drivable[name].effort_unit for name in acting]),
-        "unit": (
-            "moving_joint",
-            [drivable[n].unit for n in sweep.mechanism.coordinates.named],
-        ),
-    }
 
 
 def _groups(sweep: Sweep) -> dict[str, list[int]]:

@@ -607,8 +607,9 @@ class Trajectory(MotionResult):
     def element_force(self) -> ElementResults:
         """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
         forces = self._problem.element_forces
-        each = [] if forces is None else forces.each(*self.states, self.time)
-        return ElementResults(forces, each)
+        if forces is None:
+            return ElementResults((), ())
+        return ElementResults(forces.elements, forces.each(*self.states, self.time))
 
     @property
     def effort_residual(self) -> float:

@@ -13,7 +13,7 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.response import build as build_module
 from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.sampling import Answer, Samples
+from cardan_dyn.response.sampling import Samples
 
 Function = Callable[[np.ndarray], np.ndarray]
 
@@ -59,7 +59,7 @@ def refined(
         except StopIteration as end:
             samples, error = end.value
             break
-        answer = Answer(sampler.solve(request.positions))
+        answer = sampler.solve(request)
     np.testing.assert_array_equal(
         samples.values, sampler.solve(domain.nodes(domain.steps(samples.values.shape[1]))).values
     )

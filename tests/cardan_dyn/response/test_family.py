@@ -13,7 +13,6 @@ import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.response import build as build_module
 from cardan_dyn.response.operating_points import Part
-from cardan_dyn.response.sampling import Request
 
 ANGLES = np.array([0.1, 0.4, 0.9, 1.2])
 POSITIONS = np.linspace(-4.0, 9.0, 31)
@@ -256,11 +255,11 @@ def test_designs_are_closed_in_few_calls(monkeypatch: pytest.MonkeyPatch) -> Non
     assert len(calls) < 20
 
 
-def test_requests_are_divided_by_kind_and_size(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_requests_are_divided_by_size(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build_module, "_MOST_SAMPLES", 10)
-    sizes = {0: 4, 1: 12, 2: 6, 3: 4, 4: 4}
-    requests = {index: Request(np.zeros(size), proven=index != 3) for index, size in sizes.items()}
-    assert list(build_module._portions(requests)) == [[0], [1], [2, 4], [3]]
+    sizes = {0: 4, 1: 12, 2: 6, 4: 4, 5: 1}
+    requests = {index: np.zeros(size) for index, size in sizes.items()}
+    assert list(build_module._portions(requests)) == [[0], [1], [2, 4], [5]]
 
 
 def test_designs_that_do_not_turn_through_are_named() -> None:

@@ -11,7 +11,7 @@ from testkit.scenes import double
 import cardan_dyn as cd
 from cardan_dyn.problem.samples import Targets
 from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
-from cardan_dyn.response.sampling import Answer, FunctionSampler, Samples, layout_of
+from cardan_dyn.response.sampling import FunctionSampler, Samples, layout_of
 
 POSITIONS = np.array([0.0, 0.4, 1.0, 2.9, -5.0])
 PUSH = cd.Wrench(force=(0.0, 3.0, 10.0), moment=(1.0, 0.0, 0.0))
@@ -28,9 +28,9 @@ def scene(joint: cd.Mechanism, **changes: object) -> cd.Scene:
     return cd.Scene(joint, **{**arguments, **changes})
 
 
-def answer(sampler: FunctionSampler, positions: np.ndarray, proven: bool = False) -> Answer:
+def answer(sampler: FunctionSampler, positions: np.ndarray, proven: bool = False) -> Samples:
     targets = Targets.of_positions(positions[:, None])
-    (found,) = sampler.answers(targets, [len(positions)], proven)
+    (found,) = sampler.samples(targets, [len(positions)], proven)
     return found
 
 
@@ -58,7 +58,7 @@ def test_without_masses_there_are_loads_alone() -> None:
     loaded = cd.Scene(mechanism, drive="a", loads={"a": 2.0}, gravity=(0.0, 0.0, -9.81))
     assert layout_of(loaded.solver).columns == (Column(Kind.JOINT_LOAD, "a"),)
     idle = cd.Scene(mechanism, drive="a").solver
-    samples = answer(FunctionSampler(idle), POSITIONS).samples
+    samples = answer(FunctionSampler(idle), POSITIONS)
     assert samples.values.shape == (0, len(POSITIONS))
     assert samples.condition == 1.0
 
@@ -84,7 +84,7 @@ def test_a_column_is_what_a_sweep_gives_where_it_acts_alone(
     acceleration: float,
 ) -> None:
     sampler = FunctionSampler(scene(joint).solver)
-    values = answer(sampler, POSITIONS).samples.values
+    values = answer(sampler, POSITIONS).values
     alone = scene(joint, loads=loads, gravity=gravity)
     sweep = alone.sweep(POSITIONS, speed, acceleration)
     scale = max(float(np.max(np.abs(sweep[name].moment))) for name in joint.joint_names)
@@ -104,7 +104,7 @@ def test_moments_of_couplings_and_efforts_of_two_wheels() -> None:
     wheels = cd.load(gears(coupling("mesh", "a", "b", -2.5)))
     for options in ({}, {"outputs": []}):
         sampler = FunctionSampler(cd.Scene(wheels, drive="a", loads={"b": 7.0}, **options).solver)
-        samples = answer(sampler, POSITIONS).samples
+        samples = answer(sampler, POSITIONS)
         for column, effort, moment in (
             (ACCELERATION, 0.025 * (1.0 + 2.5**2), -2.5 * 0.025),
             (Column(Kind.JOINT_LOAD, "b"), 2.5, -1.0),
@@ -129,7 +129,7 @@ def test_moments_of_couplings_beside_a_loop() -> None:
         </robot>""",
     )
     sampler = FunctionSampler(cd.Scene(cd.load(urdf), drive="a", loads={"w": 7.0}).solver)
-    values = answer(sampler, POSITIONS).samples.values
+    values = answer(sampler, POSITIONS).values
     for column, moment in (
         (SPEED_SQUARED, 0.0),
         (ACCELERATION, -2.0 * 0.025),
@@ -142,9 +142,10 @@ def test_moments_of_couplings_beside_a_loop() -> None:
 def test_proven_samples_are_those_that_are_solved(joint: cd.Mechanism) -> None:
     example = scene(joint)
     sampler = FunctionSampler(example.solver)
-    samples, residuals, loop_error = answer(sampler, POSITIONS, True)
+    samples = answer(sampler, POSITIONS, True)
+    residuals, loop_error = samples.proven, samples.loop_error
     alone = answer(sampler, POSITIONS)
-    np.testing.assert_allclose(samples.values, alone.samples.values, atol=1e-12)
+    np.testing.assert_allclose(samples.values, alone.values, atol=1e-12)
     assert alone.loop_error is alone.proven is None
     # What is proven is the scene itself at unit speed and acceleration.
     solver, ones = example.solver, np.ones((len(POSITIONS), 1))
@@ -169,11 +170,11 @@ def test_answers_to_several_spans_are_those_to_each() -> None:
     position = np.linspace(0.0, 6.0, 1000)
     spans = [slice(0, 300), slice(300, 310), slice(310, 900), slice(900, 1000)]
     counts = [300, 10, 590, 100]
-    together = sampler.answers(Targets.of_positions(position[:, None]), counts, True)
+    together = sampler.samples(Targets.of_positions(position[:, None]), counts, True)
     for span, found in zip(spans, together, strict=True):
         alone = answer(sampler, position[span], True)
-        np.testing.assert_allclose(found.samples.values, alone.samples.values, atol=1e-10)
-        np.testing.assert_allclose(found.samples.condition, alone.samples.condition, rtol=1e-9)
+        np.testing.assert_allclose(found.values, alone.values, atol=1e-10)
+        np.testing.assert_allclose(found.condition, alone.condition, rtol=1e-9)
         assert found.proven is not None
         assert len(found.proven.wrench) == span.stop - span.start
 
@@ -183,8 +184,8 @@ def test_samples_of_a_scene_with_a_load_per_sample_are_proven_with_a_constant_lo
 ) -> None:
     changing = scene(joint, loads={"bearing_out": np.linspace(-1.0, -2.0, 40), "shaft_out": PUSH})
     found = answer(FunctionSampler(changing.solver), POSITIONS, True)
-    constant = answer(FunctionSampler(scene(joint).solver), POSITIONS).samples
-    np.testing.assert_allclose(found.samples.values, constant.values, atol=1e-12)
+    constant = answer(FunctionSampler(scene(joint).solver), POSITIONS)
+    np.testing.assert_allclose(found.values, constant.values, atol=1e-12)
     assert found.proven is not None
     assert found.proven.balance < 1e-13
 
