@@ -189,7 +189,8 @@ class TapedSolver:
             if teeth.coupling in loose:
                 influence[[self._mechanism.wrench_indices[name] for name in teeth.joints]] = 1.0
         self._refuse_shared(found)
-        found.x[:, self._idle] -= 2.0 * np.pi * np.rint(found.x[:, self._idle] / (2.0 * np.pi))
+        if self._idle:
+            found.x[:, self._idle] -= 2.0 * np.pi * np.rint(found.x[:, self._idle] / (2.0 * np.pi))
         return found, influence, loose
 
     def _refuse_shared(self, found: Found) -> None:

@@ -27,7 +27,7 @@ from ..time_left import Task
 from .data import Proof, ResponseData
 from .domain import Domain
 from .response import Response
-from .sampling import FunctionSampler, Samples
+from .sampling import FunctionSampler, Sampled
 from .scales import Scales
 from .series import Series
 
@@ -67,7 +67,7 @@ _BEFORE_THE_END = 1e-9
 _COMES_BACK = 1e-6
 """Sine of half an angle by which a joint may miss where it started, besides what it has to go."""
 
-_Building = Generator[Array, Samples, ResponseData]
+_Building = Generator[Array, Sampled, ResponseData]
 """A response that is built: it asks for its functions at positions until they reach rounding."""
 
 
@@ -203,11 +203,11 @@ def _refined(
     scales: Scales,
     tolerance: float,
     domain: Domain,
-    samples: Samples,
+    samples: Sampled,
     between: Array,
     values: Array,
     cancellation: float,
-) -> Generator[Array, Samples, tuple[Samples, float]]:
+) -> Generator[Array, Sampled, tuple[Sampled, float]]:
     """Double the samples until both what they leave out and their deviations are small enough.
 
     What a series leaves out (its remainder) its coefficients tell. How far it deviates from

@@ -12,7 +12,7 @@ from ..arrays import Array
 AXES = ("x", "y", "z")
 
 
-class Kind(Enum):
+class Acts(Enum):
     """What a column belongs to."""
 
     SPEED_SQUARED = "speed²"
@@ -32,20 +32,20 @@ class Column(NamedTuple):
         name: the loaded joint or link, or the axis of gravity; else empty.
     """
 
-    kind: Kind
+    kind: Acts
     name: str = ""
 
     @property
     def label(self) -> str:
         """Its name in messages; not unique, since a joint may have the same name."""
-        if self.kind in (Kind.JOINT_LOAD, Kind.LINK_LOAD):
+        if self.kind in (Acts.JOINT_LOAD, Acts.LINK_LOAD):
             return self.name
         return f"{self.kind.value} {self.name}".strip()
 
 
-SPEED_SQUARED = Column(Kind.SPEED_SQUARED)
-ACCELERATION = Column(Kind.ACCELERATION)
-GRAVITY = tuple(Column(Kind.GRAVITY, axis) for axis in AXES)
+SPEED_SQUARED = Column(Acts.SPEED_SQUARED)
+ACCELERATION = Column(Acts.ACCELERATION)
+GRAVITY = tuple(Column(Acts.GRAVITY, axis) for axis in AXES)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
 from ..frozen import frozen
 from ..problem.problem import Problem
-from .columns import Column, Kind, Layout
+from .columns import Acts, Column, Layout
 from .data import Proof, ResponseData
 from .domain import Domain
 from .identity import identity
@@ -88,7 +88,7 @@ def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:
 
 def _data(layout: Layout, told: Mapping[str, Any], arrays: Mapping[str, Array]) -> ResponseData:
     """Return the functions that a file holds, of the layout that the scene has."""
-    columns = tuple(Column(Kind[kind], name) for kind, name in told["columns"])
+    columns = tuple(Column(Acts[kind], name) for kind, name in told["columns"])
     values, series = arrays["values"], Series(arrays["values"], Domain(*told["domain"]))
     marks = zero, constant, unique = [arrays[name] for name in _MARKS]
     rows = layout.size * len(columns)

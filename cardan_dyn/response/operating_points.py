@@ -19,7 +19,7 @@ from ..problem.problem import Problem
 from ..problem.samples import Targets, acting_on, targets_of
 from ..results.collect import motion_at
 from ..results.motion import Motion
-from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
+from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 from .data import ResponseData
 from .domain import Domain
 from .series import Location
@@ -29,7 +29,7 @@ _GREATEST_WRENCH = 1e300
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class OfDesign:
     """The operating points of one design.
 
     Attributes:
@@ -101,7 +101,7 @@ class OperatingPoints:
 
     solver: ProblemSolver
     shape: tuple[int, ...]
-    parts: list[Part]
+    parts: list[OfDesign]
     acting: Acting
     held: Mapping[str, Array]
     given: Array | None
@@ -261,8 +261,8 @@ def column_factors(
     with np.errstate(over="ignore"):  # What overflows is refused below.
         factors = [(SPEED_SQUARED, acting.speeds[..., 0] ** 2)]
     factors.append((ACCELERATION, acting.accelerations[..., 0]))
-    factors += [(Column(Kind.JOINT_LOAD, name), load) for name, load in acting.joint_loads.items()]
-    factors += [(Column(Kind.LINK_LOAD, name), np.ones(())) for name in acting.link_loads]
+    factors += [(Column(Acts.JOINT_LOAD, name), load) for name, load in acting.joint_loads.items()]
+    factors += [(Column(Acts.LINK_LOAD, name), np.ones(())) for name in acting.link_loads]
     if acting.gravity.any():
         factors += [(column, acting.gravity[..., axis]) for axis, column in enumerate(GRAVITY)]
     found = [item for item in factors if item[1].any()]

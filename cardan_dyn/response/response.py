@@ -30,8 +30,8 @@ from .columns import ACCELERATION, SPEED_SQUARED, Column
 from .data import Proof, ResponseData
 from .operating_points import (
     CouplingMoments,
+    OfDesign,
     OperatingPoints,
-    Part,
     checked_acting,
     column_factors,
     solved_motion,
@@ -273,12 +273,12 @@ class Response(Frozen):
         columns = self._data[0].layout.columns
         factors = column_factors(self._solver, columns, acting, self._greatest)
         at = None if positions is None else np.atleast_1d(positions[..., 0])
-        parts = [Part(self._data[0], ..., at, step_count, factors)]
+        parts = [OfDesign(self._data[0], ..., at, step_count, factors)]
         if self._varied:
             parts = []
             for data, where in zip(self._data, _places(self.shape, shape), strict=True):
                 own = [(column, _at(factor, shape, where)) for column, factor in factors]
-                parts.append(Part(data, where, _at(at, shape, where), None, own))
+                parts.append(OfDesign(data, where, _at(at, shape, where), None, own))
         points = OperatingPoints(self._solver, shape, parts, acting, self._varied, positions)
         moves = any(column == SPEED_SQUARED for column, _ in factors)
         return Sweep(

@@ -18,22 +18,22 @@ from ..frozen import frozen
 from ..kinematics.closing.all_groups import ClosedState
 from ..problem.samples import Targets, acting_on
 from ..proof.residuals import Residuals
-from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
+from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 
 
 def layout_of(solver: ProblemSolver) -> Layout:
     """Return which functions the response of a problem has, and in which order."""
     problem = solver.problem
     columns = [SPEED_SQUARED, ACCELERATION] if solver.has_mass else []
-    columns += [Column(Kind.JOINT_LOAD, name) for name in problem.joint_loads]
-    columns += [Column(Kind.LINK_LOAD, name) for name in problem.link_loads]
+    columns += [Column(Acts.JOINT_LOAD, name) for name in problem.joint_loads]
+    columns += [Column(Acts.LINK_LOAD, name) for name in problem.link_loads]
     if solver.has_mass and np.any(problem.gravity):
         columns += GRAVITY
     efforts, couplings = (*problem.independent, *problem.held), tuple(solver.couplings.values())
     return Layout(tuple(columns), problem.outputs, efforts, couplings)
 
 
-class Samples(NamedTuple):
+class Sampled(NamedTuple):
     """The functions of a response at some drive positions, with their condition and uniqueness.
 
     Attributes:
@@ -59,16 +59,16 @@ class Samples(NamedTuple):
         """Which components of the outputs follow from the laws of motion alone, `(k, 6)`."""
         return self.influence < UNIQUE_TOLERANCE
 
-    def first(self, count: int) -> Samples:
+    def first(self, count: int) -> Sampled:
         """Return the values of the first positions; the other attributes stay those of all."""
         return self._replace(values=self.values[:, :count])
 
-    def interleaved(self, between: Samples) -> Samples:
+    def interleaved(self, between: Sampled) -> Sampled:
         """Return samples with others put between each two of them."""
         count = self.values.shape[1] + between.values.shape[1]
         values = np.empty((len(self.values), count))
         values[:, ::2], values[:, 1::2] = self.values, between.values
-        return Samples(
+        return Sampled(
             values,
             max(self.condition, between.condition),
             np.maximum(self.influence, between.influence),
@@ -90,14 +90,14 @@ class FunctionSampler:
         self._acting = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
         self.layout = layout_of(solver)
 
-    def samples(self, targets: Targets, counts: Sequence[int], proven: bool) -> list[Samples]:
+    def samples(self, targets: Targets, counts: Sequence[int], proven: bool) -> list[Sampled]:
         """Return all functions at targets, for so many samples at a time as the counts say.
 
         Raises:
             AccuracyError: a residual misses its tolerance.
         """
         assembly = self._solver.assembly
-        guess, answers = assembly.guesses(targets), list[Samples]()
+        guess, answers = assembly.guesses(targets), list[Sampled]()
         for together in _in_blocks(counts):
             block = slice(together[0].start, together[-1].stop)
             own = targets.block(block)
@@ -118,7 +118,7 @@ class FunctionSampler:
                 proof: tuple[Any, ...] = ()
                 if solution is not None:
                     proof = solution.residuals.of_samples(part), solution.loop_error[part]
-                answers.append(Samples(values[:, part], greatest, *told, *proof))
+                answers.append(Sampled(values[:, part], greatest, *told, *proof))
         return answers
 
     def _columns(self, x: Array, inputs: Inputs) -> _Columns:
@@ -151,8 +151,8 @@ class FunctionSampler:
         links = [
             replace(
                 load,
-                force=unit(load.force, [Column(Kind.LINK_LOAD, name)]),
-                moment=unit(load.moment, [Column(Kind.LINK_LOAD, name)]),
+                force=unit(load.force, [Column(Acts.LINK_LOAD, name)]),
+                moment=unit(load.moment, [Column(Acts.LINK_LOAD, name)]),
             )
             for name, load in inputs.link_loads.items()
         ]
@@ -213,15 +213,15 @@ class FunctionSampler:
     def _loads(self, column: Column) -> Array:
         """Return the unit load `(1, nv)` of a column."""
         loads = np.zeros((1, self._problem.mechanism.model.nv))
-        if column.kind is Kind.JOINT_LOAD:
+        if column.kind is Acts.JOINT_LOAD:
             loads[:, self._problem.mechanism.coordinates.named[column.name].rate] = 1.0
         return loads
 
     def _factor(self, column: Column) -> float:
         """Return what the scene multiplies a column with at unit speed and acceleration."""
-        if column.kind is Kind.GRAVITY:
+        if column.kind is Acts.GRAVITY:
             return float(self._problem.gravity[AXES.index(column.name)])
-        if column.kind is Kind.JOINT_LOAD:
+        if column.kind is Acts.JOINT_LOAD:
             load = self._problem.joint_loads[column.name]
             # The proof needs any constant load; the samples of a varying one belong to a sweep.
             return 1.0 if load.ndim else float(load)

@@ -9,8 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ModelError
 from ..problem.problem import Problem
-from ..proof.constraints import Constraints
-from ..proof.constraints import Motion as Prescribed
+from ..proof.constraints import Constraints, Motion
 from ..proof.screws import Screws
 from ..proof.self_stress import SelfStressProof
 from .wrench import Components, StoredComponents
@@ -89,7 +88,7 @@ def in_fixed_axes(turn: Any, joint: str, of: str) -> dict[str, tuple[Array, bool
         laws of motion alone.
     """
     of_parent = turn.rotation(joint) @ np.swapaxes(
-        turn.rotation_from_joint(joint, "parent"), -1, -2
+        turn._rotation_from_joint(joint, "parent"), -1, -2
     )
     stands = bool(np.max(np.ptp(of_parent, axis=0)) <= _STANDS)
     wrench = turn.wrench(joint, "parent" if stands else "world")
@@ -149,7 +148,7 @@ def _self_stress(problem: Problem) -> SelfStressProof:
         mechanism.coordinates,
         screws,
         length,
-        Prescribed(problem.independent, tuple(problem.held), known),
+        Motion(problem.independent, tuple(problem.held), known),
     )
     return SelfStressProof(
         screws,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +13,14 @@ from ..arrays import Array
 from ..dynamics.inverse_dynamics import Solution
 from ..dynamics.problem_solver import AssembledPositions, InTurn, ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
-from ..frozen import frozen
+from ..frozen import FrozenDict, frozen, read_only
 from ..problem.acting import Acting
 from ..problem.samples import Targets
 from .motion import Motion, Rates
 from .source import SolvedSource
 from .sweep import Sweep
+
+_NOTHING: FrozenDict[str, Any] = frozen({})
 
 
 def sweep_of(
@@ -44,15 +47,17 @@ def sweep_of(
         source=SolvedSource(
             targets.shape,
             targets.given,
-            solution.wrenches,
-            solution.efforts,
+            read_only(solution.wrenches),
+            read_only(solution.efforts),
             solver.knows_drive_efforts,
             solver.known_holding_efforts,
             partial(_solved_motion, solver, assembled, acting, solution),
         ),
         unique=solution.unique[problem.output_indices],
-        coupling_moment=frozen({n: moments[:, k].reshape(targets.shape) for k, n in named}),
-        coupling_unique=frozen({name: index not in loose for index, name in named}),
+        coupling_moment=frozen({name: moments[:, k].reshape(targets.shape) for k, name in named})
+        if named
+        else _NOTHING,
+        coupling_unique=frozen({name: k not in loose for k, name in named}) if named else _NOTHING,
         condition=partial(_condition, solver, assembled, solution),
         # All residuals were judged; how great they are is for those who ask.
         proven=partial(
@@ -106,12 +111,11 @@ def scattered(
         problem=solved.problem,
         held=solved._held,
         acting=acting._replace(accelerations=a),
-        source=replace(
-            source,
+        source=source._replace(
             shape=motion.shape,
             position=positions,
-            wrenches=spread(source.wrenches),
-            efforts=spread(source.efforts),
+            wrenches=read_only(spread(source.wrenches)),
+            efforts=read_only(spread(source.efforts)),
             solved_motion=motion,
         ),
         unique=solved.unique,

@@ -135,7 +135,7 @@ class PointMotion(Frozen, Result):
         Raises:
             ArgumentError: unknown drive.
         """
-        ratios = self._moving.motion.all_ratios(drive)
+        ratios = self._moving.motion._all_ratios(drive)
         x = self._moving.joint_coordinates
         return self._shaped(self._carrier.rates(x, ratios).velocity.T)
 

@@ -84,6 +84,6 @@ def rod_force(sweep: Any, link: str) -> RodForce:
         ends.append(along)
         own = np.swapaxes(sweep.rotation(name), -1, -2) @ outwards[..., None]
         maps = np.concatenate([own, np.zeros_like(own)], axis=-2)[..., 0][..., None, :]
-        unique = unique and bool(np.all(sweep.unique_sums(name, maps, np.ones(1, dtype=bool))))
+        unique = unique and bool(np.all(sweep._unique_sums(name, maps, np.ones(1, dtype=bool))))
     both = np.stack(ends, axis=-1)
     return RodForce(link, (first, second), np.mean(both, axis=-1), both, length, unique)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
 
 from ..arrays import Array
-from ..frozen import Record, frozen
+from ..frozen import frozen, read_only
 from .motion import Motion
 from .wrench import Components, StoredComponents
 
@@ -42,9 +43,10 @@ class Source(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedSource(Record):
+class SolvedSource(NamedTuple):
     """A `Source` of what was solved before, of all N samples in one dimension.
+
+    Its arrays are read-only where it is made.
 
     Attributes:
         shape: of the samples.
@@ -65,7 +67,7 @@ class SolvedSource(Record):
     solved_motion: Motion | Callable[[], Motion]
 
     def __reduce__(self) -> tuple[object, ...]:
-        return SolvedSource, (*list(vars(self).values())[:-1], self.motion())
+        return _restored, (*self[:-1], self.motion())
 
     def wrench(self, output: int) -> Components:
         """Return the wrench of an output, by its index, in its joint frame."""
@@ -86,3 +88,10 @@ class SolvedSource(Record):
     def motion(self) -> Motion:
         """Return positions, speeds and accelerations."""
         return self.solved_motion() if callable(self.solved_motion) else self.solved_motion
+
+
+def _restored(*fields: Any) -> SolvedSource:
+    for item in fields:
+        if isinstance(item, np.ndarray):
+            read_only(item)
+    return SolvedSource(*fields)

@@ -489,12 +489,12 @@ class Sweep(MotionResult):
         unique, joint = self.unique[output], self.outputs[output]
         if frame == "joint" or np.all(unique):
             return unique
-        rotation = self.rotation_from_joint(joint, frame)
+        rotation = self._rotation_from_joint(joint, frame)
         maps = np.zeros((*rotation.shape[:-2], 6, 6))
         maps[..., :3, :3] = maps[..., 3:, 3:] = rotation
-        return read_only(self.unique_sums(joint, maps, np.repeat([True, False], 3)))
+        return read_only(self._unique_sums(joint, maps, np.repeat([True, False], 3)))
 
-    def rotation_from_joint(self, joint: str, frame: str) -> Array:
+    def _rotation_from_joint(self, joint: str, frame: str) -> Array:
         """Return rotations `(N, 3, 3)`, or `(3, 3)`, from a joint's own axes to others.
 
         Args:
@@ -510,7 +510,7 @@ class Sweep(MotionResult):
 
         return rotation_to(self, joint, frame)
 
-    def unique_sums(self, joint: str, maps: Array, are_forces: Array) -> Array:
+    def _unique_sums(self, joint: str, maps: Array, are_forces: Array) -> Array:
         """Return `(k,)` which sums of the components of a wrench are unique, at all positions.
 
         Args:
@@ -632,7 +632,7 @@ def _greatest(wrench: JointWrench) -> tuple[str, ...]:
         for values in (*wrench.magnitude, *parts)
     )
     unique = "yes" if np.all(wrench.unique) else f"not {named_components(~wrench.unique)}"
-    force += wrench.unique_parts("force")
+    force += wrench._unique_parts("force")
     return (wrench.joint, force, moment, *(shares or ["no axis"] * 2), unique)
 
 

@@ -228,8 +228,8 @@ class JointWrench(Hinting):
         from .left_open import named_components  # Imported here: few are shown.
 
         force, moment = self.magnitude
-        acts = f"force {_up_to(force, 'N')}{self.unique_parts('force')}"
-        acts += f", moment {_up_to(moment, 'N·m')}{self.unique_parts('moment')}{lost(force)}"
+        acts = f"force {_up_to(force, 'N')}{self._unique_parts('force')}"
+        acts += f", moment {_up_to(moment, 'N·m')}{self._unique_parts('moment')}{lost(force)}"
         is_unique = bool(np.all(self.unique))
         if self.moment.size and is_unique and not (np.any(force) or np.any(moment)):
             acts = "nothing acts"
@@ -245,7 +245,7 @@ class JointWrench(Hinting):
             f"child: {shape} samples, {acts}{chosen}>"
         )
 
-    def unique_parts(self, what: str) -> str:
+    def _unique_parts(self, what: str) -> str:
         """Return in brackets which part of a `force` or `moment` is unique though it is not."""
         from ..figures.wrenches import known_part, together  # Imported here: few are shown.
 
@@ -291,7 +291,7 @@ class JointWrench(Hinting):
             place = position - sweep.origin(self.joint)
             if self.frame != "world":
                 own = np.swapaxes(sweep.rotation(self.joint), -1, -2) @ place[..., None]
-                place = (sweep.rotation_from_joint(self.joint, self.frame) @ own)[..., 0]
+                place = (sweep._rotation_from_joint(self.joint, self.frame) @ own)[..., 0]
         before = np.zeros(3) if self.point is None else self.point
         moment = self.moment - np.cross(place - before, self.force)
         values = StoredComponents(np.concatenate([self.force, moment], axis=-1))
@@ -305,18 +305,18 @@ class JointWrench(Hinting):
         return read_only(self._unique_sums(np.eye(6), np.repeat([True, False], 3)))
 
     def _unique_sums(self, factors: Array, are_forces: Array) -> Array:
-        """Return which sums are unique, see `Sweep.unique_sums`.
+        """Return which sums are unique, see `Sweep._unique_sums`.
 
         Args:
             factors: `(..., k, 6)` on force and moment about `point`, in the axes of `frame`.
             are_forces: `(k,)` which of them are forces.
         """
-        turn = self._sweep.rotation_from_joint(self.joint, self.frame)
+        turn = self._sweep._rotation_from_joint(self.joint, self.frame)
         arm = np.zeros(3) if self.point is None else self.point
         maps = np.zeros((*np.broadcast_shapes(turn.shape[:-2], arm.shape[:-1]), 6, 6))
         maps[..., :3, :3] = maps[..., 3:, 3:] = turn
         maps[..., 3:, :3] = -_cross_matrix(arm) @ turn
-        found: Array = self._sweep.unique_sums(self.joint, factors @ maps, are_forces)
+        found: Array = self._sweep._unique_sums(self.joint, factors @ maps, are_forces)
         return found
 
     def bearing_forces(self, bearings: tuple[float, float]) -> BearingForces:

@@ -13,7 +13,7 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.response import build as build_module
 from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.sampling import Samples
+from cardan_dyn.response.sampling import Sampled
 
 Function = Callable[[np.ndarray], np.ndarray]
 
@@ -24,9 +24,9 @@ class KnownFunction:
     def __init__(self, function: Function, condition: float = 1.0) -> None:
         self.function, self.condition = function, condition
 
-    def solve(self, positions: np.ndarray) -> Samples:
+    def solve(self, positions: np.ndarray) -> Sampled:
         values = self.function(positions)[None]
-        return Samples(values, self.condition, np.zeros((0, 6)), frozenset())
+        return Sampled(values, self.condition, np.zeros((0, 6)), frozenset())
 
 
 class UnitScales:

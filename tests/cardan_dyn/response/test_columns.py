@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
+from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 
-COLUMNS = (SPEED_SQUARED, Column(Kind.JOINT_LOAD, "gravity x"), *GRAVITY)
+COLUMNS = (SPEED_SQUARED, Column(Acts.JOINT_LOAD, "gravity x"), *GRAVITY)
 
 
 @pytest.fixture
@@ -21,8 +21,8 @@ def layout() -> Layout:
         (SPEED_SQUARED, "speed²"),
         (ACCELERATION, "acceleration"),
         (GRAVITY[2], "gravity z"),
-        (Column(Kind.JOINT_LOAD, "bearing"), "bearing"),
-        (Column(Kind.LINK_LOAD, "rod"), "rod"),
+        (Column(Acts.JOINT_LOAD, "bearing"), "bearing"),
+        (Column(Acts.LINK_LOAD, "rod"), "rod"),
     ],
 )
 def test_labels(column: Column, label: str) -> None:
@@ -30,10 +30,10 @@ def test_labels(column: Column, label: str) -> None:
 
 
 def test_a_joint_of_the_same_label_is_another_column() -> None:
-    joint = Column(Kind.JOINT_LOAD, "gravity x")
+    joint = Column(Acts.JOINT_LOAD, "gravity x")
     assert joint.label == GRAVITY[0].label
     assert joint != GRAVITY[0]
-    assert Column(Kind.LINK_LOAD, "gravity x") != joint
+    assert Column(Acts.LINK_LOAD, "gravity x") != joint
 
 
 def test_functions_are_those_of_one_column_after_the_other(layout: Layout) -> None:

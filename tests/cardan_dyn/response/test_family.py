@@ -12,7 +12,7 @@ from testkit.linkages import coupling, gears
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.response import build as build_module
-from cardan_dyn.response.operating_points import Part
+from cardan_dyn.response.operating_points import OfDesign
 
 ANGLES = np.array([0.1, 0.4, 0.9, 1.2])
 POSITIONS = np.linspace(-4.0, 9.0, 31)
@@ -196,13 +196,13 @@ def test_nothing_is_evaluated_that_is_not_read(
     scene: cd.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     evaluated: list[int] = []
-    summed = Part.sum
+    summed = OfDesign.sum
 
-    def counting(self: Part, function: int) -> np.ndarray:
+    def counting(self: OfDesign, function: int) -> np.ndarray:
         evaluated.append(function)
         return summed(self, function)
 
-    monkeypatch.setattr(Part, "sum", counting)
+    monkeypatch.setattr(OfDesign, "sum", counting)
     turn = scene.responses({"joint_angle": [0.1, 0.2]}).sweep(1.0)
     assert not evaluated
     assert turn.drive_effort.shape == (2,)

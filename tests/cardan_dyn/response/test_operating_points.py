@@ -14,18 +14,18 @@ from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.frozen import frozen
 from cardan_dyn.problem.samples import acting_on
 from cardan_dyn.proof.residuals import Proven
-from cardan_dyn.response.columns import ACCELERATION, SPEED_SQUARED, Column, Kind, Layout
+from cardan_dyn.response.columns import ACCELERATION, SPEED_SQUARED, Acts, Column, Layout
 from cardan_dyn.response.data import Proof, ResponseData
 from cardan_dyn.response.domain import Domain
 from cardan_dyn.response.operating_points import (
     CouplingMoments,
+    OfDesign,
     OperatingPoints,
-    Part,
     solved_motion,
 )
 from cardan_dyn.response.series import Series
 
-LOAD = Column(Kind.JOINT_LOAD, "bearing_out")
+LOAD = Column(Acts.JOINT_LOAD, "bearing_out")
 COLUMNS = (SPEED_SQUARED, ACCELERATION, LOAD)
 LAYOUT = Layout(COLUMNS, ("pin_in",), ("bearing_in", "joint_angle"), ("mesh", "train"))
 ORIGIN = 0.3
@@ -81,7 +81,7 @@ def points(
     step_count: int | None = None,
 ) -> OperatingPoints:
     acting = acting_on(solver.problem)
-    part = Part(data, ..., positions, step_count, [*factors.items()])
+    part = OfDesign(data, ..., positions, step_count, [*factors.items()])
     given = None if positions is None else positions[..., None]
     return OperatingPoints(solver, shape, [part], acting, {}, given)
 
@@ -187,7 +187,7 @@ def test_too_many_operating_points_for_the_memory(
         raise MemoryError
 
     operating = points(solver, data, X, FACTORS, (1000, 4000))
-    monkeypatch.setattr(Part, "sum", exhausted)
+    monkeypatch.setattr(OfDesign, "sum", exhausted)
     message = (
         r"not enough memory for operating points of shape \(1000, 4000\), 0\.032 GB per component"
     )

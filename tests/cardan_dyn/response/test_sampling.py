@@ -10,12 +10,12 @@ from testkit.scenes import double
 
 import cardan_dyn as cd
 from cardan_dyn.problem.samples import Targets
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
-from cardan_dyn.response.sampling import FunctionSampler, Samples, layout_of
+from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
+from cardan_dyn.response.sampling import FunctionSampler, Sampled, layout_of
 
 POSITIONS = np.array([0.0, 0.4, 1.0, 2.9, -5.0])
 PUSH = cd.Wrench(force=(0.0, 3.0, 10.0), moment=(1.0, 0.0, 0.0))
-LOAD, WRENCH = Column(Kind.JOINT_LOAD, "bearing_out"), Column(Kind.LINK_LOAD, "shaft_out")
+LOAD, WRENCH = Column(Acts.JOINT_LOAD, "bearing_out"), Column(Acts.LINK_LOAD, "shaft_out")
 
 
 def scene(joint: cd.Mechanism, **changes: object) -> cd.Scene:
@@ -28,7 +28,7 @@ def scene(joint: cd.Mechanism, **changes: object) -> cd.Scene:
     return cd.Scene(joint, **{**arguments, **changes})
 
 
-def answer(sampler: FunctionSampler, positions: np.ndarray, proven: bool = False) -> Samples:
+def answer(sampler: FunctionSampler, positions: np.ndarray, proven: bool = False) -> Sampled:
     targets = Targets.of_positions(positions[:, None])
     (found,) = sampler.samples(targets, [len(positions)], proven)
     return found
@@ -56,7 +56,7 @@ def test_without_masses_there_are_loads_alone() -> None:
       <axis xyz="0 0 1"/></joint></robot>"""
     mechanism = cd.load(urdf)
     loaded = cd.Scene(mechanism, drive="a", loads={"a": 2.0}, gravity=(0.0, 0.0, -9.81))
-    assert layout_of(loaded.solver).columns == (Column(Kind.JOINT_LOAD, "a"),)
+    assert layout_of(loaded.solver).columns == (Column(Acts.JOINT_LOAD, "a"),)
     idle = cd.Scene(mechanism, drive="a").solver
     samples = answer(FunctionSampler(idle), POSITIONS)
     assert samples.values.shape == (0, len(POSITIONS))
@@ -107,7 +107,7 @@ def test_moments_of_couplings_and_efforts_of_two_wheels() -> None:
         samples = answer(sampler, POSITIONS)
         for column, effort, moment in (
             (ACCELERATION, 0.025 * (1.0 + 2.5**2), -2.5 * 0.025),
-            (Column(Kind.JOINT_LOAD, "b"), 2.5, -1.0),
+            (Column(Acts.JOINT_LOAD, "b"), 2.5, -1.0),
             (SPEED_SQUARED, 0.0, 0.0),
         ):
             row = samples.values[sampler.layout.row(column, sampler.layout.wrenches)]
@@ -133,7 +133,7 @@ def test_moments_of_couplings_beside_a_loop() -> None:
     for column, moment in (
         (SPEED_SQUARED, 0.0),
         (ACCELERATION, -2.0 * 0.025),
-        (Column(Kind.JOINT_LOAD, "w"), -1.0),
+        (Column(Acts.JOINT_LOAD, "w"), -1.0),
     ):
         row = values[sampler.layout.row(column, sampler.layout.moments)]
         np.testing.assert_allclose(row, moment, atol=1e-13)
@@ -190,8 +190,8 @@ def test_samples_of_a_scene_with_a_load_per_sample_are_proven_with_a_constant_lo
     assert found.proven.balance < 1e-13
 
 
-def sampled(values: list[float], condition: float, influence: float, open_coupling: int) -> Samples:
-    return Samples(
+def sampled(values: list[float], condition: float, influence: float, open_coupling: int) -> Sampled:
+    return Sampled(
         np.array([values]), condition, np.full((1, 6), influence), frozenset({open_coupling})
     )
 

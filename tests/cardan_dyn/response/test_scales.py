@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
+from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 from cardan_dyn.response.scales import Scales
 
 EPS = float(np.finfo(float).eps)
 LENGTH, MASS = 0.5, 3.0
-LOAD = Column(Kind.JOINT_LOAD, "a")
+LOAD = Column(Acts.JOINT_LOAD, "a")
 
 
 def scales(*columns: Column) -> tuple[Scales, Layout]:
