@@ -111,7 +111,7 @@ def blocks(count: int, most: int = BLOCK_SIZE) -> list[slice]:
 def flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:
     """Return values `(...)` over all samples `(N,)`; the last `trailing` axes are kept."""
     rest = values.shape[values.ndim - trailing :]
-    return _spread(values, (*shape, *rest)).reshape(-1, *rest)
+    return spread(values, (*shape, *rest)).reshape(-1, *rest)
 
 
 def part(values: Array, shape: tuple[int, ...], span: slice, trailing: int = 0) -> Array:
@@ -124,7 +124,7 @@ def part(values: Array, shape: tuple[int, ...], span: slice, trailing: int = 0) 
         trailing: see `flat`.
     """
     rest = values.shape[values.ndim - trailing :]
-    whole = _spread(values, (*shape, *rest))
+    whole = spread(values, (*shape, *rest))
     # Views need no memory, as of one value for all samples.
     if len(shape) == 1:
         return whole[span]
@@ -134,7 +134,7 @@ def part(values: Array, shape: tuple[int, ...], span: slice, trailing: int = 0) 
     return np.asarray(whole[np.unravel_index(samples, shape)])
 
 
-def _spread(values: Array, shape: tuple[int, ...]) -> Array:
+def spread(values: Array, shape: tuple[int, ...]) -> Array:
     """Return values in a shape with which they broadcast, without copies."""
     if values.shape == shape:
         return values

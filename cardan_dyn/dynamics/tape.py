@@ -162,6 +162,7 @@ class Equations:
     Attributes:
         tree, roles: the mechanism, and what its coordinates are.
         per_sample, uniform: columns of coordinates that differ between samples, and others.
+        wrenches: number of all wrenches.
         spans: rows of results that hold each field of `Found` but for the last two, after those of
             `Judged`.
     """
@@ -194,10 +195,12 @@ class Equations:
             if moving.issuperset(body.rates)
             for column in body.columns
         }
-        self.per_sample = sorted(columns.union(varied))
-        self.uniform = sorted(set(range(sizes[0])).difference(self.per_sample))
+        columns = columns.union(varied)
+        self.per_sample = np.array(sorted(columns), dtype=int)
+        self.uniform = np.array(sorted(set(range(sizes[0])) - columns), dtype=int)
         self._units = tree.coordinate_units(sizes[0]).tolist()
         rates, (_, forces, couplings) = len(tree.units), sizes
+        self.wrenches = forces
         counts = [sizes[0], rates, rates, rates * len(roles.drives), 6 * forces, rates]
         ends = np.cumsum([len(Judged._fields), *counts, couplings, couplings]).tolist()
         self.spans = [slice(*ends_of) for ends_of in pairwise(ends)]
@@ -319,21 +322,10 @@ class Equations:
         fields = (results[span].T for span in self.spans)
         return Found._make([*fields, judged.error, judged.narrowness]), judged
 
-    def open_ones(
-        self, wrenches: Mapping[int, Array], couplings: Mapping[int, Array]
-    ) -> tuple[Array, set[int]]:
-        """Return what statics leaves open, see `Tape.openings`, from shares by their places."""
-        influence = np.zeros((self._sizes[1], 6))
-        for place, shares in wrenches.items():
-            influence.ravel()[place] = np.sqrt(np.abs(shares).max())
-        return influence, {
-            self.tree.couplings[index].number
-            for index, shares in couplings.items()
-            if np.sqrt(np.abs(shares).max()) > UNIQUE_TOLERANCE
-        }
-
     def shares(self, given: Given, order: Order) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
-        """Return what `open_ones` takes, without what does not vanish nowhere.
+        """Return shares of self-stresses in wrenches and couplings, by places in `Tape.openings`.
+
+        What vanishes everywhere is left out.
 
         Arguments and errors as of `results`.
         """
@@ -393,7 +385,7 @@ class Tape:
         x: list[Scalar] = [0.0] * len(self._shadows)
         units = equations.tree.coordinate_units(len(x))
         for columns, is_uniform in (equations.per_sample, False), (equations.uniform, True):
-            for column in columns:
+            for column in columns.tolist():
                 shadow = self._shadows[column] * units[column]
                 x[column] = trace.input(f"x{column}", shadow, uniform=is_uniform)
         return equations.given(iter(every), x), x, left_out
@@ -416,21 +408,27 @@ class Tape:
             `(b, 6)` the greatest influence of self-stresses on each component, see
             `Solution.influence`; and the couplings (index) whose moments are not unique.
         """
-        program, *places = self._opened
-        shares = np.zeros((0, 1))
-        if program.outputs:
-            shares = program.run_rows(self._with_x(rows, x), x.shape[1])
-        every = iter(shares)
-        wrenches, couplings = ({place: next(every) for place in of} for of in places)
-        return self._equations.open_ones(wrenches, couplings)
+        program, places, couplings = self._opened
+        influence = np.zeros((self._equations.wrenches, 6))
+        if not program.outputs:
+            return influence, set()
+        shares = program.run_rows(self._with_x(rows, x), x.shape[1])
+        greatest = np.sqrt(np.abs(shares).max(axis=1))
+        influence.ravel()[places] = greatest[: len(places)]
+        open_ones = greatest[len(places) :] > UNIQUE_TOLERANCE
+        return influence, {
+            number for number, is_open in zip(couplings, open_ones, strict=True) if is_open
+        }
 
     @cached_property
-    def _opened(self) -> tuple[Program, list[int], list[int]]:
+    def _opened(self) -> tuple[Program, Array, list[int]]:
         """What is open as a program; which components its outputs are, and then which couplings."""
         with Trace() as trace:
             wrenches, couplings = self._equations.shares(self._traced(trace)[0], self._order)
             outputs = [*wrenches.values(), *couplings.values()]
-            return Program(trace, outputs, keeps_inputs=True), [*wrenches], [*couplings]
+            numbers = [self._equations.tree.couplings[index].number for index in couplings]
+            places = np.array([*wrenches], dtype=int)
+            return Program(trace, outputs, keeps_inputs=True), places, numbers
 
     def _with_x(self, rows: Prescribed, x: Array) -> list[Array]:
         """Return rows with those of coordinates `(size, n)` behind them."""

@@ -189,7 +189,8 @@ class TapedSolver:
             if teeth.coupling in loose:
                 influence[[self._mechanism.wrench_indices[name] for name in teeth.joints]] = 1.0
         self._refuse_shared(found)
-        found.x[:, self._idle] -= 2.0 * np.pi * np.rint(found.x[:, self._idle] / (2.0 * np.pi))
+        if self._idle:
+            found.x[:, self._idle] -= 2.0 * np.pi * np.rint(found.x[:, self._idle] / (2.0 * np.pi))
         return found, influence, loose
 
     def _refuse_shared(self, found: Found) -> None:
@@ -278,7 +279,9 @@ class TapedSolver:
                     if len(some_own := np.intersect1d(own, told)):
                         of = rows.of_lanes(some_own, count), closed[:, some_own]
                         opened.append(tape.openings(*of))
-        influence = np.max([self._silent, *(item for item, _ in opened)], axis=0)
+        influence = self._silent.copy()
+        for item, _ in opened:
+            np.maximum(influence, item, out=influence)
         return found, influence, set().union(*(loose for _, loose in opened))
 
     def _by_tapes(
@@ -319,8 +322,11 @@ class TapedSolver:
             else:
                 found.write(left[lanes], [values[lanes] for values in closed])
             if not opened and len(lanes):
-                lanes = lanes[some(len(lanes), SAMPLES)]
-                opened.append(tape.openings(own.of_lanes(lanes, len(holds)), closed.x[lanes].T))
+                at = closed.x
+                if len(holds) > 1:  # Which a single sample would pay for.
+                    lanes = lanes[some(len(lanes), SAMPLES)]
+                    own, at = own.of_lanes(lanes, len(holds)), at[lanes]
+                opened.append(tape.openings(own, at.T))
             left = left[~holds]
             if not len(left):
                 break
@@ -459,8 +465,10 @@ class TapedSolver:
 
     def _offsets(self, tree: Tree, turns: Array) -> Array:
         """Return the offsets `(c, n)` of couplings, with the whole turns coordinates lack."""
-        columns = {item.rate: item.column for item in self._mechanism.coordinates.named.values()}
         result = np.empty((len(tree.couplings), len(turns)))
+        if not len(result):
+            return result
+        columns = {item.rate: item.column for item in self._mechanism.coordinates.named.values()}
         for row, coupling in zip(result, tree.couplings, strict=True):
             row[:] = coupling.offset
             for rate in coupling.predecessors:

@@ -115,7 +115,7 @@ def determined(wrench: Any, quantity: str, components: Sequence[int] = (0, 1, 2)
     )
     if quantity in ("force", "moment") or np.all(unique):
         return bool(np.all(unique[list(components)]))
-    axes = np.abs(np.atleast_2d(wrench.axis))
+    axes = np.abs(np.reshape(wrench.axis, (-1, 3)))
     # A component counts unless it is across the axis, or else along it, at all positions.
     far = axes < 1.0 - _PARALLEL if quantity in ("bending", "shear") else axes > _PARALLEL
     return bool(np.all(unique[np.any(far, axis=0)]))

@@ -147,7 +147,9 @@ def targets_of(
     driven = drive_values("position", position, problem)
     _check_fine(problem, driven)
     if held is None:
-        return Targets(driven.shape[:-1] or (1,), driven)
+        # A single position as samples have it, so that nobody has to spread it again.
+        driven = driven if driven.ndim > 1 else driven[None]
+        return Targets(driven.shape[:-1], driven)
     every = _held(problem, held)
     varied = {
         name: values for name, values in every.items() if np.any(values != problem.held[name])

@@ -36,7 +36,7 @@ class Proof(Proven):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ResponseData(Record):
-    """The functions of a response. Nothing in it can be changed.
+    """The functions of a response of one design. Nothing in it can be changed.
 
     Attributes:
         layout: what wrenches are proportional to, and the order of the functions in `series`.

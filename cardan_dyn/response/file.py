@@ -7,7 +7,7 @@ import io
 import json
 import os
 from collections.abc import Mapping
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,15 +18,16 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
 from ..frozen import frozen
 from ..problem.problem import Problem
-from .columns import Column, Kind, Layout
+from .columns import Acts, Column, Layout
 from .data import Proof, ResponseData
 from .domain import Domain
-from .identity import FORMAT, identity
+from .identity import identity
 from .sampling import layout_of
 from .series import Series
 
-_ARRAYS = ("values", "place", "periodic", "zero", "constant", "unique")
-"""Arrays of a file; `place` holds origin and length of the domain."""
+_FORMAT = 3
+"""Version of the files."""
+_MARKS = ("zero", "constant", "unique")
 _LEAST_SAMPLES = 8
 """Fewer samples are refused: no response has them, and decay is measured by eighths."""
 
@@ -34,34 +35,20 @@ _LEAST_SAMPLES = 8
 def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) -> None:
     """Write a response; see `Response.save`."""
     target = file_path("path", path)
-    domain, layout = data.series.domain, data.layout
-    arrays: dict[str, Any] = {
-        "values": data.series.values,
-        "place": np.array([domain.origin, domain.length]),
-        "periodic": np.array(domain.periodic),
-        "zero": data.zero,
-        "constant": data.constant,
-        "unique": data.unique,
-    }
     header = {
-        "format": FORMAT,
+        "format": _FORMAT,
         "mechanism": problem.mechanism.name,
         "identity": identity(problem),
-        "columns": [[column.kind.name, column.name] for column in layout.columns],
-        "outputs": layout.outputs,
-        "efforts": layout.efforts,
-        "couplings": layout.couplings,
-        "coupling_unique": dict(data.coupling_unique),
+        # Their order is that of the loads of the scene.
+        "columns": [[column.kind.name, column.name] for column in data.layout.columns],
+        "domain": data.series.domain,
+        "coupling_unique": data.coupling_unique,
         "proof": vars(data.proof),
     }
-    header_text = json.dumps(header)
+    arrays = {name: getattr(data, name) for name in _MARKS}
+    arrays |= {"values": data.series.values, "header": np.array(json.dumps(header))}
     content = io.BytesIO()
-    np.savez_compressed(
-        content,
-        header=np.array(header_text),
-        checksum=np.array(_checksum(header_text, arrays)),
-        **arrays,
-    )
+    np.savez_compressed(content, checksum=np.array(_checksum(arrays)), **arrays)
     with writing(target) as part:
         part.write_bytes(content.getvalue())
 
@@ -73,12 +60,23 @@ def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:
         content = source.read_bytes()
     except (OSError, ValueError) as error:
         raise CardanError(f"{source}: cannot be read ({error})") from error
-    header, arrays = _intact(source, content)
     try:
-        saved, layout = dict(header["identity"]), _layout(header)
-        expected = identity(solver.problem)
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        checksum, told = str(arrays.pop("checksum")), json.loads(str(arrays["header"]))
+        is_intact, file_format = checksum == _checksum(arrays), told["format"]
+    except Exception as error:  # Zip, zlib, NumPy and JSON raise errors of many types.
+        raise CardanError(f"{source}: is not a saved response ({error})") from error
+    if not is_intact:
+        raise CardanError(f"{source}: is damaged or was changed; save the response again")
+    if file_format != _FORMAT:
+        raise CardanError(
+            f"{source}: is of format {file_format!r}, this version reads {_FORMAT}; save it again"
+        )
+    try:
+        expected, saved = identity(solver.problem), told["identity"]
         different = [name for name in expected if saved.get(name) != expected[name]]
-        data = None if different else _data(solver, layout, header, arrays)
+        data = None if different else _data(layout_of(solver), told, arrays)
     except Exception as error:  # The checksum is right: another program has written the file.
         raise CardanError(f"{source}: is not a saved response ({error})") from error
     if data is None:
@@ -88,87 +86,39 @@ def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:
     return data
 
 
-def _intact(source: Path, content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Return header and arrays of a file that is undamaged and of the present format."""
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            header_text = str(file["header"])
-            arrays = {name: file[name] for name in _ARRAYS}
-            is_intact = str(file["checksum"]) == _checksum(header_text, arrays)
-        header = json.loads(header_text)
-        file_format = header["format"]
-    except Exception as error:  # Zip, zlib, NumPy and JSON raise errors of many types.
-        raise CardanError(f"{source}: is not a saved response ({error})") from error
-    if not is_intact:
-        raise CardanError(f"{source}: is damaged or was changed; save the response again")
-    if file_format != FORMAT:
-        raise CardanError(
-            f"{source}: is of format {file_format!r}, this version reads {FORMAT}; save it again"
-        )
-    return header, arrays
+def _data(layout: Layout, told: Mapping[str, Any], arrays: Mapping[str, Array]) -> ResponseData:
+    """Return the functions that a file holds, of the layout that the scene has."""
+    columns = tuple(Column(Acts[kind], name) for kind, name in told["columns"])
+    values, series = arrays["values"], Series(arrays["values"], Domain(*told["domain"]))
+    marks = zero, constant, unique = [arrays[name] for name in _MARKS]
+    rows = layout.size * len(columns)
+    shapes = [(rows,), (rows,), (len(layout.outputs), 6)]
+    if not (
+        set(columns) == set(layout.columns)
+        and [item.shape for item in marks] == shapes
+        and all(item.dtype == bool for item in marks)
+        and values.dtype == float
+        and len(values) == rows
+        and values.shape[1] % 2 == (not series.domain.periodic)
+        and values.shape[1] >= _LEAST_SAMPLES
+        and np.all(np.isfinite(values))
+        and 0.0 < series.domain.length < np.inf
+    ):
+        raise ValueError("its arrays are not those of the scene")
+    return ResponseData(
+        replace(layout, columns=columns),
+        series,
+        zero,
+        constant,
+        unique,
+        frozen({name: bool(told["coupling_unique"][name]) for name in layout.couplings}),
+        Proof(**{**told["proof"], "unproven": tuple(told["proof"]["unproven"])}),
+    )
 
 
-def _checksum(header: str, arrays: Mapping[str, Array]) -> str:
-    hashed = hashlib.sha256(header.encode("utf-8", "surrogatepass"))
-    for name in sorted(arrays):
-        array = np.asarray(arrays[name])
+def _checksum(arrays: Mapping[str, Array]) -> str:
+    hashed = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
         hashed.update(f"{name} {array.dtype.str} {array.shape}".encode())
         hashed.update(array.tobytes())
     return hashed.hexdigest()
-
-
-def _layout(header: Mapping[str, Any]) -> Layout:
-    columns = tuple(Column(Kind[kind], name) for kind, name in header["columns"])
-    outputs, efforts, couplings = (
-        tuple(map(str, header[name])) for name in ("outputs", "efforts", "couplings")
-    )
-    return Layout(columns, outputs, efforts, couplings)
-
-
-def _data(
-    solver: ProblemSolver, layout: Layout, header: Mapping[str, Any], arrays: Mapping[str, Array]
-) -> ResponseData:
-    """Return the functions that a file holds."""
-    expected = layout_of(solver)
-    # The order of the columns in the file is that of the loads of the scene that was saved.
-    _expect("columns", sorted(map(repr, layout.columns)), sorted(map(repr, expected.columns)))
-    for name in ("outputs", "efforts", "couplings"):
-        _expect(name, getattr(layout, name), getattr(expected, name))
-    _check_arrays(layout, arrays)
-    coupling_unique = {name: bool(header["coupling_unique"][name]) for name in layout.couplings}
-    entries = dict(header["proof"])
-    proof = Proof(
-        unproven=tuple(map(str, entries.pop("unproven"))),
-        **{name: float(value) for name, value in entries.items()},
-    )
-    origin, length = (float(value) for value in arrays["place"])
-    series = Series(arrays["values"], Domain(origin, length, bool(arrays["periodic"])))
-    zero, constant, unique = (arrays[name] for name in ("zero", "constant", "unique"))
-    return ResponseData(layout, series, zero, constant, unique, frozen(coupling_unique), proof)
-
-
-def _check_arrays(layout: Layout, arrays: Mapping[str, Array]) -> None:
-    """Refuse arrays that cannot be those of a response."""
-    sample_count = arrays["values"].shape[-1] if arrays["values"].ndim else 0
-    expected = {
-        "values": (float, (layout.count, sample_count)),
-        "place": (float, (2,)),
-        "periodic": (bool, ()),
-        "zero": (bool, (layout.count,)),
-        "constant": (bool, (layout.count,)),
-        "unique": (bool, (len(layout.outputs), 6)),
-    }
-    for name, (kind, shape) in expected.items():
-        _expect(f"type of {name}", arrays[name].dtype, np.dtype(kind))
-        _expect(f"shape of {name}", arrays[name].shape, shape)
-    origin, length = (float(value) for value in arrays["place"])
-    is_finite = bool(np.all(np.isfinite(arrays["values"])) and np.isfinite(origin))
-    _expect("finite values", is_finite and 0.0 < length < np.inf, True)
-    # A period has an even number of samples; a range has one more.
-    is_even = sample_count % 2 == (not arrays["periodic"])
-    _expect("samples", sample_count >= _LEAST_SAMPLES and is_even, True)
-
-
-def _expect(quantity: str, value: object, expected: object) -> None:
-    if value != expected:
-        raise ValueError(f"{quantity}: {value!r}, expected {expected!r}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 
 import numpy as np
@@ -11,8 +11,6 @@ import numpy as np
 from .._version import __version__
 from ..problem.problem import Problem
 
-FORMAT = 2
-"""Version of the files that hold responses."""
 _NOT_MECHANICAL = {
     *("source", "notation", "warnings", "limits", "independent_joints"),
     *("damping", "friction"),
@@ -47,42 +45,25 @@ def identity(problem: Problem) -> dict[str, str]:
 
 def digest(value: object) -> str:
     """Return the hash of a value made of records, mappings, sequences, texts and numbers."""
-    hashed = hashlib.sha256()
-    for chunk in _serial(value):
-        hashed.update(chunk)
-    return hashed.hexdigest()
+    return hashlib.sha256(repr(_plain(value)).encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def _serial(value: object) -> Iterator[bytes]:
-    """Return a value as bytes that no other has: type and size come before its content."""
-    if value is None or isinstance(value, (bool, np.bool_)):
-        yield f"{value};".encode()
-    elif isinstance(value, int):
-        yield f"i{value};".encode()
-    elif isinstance(value, str):
-        content = value.encode("utf-8", "surrogatepass")
-        yield f"s{len(content)};".encode()
-        yield content
-    elif isinstance(value, (float, np.ndarray)):
+def _plain(value: object) -> object:
+    """Return a value as tuples and numbers whose text no other value has."""
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, np.bool_):
+        return bool(value)
+    if isinstance(value, (float, np.ndarray)):
         array = np.asarray(value)
         kind = "?" if array.dtype.kind == "b" else "<f8"
-        yield f"a{kind}{array.shape};".encode()
         # Adding zero makes -0.0 a 0.0, which means the same but has other bytes.
-        yield (array.astype(kind) + np.zeros((), kind)).tobytes()
-    elif isinstance(value, (list, tuple)):
-        yield f"l{len(value)};".encode()
-        for item in value:
-            yield from _serial(item)
-    elif isinstance(value, Mapping):
-        yield f"m{len(value)};".encode()
-        for key in sorted(value):
-            yield from _serial(key)
-            yield from _serial(value[key])
-    elif is_dataclass(value):
-        kept = [field.name for field in fields(value) if field.name not in _NOT_MECHANICAL]
-        yield f"d{type(value).__name__}{len(kept)};".encode()
-        for name in kept:
-            yield from _serial(name)
-            yield from _serial(getattr(value, name))
-    else:
-        raise TypeError(f"no canonical form for {type(value).__name__}")
+        return kind, array.shape, (array.astype(kind) + np.zeros((), kind)).tobytes()
+    if isinstance(value, (list, tuple)):
+        return list(map(_plain, value))
+    if isinstance(value, Mapping):
+        return {key: _plain(value[key]) for key in sorted(value)}
+    if is_dataclass(value):
+        kept = [item.name for item in fields(value) if item.name not in _NOT_MECHANICAL]
+        return {type(value).__name__}, {name: _plain(getattr(value, name)) for name in kept}
+    raise TypeError(f"no canonical form for {type(value).__name__}")

@@ -5,162 +5,75 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..checks import mapping
 from ..dynamics.problem_solver import ProblemSolver
-from ..elements.link_loads import LinkLoad
-from ..errors import ArgumentError
+from ..errors import ArgumentError, choices
 from ..frozen import frozen, read_only
-from ..problem.samples import Targets, targets_of
+from ..problem.acting import Acting
+from ..problem.problem import Problem
+from ..problem.samples import Targets, acting_on, targets_of
 from ..results.collect import motion_at
 from ..results.motion import Motion
-from .columns import Column
+from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 from .data import ResponseData
+from .domain import Domain
 from .series import Location
+
+_GREATEST_WRENCH = 1e300
+"""Greater wrenches are refused, since a sum of a few of them could overflow."""
 
 
 @dataclass(frozen=True, eq=False)
-class OperatingPoints:
-    """A `Source` of a sweep that evaluates a response only where and when it is read.
-
-    What it returns cannot be written to: it is kept, and returned again.
+class OfDesign:
+    """The operating points of one design.
 
     Attributes:
-        solver: of the scene.
-        data: the functions of the response.
-        positions: drive positions of any shape; None if they are equal steps of a period.
-        step_count: number of equal steps of a period; None if there are `positions`.
-        factors: what each column is multiplied with; broadcasts with the positions.
-        shape: of all operating points.
-        speed, acceleration: of the drive; they broadcast with the positions.
-        joint_loads: loaded joints and their efforts.
-        gravity: `(..., 3)`.
+        data: its functions.
+        where: which they are of all operating points.
+        positions: of the drive; None where these are so many equal steps of a period.
+        step_count: their number; None if there are `positions`.
+        factors: columns that act, and what each is multiplied with; broadcasts with the positions.
     """
 
-    solver: ProblemSolver
     data: ResponseData
+    where: Any
     positions: Array | None
     step_count: int | None
-    factors: dict[Column, Array]
-    shape: tuple[int, ...]
-    speed: Array
-    acceleration: Array
-    joint_loads: Mapping[str, Array]
-    gravity: Array
+    factors: list[tuple[Column, Array]]
 
-    @cached_property
-    def position(self) -> Array:
-        """Drive positions; they broadcast to `shape`."""
-        if self.positions is not None:
-            return self.positions
-        domain, count = self.data.series.domain, self.step_count or 0
-        return np.asarray(domain.origin + domain.length * np.arange(count) / count)
-
-    @cached_property
-    def location(self) -> Location:
-        """Where the positions lie in the series' tables."""
-        return self.data.series.locate(self.position)
-
-    def __len__(self) -> int:
-        return int(self.shape[0])
-
-    def wrench(self, output: int) -> EvaluatedComponents:
-        """Return the wrench of an output, by its index, in its joint frame."""
-        layout = self.data.layout
-        rows = {column: layout.wrench(column, output) for column in self.factors}
-        return EvaluatedComponents(self, rows)
-
-    @property
-    def held(self) -> Mapping[str, float | Array]:
-        """Held joints and their positions."""
-        return self.solver.problem.held
-
-    @property
-    def link_loads(self) -> Mapping[str, LinkLoad]:
-        """Loaded links and their wrenches."""
-        return self.solver.problem.link_loads
-
-    @property
-    def inertia(self) -> Mapping[str, Array]:
-        """Factors on mass and inertia of links: none."""
-        return frozen({})
-
-    @property
-    def time(self) -> Array:
-        """Time at which actuators act [s]: zero."""
-        return np.zeros(())
-
-    def drive_effort(self) -> Array | None:
-        """Return what the drive exerts, None if the outputs leave it out."""
-        return (
-            self._effort(0)
-            if self.solver.knows_effort(self.solver.problem.independent[0])
-            else None
-        )
-
-    def holding_effort(self) -> Mapping[str, Array]:
-        """Return what holds the held joints."""
-        # Efforts list the drive first.
-        held = enumerate(self.solver.problem.held, start=1)
-        return frozen(
-            {name: self._effort(index) for index, name in held if self.solver.knows_effort(name)}
-        )
-
-    def motion(self) -> Motion:
-        """Return the motion at the operating points, solved directly."""
-        position, speed, acceleration = (
-            np.broadcast_to(values, self.shape)
-            for values in (self.position, self.speed, self.acceleration)
-        )
-        return solved_motion(self.solver, position, speed, acceleration)
-
-    def coupling_moment(self, index: int) -> Array:
-        """Return the moment of a coupling, by its index in the layout of the response."""
-        layout = self.data.layout
-        return self.combined({column: layout.coupling(column, index) for column in self.factors})
-
-    def _effort(self, index: int) -> Array:
-        layout = self.data.layout
-        return self.combined({column: layout.effort(column, index) for column in self.factors})
-
-    def combined(self, rows: Mapping[Column, int]) -> Array:
-        """Return the sum over columns of one function each, in `shape`.
-
-        Args:
-            rows: column to the index of the function.
-
-        Raises:
-            ArgumentError: there is not enough memory for so many operating points.
-        """
-        try:
-            return read_only(self._combined(rows))
-        except MemoryError as error:
-            size = 8e-9 * np.prod(self.shape, dtype=float)
-            raise ArgumentError(
-                f"there is not enough memory for operating points of shape {self.shape}, "
-                f"{size:.3g} GB per component of a wrench; evaluate fewer at once"
-            ) from error
-
-    def _combined(self, rows: Mapping[Column, int]) -> Array:
-        result: Array | None = None
-        for column, row in rows.items():
+    def sum(self, function: int) -> Array:
+        """Return the sum over columns of a function, see `Layout`; it broadcasts to its points."""
+        total: Array | None = None
+        for column, factor in self.factors:
+            row = self.data.layout.row(column, function)
             if not self.data.zero[row]:
-                term = self._term(row, self.factors[column])
-                result = term if result is None else result + term
-        if result is None:
-            return np.zeros(self.shape)
-        return result if result.shape == self.shape else np.broadcast_to(result, self.shape).copy()
+                term = self._term(row, factor)
+                total = term if total is None else total + term
+        return np.zeros(()) if total is None else total
+
+    def vanishes(self, function: int) -> bool:
+        """Return whether a function is zero throughout."""
+        row = self.data.layout.row
+        return all(self.data.zero[row(column, function)] for column, _ in self.factors)
+
+    @cached_property
+    def _location(self) -> Location:
+        """Where the positions lie in the series' tables."""
+        assert self.positions is not None
+        return self.data.series.locate(self.positions)
 
     def _term(self, row: int, factor: Array) -> Array:
-        """Return a function times its factor; it broadcasts to `shape`."""
-        series = self.data.series
+        """Return a function times its factor."""
+        series, rows = self.data.series, np.array([row])
         if self.data.constant[row]:
             return np.asarray(series.values[row].mean() * factor)
-        rows = np.array([row])
         if self.step_count is None:
-            values = series.at(rows, self.location)[0]
+            values = series.at(rows, self._location)[0]
         else:
             values = series.uniform(rows, self.step_count)[0]
         if factor.ndim:
@@ -172,29 +85,108 @@ class OperatingPoints:
 
 
 @dataclass(frozen=True, eq=False)
-class CouplingMoments(Mapping[str, Array]):
-    """Moments of the couplings `(N,)`, each evaluated when it is first looked up.
+class OperatingPoints:
+    """A `Source` of a sweep that evaluates responses only where and when they are read.
+
+    What it returns cannot be written to.
 
     Attributes:
-        points: the operating points.
+        solver: of the scene, for positions of the held joints that vary.
+        shape: of all operating points.
+        parts: of the designs.
+        acting: how fast the drive moves and what acts.
+        held: positions of held joints that vary; they broadcast with the shape.
+        given: drive positions `(..., 1)`; None where they are equal steps of a period.
     """
+
+    solver: ProblemSolver
+    shape: tuple[int, ...]
+    parts: list[OfDesign]
+    acting: Acting
+    held: Mapping[str, Array]
+    given: Array | None
+
+    @property
+    def layout(self) -> Layout:
+        """Order of the functions."""
+        return self.parts[0].data.layout
+
+    @cached_property
+    def position(self) -> Array:
+        """Drive positions `(..., 1)`."""
+        if self.given is not None:
+            return self.given
+        return steps(self.parts[0].data.series.domain, self.parts[0].step_count or 0)[:, None]
+
+    def wrench(self, output: int) -> EvaluatedComponents:
+        """Return the wrench of an output, by its index, in its joint frame."""
+        return EvaluatedComponents(self, 6 * output)
+
+    def drive_effort(self) -> Array | None:
+        """Return what the drive exerts `(..., 1)`, None if the outputs leave it out."""
+        known = self.solver.knows_drive_efforts
+        return self.values(self.layout.wrenches)[..., None] if known else None
+
+    def holding_effort(self) -> Mapping[str, Array]:
+        """Return what holds the held joints."""
+        known, first = self.solver.known_holding_efforts.items(), self.layout.wrenches
+        return frozen({name: self.values(first + column) for name, column in known})
+
+    def motion(self) -> Motion:
+        """Return the motion at the operating points, solved directly."""
+        given = self.position, self.acting.speeds, self.acting.accelerations
+        x, v, a = (np.broadcast_to(values[..., 0], self.shape) for values in given)
+        return solved_motion(self.solver, x, v, a, self.held)
+
+    def values(self, function: int) -> Array:
+        """Return a function, see `Layout`.
+
+        Raises:
+            ArgumentError: there is not enough memory for so many operating points.
+        """
+        try:
+            whole: Array | None = None
+            for part in self.parts:
+                values = part.sum(function)
+                if part.where is ... and values.shape == self.shape:
+                    return read_only(values)
+                whole = np.empty(self.shape) if whole is None else whole
+                whole[part.where] = values
+            return read_only(np.asarray(whole))
+        except MemoryError as error:
+            size = 8e-9 * np.prod(self.shape, dtype=float)
+            raise ArgumentError(
+                f"there is not enough memory for operating points of shape {self.shape}, "
+                f"{size:.3g} GB per component of a wrench; evaluate fewer at once"
+            ) from error
+
+
+def steps(domain: Domain, count: int) -> Array:
+    """Return the positions of so many equal steps of a period."""
+    return np.asarray(domain.origin + domain.length * np.arange(count) / count)
+
+
+@dataclass(frozen=True, eq=False)
+class CouplingMoments(Mapping[str, Array]):
+    """Moments of the couplings `(N,)`, each evaluated when it is first looked up."""
 
     points: OperatingPoints
     _evaluated: dict[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._evaluated:
-            couplings = self.points.data.layout.couplings
-            if name not in couplings:
+            layout = self.points.layout
+            if name not in layout.couplings:
                 raise KeyError(name)
-            self._evaluated[name] = self.points.coupling_moment(couplings.index(name))
+            function = layout.moments + layout.couplings.index(name)
+            self._evaluated[name] = self.points.values(function)
         return self._evaluated[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.points.data.layout.couplings)
+        return iter(self.points.layout.couplings)
 
     def __len__(self) -> int:
-        return len(self.points.data.layout.couplings)
+        return len(self.points.layout.couplings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,27 +195,91 @@ class EvaluatedComponents:
 
     Attributes:
         points: the operating points.
-        rows: column to the indices `(6,)` of the components in the series.
+        first: function that is the first component, see `Layout`.
     """
 
     points: OperatingPoints
-    rows: dict[Column, range]
+    first: int
     _evaluated: dict[int, Array] = field(default_factory=dict)
 
     def component(self, index: int) -> Array:
         """Return a component `(N,)`."""
         if index not in self._evaluated:
-            rows = {column: indices[index] for column, indices in self.rows.items()}
-            self._evaluated[index] = self.points.combined(rows)
+            self._evaluated[index] = self.points.values(self.first + index)
         return self._evaluated[index]
 
     def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
-        return all(self.points.data.zero[indices[index]] for indices in self.rows.values())
+        return all(part.vanishes(self.first + index) for part in self.points.parts)
 
     def vector(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""
         return read_only(np.stack([self.component(first + axis) for axis in range(3)], axis=-1))
+
+
+def checked_acting(
+    problem: Problem, speed: object, acceleration: object, loads: object, gravity: object
+) -> Acting:
+    """Return how fast the drive moves and what acts: what the scene has where None is given.
+
+    Raises:
+        ArgumentError: one is not finite, empty or of a wrong shape, or a load is not on a joint.
+    """
+    mechanism = problem.mechanism
+    for name in mapping("loads", loads):
+        if name in problem.link_loads or (name in mechanism.links and name not in mechanism.joints):
+            raise ArgumentError(
+                f"loads[{name!r}]: {name!r} is a link; a response keeps the wrenches of its "
+                "scene, and replaces efforts at joints only: build one of a scene with this "
+                "wrench"
+            )
+        if name not in mechanism.drivable:
+            reason = (
+                "it has no single coordinate" if name in mechanism else "no joint has this name"
+            )
+            raise ArgumentError(
+                f"loads[{name!r}]: {reason}; the response has loads on: "
+                f"{choices(problem.joint_loads, name)}"
+            )
+    return acting_on(problem, speed, acceleration, loads, gravity)
+
+
+def column_factors(
+    solver: ProblemSolver, columns: tuple[Column, ...], acting: Acting, greatest: float
+) -> list[tuple[Column, Array]]:
+    """Return the columns that act, in their order, and what each is multiplied with.
+
+    Args:
+        solver: of the scene.
+        columns: that the response has.
+        acting: how fast the drive moves and what acts.
+        greatest: the greatest value of all functions.
+
+    Raises:
+        ArgumentError: the response has no column for something that acts, or wrenches overflow.
+    """
+    with np.errstate(over="ignore"):  # What overflows is refused below.
+        factors = [(SPEED_SQUARED, acting.speeds[..., 0] ** 2)]
+    factors.append((ACCELERATION, acting.accelerations[..., 0]))
+    factors += [(Column(Acts.JOINT_LOAD, name), load) for name, load in acting.joint_loads.items()]
+    factors += [(Column(Acts.LINK_LOAD, name), np.ones(())) for name in acting.link_loads]
+    if acting.gravity.any():
+        factors += [(column, acting.gravity[..., axis]) for axis, column in enumerate(GRAVITY)]
+    found = [item for item in factors if item[1].any()]
+    missing = {column for column, _ in found if column not in columns}
+    if not solver.has_mass:
+        # Nothing has inertia or weight, so that these columns would be zero.
+        missing -= {SPEED_SQUARED, ACCELERATION, *GRAVITY}
+    if missing:
+        raise ArgumentError(
+            f"the response has no columns for {choices(column.label for column in missing)}, only "
+            f"for {choices(column.label for column in columns)}; give the scene such loads or a "
+            "gravity"
+        )
+    for column, factor in found:
+        if column in columns and not float(np.abs(factor).max()) * greatest < _GREATEST_WRENCH:
+            raise ArgumentError(f"{column.label} is so great that wrenches overflow")
+    return sorted((of for of in found if of[0] in columns), key=lambda of: columns.index(of[0]))
 
 
 def solved_motion(
@@ -246,8 +302,7 @@ def solved_motion(
         ArgumentError: a velocity or acceleration overflows.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # What overflows is refused below.
-        flat = (values.reshape(-1, 1) for values in (positions, speeds, accelerations))
-        of_drive, *rates = flat
+        of_drive, *rates = (values.reshape(-1, 1) for values in (positions, speeds, accelerations))
         targets = Targets.of_positions(of_drive, positions.shape)
         if held:
             targets = targets_of(solver.problem, positions, held).expanded(positions.shape)

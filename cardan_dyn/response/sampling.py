@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,22 +18,22 @@ from ..frozen import frozen
 from ..kinematics.closing.all_groups import ClosedState
 from ..problem.samples import Targets, acting_on
 from ..proof.residuals import Residuals
-from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
+from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 
 
 def layout_of(solver: ProblemSolver) -> Layout:
     """Return which functions the response of a problem has, and in which order."""
     problem = solver.problem
     columns = [SPEED_SQUARED, ACCELERATION] if solver.has_mass else []
-    columns += [Column(Kind.JOINT_LOAD, name) for name in problem.joint_loads]
-    columns += [Column(Kind.LINK_LOAD, name) for name in problem.link_loads]
+    columns += [Column(Acts.JOINT_LOAD, name) for name in problem.joint_loads]
+    columns += [Column(Acts.LINK_LOAD, name) for name in problem.link_loads]
     if solver.has_mass and np.any(problem.gravity):
         columns += GRAVITY
     efforts, couplings = (*problem.independent, *problem.held), tuple(solver.couplings.values())
     return Layout(tuple(columns), problem.outputs, efforts, couplings)
 
 
-class Samples(NamedTuple):
+class Sampled(NamedTuple):
     """The functions of a response at some drive positions, with their condition and uniqueness.
 
     Attributes:
@@ -41,60 +42,38 @@ class Samples(NamedTuple):
         influence: `(k, 6)` greatest influence of self-stresses on the outputs' wrenches, see
             `Solution`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
+        proven: residuals of the scene's own loads at unit rates, the sum of the columns, so that
+            they prove the columns; None unless they are wanted.
+        loop_error: `(M,)` see `Sweep.loop_residual`; None likewise.
     """
 
     values: Array
     condition: float
     influence: Array
     indeterminate_couplings: frozenset[int]
+    proven: Residuals | None = None
+    loop_error: Array | None = None
 
     @property
     def unique(self) -> Array:
         """Which components of the outputs follow from the laws of motion alone, `(k, 6)`."""
         return self.influence < UNIQUE_TOLERANCE
 
-    def first(self, count: int) -> Samples:
+    def first(self, count: int) -> Sampled:
         """Return the values of the first positions; the other attributes stay those of all."""
         return self._replace(values=self.values[:, :count])
 
-    def interleaved(self, between: Samples) -> Samples:
+    def interleaved(self, between: Sampled) -> Sampled:
         """Return samples with others put between each two of them."""
         count = self.values.shape[1] + between.values.shape[1]
         values = np.empty((len(self.values), count))
         values[:, ::2], values[:, 1::2] = self.values, between.values
-        return Samples(
+        return Sampled(
             values,
             max(self.condition, between.condition),
             np.maximum(self.influence, between.influence),
             self.indeterminate_couplings | between.indeterminate_couplings,
         )
-
-
-class Request(NamedTuple):
-    """Positions at which a response asks for its functions.
-
-    Attributes:
-        positions: of the drive `(M,)`.
-        proven: whether residuals are wanted as well.
-    """
-
-    positions: Array
-    proven: bool = False
-
-
-class Answer(NamedTuple):
-    """Functions at the positions of a request.
-
-    Attributes:
-        samples: the functions.
-        loop_error: `(M,)` see `Sweep.loop_residual`; None unless residuals are wanted.
-        residuals: of the scene's own loads at unit rates, the sum of the columns, so that they
-            prove the columns; None likewise.
-    """
-
-    samples: Samples
-    loop_error: Array | None = None
-    residuals: Residuals | None = None
 
 
 class FunctionSampler:
@@ -109,58 +88,37 @@ class FunctionSampler:
         self._problem = problem = solver.problem
         # Efforts at joints are columns of their own, and may vary from sample to sample.
         self._acting = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
-        self._inverse_dynamics = solver.inverse_dynamics
         self.layout = layout_of(solver)
 
-    def answer(self, request: Request) -> Answer:
-        """Return all functions at drive positions `(M,)`.
+    def samples(self, targets: Targets, counts: Sequence[int], proven: bool) -> list[Sampled]:
+        """Return all functions at targets, for so many samples at a time as the counts say.
 
         Raises:
             AccuracyError: a residual misses its tolerance.
         """
-        targets = Targets.of_positions(request.positions[:, None])
-        span = slice(0, targets.size)
-        (answer,) = self.answers(targets, [span], request.proven)
-        return answer
-
-    def answers(self, targets: Targets, spans: Sequence[slice], proven: bool) -> list[Answer]:
-        """Return all functions at targets, for each span of samples.
-
-        Raises:
-            AccuracyError: a residual misses its tolerance.
-        """
-        guess = self._solver.assembly.guesses(targets)
-        answers: list[Answer] = []
-        for together in _in_blocks(spans):
+        assembly = self._solver.assembly
+        guess, answers = assembly.guesses(targets), list[Sampled]()
+        for together in _in_blocks(counts):
             block = slice(together[0].start, together[-1].stop)
             own = targets.block(block)
             inputs = Inputs.of(self._problem, own, self._acting, guess.turns[block], True)
-            assembly = self._solver.assembly
             # As far as rounding lets loops close: series show what more is left.
             state = assembly.close(guess.of_samples(block), own.positions, block.start)
             columns = self._columns(state.x, inputs)
             ratios = assembly.kinematics.velocity_ratios(state)
-            condition = self._inverse_dynamics.condition(state, ratios)
+            condition = self._solver.inverse_dynamics.condition(state, ratios)
             values = self._values(columns)
             # All columns are solved with the same closure equations, and so have the same
             # influence.
-            influence = columns.influence[self._problem.output_indices]
+            told = columns.influence[self._problem.output_indices], frozenset(columns.loose)
             solution = self._proven(own, inputs, columns, state) if proven else None
             for span in together:
                 part = slice(span.start - block.start, span.stop - block.start)
-                samples = Samples(
-                    values[:, part],
-                    max(1.0, float(np.max(condition[part]))),
-                    influence,
-                    frozenset(columns.loose),
-                )
-                answers.append(
-                    Answer(samples)
-                    if solution is None
-                    else Answer(
-                        samples, solution.loop_error[part], solution.residuals.of_samples(part)
-                    )
-                )
+                greatest = max(1.0, float(np.max(condition[part])))
+                proof: tuple[Any, ...] = ()
+                if solution is not None:
+                    proof = solution.residuals.of_samples(part), solution.loop_error[part]
+                answers.append(Sampled(values[:, part], greatest, *told, *proof))
         return answers
 
     def _columns(self, x: Array, inputs: Inputs) -> _Columns:
@@ -193,8 +151,8 @@ class FunctionSampler:
         links = [
             replace(
                 load,
-                force=unit(load.force, [Column(Kind.LINK_LOAD, name)]),
-                moment=unit(load.moment, [Column(Kind.LINK_LOAD, name)]),
+                force=unit(load.force, [Column(Acts.LINK_LOAD, name)]),
+                moment=unit(load.moment, [Column(Acts.LINK_LOAD, name)]),
             )
             for name, load in inputs.link_loads.items()
         ]
@@ -226,13 +184,13 @@ class FunctionSampler:
             """Return the sum of all columns, each times its factor."""
             return np.asarray(np.tensordot(factors, columns.each(values), 1))
 
-        rates = self._inverse_dynamics.joint_rates(state, ones, ones)
+        rates = self._solver.inverse_dynamics.joint_rates(state, ones, ones)
         if SPEED_SQUARED in self.layout.columns:
             rates = rates._replace(a=total(found.a))  # With those of rods that spin.
         inputs = inputs._replace(speeds=ones, accelerations=ones, loads=loads)
         wrenches = total(found.wrenches).reshape(targets.size, -1, 6)
         of_joints = wrenches, total(found.efforts), total(found.couplings)
-        residuals = self._inverse_dynamics.residuals(columns.x, inputs, rates, *of_joints)
+        residuals = self._solver.inverse_dynamics.residuals(columns.x, inputs, rates, *of_joints)
         solution = Solution(
             x=columns.x,
             v=rates.v,
@@ -249,21 +207,21 @@ class FunctionSampler:
             indeterminate_couplings=columns.loose,
         )
         solution.prove(targets.positions)
-        self._inverse_dynamics.prove_flags(solution)
+        self._solver.inverse_dynamics.prove_flags(solution)
         return solution
 
     def _loads(self, column: Column) -> Array:
         """Return the unit load `(1, nv)` of a column."""
         loads = np.zeros((1, self._problem.mechanism.model.nv))
-        if column.kind is Kind.JOINT_LOAD:
+        if column.kind is Acts.JOINT_LOAD:
             loads[:, self._problem.mechanism.coordinates.named[column.name].rate] = 1.0
         return loads
 
     def _factor(self, column: Column) -> float:
         """Return what the scene multiplies a column with at unit speed and acceleration."""
-        if column.kind is Kind.GRAVITY:
+        if column.kind is Acts.GRAVITY:
             return float(self._problem.gravity[AXES.index(column.name)])
-        if column.kind is Kind.JOINT_LOAD:
+        if column.kind is Acts.JOINT_LOAD:
             load = self._problem.joint_loads[column.name]
             # The proof needs any constant load; the samples of a varying one belong to a sweep.
             return 1.0 if load.ndim else float(load)
@@ -272,13 +230,15 @@ class FunctionSampler:
     def _values(self, columns: _Columns) -> Array:
         """Return all functions `(C, M)`."""
         found, layout, problem = columns.found, self.layout, self._problem
-        count = len(layout.columns)  # Without any, those of rest are left out.
-        every = found.wrenches.reshape(len(found.wrenches), -1, 6)
-        wrenches = columns.each(every[:, problem.output_indices])[:count]
-        efforts = columns.each(found.efforts)[:count, :, problem.prescribed_columns]
-        moments = columns.each(found.couplings)[:count, :, list(self._solver.couplings)]
-        others = np.concatenate([efforts, moments], axis=2)
-        return layout.joined(wrenches.transpose(0, 2, 3, 1), others.transpose(0, 2, 1))
+        wrenches = found.wrenches.reshape(len(found.wrenches), -1, 6)[:, problem.output_indices]
+        every = (
+            wrenches.reshape(len(wrenches), layout.wrenches),
+            found.efforts[:, problem.prescribed_columns],
+            found.couplings[:, list(self._solver.couplings)],
+        )
+        # Without any columns, those of rest are left out.
+        each = columns.each(np.concatenate(every, axis=1))[: len(layout.columns)]
+        return np.ascontiguousarray(each.transpose(0, 2, 1)).reshape(-1, columns.samples)
 
 
 class _Columns(NamedTuple):
@@ -306,12 +266,12 @@ class _Columns(NamedTuple):
         return self.found.x[: self.samples]
 
 
-def _in_blocks(spans: Sequence[slice]) -> list[list[slice]]:
-    """Return spans of samples that follow each other in blocks of few samples."""
+def _in_blocks(counts: Sequence[int]) -> list[list[slice]]:
+    """Return so many samples each as spans that follow each other, in blocks of few samples."""
     blocks: list[list[slice]] = []
-    for span in spans:
-        if blocks and span.stop - blocks[-1][0].start <= BLOCK_SIZE:
-            blocks[-1].append(span)
+    for start, stop in pairwise(accumulate(counts, initial=0)):
+        if blocks and stop - blocks[-1][0].start <= BLOCK_SIZE:
+            blocks[-1].append(slice(start, stop))
         else:
-            blocks.append([span])
+            blocks.append([slice(start, stop)])
     return blocks

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from ..arrays import Array
@@ -28,24 +26,27 @@ class Scales:
     """
 
     def __init__(self, mechanism: Mechanism, layout: Layout) -> None:
-        self._mechanism = mechanism
         self._layout = layout
         self._lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
+        mass = sum(float(inertia.mass) for inertia in mechanism.model.inertias)
+        length = mechanism.characteristic_length
+        terms = dict.fromkeys((SPEED_SQUARED, ACCELERATION), mass * length**2)
+        terms |= dict.fromkeys(GRAVITY, mass * length)
+        # Weight or inertia at unit gravity, speed or acceleration.
+        self._body_terms = np.array([terms.get(column, 0.0) for column in layout.columns])
 
     def of(self, values: Array) -> Array:
         """Return `(C,)` what errors of each function are relative to."""
-        wrenches, scalars = self._sizes(values)
-        greatest = self._greatest(values)
+        sizes, greatest = self._sizes(values), self._greatest(values)
         least = _LEAST_SCALE * np.where(greatest > 0.0, greatest, 1.0)[:, None]
-        scales = np.maximum(wrenches, least)[:, :, None] / self._lengths
-        return self._layout.joined(scales, np.maximum(scalars, least))
+        scales = np.maximum(sizes, least)
+        wrenches, _ = self._layout.split(scales)
+        wrenches /= self._lengths
+        return scales.ravel()
 
     def empty(self, values: Array) -> Array:
         """Return `(C,)` which functions are nothing but the rounding of weight or inertia."""
-        wrenches, scalars = self._sizes(values)
-        floor = _EPS * self._body_terms[:, None]
-        is_empty = np.repeat((wrenches <= floor)[:, :, None], 6, 2)
-        return self._layout.joined(is_empty, scalars <= floor)
+        return (self._sizes(values) <= _EPS * self._body_terms[:, None]).ravel()
 
     def cancellation(self, values: Array, proven: Residuals) -> float:
         """Return by how much inertial terms exceed what is left of them at constant speed.
@@ -66,23 +67,19 @@ class Scales:
         """
         size = _INERTIAL_ROUNDING * _EPS * condition * cancellation
         is_inertial = [column == SPEED_SQUARED for column in self._layout.columns]
-        return self._layout.spread(size * np.array(is_inertial, dtype=float))
-
-    @cached_property
-    def _body_terms(self) -> Array:
-        """Size of weight or inertia terms `(columns,)` at unit gravity, speed or acceleration."""
-        mass = sum(float(inertia.mass) for inertia in self._mechanism.model.inertias)
-        length = self._mechanism.characteristic_length
-        terms = dict.fromkeys((SPEED_SQUARED, ACCELERATION), mass * length**2)
-        terms |= dict.fromkeys(GRAVITY, mass * length)
-        return np.array([terms.get(column, 0.0) for column in self._layout.columns])
+        return np.repeat(size * np.array(is_inertial, dtype=float), self._layout.size)
 
     def _greatest(self, values: Array) -> Array:
         """Return the greatest wrench or effort of each column, forces times the length."""
-        sizes = np.concatenate(self._sizes(values), axis=1)
-        return np.asarray(np.max(sizes, axis=1, initial=0.0))
+        return np.asarray(np.max(self._sizes(values), axis=1, initial=0.0))
 
-    def _sizes(self, values: Array) -> tuple[Array, Array]:
-        """Return the greatest wrenches of the outputs, and the greatest scalars, by columns."""
-        wrenches, scalars = self._layout.split(np.max(np.abs(values), axis=1))
-        return np.max(wrenches * self._lengths, axis=2, initial=0.0), scalars
+    def _sizes(self, values: Array) -> Array:
+        """Return `(columns, functions)` greatest sizes, of wrenches that of all their components.
+
+        Forces are multiplied by the length.
+        """
+        shape = len(self._layout.columns), self._layout.size
+        sizes = np.max(np.abs(values), axis=1).reshape(shape)
+        wrenches, _ = self._layout.split(sizes)
+        wrenches[:] = np.max(wrenches * self._lengths, axis=2, keepdims=True, initial=0.0)
+        return sizes

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError
-from ..frozen import read_only
 from ..problem.problem import Problem
-from ..proof.constraints import Constraints
-from ..proof.constraints import Motion as Prescribed
+from ..proof.constraints import Constraints, Motion
 from ..proof.screws import Screws
 from ..proof.self_stress import SelfStressProof
-from .motion import Motion
 from .wrench import Components, StoredComponents
 
 _TURNING_AXIS = ("spherical", "universal", "floating")
@@ -28,72 +24,51 @@ _NOTHING = 1e-12
 """Factor on a component, of the greatest of a sum, that counts as none: rounding of rotations."""
 
 
-def solved_placement(motion: Motion, joint: str) -> tuple[Array, Array]:
-    """Return rotations `(N, 3, 3)` and origins `(N, 3)` [m] of a joint's frame in the world.
-
-    Raises:
-        ModelError: its motion was not solved.
-    """
-    rotation, origin = motion.joint_placement(joint)
-    _refuse_unsolved(joint, rotation, origin)
-    return read_only(rotation), read_only(origin)
-
-
-def _refuse_unsolved(joint: str, *values: Array) -> None:
-    """Refuse a joint where values that follow from its motion are no numbers."""
-    if not all(np.all(np.isfinite(array)) for array in values):
-        raise ModelError(
-            f"the outputs of the scene leave out joint {joint!r}; name it among the outputs"
-        )
-
-
 def turned(
-    joint: str,
-    frame: str,
-    components: Components,
-    motion: Motion,
-    rotation_of: Callable[[str], Array],
-    orientation_of: Callable[[str], Array] | None = None,
+    sweep: Any, joint: str, frame: str, components: Components
 ) -> tuple[StoredComponents, Array]:
     """Return the components of a wrench in other axes, and the joint's axis in them.
 
     Args:
+        sweep: that the wrench is of.
         joint: name of the joint.
         frame: `parent`, `world`, or the name of a link.
         components: in the joint's own axes.
-        motion: of the sweep.
-        rotation_of: see `Sweep.rotation`.
-        orientation_of: see `Sweep.orientation`; of links alone.
 
     Raises:
         ModelError: the outputs leave out the joint's motion, or there is no such link.
     """
-    force, moment = components.vector(0), components.vector(3)
-    record = motion.mechanism.joints[joint]
-    rotation = rotation_to(joint, frame, motion, rotation_of, orientation_of)
-    vectors = [np.matmul(rotation, vector[..., None])[..., 0] for vector in (force, moment)]
+    record, rotation = sweep.mechanism.joints[joint], rotation_to(sweep, joint, frame)
+    vectors = [rotation @ components.vector(first)[..., None] for first in (0, 3)]
     axis = record.axis
     if frame != "parent" or record.type in _TURNING_AXIS:
         axis = rotation @ axis
-    return StoredComponents(np.concatenate(vectors, axis=-1)), axis
+    return StoredComponents(np.concatenate(vectors, axis=-2)[..., 0]), axis
 
 
-def rotation_to(
-    joint: str,
-    frame: str,
-    motion: Motion,
-    rotation_of: Callable[[str], Array],
-    orientation_of: Callable[[str], Array] | None = None,
-) -> Array:
+def rotation_to(sweep: Any, joint: str, frame: str) -> Array:
     """Return rotations `(..., 3, 3)` from a joint's own frame to other axes; see `turned`."""
     if frame == "world":
-        return rotation_of(joint)
-    if frame != "parent" and orientation_of is not None:
-        return np.asarray(np.swapaxes(orientation_of(frame), -1, -2) @ rotation_of(joint))
-    # The parent's axes are those of the joint's frame at coordinate zero.
-    rotation = motion.joint_turn(joint)
-    _refuse_unsolved(joint, rotation)
+        rotation: Array = sweep.rotation(joint)
+    elif frame != "parent":
+        rotation = np.swapaxes(sweep.orientation(frame), -1, -2) @ sweep.rotation(joint)
+    else:
+        # The parent's axes are those of the joint's frame at coordinate zero.
+        rotation = sweep.motion.joint_turn(joint)
+        refuse_unsolved(joint, rotation)
     return rotation
+
+
+def refuse_unsolved(joint: str, *values: Array) -> None:
+    """Refuse a joint where values that follow from its motion are no numbers.
+
+    Raises:
+        ModelError: they are.
+    """
+    if not all(np.all(np.isfinite(array)) for array in values):
+        raise ModelError(
+            f"the outputs of the scene leave out joint {joint!r}; name it among the outputs"
+        )
 
 
 def in_fixed_axes(turn: Any, joint: str, of: str) -> dict[str, tuple[Array, bool]]:
@@ -113,7 +88,7 @@ def in_fixed_axes(turn: Any, joint: str, of: str) -> dict[str, tuple[Array, bool
         laws of motion alone.
     """
     of_parent = turn.rotation(joint) @ np.swapaxes(
-        turn.rotation_from_joint(joint, "parent"), -1, -2
+        turn._rotation_from_joint(joint, "parent"), -1, -2
     )
     stands = bool(np.max(np.ptp(of_parent, axis=0)) <= _STANDS)
     wrench = turn.wrench(joint, "parent" if stands else "world")
@@ -173,7 +148,7 @@ def _self_stress(problem: Problem) -> SelfStressProof:
         mechanism.coordinates,
         screws,
         length,
-        Prescribed(problem.independent, tuple(problem.held), known),
+        Motion(problem.independent, tuple(problem.held), known),
     )
     return SelfStressProof(
         screws,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property, partial
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +13,12 @@ from ..arrays import Array
 from ..dynamics.inverse_dynamics import Solution
 from ..dynamics.problem_solver import AssembledPositions, InTurn, ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
-from ..elements.link_loads import LinkLoad
 from ..frozen import FrozenDict, frozen, read_only
 from ..problem.acting import Acting
 from ..problem.samples import Targets
 from .motion import Motion, Rates
 from .source import SolvedSource
 from .sweep import Sweep
-from .wrench import Components, StoredComponents
 
 _NOTHING: FrozenDict[str, Any] = frozen({})
 
@@ -37,30 +34,31 @@ def sweep_of(
         acting: how fast the drives move and what acts, as it was given.
         solution: what the solver found there.
     """
-    problem, couplings, shape = solver.problem, solver.couplings, assembled.targets.shape
-    moments: Mapping[str, Array] = _NOTHING
-    unique: Mapping[str, bool] = _NOTHING
-    if couplings:
-        moments = frozen(
-            {
-                name: solution.coupling_moments[:, index].reshape(shape)
-                for index, name in couplings.items()
-            }
-        )
-        unique = frozen(
-            {
-                name: index not in solution.indeterminate_couplings
-                for index, name in couplings.items()
-            }
-        )
-    source = SolutionSource(solver, assembled, acting, solution)
+    problem, targets = solver.problem, assembled.targets
+    if type(assembled.blocks) is not InTurn or len(assembled.spans) > 1:
+        # What made the positions may be large; what is asked of them later is not.
+        assembled = replace(assembled, blocks=())
+    moments, loose = solution.coupling_moments, solution.indeterminate_couplings
+    named = solver.couplings.items()
     return Sweep(
         problem=problem,
-        source=source,
+        held=targets.held,
+        acting=acting,
+        source=SolvedSource(
+            targets.shape,
+            targets.given,
+            read_only(solution.wrenches),
+            read_only(solution.efforts),
+            solver.knows_drive_efforts,
+            solver.known_holding_efforts,
+            partial(_solved_motion, solver, assembled, acting, solution),
+        ),
         unique=solution.unique[problem.output_indices],
-        coupling_moment=moments,
-        coupling_unique=unique,
-        condition=source.condition,
+        coupling_moment=frozen({name: moments[:, k].reshape(targets.shape) for k, name in named})
+        if named
+        else _NOTHING,
+        coupling_unique=frozen({name: k not in loose for k, name in named}) if named else _NOTHING,
+        condition=partial(_condition, solver, assembled, solution),
         # All residuals were judged; how great they are is for those who ask.
         proven=partial(
             solution.residuals.proven,
@@ -70,211 +68,62 @@ def sweep_of(
     )
 
 
-class SolutionSource:
-    """A `Source` of a solution, whose arrays take the shape of the samples when they are read.
-
-    Attributes:
-        shape: of the samples.
-    """
-
-    def __init__(
-        self,
-        solver: ProblemSolver,
-        assembled: AssembledPositions,
-        acting: Acting,
-        solution: Solution,
-    ) -> None:
-        """Keep a solution; arguments as of `sweep_of`."""
-        self.shape = assembled.targets.shape
-        if type(assembled.blocks) is not InTurn or len(assembled.spans) > 1:
-            # What made the positions may be large; what is asked of them later is not.
-            assembled = replace(assembled, blocks=())
-        solution.wrenches.setflags(write=False)
-        self._solver, self._assembled = solver, assembled
-        self._acting, self._solution = acting, solution
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        wrenches = self._solution.wrenches
-        return SolvedSource, (
-            self.shape,
-            wrenches.reshape(*self.shape, *wrenches.shape[1:]),
-            self.drive_effort(),
-            self.holding_effort(),
-            self._motion,
-            self.position,
-            self.speed,
-            self.acceleration,
-            self.held,
-            self.joint_loads,
-            self.link_loads,
-            self.gravity,
-            self.inertia,
-            self.time,
-        )
-
-    def __len__(self) -> int:
-        return self.shape[0]
-
-    def condition(self) -> Array:
-        """Return the condition numbers of the samples, see `Sweep`."""
-        magnification = self._solver.magnification_at(self._assembled, self._solution.x)
-        return (magnification * self._solution.cancellation).reshape(self.shape)
-
-    @cached_property
-    def position(self) -> Array:
-        """Drive positions `(...)`, or `(..., d)`."""
-        return self._of_drives(self._assembled.targets.given)
-
-    @cached_property
-    def speed(self) -> Array:
-        """Drive speeds, like `position`."""
-        return self._of_drives(self._acting.speeds)
-
-    @cached_property
-    def acceleration(self) -> Array:
-        """Drive accelerations, like `position`."""
-        return self._of_drives(self._acting.accelerations)
-
-    @cached_property
-    def held(self) -> Mapping[str, float | Array]:
-        """Held joints and their positions."""
-        held, varied = self._solver.problem.held, self._assembled.targets.held
-        return frozen({**held, **varied}) if varied else held
-
-    @property
-    def joint_loads(self) -> Mapping[str, Array]:
-        """Loaded joints and their efforts, as they were given."""
-        return self._acting.joint_loads
-
-    @property
-    def link_loads(self) -> Mapping[str, LinkLoad]:
-        """Loaded links and their wrenches, as they were given."""
-        return self._acting.link_loads
-
-    @property
-    def gravity(self) -> Array:
-        """Acceleration of free fall, as it was given."""
-        return read_only(self._acting.gravity)
-
-    @property
-    def inertia(self) -> Mapping[str, Array]:
-        """Links and the factors on their mass and inertia, as they were given."""
-        return self._acting.inertia
-
-    @property
-    def time(self) -> Array:
-        """Times at which actuators act, as they were given."""
-        return read_only(self._acting.time)
-
-    def wrench(self, output: int) -> Components:
-        """Return the wrench of an output, by its index, in its joint frame."""
-        values = self._solution.wrenches[:, output]
-        return StoredComponents(values if len(self.shape) == 1 else values.reshape(*self.shape, 6))
-
-    def drive_effort(self) -> Array | None:
-        """Return what the drive exerts, None if the outputs leave it out."""
-        if not self._solver.knows_drive_efforts:
-            return None
-        drives = len(self._solver.problem.independent)
-        return self._of_drives(self._solution.efforts[:, :drives].reshape(*self.shape, drives))
-
-    def holding_effort(self) -> Mapping[str, Array]:
-        """Return what holds the held joints."""
-        efforts, columns = self._solution.efforts, self._solver.known_holding_efforts
-        return frozen(
-            {name: efforts[:, column].reshape(self.shape) for name, column in columns.items()}
-        )
-
-    def motion(self) -> Motion:
-        """Return positions, speeds and accelerations."""
-        return self._motion
-
-    @cached_property
-    def _motion(self) -> Motion:
-        solution = self._solution
-        v, a, ratios = solution.v, solution.a, solution.velocity_ratios
-        rates: Rates | Callable[[], Rates]
-        if v is None or a is None or ratios is None:
-            rates = partial(self._solver.rates_at, self._assembled, solution.x, self._acting)
-        else:
-            rates = v, a, ratios
-        return _motion(self._solver, self._assembled, solution.x, rates)
-
-    def _of_drives(self, values: Array) -> Array:
-        """Return values `(..., d)` in the shape of the samples, without an axis for one drive."""
-        if values.shape[-1] == 1:
-            values, whole = values[..., 0], self.shape
-        else:
-            whole = (*self.shape, values.shape[-1])
-        if values.shape != whole:
-            alone = values.size == math.prod(whole)
-            values = values.reshape(whole) if alone else np.broadcast_to(values, whole)
-        return read_only(values)
+def _condition(solver: ProblemSolver, assembled: AssembledPositions, solution: Solution) -> Array:
+    magnification = solver.magnification_at(assembled, solution.x)
+    return (magnification * solution.cancellation).reshape(assembled.shape)
 
 
-class Scattered(NamedTuple):
-    """A sweep at more samples than were solved: NaN at the others.
+def _solved_motion(
+    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, solution: Solution
+) -> Motion:
+    v, a, ratios = solution.v, solution.a, solution.velocity_ratios
+    rates: Rates | Callable[[], Rates]
+    if v is None or a is None or ratios is None:
+        rates = partial(solver.rates_at, assembled, solution.x, acting)
+    else:
+        rates = v, a, ratios
+    return _motion(solver, assembled, solution.x, rates)
 
-    Attributes:
+
+def scattered(
+    solved: Sweep, known: Array, motion: Motion, positions: Array, acting: Acting
+) -> Sweep:
+    """Return a sweep at more samples than were solved: NaN at the others.
+
+    Args:
+        solved: at the known ones.
         known: indices of those that were solved.
         motion: at all N samples.
+        positions: of the drives `(N, d)`.
         acting: likewise.
     """
 
-    known: Array
-    motion: Motion
-    acting: Acting
+    def spread(values: Array, other: float = np.nan) -> Array:
+        every = np.full((len(motion), *values.shape[1:]), other)
+        every[known] = values
+        return every
 
-    def sweep(self, solved: Sweep, positions: Array) -> Sweep:
-        """Return the sweep at all samples.
-
-        Args:
-            solved: at the known ones.
-            positions: of the drives `(N, d)`.
-        """
-        source, acting = solved._source, self.acting
-        shape = self.motion.shape
-        efforts = source.drive_effort()
-        each = [source.wrench(index) for index in range(len(solved.outputs))]
-        wrenches = [self._values(np.concatenate([w.vector(0), w.vector(3)], axis=1)) for w in each]
-        x, v, a = positions, acting.speeds, acting.accelerations.copy()
-        a[np.isin(np.arange(len(a)), self.known, invert=True)] = np.nan
-        if positions.shape[1] == 1:
-            x, v, a = x[:, 0], v[:, 0], a[:, 0]
-        every = SolvedSource(
-            shape=shape,
-            wrenches=read_only(np.stack(wrenches, axis=1)),
-            drive_efforts=None if efforts is None else read_only(self._values(efforts)),
-            holding_efforts=self._each(source.holding_effort()),
-            solved_motion=self.motion,
-            position=read_only(x),
-            speed=read_only(v),
-            acceleration=read_only(a),
-            held=source.held,
-            joint_loads=acting.joint_loads,
-            link_loads=acting.link_loads,
-            gravity=acting.gravity,
-            inertia=acting.inertia,
-            time=acting.time,
-        )
-        return Sweep(
-            problem=solved.problem,
-            source=every,
-            unique=solved.unique,
-            coupling_moment=self._each(solved.coupling_moment),
-            coupling_unique=solved.coupling_unique,
-            condition=read_only(self._values(solved.condition, np.inf)),
-            proven=solved.proven,
-        )
-
-    def _values(self, known: Array, other: float = np.nan) -> Array:
-        """Return `(N, ...)` known values, and another one elsewhere."""
-        values = np.full((len(self.motion), *known.shape[1:]), other)
-        values[self.known] = known
-        return values
-
-    def _each(self, known: Mapping[str, Array]) -> Mapping[str, Array]:
-        return frozen({name: self._values(values) for name, values in known.items()})
+    a, source = acting.accelerations.copy(), solved._source
+    assert isinstance(source, SolvedSource)
+    a[np.isin(np.arange(len(a)), known, invert=True)] = np.nan
+    moments = solved.coupling_moment.items()
+    return Sweep(
+        problem=solved.problem,
+        held=solved._held,
+        acting=acting._replace(accelerations=a),
+        source=source._replace(
+            shape=motion.shape,
+            position=positions,
+            wrenches=read_only(spread(source.wrenches)),
+            efforts=read_only(spread(source.efforts)),
+            solved_motion=motion,
+        ),
+        unique=solved.unique,
+        coupling_moment=frozen({name: spread(values) for name, values in moments}),
+        coupling_unique=solved.coupling_unique,
+        condition=spread(solved.condition, np.inf),
+        proven=solved.proven,
+    )
 
 
 def motion_at(

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ..arrays import Array
 from ..errors import ModelError, choices
-from ..frozen import Frozen, read_only
+from ..frozen import Frozen
 
 if TYPE_CHECKING:
-    from ..elements.element import ElementForce
-    from ..elements.element_forces import ElementForces
-    from .motion import Motion
+    from ..elements.element import Element, ElementForce
 
 
 class ElementResults(Frozen, Mapping["int | str", "ElementForce"]):
@@ -23,18 +19,11 @@ class ElementResults(Frozen, Mapping["int | str", "ElementForce"]):
     Iteration gives the name of an element, or its index where it has none.
     """
 
-    def __init__(self, forces: ElementForces | None, results: list[ElementForce]) -> None:
-        """Keep results.
-
-        Args:
-            forces: of the scene; None without elements.
-            results: of each of them.
-        """
-        elements = () if forces is None else forces.elements
+    def __init__(self, elements: Sequence[Element], results: Sequence[ElementForce]) -> None:
+        """Keep the results of elements."""
         names = [element.name or index for index, element in enumerate(elements)]
-        self._results = dict(zip(names, results, strict=True))
+        self._results, self._made_of = dict(zip(names, results, strict=True)), (elements, results)
         self._indices: dict[object, int | str] = dict(enumerate(names))
-        self._made_of = forces, results
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -49,15 +38,14 @@ class ElementResults(Frozen, Mapping["int | str", "ElementForce"]):
         try:
             return self._results[self._indices.get(element, element)]
         except (KeyError, TypeError):
-            valid = [str(name) for name in self._results]
+            valid = [str(name) for name in self]
             listed = f"elements: {choices(valid)}" if valid else "the scene has no elements"
             raise ModelError(f"no element {element!r}; {listed}") from None
 
-    def __contains__(self, element: object) -> bool:
-        try:
-            return element in self._results or element in self._indices
-        except TypeError:
-            return False
+    def __contains__(self, element: Any) -> bool:
+        with suppress(ModelError):
+            return bool(self[element])
+        return False
 
     def __iter__(self) -> Iterator[int | str]:
         return iter(self._results)
@@ -67,27 +55,3 @@ class ElementResults(Frozen, Mapping["int | str", "ElementForce"]):
 
     def __repr__(self) -> str:
         return f"<ElementResults of {choices([str(name) for name in self]) or 'no elements'}>"
-
-
-def element_results(forces: ElementForces | None, motion: Motion, time: Array) -> ElementResults:
-    """Return what elements exert during a motion.
-
-    Args:
-        forces: of the scene; None without elements.
-        motion: of N samples.
-        time: of any shape that broadcasts with theirs [s].
-    """
-    if forces is None:
-        return ElementResults(None, [])
-    times = np.broadcast_to(time, motion.shape).reshape(-1)
-    rows = motion.rows
-    rates = motion.v.reshape(len(rows), -1)
-    return ElementResults(
-        forces,
-        [
-            type(force)(
-                *(read_only(values.reshape(*motion.shape, *values.shape[1:])) for values in force)
-            )
-            for force in forces.each(rows, rates, times)
-        ],
-    )

@@ -219,7 +219,7 @@ class Motion(Frozen):
         ratios = self.velocity_ratios.of_coordinates(columns, self._drive_index(drive))
         return self._shaped(squeezed(ratios))
 
-    def all_ratios(self, drive: int | str = 0) -> Array:
+    def _all_ratios(self, drive: int | str = 0) -> Array:
         """Return the velocity ratios `(N, nv)` of all velocity coordinates, see `ratio`.
 
         Raises:

@@ -27,7 +27,7 @@ from ..errors import ArgumentError, choices
 from .table import Table
 
 if TYPE_CHECKING:
-    from ..figures.style import Abscissa, Figure, Into, Size
+    from ..figures.style import Abscissa, Figure
 
 _MOST_JOINTS = 4
 """Joints that are drawn if none is named: those on which most acts."""
@@ -58,6 +58,8 @@ _INSTEAD = {
     "legend": "change it afterwards: figure.legends",
 }
 """What else one may call an option, and what it is called."""
+_OWN = ("title", "peaks", "ax", "figsize")
+"""Options that all figures of lines have."""
 _Kind = TypeVar("_Kind", bound="type[Plot]")
 _PLOTS: dict[type, type[Plot]] = {}
 
@@ -112,14 +114,9 @@ class Plot:
         self,
         *columns: Any,
         x: Any = "",
-        title: str = "",
         label: str | Sequence[str] = "",
         xlabel: str = "",
-        ylabel: str = "",
-        peaks: bool | None = None,
-        ax: Into = None,
-        figsize: Size | None = None,
-        **line: Any,
+        **options: Any,
     ) -> Figure:
         """Draw columns of the table over one of them; those of one unit share their axes.
 
@@ -128,14 +125,10 @@ class Plot:
                 sample; what is asked first if there is none.
             x: name of the column that is the abscissa, or an array; what was given first, such as
                 the position of the first drive, a speed or a time, if empty.
-            title: of the figure.
             label: of the lines, one or as many as there are columns; their names if empty.
             xlabel: of the abscissa, with its unit; its name if empty.
-            ylabel: of the ordinate, with its unit, where all lines have the same.
-            peaks: see `results.plot`.
-            ax: axes to be drawn into instead of a new figure, one for each unit.
-            figsize: width and height of a new figure [inch].
-            line: properties of the lines, as of `Axes.plot`.
+            options: `title`, `ylabel` (with its unit, where all lines have the same), `peaks`, `ax`
+                (one for each unit) and `figsize`, see `results.plot`; properties of the lines.
 
         Raises:
             MissingExtraError: matplotlib is not installed.
@@ -149,17 +142,7 @@ class Plot:
             raise ArgumentError(f"name what is drawn; columns: {choices(known)}")
         at = self._abscissa(x, xlabel, table, known)
         drawn = self._ordinates(chosen, label, known, len(at.values))
-        return self._draw(
-            at,
-            drawn,
-            known,
-            title=title,
-            ylabel=ylabel,
-            peaks=peaks,
-            ax=ax,
-            figsize=figsize,
-            **line,
-        )
+        return self._draw(at, drawn, known, **options)
 
     def _draw(
         self,
@@ -175,15 +158,10 @@ class Plot:
         from ..figures.columns import over_column  # Imported here: it needs matplotlib.
         from ..figures.style import in_look
 
-        own = {name: options.pop(name) for name in ("title", "ylabel", "peaks", "ax", "figsize")}
+        own, line = _divided(options, *_OWN, "ylabel")
+        scales = self._scales(known)
         return in_look(over_column)(
-            at,
-            drawn,
-            scales=self._scales(known),
-            marked=marked,
-            note=note,
-            line=line_properties(options),
-            **own,
+            at, drawn, scales=scales, marked=marked, note=note, line=line, **own
         )
 
     def _scales(self, known: Mapping[str, tuple[Array, str]]) -> dict[str, float]:
@@ -207,7 +185,7 @@ class Plot:
         from ..figures.style import Abscissa, over
 
         if not isinstance(x, str):
-            name, values, unit = labelled(x, "x", _size(table))
+            name, values, unit = _labelled(x, "x", _size(table))
             at = over(name, values, unit)
         else:
             name = x or table.abscissa
@@ -241,7 +219,7 @@ class Plot:
             if isinstance(column, str):
                 name, (values, unit) = column, self._column(column, known)
             else:
-                name, values, unit = labelled(column, f"array {index + 1}", count)
+                name, values, unit = _labelled(column, f"array {index + 1}", count)
             given = labels[index] if labels not in ([], [""]) else name
             drawn[given] = values, unit
         return drawn
@@ -268,14 +246,9 @@ class MotionPlot(Plot):
         *columns: Any,
         x: Any = "",
         quantities: str | Sequence[str] = (),
-        title: str = "",
         label: str | Sequence[str] = "",
         xlabel: str = "",
-        ylabel: str = "",
-        peaks: bool | None = None,
-        ax: Into = None,
-        figsize: Size | None = None,
-        **line: Any,
+        **options: Any,
     ) -> Figure:
         """Draw wrenches of joints over the drive's position or time, or columns of the table.
 
@@ -288,14 +261,9 @@ class MotionPlot(Plot):
             quantities: of joints: `torsion`, `bending`, `axial`, `shear`, and the sizes `force` and
                 `moment`; each has its own axes. The first four, without those that are all but zero
                 beside the whole force or moment, if empty; the sizes of joints without an axis.
-            title: of the figure.
             label: of the lines, see `Plot`; of joints, one if there is one.
             xlabel: of the abscissa, with its unit; its name if empty.
-            ylabel: see `Plot`.
-            peaks: see `results.plot`.
-            ax: axes to be drawn into instead of a new figure, one for each quantity or unit.
-            figsize: width and height of a new figure [inch].
-            line: properties of the lines, as of `Axes.plot`.
+            options: see `Plot`; axes are one for each quantity or unit.
 
         Raises:
             MissingExtraError: matplotlib is not installed.
@@ -303,43 +271,31 @@ class MotionPlot(Plot):
                 has several dimensions, or other axes than are needed.
         """
         turn = self._result
-        if columns and not all(isinstance(name, str) and name in turn.outputs for name in columns):
-            self._refuse_mixture(columns)
-        joints = tuple(name for name in columns or self._bearings() if _is_one(name, turn.outputs))
-        if not joints:
-            return super().__call__(
-                *(columns or self._efforts()),
-                x=x,
-                title=title,
-                label=label,
-                xlabel=xlabel,
-                ylabel=ylabel,
-                peaks=peaks,
-                ax=ax,
-                figsize=figsize,
-                **line,
+        asked = [name for name in columns if isinstance(name, str) and name in turn.outputs]
+        if 0 < len(asked) < len(columns):
+            raise ArgumentError(
+                f"joints and columns are not drawn together: name columns of {asked[0]!r}, such "
+                f'as "{asked[0]}.bending" or "{asked[0]}.shear"'
             )
+        joints = asked if columns else list(self._bearings())
+        if not joints:
+            # Where no wrench was asked for, efforts are drawn.
+            known = () if columns else self._table().columns()
+            efforts = [name for name in known if name.endswith("drive_effort")]
+            shown = columns or efforts
+            return super().__call__(*shown, x=x, label=label, xlabel=xlabel, **options)
         from ..figures.style import in_look, names, refuse_grid
         from ..figures.wrenches import wrench_panels
 
         refuse_grid(turn)
-        style = line_properties(line)
+        # Quantities have their own ordinates.
+        own, line = _divided({k: v for k, v in options.items() if k != "ylabel"}, *_OWN)
         if label:
             if len(joints) > 1:
                 raise ArgumentError("label is that of one joint: name one, or leave label out")
-            style["label"] = label if isinstance(label, str) else label[0]
-        at = self._over(x, xlabel)
-        return in_look(wrench_panels)(
-            turn,
-            list(joints),
-            at,
-            names(quantities, "quantities") if quantities else (),
-            title=title,
-            peaks=peaks,
-            ax=ax,
-            figsize=figsize,
-            line=style,
-        )
+            line["label"] = label if isinstance(label, str) else label[0]
+        drawn = names(quantities, "quantities") if quantities else ()
+        return in_look(wrench_panels)(turn, joints, self._over(x, xlabel), drawn, line=line, **own)
 
     def over_time(
         self, joints: str | Sequence[str] = (), *arguments: Any, **options: Any
@@ -458,11 +414,9 @@ class MotionPlot(Plot):
     ) -> Figure:
         # A label of its own hides the name of a column, by its values it is found again.
         names = {
-            label: next(
-                (name for name, item in known.items() if np.array_equal(item[0], values)), label
-            )
-            if label not in known
-            else label
+            label: label
+            if label in known
+            else next((k for k, item in known.items() if np.array_equal(item[0], values)), label)
             for label, (values, _) in drawn.items()
         }
         found = self._marked(list(names.values()))
@@ -548,20 +502,6 @@ class MotionPlot(Plot):
         greatest = sorted(found, key=lambda name: -sizes[name])[:_MOST_JOINTS]
         return tuple(name for name in found if name in greatest)
 
-    def _refuse_mixture(self, columns: Sequence[Any]) -> None:
-        """Refuse names of joints besides those of columns."""
-        joints = [name for name in columns if _is_one(name, self._result.outputs)]
-        if joints:
-            raise ArgumentError(
-                f"joints and columns are not drawn together: name columns of {joints[0]!r}, such "
-                f'as "{joints[0]}.bending" or "{joints[0]}.shear"'
-            )
-
-    def _efforts(self) -> tuple[str, ...]:
-        """Return the columns that are drawn where no wrench was asked for."""
-        known = self._table().columns()
-        return tuple(name for name in known if name.endswith("drive_effort"))
-
     def _most_asked(self, joints: Sequence[str]) -> str:
         """Return `moment` where there is one across the axes of joints, else `force`."""
         turn = self._result
@@ -585,18 +525,16 @@ class MotionPlot(Plot):
         turn, marked = self._result, set()
         for column in columns:
             owner, _, quantity = column.rpartition(".")
+            whole, _, component = quantity.partition("_")
+            known = quantity != "coupling_moment" or turn.coupling_unique.get(owner, True)
             if owner in turn.outputs:
-                whole, _, component = quantity.partition("_")
-                if quantity in UNITS and turn[owner].has_axis:
-                    known = determined(turn[owner], quantity)
-                elif whole in ("force", "moment") and component == "magnitude":
-                    known = determined(turn[owner], whole)
-                elif whole in ("force", "moment") and component in ("x", "y", "z"):
-                    known = determined(turn[owner], whole, ["xyz".index(component)])
-                else:
-                    continue
-            else:
-                known = quantity != "coupling_moment" or turn.coupling_unique.get(owner, True)
+                wrench, is_vector = turn[owner], whole in ("force", "moment")
+                if quantity in UNITS and wrench.has_axis:
+                    known = determined(wrench, quantity)
+                elif is_vector and component == "magnitude":
+                    known = determined(wrench, whole)
+                elif is_vector and component in ("x", "y", "z"):
+                    known = determined(wrench, whole, ["xyz".index(component)])
             if not known:
                 marked.add(column)
         return marked
@@ -605,13 +543,10 @@ class MotionPlot(Plot):
         """Return whose wrenches are drawn, if any is, and what a star means at what is `opened`."""
         from ..figures.wrenches import sign_note
 
-        owners = (column.rpartition(".")[0] for column in columns if self._is_of_wrench(column))
-        return sign_note(self._result, opened) if opened or any(owners) else ""
-
-    def _is_of_wrench(self, column: str) -> bool:
-        owner, _, quantity = column.rpartition(".")
         parts = ("force", "moment", "torsion", "bending", "axial", "shear")
-        return owner in self._result.outputs and quantity.startswith(parts)
+        named = (column.rpartition(".") for column in columns)
+        of_wrenches = (n in self._result.outputs and q.startswith(parts) for n, _, q in named)
+        return sign_note(self._result, opened) if opened or any(of_wrenches) else ""
 
 
 def _first(table: Table) -> tuple[str, ...]:
@@ -622,28 +557,28 @@ def _first(table: Table) -> tuple[str, ...]:
     return ()
 
 
-def line_properties(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return properties of lines.
+def _divided(given: Mapping[str, Any], *names: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the options of a figure that are named, and the others, properties of lines.
 
     Raises:
         ArgumentError: matplotlib knows no such property of a line.
     """
-    if not given:
-        return {}
-    for name in given:
+    own = {name: value for name, value in given.items() if name in names}
+    line = {name: value for name, value in given.items() if name not in own}
+    for name in line:
         if name in _INSTEAD:
             raise ArgumentError(f"no option {name!r} of a plot: {_INSTEAD[name]}")
-    from ..figures.style import require_matplotlib
+    if line:
+        from ..figures.style import require_matplotlib
 
-    require_matplotlib()
-    from matplotlib.lines import Line2D
-
-    for name in given:
+        require_matplotlib()
+        from matplotlib.lines import Line2D
+    for name in line:
         if not hasattr(Line2D, f"set_{name}"):
             known = ["x", "ax", "figsize", "title", "label", "xlabel", "ylabel", "peaks", "color"]
             known += ["linestyle", "linewidth", "marker", "alpha"]
             raise ArgumentError(f"no option {name!r} of a plot; options: {choices(known, name)}")
-    return dict(given)
+    return own, line
 
 
 def own_options(given: Mapping[str, Any], *names: str) -> dict[str, Any]:
@@ -666,7 +601,7 @@ def own_options(given: Mapping[str, Any], *names: str) -> dict[str, Any]:
     return dict(given)
 
 
-def labelled(values: Any, name: str, count: int) -> tuple[str, Array, str]:
+def _labelled(values: Any, name: str, count: int) -> tuple[str, Array, str]:
     """Return name, values `(N,)` and unit of an array, of which those of xarray know all.
 
     Args:
@@ -689,10 +624,6 @@ def labelled(values: Any, name: str, count: int) -> tuple[str, Array, str]:
     told = getattr(values, "attrs", {})
     own = told.get("long_name") or getattr(values, "name", None)
     return str(own or name), array, str(told.get("units", ""))
-
-
-def _is_one(name: Any, names: Collection[str]) -> bool:
-    return isinstance(name, str) and name in names
 
 
 def _size(table: Table) -> int:

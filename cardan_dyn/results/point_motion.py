@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from ..checks import described, vector
 from ..errors import ArgumentError, ModelError
 from ..frozen import Frozen, read_only
 from ..mechanism.carried import CarriedFrame, Rates
-from ..mechanism.mechanism import Mechanism
-from .motion import Motion
 from .result import Result
 from .table import Table, Variable
 
@@ -28,44 +26,6 @@ if TYPE_CHECKING:
 
     Points: TypeAlias = "Iterable[str] | Mapping[str, str | tuple[str, ArrayLike] | PointMotion]"
     """Links, or names to links, `(link, xyz)` or what `point` returned."""
-
-
-class Moving(Protocol):
-    """What has points that move: a sweep or a trajectory, see `MotionResult`."""
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism."""
-        ...
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the samples, N in all."""
-        ...
-
-    @property
-    def motion(self) -> Motion:
-        """Motion of all joints."""
-        ...
-
-    @property
-    def joint_coordinates(self) -> Array:
-        """Coordinates `(N, size)`."""
-        ...
-
-    @property
-    def joint_velocities(self) -> Array:
-        """Velocities `(N, nv)`."""
-        ...
-
-    @property
-    def joint_accelerations(self) -> Array:
-        """Accelerations `(N, nv)`."""
-        ...
-
-    def given(self) -> Table:
-        """Return what was given, as a table."""
-        ...
 
 
 _QUANTITIES = {
@@ -90,13 +50,15 @@ class PointMotion(Frozen, Result):
     Attributes:
         link: name of the link, or of a frame that is fixed in one.
         xyz: `(3,)` the point, from the origin of that and in its axes [m].
+        position: where the point is `(N, 3)` [m].
+        orientation: rotations `(N, 3, 3)` that take components in the link's axes to world axes.
     """
 
-    def __init__(self, moving: Moving, link: str, xyz: ArrayLike = _ORIGIN) -> None:
+    def __init__(self, moving: Any, link: str, xyz: ArrayLike = _ORIGIN) -> None:
         """Find where the point is.
 
         Args:
-            moving: the sweep or the trajectory.
+            moving: the sweep or the trajectory, see `MotionResult`.
             link: see the attribute.
             xyz: likewise.
 
@@ -115,7 +77,7 @@ class PointMotion(Frozen, Result):
             )
         self.link, self.xyz = carrier.name, point
         self._moving, self._carrier = moving, carrier
-        self._rotation, self._position = self._shaped(rotation), self._shaped(position)
+        self.position, self.orientation = self._shaped(position), self._shaped(rotation)
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -134,16 +96,6 @@ class PointMotion(Frozen, Result):
     def shape(self) -> tuple[int, ...]:
         """Shape of the samples."""
         return self._moving.shape
-
-    @property
-    def position(self) -> Array:
-        """Where the point is `(N, 3)` [m]."""
-        return self._position
-
-    @property
-    def orientation(self) -> Array:
-        """Rotations `(N, 3, 3)` that take components in the link's axes to world axes."""
-        return self._rotation
 
     @cached_property
     def velocity(self) -> Array:
@@ -183,7 +135,7 @@ class PointMotion(Frozen, Result):
         Raises:
             ArgumentError: unknown drive.
         """
-        ratios = self._moving.motion.all_ratios(drive)
+        ratios = self._moving.motion._all_ratios(drive)
         x = self._moving.joint_coordinates
         return self._shaped(self._carrier.rates(x, ratios).velocity.T)
 
@@ -209,7 +161,7 @@ class PointMotion(Frozen, Result):
         return with_points(self._moving.given(), self._moving, {self.link: self})
 
 
-def with_points(table: Table, moving: Moving, points: Points) -> Table:
+def with_points(table: Table, moving: Any, points: Points) -> Table:
     """Return a table with the motions of some points besides.
 
     Args:
@@ -240,7 +192,7 @@ def with_points(table: Table, moving: Moving, points: Points) -> Table:
     return replace(table, variables=[*table.variables, *variables], labels=labels)
 
 
-def _points(moving: Moving, points: Points) -> dict[str, PointMotion]:
+def _points(moving: Any, points: Points) -> dict[str, PointMotion]:
     if isinstance(points, str):
         points = [points]
     named = points if isinstance(points, Mapping) else {name: name for name in points}

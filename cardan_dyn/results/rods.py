@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError
 from ..frozen import Record
-from ..mechanism.mechanism import Mechanism
-from .wrench import JointWrench, Surroundings, lost
+from .wrench import lost
 
 _ENDS = ("spherical", "universal")
 """Types of joints at the ends of a rod: what they pass on goes through their centre."""
-
-
-class Solved(Surroundings, Protocol):
-    """A sweep, as far as rods need it."""
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """Its mechanism."""
-        ...
-
-    def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
-        """Return the wrench of a joint."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +48,7 @@ class RodForce(Record):
         )
 
 
-def rod_force(sweep: Solved, link: str) -> RodForce:
+def rod_force(sweep: Any, link: str) -> RodForce:
     """Return the force along a rod; see `Sweep.rod_force`."""
     mechanism, frames = sweep.mechanism, sweep.mechanism.frames
     mechanism.link(link)
@@ -98,6 +84,6 @@ def rod_force(sweep: Solved, link: str) -> RodForce:
         ends.append(along)
         own = np.swapaxes(sweep.rotation(name), -1, -2) @ outwards[..., None]
         maps = np.concatenate([own, np.zeros_like(own)], axis=-2)[..., 0][..., None, :]
-        unique = unique and bool(np.all(sweep.unique_sums(name, maps, np.ones(1, dtype=bool))))
+        unique = unique and bool(np.all(sweep._unique_sums(name, maps, np.ones(1, dtype=bool))))
     both = np.stack(ends, axis=-1)
     return RodForce(link, (first, second), np.mean(both, axis=-1), both, length, unique)

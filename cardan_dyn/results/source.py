@@ -1,75 +1,29 @@
-"""Source: where a sweep takes its arrays from, when they are first read."""
+"""Source: where a sweep takes from what was found, when it is first read."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ..arrays import Array
-from ..elements.link_loads import LinkLoad
-from ..frozen import Record
+from ..frozen import frozen, read_only
 from .motion import Motion
 from .wrench import Components, StoredComponents
 
 
 class Source(Protocol):
-    """Where a sweep takes its arrays from, when they are first read."""
+    """Where a sweep takes from what was found, when it is first read."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of the operating points."""
+        """Shape of the samples."""
         ...
 
     @property
     def position(self) -> Array:
-        """Drive positions `(...)`, or `(..., d)`."""
-        ...
-
-    @property
-    def speed(self) -> Array:
-        """Drive speeds, like `position`."""
-        ...
-
-    @property
-    def acceleration(self) -> Array:
-        """Drive accelerations, like `position`."""
-        ...
-
-    @property
-    def held(self) -> Mapping[str, float | Array]:
-        """Held joints and their positions."""
-        ...
-
-    @property
-    def joint_loads(self) -> Mapping[str, Array]:
-        """Loaded joints and their efforts."""
-        ...
-
-    @property
-    def link_loads(self) -> Mapping[str, LinkLoad]:
-        """Loaded links and their wrenches."""
-        ...
-
-    @property
-    def gravity(self) -> Array:
-        """Acceleration of free fall, `(3,)` or `(..., 3)`."""
-        ...
-
-    @property
-    def inertia(self) -> Mapping[str, Array]:
-        """Links and the factors on their mass and inertia."""
-        ...
-
-    @property
-    def time(self) -> Array:
-        """Times at which actuators act [s]."""
-        ...
-
-    def __len__(self) -> int:
-        """Return the number of samples."""
+        """Drive positions `(..., d)`, which broadcast with that shape."""
         ...
 
     def wrench(self, output: int) -> Components:
@@ -77,11 +31,11 @@ class Source(Protocol):
         ...
 
     def drive_effort(self) -> Array | None:
-        """Return what the drive exerts, None if the outputs leave it out."""
+        """Return what the drives exert `(..., d)`, None if the outputs leave it out."""
         ...
 
     def holding_effort(self) -> Mapping[str, Array]:
-        """Return what holds the held joints."""
+        """Return what holds the held joints, in the shape of the samples."""
         ...
 
     def motion(self) -> Motion:
@@ -89,50 +43,55 @@ class Source(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedSource(Record):
-    """A `Source` whose arrays were computed before; `...` is the shape of the samples.
+class SolvedSource(NamedTuple):
+    """A `Source` of what was solved before, of all N samples in one dimension.
+
+    Its arrays are read-only where it is made.
 
     Attributes:
         shape: of the samples.
-        wrenches: `(..., k, 6)` of the outputs.
-        drive_efforts: `(...)`, `(..., d)`, or None if the outputs leave them out.
-        holding_efforts: held joint to what holds it `(...)`.
-        solved_motion: the motion.
-        position, speed, acceleration: of the drives `(...)`, or `(..., d)`.
-        held, joint_loads, link_loads, gravity, inertia, time: see `Source`; as they were given.
+        position: of the drives `(..., d)`.
+        wrenches: `(N, k, 6)` of the outputs.
+        efforts: `(N, p)` what drives, then held joints exert.
+        knows_drives: whether those of the drives are known.
+        holding: held joints whose efforts are known, to their columns.
+        solved_motion: the motion, or what returns it.
     """
 
     shape: tuple[int, ...]
-    wrenches: Array
-    drive_efforts: Array | None
-    holding_efforts: Mapping[str, Array]
-    solved_motion: Motion
     position: Array
-    speed: Array
-    acceleration: Array
-    held: Mapping[str, float | Array]
-    joint_loads: Mapping[str, Array]
-    link_loads: Mapping[str, LinkLoad]
-    gravity: Array
-    inertia: Mapping[str, Array]
-    time: Array = field(default_factory=lambda: np.zeros(()))
+    wrenches: Array
+    efforts: Array
+    knows_drives: bool
+    holding: Mapping[str, int]
+    solved_motion: Motion | Callable[[], Motion]
 
-    def __len__(self) -> int:
-        return self.shape[0]
+    def __reduce__(self) -> tuple[object, ...]:
+        return _restored, (*self[:-1], self.motion())
 
     def wrench(self, output: int) -> Components:
         """Return the wrench of an output, by its index, in its joint frame."""
-        return StoredComponents(self.wrenches[..., output, :])
+        values = self.wrenches[:, output]
+        return StoredComponents(values if len(self.shape) == 1 else values.reshape(*self.shape, 6))
 
     def drive_effort(self) -> Array | None:
-        """Return what the drive exerts, None if the outputs leave it out."""
-        return self.drive_efforts
+        """Return what the drives exert `(..., d)`, None if the outputs leave it out."""
+        drives = self.position.shape[-1]
+        return self.efforts[:, :drives].reshape(*self.shape, -1) if self.knows_drives else None
 
     def holding_effort(self) -> Mapping[str, Array]:
         """Return what holds the held joints."""
-        return self.holding_efforts
+        return frozen(
+            {name: self.efforts[:, k].reshape(self.shape) for name, k in self.holding.items()}
+        )
 
     def motion(self) -> Motion:
         """Return positions, speeds and accelerations."""
-        return self.solved_motion
+        return self.solved_motion() if callable(self.solved_motion) else self.solved_motion
+
+
+def _restored(*fields: Any) -> SolvedSource:
+    for item in fields:
+        if isinstance(item, np.ndarray):
+            read_only(item)
+    return SolvedSource(*fields)

@@ -45,18 +45,20 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._version import __version__
-from ..arrays import Array
+from ..arrays import Array, spread
 from ..checks import described
 from ..elements.link_loads import WRENCH_COMPONENTS, Wrench
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import frozen, made, read_only
 from ..kinematics.loops.idle_rods import rods_by_name
+from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
 from .motion import Motion
@@ -81,14 +83,12 @@ _FLAG_ATTRIBUTES = {
 _AXES = ("x", "y", "z")
 _VECTORS = {"force": ("N", "force"), "moment": ("N·m", "moment")}
 _SCALARS = {
+    "force_magnitude": ("N", "size of the force"),
+    "moment_magnitude": ("N·m", "size of the moment"),
     "torsion": ("N·m", "moment along the joint axis; nan where a joint has none"),
     "bending": ("N·m", "size of the moment across the joint axis; nan where a joint has none"),
     "axial": ("N", "force along the joint axis; nan where a joint has none"),
     "shear": ("N", "size of the force across the joint axis; nan where a joint has none"),
-}
-_MAGNITUDES = {
-    "force_magnitude": ("N", "size of the force"),
-    "moment_magnitude": ("N·m", "size of the moment"),
 }
 _SIGN = (
     "exerted by the parent link on the child link, at the joint's origin, in the joint's axes; "
@@ -97,6 +97,14 @@ _SIGN = (
 """What a wrench is, in one sentence, wherever wrenches are written down."""
 _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
+_UNITS = {
+    "drive_effort": "drive_unit",
+    "holding_effort": "held_unit",
+    "coupling_moment": "coupling_unit",
+    "element_effort": "effort_unit",
+    "joint_position": "unit",
+}
+"""Variables to the coordinates that tell their units apart."""
 _OF_MOMENTS = ("moment", "torsion", "bending")
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
@@ -117,6 +125,8 @@ class Sweep(MotionResult):
         coupling_unique: coupling to whether its moment follows from the laws of motion alone.
     """
 
+    _held: Mapping[str, Array]
+    _acting: Acting
     _source: Source
     _proven: Proven | Callable[[], Proven]
     unique: Array
@@ -128,6 +138,8 @@ class Sweep(MotionResult):
         self,
         *,
         problem: Problem,
+        held: Mapping[str, Array],
+        acting: Acting,
         source: Source,
         unique: Array,
         coupling_moment: Mapping[str, Array],
@@ -135,12 +147,14 @@ class Sweep(MotionResult):
         condition: Array | Callable[[], Array],
         proven: Proven | Callable[[], Proven],
     ) -> None:
-        # `problem` is what was solved, `source` where arrays come from when they are first read;
-        # the others are the attributes. `proven` and `condition` may be computed when they are
-        # read.
+        # `problem`, `held` (where not as in that) and `acting` are what was asked, `source` is
+        # where the rest comes from when it is first read; the others are the attributes. `proven`
+        # and `condition` may be computed when they are read.
         unique.setflags(write=False)
         self._freeze(
             _problem=problem,
+            _held=held,
+            _acting=acting,
             _source=source,
             unique=unique,
             coupling_moment=coupling_moment,
@@ -152,10 +166,10 @@ class Sweep(MotionResult):
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
         stored = {name: getattr(self, name) for name in _STORED}
-        values = {"problem": self._problem, "source": self._source, **stored}
+        asked = {"problem": self._problem, "held": self._held, "acting": self._acting}
         # A response solves the motion when it is first read, to other roundings each time.
         known = {name: self.__dict__[name] for name in ("motion",) if name in self.__dict__}
-        return made, (type(self), values, known)
+        return made, (type(self), {**asked, "source": self._source, **stored}, known)
 
     @cached_property
     def condition(self) -> Array:
@@ -222,36 +236,41 @@ class Sweep(MotionResult):
         """Shape of the samples: of all arguments together, `(N,)` if they have one dimension."""
         return self._source.shape
 
-    @property
+    @cached_property
     def position(self) -> Array:
         """Drive positions `(N,)` [rad or m], `(N, d)` for d drives."""
-        return self._source.position
+        return self._of_drives(self._source.position)
 
-    @property
+    @cached_property
     def speed(self) -> Array:
         """Drive speeds [rad/s or m/s], like `position`."""
-        return self._source.speed
+        return self._of_drives(self._acting.speeds)
 
-    @property
+    @cached_property
     def acceleration(self) -> Array:
         """Drive accelerations [rad/s² or m/s²], like `position`."""
-        return self._source.acceleration
+        return self._of_drives(self._acting.accelerations)
 
-    @property
+    def _of_drives(self, values: Array) -> Array:
+        """Return values `(..., d)` in the shape of the samples, without an axis for one drive."""
+        values = spread(values, (*self.shape, values.shape[-1]))
+        return read_only(values[..., 0] if values.shape[-1] == 1 else values)
+
+    @cached_property
     def held(self) -> Mapping[str, float | Array]:  # type: ignore[override]
         """Held joints and coordinates, and their positions [rad or m]; arrays where they vary."""
-        return self._source.held
+        return frozen({**self._problem.held, **self._held})
 
     @property
     def inertia(self) -> Mapping[str, Array]:
         """Links to the factors on their mass and inertia, of any shape."""
-        return self._source.inertia
+        return self._acting.inertia
 
     @cached_property
     def loads(self) -> Mapping[str, Array | Wrench]:
         """Loaded joint to its effort, of any shape [N·m or N]; link to its `Wrench`."""
-        links = {name: load.wrench for name, load in self._source.link_loads.items()}
-        return frozen({**self._source.joint_loads, **links})
+        links = {name: load.wrench for name, load in self._acting.link_loads.items()}
+        return frozen({**self._acting.joint_loads, **links})
 
     @cached_property
     def idle_rods(self) -> list[tuple[str, ...]]:
@@ -270,7 +289,7 @@ class Sweep(MotionResult):
     @property
     def gravity(self) -> Array:
         """Acceleration of free fall in world axes, `(3,)` or `(..., 3)` [m/s²]."""
-        return self._source.gravity
+        return read_only(self._acting.gravity)
 
     @cached_property
     def drive_effort(self) -> Array:
@@ -288,7 +307,7 @@ class Sweep(MotionResult):
                 "the drive effort was not asked for; add the driven joint to the outputs, which "
                 f"are: {choices(self.outputs)}"
             )
-        return effort
+        return self._of_drives(effort)
 
     @cached_property
     def holding_effort(self) -> Mapping[str, Array]:
@@ -303,7 +322,7 @@ class Sweep(MotionResult):
     @property
     def time(self) -> Array:
         """Times at which actuators act, of any shape [s]."""
-        return self._source.time
+        return read_only(self._acting.time)
 
     @cached_property
     def element_force(self) -> ElementResults:
@@ -312,9 +331,20 @@ class Sweep(MotionResult):
         `JointSpring`, `JointFriction`, `Actuator`: `.effort`; `PointSpring`: `.tension`, `.length`,
         `.force`; `Bushing`: `.wrench`, `.deformation`; and all of them `.energy`, `.dissipation`.
         """
-        from .element_results import element_results  # Imported here: most scenes have no elements.
+        from .element_results import ElementResults  # Imported here: most scenes have no elements.
 
-        return element_results(self._problem.element_forces, self.motion, self.time)
+        forces, shape, x = self._problem.element_forces, self.shape, self.motion.rows
+        if forces is None:
+            return ElementResults((), ())
+        times = np.broadcast_to(self.time, shape).reshape(-1)
+        each = forces.each(x, self.motion.v.reshape(len(x), -1), times)
+        return ElementResults(
+            forces.elements,
+            [
+                type(of)(*(read_only(part.reshape(*shape, *part.shape[1:])) for part in of))
+                for of in each
+            ],
+        )
 
     @cached_property
     def elastic_energy(self) -> Array:
@@ -322,7 +352,7 @@ class Sweep(MotionResult):
         return read_only(sum((f.energy for f in self.element_force.values()), np.zeros(self.shape)))
 
     def __len__(self) -> int:
-        return len(self._source)
+        return self.shape[0]
 
     def __getitem__(self, joint: str) -> JointWrench:
         return self.wrench(joint)
@@ -449,8 +479,7 @@ class Sweep(MotionResult):
         if frame != "joint":
             from .axes import turned  # Imported here: most scripts use the joints' own axes.
 
-            ways = self.rotation, self.orientation
-            components, axis = turned(joint, frame, components, self.motion, *ways)
+            components, axis = turned(self, joint, frame, components)
         has_axis = item.type not in WITHOUT_AXIS
         flags = partial(self._unique_in, index, frame)
         return JointWrench(joint, frame, components, axis if has_axis else None, flags, self)
@@ -460,12 +489,12 @@ class Sweep(MotionResult):
         unique, joint = self.unique[output], self.outputs[output]
         if frame == "joint" or np.all(unique):
             return unique
-        rotation = self.rotation_from_joint(joint, frame)
+        rotation = self._rotation_from_joint(joint, frame)
         maps = np.zeros((*rotation.shape[:-2], 6, 6))
         maps[..., :3, :3] = maps[..., 3:, 3:] = rotation
-        return read_only(self.unique_sums(joint, maps, np.repeat([True, False], 3)))
+        return read_only(self._unique_sums(joint, maps, np.repeat([True, False], 3)))
 
-    def rotation_from_joint(self, joint: str, frame: str) -> Array:
+    def _rotation_from_joint(self, joint: str, frame: str) -> Array:
         """Return rotations `(N, 3, 3)`, or `(3, 3)`, from a joint's own axes to others.
 
         Args:
@@ -479,9 +508,9 @@ class Sweep(MotionResult):
             return np.eye(3)
         from .axes import rotation_to
 
-        return rotation_to(joint, frame, self.motion, self.rotation, self.orientation)
+        return rotation_to(self, joint, frame)
 
-    def unique_sums(self, joint: str, maps: Array, are_forces: Array) -> Array:
+    def _unique_sums(self, joint: str, maps: Array, are_forces: Array) -> Array:
         """Return `(k,)` which sums of the components of a wrench are unique, at all positions.
 
         Args:
@@ -530,9 +559,10 @@ class Sweep(MotionResult):
         """Return rotations and origins of a joint's frame, which are computed once."""
         name = self.mechanism.joint(joint).name
         if name not in self._placements:
-            from .axes import solved_placement  # Imported here: most scripts need no placements.
+            from .axes import refuse_unsolved  # Imported here: most scripts need no placements.
 
-            self._placements[name] = solved_placement(self.motion, name)
+            refuse_unsolved(name, *(found := self.motion.joint_placement(name)))
+            self._placements[name] = read_only(found[0]), read_only(found[1])
         return self._placements[name]
 
     @cached_property
@@ -543,7 +573,7 @@ class Sweep(MotionResult):
     def given(self) -> Table:
         """Return drive positions, and what was given besides and varies, without results."""
         return Table(
-            variables=[*_rates(self), *_loads(self)],
+            variables=list(_given(self)),
             samples=dict(zip(_sample_dims(self), self.shape, strict=True)),
             labels={"drive": self.coordinates, "component": _AXES},
             attributes={"mechanism": self.mechanism.name, "cardan_dyn_version": __version__},
@@ -602,7 +632,7 @@ def _greatest(wrench: JointWrench) -> tuple[str, ...]:
         for values in (*wrench.magnitude, *parts)
     )
     unique = "yes" if np.all(wrench.unique) else f"not {named_components(~wrench.unique)}"
-    force += wrench.unique_parts("force")
+    force += wrench._unique_parts("force")
     return (wrench.joint, force, moment, *(shares or ["no axis"] * 2), unique)
 
 
@@ -615,12 +645,39 @@ def _table_of(sweep: Sweep, motion: bool) -> Table:
         flags["unique"] = (("joint", "wrench_component"), unique, _FLAG_ATTRIBUTES)
     if coupling_unique.size:
         flags["coupling_unique"] = (("coupling",), coupling_unique, _FLAG_ATTRIBUTES)
+    variables = [*_given(sweep), *_found(sweep, motion)]
+    gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"
     return Table(
-        variables=list(_variables(sweep, motion)),
+        variables=variables,
         samples=dict(zip(_sample_dims(sweep), sweep.shape, strict=True)),
         labels=_labels(sweep),
-        units=_units(sweep),
-        attributes=_attributes(sweep),
+        units={
+            _UNITS[name]: (item.dims[-1], list(item.units))
+            for name, item in variables
+            if name in _UNITS and not isinstance(item.units, str)
+        },
+        # Numbers and texts, so that any file format takes them.
+        attributes={
+            "mechanism": sweep.mechanism.name,
+            "drives": ", ".join(sweep.coordinates),
+            "held": json.dumps(
+                {
+                    name: f"see coordinate held_{name}" if np.ndim(value) else float(value)
+                    for name, value in sweep.held.items()
+                },
+                ensure_ascii=False,
+            ),
+            "loads": json.dumps(
+                {name: _constant(name, load) for name, load in sweep.loads.items()},
+                ensure_ascii=False,
+            ),
+            "gravity": gravity,
+            "wrenches": _SIGN,
+            "not_unique": sweep.left_open.text,
+            **sweep.proven.residuals,
+            "unproven": ", ".join(sweep.unproven),
+            "cardan_dyn_version": __version__,
+        },
         flags=flags,
         frame_attributes={
             "unique": dict(zip(sweep.outputs, unique.tolist(), strict=True)),
@@ -629,128 +686,112 @@ def _table_of(sweep: Sweep, motion: bool) -> Table:
     )
 
 
-def _variables(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
-    """Return all variables of a sweep with their names, coordinates first."""
-    yield from _rates(sweep)
-    yield from _loads(sweep)
-    yield from _wrenches(sweep)
-    yield from _efforts(sweep)
-    yield from _of_elements(sweep)
+def _given(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return positions and rates of the drives, and what else was given and varies."""
+    drivable, names, gravity = sweep.mechanism.drivable, sweep.coordinates, sweep.gravity
+    entries: list[tuple[Any, ...]] = []
+    for name, per_time in _RATES.items():
+        values, units = getattr(sweep, name), tuple(drivable[n].unit + per_time for n in names)
+        if len(names) > 1:
+            dims = *_sample_dims(sweep), "drive"
+            yield name, Variable(dims, values, units, f"{name} of the drive", True)
+        else:
+            entries.append((name, values, units[0], f"{name} of the drive {names[0]}"))
+    if sweep.time.ndim:
+        entries.append(("time", sweep.time, "s", "time"))
+    for name, load in sweep.loads.items():
+        if not isinstance(load, Wrench):
+            unit = drivable[name].effort_unit if load.ndim else ""
+            entries.append((f"load_{name}", load, unit, f"load on joint {name}"))
+            continue
+        for quantity, (unit, _) in _VECTORS.items():
+            label = f"{quantity} on link {name}, in {load.frame} axes"
+            values = np.asarray(getattr(load, quantity))
+            entries.append((f"load_{name}_{quantity}", values, unit, label, "component"))
+    for name, position in sweep.held.items():
+        label = f"position at which {name} is held"
+        entries.append((f"held_{name}", np.asarray(position), drivable[name].unit, label))
+    for name, factor in sweep.inertia.items():
+        label = f"factor on mass and inertia of link {name}"
+        entries.append((f"inertia_{name}", np.atleast_1d(factor), "1", label))
+    label = "acceleration of free fall, in world axes"
+    entries.append(("gravity", gravity, "m/s²", label, "component"))
+    for name, values, unit, label, *along in entries:
+        if values.ndim > len(along):
+            kept, values = _varying_dims(values, sweep, len(along))
+            yield name, Variable((*kept, *along), values, unit, label, True)
+
+
+def _found(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
+    """Return what was found, as far as it was solved."""
+    dims, drivable = _sample_dims(sweep), sweep.mechanism.drivable
+    if wrenches := list(sweep.values()):
+        for name, (unit, label) in _VECTORS.items():
+            vectors = np.stack([getattr(wrench, name) for wrench in wrenches], axis=-2)
+            long_name = f"{label} of the parent on the child, in the joint's axes"
+            yield name, Variable((*dims, "joint", "component"), vectors, unit, long_name)
+        nothing = np.full(sweep.shape, np.nan)
+        for name, (unit, label) in _SCALARS.items():
+            whole = name.removesuffix("_magnitude")
+            parts = [
+                getattr(wrench.magnitude, whole)
+                if whole != name
+                else (getattr(wrench, name) if wrench.has_axis else nothing)
+                for wrench in wrenches
+            ]
+            yield name, Variable((*dims, "joint"), np.stack(parts, axis=-1), unit, label)
+    units = tuple(drivable[name].effort_unit for name in sweep.coordinates)
+    label = f"effort of {sweep.coordinates[0]}" if len(units) == 1 else "effort of the drives"
+    along = ("drive",) if len(units) > 1 else ()
+    with suppress(ModelError):  # The outputs leave it out.
+        effort = sweep.drive_effort
+        yield "drive_effort", Variable((*dims, *along), effort, units if along else units[0], label)
+    if holding := sweep.holding_effort:
+        units = tuple(drivable[name].effort_unit for name in holding)
+        values = np.stack(list(holding.values()), axis=-1)
+        yield "holding_effort", Variable((*dims, "held"), values, units, "effort that holds it")
+    if moments := sweep.coupling_moment:
+        units = tuple(_coupling_unit(sweep, name) for name in moments)
+        label = "effort on the joint of the coupling's successor"
+        values = np.stack(list(moments.values()), axis=-1)
+        yield "coupling_moment", Variable((*dims, "coupling"), values, units, label)
+    if sweep.elements:
+        yield from _of_elements(sweep)
     if motion:
-        yield from _motion(sweep)
+        joints = tuple(sweep.mechanism.coordinates.named)
+        for name, per_time in _MOTIONS.items():
+            values = np.stack([getattr(sweep.motion, name)(joint) for joint in joints], axis=-1)
+            units = tuple(drivable[joint].unit + per_time for joint in joints)
+            label = f"{name} of the joint's coordinate"
+            yield f"joint_{name}", Variable((*dims, "moving_joint"), values, units, label)
     over_samples = sweep.condition.shape == sweep.shape
-    dims = _sample_dims(sweep) if over_samples else ()
     condition = sweep.condition if over_samples else sweep.condition[0]
+    dims = dims if over_samples else ()
     yield "condition", Variable(dims, condition, "1", "condition number of the wrenches")
 
 
-def _rates(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
-    """Return position, speed and acceleration of the drives."""
-    units = [sweep.mechanism.drivable[name].unit for name in sweep.coordinates]
-    several = len(units) > 1
-    drive = "drive" if several else f"drive {sweep.coordinates[0]}"
-    for name, per_time in _RATES.items():
-        values = getattr(sweep, name)
-        if several:
-            dims: tuple[str, ...] = (*_sample_dims(sweep), "drive")
-            unit: str | tuple[str, ...] = tuple(unit + per_time for unit in units)
-        else:
-            dims, values = _varying_dims(values, sweep)
-            unit = units[0] + per_time
-        yield name, Variable(dims, values, unit, f"{name} of the {drive}", True)
-
-
-def _loads(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
-    """Return times, loads, held positions, factors on inertia and gravity that vary."""
-    if sweep.time.ndim:
-        dims, values = _varying_dims(sweep.time, sweep)
-        yield "time", Variable(dims, values, "s", "time", True)
-    for name, load in sweep.loads.items():
-        if isinstance(load, Wrench):
-            for quantity, (unit, _) in _VECTORS.items():
-                vectors = np.asarray(getattr(load, quantity))
-                if vectors.ndim > 1:
-                    dims, vectors = _varying_dims(vectors, sweep, trailing=1)
-                    dims = (*dims, "component")
-                    label = f"{quantity} on link {name}, in {load.frame} axes"
-                    yield f"load_{name}_{quantity}", Variable(dims, vectors, unit, label, True)
-        elif load.ndim:
-            dims, values = _varying_dims(load, sweep)
-            unit = sweep.mechanism.drivable[name].effort_unit
-            yield f"load_{name}", Variable(dims, values, unit, f"load on joint {name}", True)
-    for name, position in sweep.held.items():
-        if np.ndim(position):
-            dims, values = _varying_dims(np.asarray(position), sweep)
-            label = f"position at which {name} is held"
-            unit = sweep.mechanism.drivable[name].unit
-            yield f"held_{name}", Variable(dims, values, unit, label, True)
-    for name, factor in sweep.inertia.items():
-        dims, values = _varying_dims(factor, sweep)
-        label = f"factor on mass and inertia of link {name}"
-        yield f"inertia_{name}", Variable(dims, values, "1", label, True)
-    if sweep.gravity.ndim > 1:
-        dims, values = _varying_dims(sweep.gravity, sweep, trailing=1)
-        label = "acceleration of free fall, in world axes"
-        yield "gravity", Variable((*dims, "component"), values, "m/s²", label, True)
-
-
-def _wrenches(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
-    """Return the wrenches of the outputs in their joints' axes."""
-    if not sweep.outputs:
-        return
-    dims, wrenches = _sample_dims(sweep), [wrench for _, wrench in sweep.items()]
-    for name, (unit, label) in _VECTORS.items():
-        vectors = np.stack([getattr(wrench, name) for wrench in wrenches], axis=-2)
-        long_name = f"{label} of the parent on the child, in the joint's axes"
-        yield name, Variable((*dims, "joint", "component"), vectors, unit, long_name)
-    for name, (unit, label) in _MAGNITUDES.items():
-        sizes = [getattr(wrench.magnitude, name.removesuffix("_magnitude")) for wrench in wrenches]
-        yield name, Variable((*dims, "joint"), np.stack(sizes, axis=-1), unit, label)
-    for name, (unit, label) in _SCALARS.items():
-        values = np.stack(
-            [
-                np.full(sweep.shape, np.nan)
-                if sweep.mechanism.joints[wrench.joint].type in WITHOUT_AXIS
-                else getattr(wrench, name)
-                for wrench in wrenches
-            ],
-            axis=-1,
-        )
-        yield name, Variable((*dims, "joint"), values, unit, label)
-
-
-def _efforts(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
-    """Return what drives, held joints and couplings exert, as far as it was solved."""
-    dims = _sample_dims(sweep)
-    units = tuple(sweep.mechanism.drivable[name].effort_unit for name in sweep.coordinates)
-    try:
-        effort = sweep.drive_effort
-    except ModelError:  # The outputs leave it out.
-        effort = None
-    if effort is not None and len(units) > 1:
-        yield "drive_effort", Variable((*dims, "drive"), effort, units, "effort of the drives")
-    elif effort is not None:
-        yield "drive_effort", Variable(dims, effort, units[0], f"effort of {sweep.coordinates[0]}")
-    if sweep.holding_effort:
-        values = np.stack(list(sweep.holding_effort.values()), axis=-1)
-        units = tuple(sweep.mechanism.drivable[name].effort_unit for name in sweep.holding_effort)
-        yield "holding_effort", Variable((*dims, "held"), values, units, "effort that holds it")
-    if len(sweep.coupling_moment):
-        values = np.stack(list(sweep.coupling_moment.values()), axis=-1)
-        units = tuple(_coupling_unit(sweep, name) for name in sweep.coupling_moment)
-        label = "effort on the joint of the coupling's successor"
-        yield "coupling_moment", Variable((*dims, "coupling"), values, units, label)
-
-
-def _motion(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
-    """Return the motion of all coordinates that turn or slide."""
-    joints = _moving_joints(sweep)
-    for name, per_time in _MOTIONS.items():
-        values = [getattr(sweep.motion, name)(joint) for joint in joints]
-        units = tuple(sweep.mechanism.drivable[joint].unit + per_time for joint in joints)
-        dims = (*_sample_dims(sweep), "moving_joint")
-        long_name = f"{name} of the joint's coordinate"
-        yield f"joint_{name}", Variable(dims, np.stack(values, axis=-1), units, long_name)
+def _of_elements(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return what elements exert and store, a variable per quantity."""
+    dims, forces = _sample_dims(sweep), list(sweep.element_force.values())
+    drivable = sweep.mechanism.drivable
+    for group, members in _groups(sweep).items():
+        for quantity in sweep.elements[members[0]].quantities:
+            along = (quantity.components,) if quantity.components else ()
+            values = [getattr(forces[index], quantity.field) for index in members]
+            units: str | tuple[str, ...] = quantity.units or tuple(
+                drivable[sweep.elements[index].joints[0]].effort_unit for index in members
+            )
+            whole = np.stack(values, -1 - len(along))
+            yield quantity.name, Variable((*dims, group, *along), whole, units, quantity.label)
+    for name, unit, label in (
+        ("energy", "J", "energy that the element stores"),
+        ("dissipation", "W", "power that the element turns into heat"),
+    ):
+        values = [getattr(force, name) for force in forces]
+        whole = np.stack(values, axis=-1)
+        yield f"element_{name}", Variable((*dims, "element"), whole, unit, label)
+    label = "energy that all springs and bushings store"
+    yield "elastic_energy", Variable(dims, sweep.elastic_energy, "J", label)
 
 
 def _sample_dims(sweep: Sweep) -> tuple[str, ...]:
@@ -790,7 +831,7 @@ def _labels(sweep: Sweep) -> dict[str, Sequence[str]]:
         "drive": sweep.coordinates,
         "held": tuple(sweep.holding_effort),
         "coupling": tuple(sweep.coupling_moment),
-        "moving_joint": _moving_joints(sweep),
+        "moving_joint": tuple(sweep.mechanism.coordinates.named),
         "element": _element_names(sweep),
     }
     for group, members in _groups(sweep).items():
@@ -799,50 +840,6 @@ def _labels(sweep: Sweep) -> dict[str, Sequence[str]]:
             if quantity.components:
                 found.setdefault(quantity.components, quantity.component_names)
     return found
-
-
-def _units(sweep: Sweep) -> dict[str, tuple[str, list[str]]]:
-    """Return coordinates of units: name, dimension and the units along it."""
-    drivable = sweep.mechanism.drivable
-    acting = [name for item in sweep.elements for name in item.joints]
-    return {
-        "drive_unit": ("drive", [drivable[name].effort_unit for name in sweep.coordinates]),
-        "held_unit": ("held", [drivable[name].effort_unit for name in sweep.holding_effort]),
-        "coupling_unit": (
-            "coupling",
-            [_coupling_unit(sweep, name) for name in sweep.coupling_moment],
-        ),
-        "effort_unit": ("joint_element", [drivable[name].effort_unit for name in acting]),
-        "unit": ("moving_joint", [drivable[name].unit for name in _moving_joints(sweep)]),
-    }
-
-
-def _of_elements(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
-    """Return what elements exert and store, a variable per quantity; none without elements."""
-    if not sweep.elements:
-        return
-    dims, forces = _sample_dims(sweep), list(sweep.element_force.values())
-    drivable = sweep.mechanism.drivable
-    for group, members in _groups(sweep).items():
-        for quantity in sweep.elements[members[0]].quantities:
-            values = [getattr(forces[index], quantity.field) for index in members]
-            units: str | tuple[str, ...] = quantity.units or tuple(
-                drivable[sweep.elements[index].joints[0]].effort_unit for index in members
-            )
-            if quantity.components:
-                along = (*dims, group, quantity.components)
-                yield quantity.name, Variable(along, np.stack(values, -2), units, quantity.label)
-            else:
-                along = (*dims, group)
-                yield quantity.name, Variable(along, np.stack(values, -1), units, quantity.label)
-    each = (*dims, "element")
-    energy = np.stack([force.energy for force in forces], axis=-1)
-    yield "element_energy", Variable(each, energy, "J", "energy that the element stores")
-    heat = np.stack([force.dissipation for force in forces], axis=-1)
-    label = "power that the element turns into heat"
-    yield "element_dissipation", Variable(each, heat, "W", label)
-    label = "energy that all springs and bushings store"
-    yield "elastic_energy", Variable(dims, sweep.elastic_energy, "J", label)
 
 
 def _groups(sweep: Sweep) -> dict[str, list[int]]:
@@ -865,11 +862,6 @@ def _element_names(sweep: Sweep) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _moving_joints(sweep: Sweep) -> tuple[str, ...]:
-    """Return the names of the coordinates that turn or slide: of all joints but balls."""
-    return tuple(sweep.mechanism.coordinates.named)
-
-
 def _coupling_unit(sweep: Sweep, name: str) -> str:
     """Return the unit of what a coupling exerts on its successor's joint, a slide or a rotation."""
     mechanism = sweep.mechanism
@@ -879,32 +871,6 @@ def _coupling_unit(sweep: Sweep, name: str) -> str:
     named = mechanism.coordinates.named
     (joint,) = (name for name, coordinate in named.items() if coordinate.rate == column)
     return sweep.mechanism.drivable[joint].effort_unit
-
-
-def _attributes(sweep: Sweep) -> dict[str, Any]:
-    """Return attributes of a whole table: numbers and texts, so that any file format takes them."""
-    gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"
-    return {
-        "mechanism": sweep.mechanism.name,
-        "drives": ", ".join(sweep.coordinates),
-        "held": json.dumps(
-            {
-                name: f"see coordinate held_{name}" if np.ndim(value) else float(value)
-                for name, value in sweep.held.items()
-            },
-            ensure_ascii=False,
-        ),
-        "loads": json.dumps(
-            {name: _constant(name, load) for name, load in sweep.loads.items()},
-            ensure_ascii=False,
-        ),
-        "gravity": gravity,
-        "wrenches": _SIGN,
-        "not_unique": sweep.left_open.text,
-        **sweep.proven.residuals,
-        "unproven": ", ".join(sweep.unproven),
-        "cardan_dyn_version": __version__,
-    }
 
 
 def _constant(name: str, load: Array | Wrench) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from ..frozen import Hinting, Record, read_only
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-    from ..mechanism.mechanism import Mechanism
-    from .left_open import LeftOpen
 
 WITHOUT_AXIS = frozenset({"spherical", "floating", "fixed"})
 """Types of joints that have no axis: what a description says of one means nothing."""
@@ -62,49 +59,6 @@ class StoredComponents(NamedTuple):
     def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
         return not np.count_nonzero(self.values[..., index])
-
-
-class Placed(Protocol):
-    """A point whose place is known, see `PointMotion`."""
-
-    @property
-    def position(self) -> Array:
-        """Place in world axes `(N, 3)`."""
-        ...
-
-
-class Surroundings(Protocol):
-    """What a wrench asks of the sweep that it belongs to."""
-
-    @property
-    def left_open(self) -> LeftOpen:
-        """What of its wrenches is not unique, and why."""
-        ...
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """Whose joint it is."""
-        ...
-
-    def near_singular(self, *wrenches: JointWrench) -> str:
-        """Return in words that wrenches come from close to a singular configuration."""
-        ...
-
-    def rotation_from_joint(self, joint: str, frame: str) -> Array:
-        """Return rotations `(N, 3, 3)`, or `(3, 3)`, from a joint's own axes to others."""
-        ...
-
-    def rotation(self, joint: str) -> Array:
-        """Return rotations `(N, 3, 3)` from a joint's own axes to world axes."""
-        ...
-
-    def origin(self, joint: str) -> Array:
-        """Return the origin of a joint `(N, 3)` in world axes."""
-        ...
-
-    def unique_sums(self, joint: str, maps: Array, are_forces: Array) -> Array:
-        """Return `(k,)` which sums of components in a joint's own axes are unique."""
-        ...
 
 
 class Magnitude(NamedTuple):
@@ -232,7 +186,7 @@ class JointWrench(Hinting):
     _components: Components
     _axis: Array | None
     _flags: Callable[[], Array]
-    _sweep: Surroundings | None = None
+    _sweep: Any
     point: Array | None = None
 
     @property
@@ -274,28 +228,29 @@ class JointWrench(Hinting):
         from .left_open import named_components  # Imported here: few are shown.
 
         force, moment = self.magnitude
-        acts = f"force {_up_to(force, 'N')}{self.unique_parts('force')}"
-        acts += f", moment {_up_to(moment, 'N·m')}{self.unique_parts('moment')}{lost(force)}"
+        acts = f"force {_up_to(force, 'N')}{self._unique_parts('force')}"
+        acts += f", moment {_up_to(moment, 'N·m')}{self._unique_parts('moment')}{lost(force)}"
         is_unique = bool(np.all(self.unique))
         if self.moment.size and is_unique and not (np.any(force) or np.any(moment)):
             acts = "nothing acts"
         about = "" if self.point is None else " about another point"
-        chosen = "" if is_unique else f", not unique: {named_components(~self.unique)}"
-        if chosen and self._sweep is not None:
-            chosen += f", {self._sweep.left_open.why(self.joint)}"
-        if self._sweep is not None and (told := self._sweep.near_singular(self)):
+        chosen = ""
+        if not is_unique:
+            why = self._sweep.left_open.why(self.joint)
+            chosen = f", not unique: {named_components(~self.unique)}, {why}"
+        if told := self._sweep.near_singular(self):
             chosen += f", {told}"
         return (
             f"<JointWrench of {self.joint!r} in {self.frame} axes{about}, of the parent on the "
             f"child: {shape} samples, {acts}{chosen}>"
         )
 
-    def unique_parts(self, what: str) -> str:
+    def _unique_parts(self, what: str) -> str:
         """Return in brackets which part of a `force` or `moment` is unique though it is not."""
         from ..figures.wrenches import known_part, together  # Imported here: few are shown.
 
         part = known_part(self, what)
-        if part == what or self._sweep is None:
+        if part == what:
             return ""
         force, moment = (float(np.nanmax(size, initial=0.0)) for size in self.magnitude)
         whole = together(force, moment, self._sweep.mechanism.characteristic_length)
@@ -308,7 +263,7 @@ class JointWrench(Hinting):
         """Sizes of force and moment: `wrench.magnitude.force` [N], `.moment` [N·m], `(N,)` each."""
         return Magnitude(_norm(self.force), _norm(self.moment))
 
-    def at(self, point: ArrayLike | Placed) -> JointWrench:
+    def at(self, point: ArrayLike | Any) -> JointWrench:
         """Return the same wrench about another point: its moment is taken about that.
 
         Args:
@@ -318,25 +273,7 @@ class JointWrench(Hinting):
         Raises:
             ArgumentError: no such vectors, or a point of another number of samples.
         """
-        place = self._place(point)
-        before = np.zeros(3) if self.point is None else self.point
-        moment = self.moment - np.cross(place - before, self.force)
-        values = np.concatenate([self.force, moment], axis=-1)
-        arm = read_only(place)
-
-        flags = partial(self._flags_at, arm)
-        return replace(self, _components=StoredComponents(values), _flags=flags, point=arm)
-
-    def _flags_at(self, point: Array) -> Array:
-        """Return which components are unique about another point, see `point`."""
-        if self._sweep is None or np.all(self._flags()):
-            return self._flags()
-        maps, are_forces = self._maps(point), np.repeat([True, False], 3)
-        return read_only(self._sweep.unique_sums(self.joint, maps, are_forces))
-
-    def _place(self, point: ArrayLike | Placed) -> Array:
-        """Return a point from the joint's origin, in the axes of `frame`."""
-        samples = self.force.shape
+        samples, sweep = self.force.shape, self._sweep
         position = getattr(point, "position", None)
         if position is None:
             place = numbers("point", point)
@@ -345,38 +282,42 @@ class JointWrench(Hinting):
                     f"point has shape {place.shape}, expected (3,) or {samples}, from the origin "
                     f"of joint {self.joint!r} in {self.frame} axes"
                 )
-            return place
-        if np.shape(position) != samples:
+        elif np.shape(position) != samples:
             raise ArgumentError(
                 f"point has the samples {np.shape(position)[:-1]}, expected {samples[:-1]}: take "
                 "it of the same sweep"
             )
-        sweep = self._known_sweep()
-        arm = position - sweep.origin(self.joint)
-        if self.frame == "world":
-            return np.asarray(arm)
-        arm = np.swapaxes(sweep.rotation(self.joint), -1, -2) @ arm[..., None]
-        return np.asarray((sweep.rotation_from_joint(self.joint, self.frame) @ arm)[..., 0])
+        else:
+            place = position - sweep.origin(self.joint)
+            if self.frame != "world":
+                own = np.swapaxes(sweep.rotation(self.joint), -1, -2) @ place[..., None]
+                place = (sweep._rotation_from_joint(self.joint, self.frame) @ own)[..., 0]
+        before = np.zeros(3) if self.point is None else self.point
+        moment = self.moment - np.cross(place - before, self.force)
+        values = StoredComponents(np.concatenate([self.force, moment], axis=-1))
+        about = replace(self, _components=values, point=read_only(place))
+        return replace(about, _flags=partial(about._flags_about, self._flags))
 
-    def _known_sweep(self) -> Surroundings:
-        if self._sweep is None:
-            raise ModelError(f"the wrench of {self.joint!r} belongs to no sweep")
-        return self._sweep
+    def _flags_about(self, flags: Callable[[], Array]) -> Array:
+        """Return which components are unique about `point`, from those about the origin."""
+        if np.all(flags()):
+            return flags()
+        return read_only(self._unique_sums(np.eye(6), np.repeat([True, False], 3)))
 
-    def _maps(self, arm: Array | None = None) -> Array:
-        """Return `(..., 6, 6)` factors on force and moment in the joint's own axes.
+    def _unique_sums(self, factors: Array, are_forces: Array) -> Array:
+        """Return which sums are unique, see `Sweep._unique_sums`.
 
         Args:
-            arm: see `point`, about which moments are to be taken.
+            factors: `(..., k, 6)` on force and moment about `point`, in the axes of `frame`.
+            are_forces: `(k,)` which of them are forces.
         """
-        turn = self._known_sweep().rotation_from_joint(self.joint, self.frame)
-        if arm is None:
-            arm = np.zeros(3) if self.point is None else self.point
-        shape = np.broadcast_shapes(turn.shape[:-2], arm.shape[:-1])
-        maps = np.zeros((*shape, 6, 6))
+        turn = self._sweep._rotation_from_joint(self.joint, self.frame)
+        arm = np.zeros(3) if self.point is None else self.point
+        maps = np.zeros((*np.broadcast_shapes(turn.shape[:-2], arm.shape[:-1]), 6, 6))
         maps[..., :3, :3] = maps[..., 3:, 3:] = turn
         maps[..., 3:, :3] = -_cross_matrix(arm) @ turn
-        return maps
+        found: Array = self._sweep._unique_sums(self.joint, factors @ maps, are_forces)
+        return found
 
     def bearing_forces(self, bearings: tuple[float, float]) -> BearingForces:
         """Return the forces of two bearings behind the joint, that together are its wrench.
@@ -404,8 +345,16 @@ class JointWrench(Hinting):
         axis, span = self.axis, b - a
         # e × M, which turns the moment across the axis by a right angle.
         turned = np.cross(axis, self.moment)
-        across = self.shear_vector
-        force_a, force_b = (b * across + turned) / span, -(a * across + turned) / span
+        shear = self.shear_vector
+        force_a, force_b = (b * shear + turned) / span, -(a * shear + turned) / span
+        flags = np.ones(7, dtype=bool)
+        if not np.all(self.unique):
+            across = np.eye(3) - axis[..., :, None] * axis[..., None, :]
+            turning, along = _cross_matrix(axis), axis[..., None, :]
+            both = [np.concatenate([place * across, turning], axis=-1) for place in (b, a)]
+            alone = np.concatenate([along, np.zeros_like(along)], axis=-1)
+            are_forces = np.repeat([False, True], [6, 1])
+            flags = self._unique_sums(np.concatenate([*both, alone], axis=-2), are_forces)
         return BearingForces(
             (a, b),
             self.frame,
@@ -413,26 +362,10 @@ class JointWrench(Hinting):
             np.asarray(force_b),
             np.asarray(self.axial),
             np.asarray(self.torsion),
-            self._bearing_flags(b),
-            self._bearing_flags(a),
-            self._axial_flag(),
+            flags[:3],
+            flags[3:6],
+            bool(flags[6]),
         )
-
-    def _bearing_flags(self, other: float) -> Array:
-        """Return `(3,)` whether the force of a bearing is unique, the other one's place given."""
-        if self._sweep is None or np.all(self.unique):
-            return np.ones(3, dtype=bool)
-        axis = self.axis
-        across = np.eye(3) - axis[..., :, None] * axis[..., None, :]
-        factors = np.concatenate([other * across, _cross_matrix(axis)], axis=-1)
-        maps = factors @ self._maps()
-        return self._sweep.unique_sums(self.joint, maps, np.zeros(3, dtype=bool))
-
-    def _axial_flag(self) -> bool:
-        if self._sweep is None or np.all(self.unique):
-            return True
-        maps = self.axis[..., None, :] @ self._maps()[..., :3, :]
-        return bool(self._sweep.unique_sums(self.joint, maps, np.ones(1, dtype=bool))[0])
 
     @cached_property
     def force(self) -> Array:

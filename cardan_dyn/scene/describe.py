@@ -11,7 +11,6 @@ from ..dynamics.inverse_dynamics import UNIQUE_TOLERANCE
 from ..errors import ArgumentError
 from ..kinematics.closing.far import GenericStates, generic_states
 from ..kinematics.closing.stacked import ranks
-from ..kinematics.loops.groups import Group
 from ..kinematics.loops.idle_rods import rods_by_name
 from ..kinematics.loops.structure import Structure
 from ..kinematics.tolerances import RANK_TOLERANCE
@@ -50,14 +49,29 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         )
     start = mechanism.zero if start is None else start
     structure = Structure(mechanism)
-    components, loops = [], {}
+    components, loops = [], dict[int, LoopReport]()
     for item in generic_states(structure, MOST_COORDINATES, start):
+        is_measured = isinstance(item, GenericStates)
         if isinstance(item, GenericStates):
-            components.append(_component(mechanism, item))
-            loops.update(_measured_loops(mechanism, item))
+            group, rank, at_start = item.group.group, item.rank, item.rank_at_start
+            loops |= _measured_loops(mechanism, item)
         else:
-            components.append(_counted_component(mechanism, structure, item.group))
-            loops.update(_counted_loops(mechanism, structure, item.group))
+            # Of the largest ones the structure alone is known: rows that open loops can reach.
+            group, every_column = item.group, set(range(mechanism.model.nv))
+            reached = structure.ranks(mechanism.coordinates.neutral(), every_column)
+            equations = sum(reached[index] for index in group.loops) + len(group.couplings)
+            rank = at_start = min(equations, len(group.passives))
+            loops |= {k: LoopReport(*_named(mechanism, k), reached[k], None) for k in group.loops}
+        components.append(
+            ComponentReport(
+                loops=tuple(mechanism.loops[index].joint for index in group.loops),
+                couplings=tuple(mechanism.couplings[index].name for index in group.couplings),
+                coordinates=len(group.passives),
+                rank=rank,
+                rank_at_zero=at_start,
+                is_counted=not is_measured,
+            )
+        )
     coordinates = mechanism.model.nv
     named = mechanism.coordinates.named.values()
     driven = {item.rate for item in named if item.joint in mechanism.independent_joints}
@@ -78,47 +92,6 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         place=place,
         described=described,
     )
-
-
-def _component(mechanism: Mechanism, states: GenericStates) -> ComponentReport:
-    """Return the report on loops and couplings that were measured."""
-    group = states.group.group
-    return ComponentReport(
-        loops=tuple(mechanism.loops[index].joint for index in group.loops),
-        couplings=tuple(mechanism.couplings[index].name for index in group.couplings),
-        coordinates=len(group.passives),
-        rank=states.rank,
-        rank_at_zero=states.rank_at_start,
-        is_counted=False,
-    )
-
-
-def _counted_component(mechanism: Mechanism, structure: Structure, group: Group) -> ComponentReport:
-    """Return the report on loops and couplings of which the structure alone is known."""
-    every_column = set(range(mechanism.model.nv))
-    reached = structure.ranks(mechanism.coordinates.neutral(), every_column)
-    equations = sum(reached[index] for index in group.loops) + len(group.couplings)
-    rank = min(equations, len(group.passives))
-    return ComponentReport(
-        loops=tuple(mechanism.loops[index].joint for index in group.loops),
-        couplings=tuple(mechanism.couplings[index].name for index in group.couplings),
-        coordinates=len(group.passives),
-        rank=rank,
-        rank_at_zero=rank,
-        is_counted=True,
-    )
-
-
-def _counted_loops(
-    mechanism: Mechanism, structure: Structure, group: Group
-) -> dict[int, LoopReport]:
-    """Return reports on loops by their index, with the rows that open loops can reach."""
-    every_column = set(range(mechanism.model.nv))
-    reached = structure.ranks(mechanism.coordinates.neutral(), every_column)
-    return {
-        index: LoopReport(*_name_and_type(mechanism, index), reached[index], None)
-        for index in group.loops
-    }
 
 
 def _measured_loops(mechanism: Mechanism, states: GenericStates) -> dict[int, LoopReport]:
@@ -146,11 +119,11 @@ def _measured_loops(mechanism: Mechanism, states: GenericStates) -> dict[int, Lo
         on_loop = slice(6 * local, 6 * local + 6)
         rank = int(np.max(ranks(rows[:, :, on_loop])))
         opened = _indeterminate(mechanism, tree, places, stresses, null[:, :, on_loop])
-        result[index] = LoopReport(*_name_and_type(mechanism, index), rank, opened)
+        result[index] = LoopReport(*_named(mechanism, index), rank, opened)
     return result
 
 
-def _name_and_type(mechanism: Mechanism, index: int) -> tuple[str, str]:
+def _named(mechanism: Mechanism, index: int) -> tuple[str, str]:
     name = mechanism.loops[index].joint
     return name, mechanism.joints[name].type
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -136,15 +135,15 @@ class Drives(Frozen, Mapping[str, Drive]):
         name: str,
         found: Mapping[str, Drive],
         needed: tuple[str, ...],
-        chosen: _Chosen,
-        start: _Start,
+        default: tuple[str, ...],
+        held: Mapping[str, float],
+        reason: str,
+        start: Configuration,
+        is_moved: bool,
     ) -> None:
-        self.name, self.mobility = name, len(needed)
-        self.needed, self.default = needed, chosen.names
-        self.held, self.reason = frozen(dict(chosen.held)), chosen.reason
-        self.start, self.is_moved = start.configuration, start.is_moved
-        self._near = start.configuration if start.is_moved else None
-        self._found = frozen(dict(found))
+        self.name, self.mobility, self.needed, self.default = name, len(needed), needed, default
+        self.held, self.reason, self.start, self.is_moved = frozen(held), reason, start, is_moved
+        self._found = frozen(found)
         self._freeze()
 
     def __getitem__(self, name: str) -> Drive:
@@ -165,7 +164,11 @@ class Drives(Frozen, Mapping[str, Drive]):
     def arguments(self) -> dict[str, object]:
         """Arguments of a `Scene` that is driven as `default` says: `drive`, `held`, `near`."""
         drive = self.default[0] if len(self.default) == 1 else list(self.default)
-        return {"drive": drive, "held": dict(self.held), "near": self._near}
+        return {
+            "drive": drive,
+            "held": dict(self.held),
+            "near": self.start if self.is_moved else None,
+        }
 
     @property
     def ranked(self) -> list[Drive]:
@@ -193,21 +196,6 @@ class Drives(Frozen, Mapping[str, Drive]):
 
     def __repr__(self) -> str:
         return f"<Drives of {self.name!r}: mobility {self.mobility}, {self.reason}>"
-
-
-class _Chosen(NamedTuple):
-    """The drives that are taken unless others are asked for; see `Drives`."""
-
-    names: tuple[str, ...]
-    held: Mapping[str, float]
-    reason: str
-
-
-class _Start(NamedTuple):
-    """Where everything starts; see `Drives`."""
-
-    configuration: Configuration
-    is_moved: bool
 
 
 class _Freedom(NamedTuple):
@@ -284,25 +272,25 @@ class _Search:
         self._mechanism = given.mechanism
         self._structure = Structure(self._mechanism)
         self._rods = rods_by_name(self._mechanism, set(range(self._mechanism.model.nv)))
-        self._freedoms, self._start = self._found(given)
+        self._given, self._start, self._freedoms = given, given, list[_Freedom]()
+        self._find()
+        self._on_loops = {name for of in self._freedoms if len(of.names) > 1 for name in of.names}
         self._positions = self._placed()
-        on_rods = {name for rod in self._rods for name in rod}
-        self._order = sorted(self._mechanism.drivable, key=lambda name: self._key(name, on_rods))
 
     def result(self) -> Drives:
         """Return what was found."""
-        picked = [item.picked(self._order) for item in self._freedoms]
+        order = sorted(self._mechanism.drivable, key=self._key)
+        picked = [item.picked(order) for item in self._freedoms]
         needed = [name for names in picked for name in names]
         found = {name: self._drive(name, [name], needed) for name in needed}
-        on_loops = sum(len(item.names) for item in self._freedoms if len(item.names) > 1)
-        if on_loops <= _MOST_FOLLOWED:
+        if len(self._on_loops) <= _MOST_FOLLOWED:
             for freedom, names in zip(self._freedoms, picked, strict=True):
                 for name in freedom.names:
                     if name not in found and name in self._mechanism.coordinates.named:
                         places = freedom.replaceable(name, names) if names else []
                         found[name] = self._drive(name, places, needed)
         listed = {name: found[name] for name in self._mechanism.drivable if name in found}
-        chosen, needed = self._chosen(listed, needed)
+        default, reason, needed = self._chosen(listed, needed)
         # The best of its component may have taken the place of the one that came first.
         for freedom in self._freedoms:
             own = [name for name in needed if name in freedom.names]
@@ -310,17 +298,18 @@ class _Search:
                 if name in listed and listed[name].instead_of:
                     places = [name] if name in own else freedom.replaceable(name, own)
                     listed[name] = replace(listed[name], instead_of=tuple(places))
-        name = self._mechanism.name
-        needed.sort(key=lambda item: (item not in chosen.names, list(listed).index(item)))
-        return Drives(name, listed, tuple(needed), chosen, self._start)
+        held = {name: self._positions[name] for name in needed if default and name not in default}
+        needed.sort(key=lambda item: (item not in default, list(listed).index(item)))
+        start = self._start, self._start is not self._given
+        return Drives(self._mechanism.name, listed, tuple(needed), default, held, reason, *start)
 
-    def _found(self, given: Configuration) -> tuple[list[_Freedom], _Start]:
-        """Return what moves together, and where it starts: not where that is singular."""
-        mechanism, x = self._mechanism, given.x.copy()
+    def _find(self) -> None:
+        """Find what moves together, and where it starts: not where that is singular."""
+        mechanism, given, x = self._mechanism, self._given, self._given.x.copy()
         names = {}
         for name, named in mechanism.drivable.items():
             names[mechanism.coordinates.velocity_columns[named.joint].start + named.offset] = name
-        left, freedoms, is_moved = set(names), [], False
+        left, freedoms, is_moved = set(names), self._freedoms, False
         for item in generic_states(self._structure, MOST_COORDINATES, given.x):
             group = item.group.group if isinstance(item, GenericStates) else item.group
             columns = group.passives.tolist()
@@ -341,23 +330,21 @@ class _Search:
             kept = [index for index, column in enumerate(columns) if column in names]
             freedoms.append(_Freedom(own, basis[:, kept], idle))
             if item.rank_at_start < item.rank:
-                is_moved = True
                 moving = [
                     index
                     for joint in joints
                     for index in range(*mechanism.coordinates.columns[joint].indices(len(x)))
                 ]
                 x[moving] = item.x[0][moving]
+                is_moved = True
         freedoms += [_Freedom([names[column]], np.ones((1, 1, 1)), 0) for column in sorted(left)]
-        if not is_moved:
-            return freedoms, _Start(given, False)
-        error = closure_error(self._structure, x)
-        moved = Configuration(mechanism, x, error, given.zero_residual, given.branch)
-        return freedoms, _Start(moved, True)
+        if is_moved:
+            error = closure_error(self._structure, x)
+            self._start = Configuration(mechanism, x, error, given.zero_residual, given.branch)
 
     def _placed(self) -> dict[str, float]:
         """Return where all coordinates start; of balls their Cardan angles."""
-        x, coordinates = self._start.configuration.x, self._mechanism.coordinates
+        x, coordinates = self._start.x, self._mechanism.coordinates
         placed = {}
         for joint in self._mechanism.joints.values():
             if not joint.parts:
@@ -369,7 +356,7 @@ class _Search:
                 placed[name] = float(value)
         return placed
 
-    def _key(self, name: str, on_rods: set[str]) -> tuple[object, ...]:
+    def _key(self, name: str) -> tuple[object, ...]:
         """Return by what coordinates are sorted that may be needed as drives."""
         mechanism = self._mechanism
         item = mechanism.drivable[name]
@@ -378,7 +365,7 @@ class _Search:
         return (
             name not in preset,
             name not in mechanism.independent_coordinates,
-            item.joint in on_rods or item.joint in following,
+            any(item.joint in rod for rod in self._rods) or item.joint in following,
             mechanism.joints[item.joint].nv > 1,
             item.joint not in mechanism.grounded,
             any(item.joint == loop.joint for loop in mechanism.loops),
@@ -393,52 +380,44 @@ class _Search:
         )  # fmt: skip
         if not places:
             return replace(drive, problem="it does not move")
-        if self._mechanism.joints[item.joint].nv == 1 and not self._is_on_loops(name):
+        if self._mechanism.joints[item.joint].nv == 1 and name not in self._on_loops:
             return replace(drive, reach=_UNLIMITED)
         held = {other: self._positions[other] for other in needed if other not in (name, places[0])}
         try:
-            scene = Scene(self._mechanism, drive=name, held=held, near=self._start.configuration)
+            scene = Scene(self._mechanism, drive=name, held=held, near=self._start)
             return replace(drive, reach=scene.motion_range())
         except CardanError as error:
             return replace(drive, problem=_shortened(error))
 
-    @cached_property
-    def _on_loops(self) -> set[str]:
-        return {name for item in self._freedoms if len(item.names) > 1 for name in item.names}
-
-    def _is_on_loops(self, name: str) -> bool:
-        return name in self._on_loops
-
-    def _chosen(self, found: Mapping[str, Drive], needed: list[str]) -> tuple[_Chosen, list[str]]:
-        """Return the default, and what is needed with it."""
-        positions = self._positions
+    def _chosen(
+        self, found: Mapping[str, Drive], needed: list[str]
+    ) -> tuple[tuple[str, ...], str, list[str]]:
+        """Return the default and why it is, and what is needed with it."""
         if not needed:
-            return _Chosen((), {}, "nothing can move"), needed
-        motors = [
+            return (), "nothing can move", needed
+        motors = tuple(
             name for name in self._mechanism.independent_coordinates
             if name in needed and found[name].determines
-        ]  # fmt: skip
+        )  # fmt: skip
         if self._preset is not None:
             names, reason = self._preset.drive, "driven as its preset says"
         elif motors:
-            names, reason = tuple(motors), "driven where the description says"
+            names, reason = motors, "driven where the description says"
         elif not self._mechanism.loops and len(needed) > 1:
             names, reason = self._unlike_bases(needed), "its joints move one by one"
         else:
             best = self._best(found)
             if best is None:
-                return _Chosen((), {}, "nothing can be driven from the start"), needed
-            turns, cylinder = self._turns_through(best, found), self._is_cylinder(best)
-            if not (turns or cylinder or len(needed) == 1):
+                return (), "nothing can be driven from the start", needed
+            turns = self._turns_through(best, found)
+            names, reason = (best.name,), _why(best, turns)
+            if not (turns or self._is_cylinder(best) or len(needed) == 1):
                 names, reason = self._unlike_bases(needed), "these determine the motion together"
-            else:
-                names, reason = (best.name,), _why(best, turns)
             if best.name not in needed and names == (best.name,):
                 place = best.instead_of[0]
                 needed = [best.name if name == place else name for name in needed]
-        held = {name: positions[name] for name in needed if name not in names}
         listed = ", ".join(names) if len(names) < 4 else f"{len(names)} joints"
-        return _Chosen(tuple(names), held, f"{reason}: {listed}"), needed
+        return tuple(names), f"{reason}: {listed}", needed
 
     def _unlike_bases(self, needed: list[str]) -> tuple[str, ...]:
         """Return coordinates in order, without those by which whole mechanisms move in space."""
@@ -457,35 +436,29 @@ class _Search:
 
         def rank(item: Drive) -> tuple[bool, ...]:
             turns = self._turns_through(item, found)
-            cylinder = self._is_cylinder(item)
-            is_in_place = item.name in in_place
-            return is_in_place, turns and item.is_grounded, turns, cylinder, item.is_grounded
+            at_ground = turns and item.is_grounded
+            rest = turns, self._is_cylinder(item), item.is_grounded
+            return item.name in in_place, at_ground, *rest
 
         return max(able, key=rank, default=None)
 
     def _turns_through(self, best: Drive, found: Mapping[str, Drive]) -> bool:
         """Return whether an angle turns without end, and nothing that it moves meets its limits."""
-        if not best.turns or self._mechanism.joints[self._joint(best.name)].nv > 1:
+        joint = self._mechanism.drivable[best.name].joint
+        if not best.turns or self._mechanism.joints[joint].nv > 1:
             return False  # A ball's angle is no crank.
         along = [item for item in self._freedoms if best.name in item.names]
         moved = [found[name] for item in along for name in item.names if name in found]
         return all(item.range == item.reach for item in moved)
 
-    def _joint(self, name: str) -> str:
-        return self._mechanism.drivable[name].joint
-
     def _is_cylinder(self, item: Drive) -> bool:
-        return item.slides and item.limits != _UNLIMITED and self._is_on_loops(item.name)
+        return item.slides and item.limits != _UNLIMITED and item.name in self._on_loops
 
 
 def _why(best: Drive, turns: bool) -> str:
     where = "at the ground" if best.is_grounded else "not at the ground"
     if best.slides and not best.is_grounded:
-        return (
-            "driven by a slide between its limits"
-            if best.limits != _UNLIMITED
-            else ("driven by a slide")
-        )
+        return f"driven by a slide{' between its limits' * (best.limits != _UNLIMITED)}"
     return f"driven at a joint {where} that {'turns through' if turns else 'swings'}"
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..dynamics.problem_solver import ProblemSolver
 from ..kinematics.loops.groups import Group
-from ..kinematics.loops.needs import Needs
 from ..mechanism.mechanism import Mechanism
-
-if TYPE_CHECKING:
-    from ..elements.element import Element
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,29 +43,15 @@ class Plan:
         return f"<div>{listed('ol', self.steps)}{skipped}{how}</div>"
 
 
-def plan_of(
-    mechanism: Mechanism,
-    groups: list[Group],
-    needed: Needs,
-    outputs: tuple[str, ...],
-    *,
-    has_mass: bool,
-    has_weight: bool,
-    simulation: str,
-    elements: tuple[Element, ...] = (),
-) -> Plan:
-    """Return what a sweep of a scene does, what it leaves out, and how the scene is simulated.
+def plan_of(solver: ProblemSolver, simulation: str) -> Plan:
+    """Return what a sweep of a scene does and leaves out, and how the scene is simulated.
 
     Args:
-        mechanism: the mechanism.
-        groups: all groups of the scene.
-        needed: which of them its outputs need.
-        outputs: names of the joints whose wrenches are results.
-        has_mass: whether any body has mass.
-        has_weight: whether there is gravity.
+        solver: of the scene.
         simulation: see `Plan`.
-        elements: springs, bushings, friction and actuators.
     """
+    problem, groups, needed = solver.problem, solver.assembly.groups, solver.assembly.needed
+    mechanism, has_weight = problem.mechanism, bool(np.any(problem.gravity))
     steps, skipped = [], []
     on_loops = {body for group in groups if group.loops for body in group.bodies}
     for index, group in enumerate(groups):
@@ -78,11 +62,11 @@ def plan_of(
             steps.append(task)
             if index not in needed.forces:
                 skipped.append(f"closure forces of: {task}: no output needs them")
-    if elements:
-        kinds = [type(element).__name__ for element in elements]
+    if problem.elements:
+        kinds = [type(element).__name__ for element in problem.elements]
         counted = (f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
         steps.append(f"forces of elements: {', '.join(counted)}")
-    if has_mass:
+    if solver.has_mass:
         weight = "weight, and inertia" if has_weight else "inertia"
         steps.append(f"inverse dynamics: {weight} where the drives have speed or acceleration")
     else:
@@ -92,7 +76,7 @@ def plan_of(
     if needed.forces:
         order = "against the order of motion" if len(needed.forces) > 1 else "at once"
         steps.append(f"closure forces of {len(needed.forces)} group(s), {order}")
-        steps.append("wrenches of: " + ", ".join(outputs))
+        steps.append("wrenches of: " + ", ".join(problem.outputs))
     else:
         steps.append("drive efforts by virtual work")
     bodies = "" if needed.efforts_alone else ", balance of bodies"

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from ..elements.element import Element
     from ..mechanism.configuration import Configuration
-    from ..response.family import ResponseFamily
     from ..response.response import Response
     from ..results.sweep import Sweep
     from ..simulation.equilibrium import Equilibrium
@@ -340,8 +339,8 @@ class Scene(Prescribed):
             acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
         with np.errstate(**_OVERFLOW):
             if isinstance(position, AssembledPositions):
-                positions = _again(solver, position, held, along_path)
-                _refuse_larger(positions.shape, acting.shapes)
+                positions = position
+                _refuse(solver, position, held, along_path, acting.shapes)
             else:
                 if type(position) is np.ndarray:  # Before it is copied.
                     solver.refuse_too_many(position.size // len(problem.independent))
@@ -451,17 +450,7 @@ class Scene(Prescribed):
         from ..simulation.simulate import planned
         from .plan import plan_of
 
-        assembly = self._solver.assembly
-        return plan_of(
-            self.mechanism,
-            assembly.groups,
-            assembly.needed,
-            self.outputs,
-            has_mass=self._solver.has_mass,
-            has_weight=bool(np.any(self.gravity)),
-            elements=self.elements,
-            simulation=planned(self._solver),
-        )
+        return plan_of(self._solver, planned(self._solver))
 
     def motion_range(self) -> tuple[float, float]:
         """Return between which positions the driven or free joint can move [rad or m].
@@ -550,9 +539,8 @@ class Scene(Prescribed):
         """
         self._problem.refuse_free("a response")
         from ..response.build import build
-        from ..response.response import Response
 
-        return Response(self._solver, build(self._solver, tolerance, interval))
+        return build(self._solver, tolerance, interval)
 
     def responses(
         self,
@@ -560,12 +548,12 @@ class Scene(Prescribed):
         tolerance: float = 1e-13,
         *,
         interval: tuple[float, float] | None = None,
-    ) -> ResponseFamily:
+    ) -> Response:
         """Return the responses of many designs, built together.
 
         Args:
             held: joints that the scene holds, to positions of any shape; they broadcast, and their
-                common shape is that of the family.
+                common shape is that of the designs.
             tolerance: see `response`; for every design.
             interval: see `response`; the same for every design.
 
@@ -575,9 +563,9 @@ class Scene(Prescribed):
             CardanError: see `response`; the message names the design where it is that of one.
         """
         self._problem.refuse_free("a response")
-        from ..response.family import family
+        from ..response.build import build
 
-        return family(self._solver, held, tolerance, interval)
+        return build(self._solver, tolerance, interval, {} if held is None else held)
 
     def load_response(self, path: str | os.PathLike[str]) -> Response:
         """Read the response of this scene, or of one like it, that `Response.save` wrote.
@@ -597,7 +585,7 @@ class Scene(Prescribed):
         from ..response.response import Response
 
         refuse_elements(self._solver.problem)
-        return Response(self._solver, read(path, self._solver))
+        return Response(self._solver, (), frozen({}), (read(path, self._solver),))
 
     @hinting(
         {
@@ -746,10 +734,14 @@ def _names(role: str, value: object) -> set[str]:
     return set() if value is None else set(names(role, value))
 
 
-def _again(
-    solver: ProblemSolver, assembled: AssembledPositions, held: object, along_path: bool
-) -> AssembledPositions:
-    """Return positions that were assembled before."""
+def _refuse(
+    solver: ProblemSolver,
+    assembled: AssembledPositions,
+    held: object,
+    along_path: bool,
+    shapes: Mapping[str, tuple[int, ...]],
+) -> None:
+    """Refuse positions that were assembled otherwise, or arguments that exceed their shape."""
     if along_path and not assembled.along_path:
         raise ArgumentError(
             "along_path: these positions were assembled along straight lines; write "
@@ -761,14 +753,9 @@ def _again(
             "assemble(..., held=...)"
         )
     solver.refuse_others(assembled)
-    return assembled
-
-
-def _refuse_larger(shape: tuple[int, ...], shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Refuse arguments that exceed the shape in which positions were assembled."""
-    if common_shape({"position": shape, **shapes}) != shape:
+    if common_shape({"position": assembled.shape, **shapes}) != assembled.shape:
         listed = ", ".join(f"{name} {size}" for name, size in shapes.items() if size)
         raise ArgumentError(
-            f"the positions were assembled in shape {shape}, which these exceed: {listed}; "
-            "give the positions an axis for each of theirs"
+            f"the positions were assembled in shape {assembled.shape}, which these exceed: "
+            f"{listed}; give the positions an axis for each of theirs"
         )

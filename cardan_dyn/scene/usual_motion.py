@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,15 +59,7 @@ class UsualMotion(NamedTuple):
         return self.scene.sweep(self.positions, speed=self.speed if speed is None else speed)
 
 
-def usual_motion(
-    mechanism: Mechanism,
-    *,
-    drive: tuple[str, ...] = (),
-    held: Mapping[str, float] | None = None,
-    loads: Mapping[str, float] | None = None,
-    gravity: ArrayLike | None = None,
-    samples: int = 721,
-) -> UsualMotion:
+def usual_motion(mechanism: Mechanism, *, samples: int = 721, **given: Any) -> UsualMotion:
     """Return how a mechanism moves through its range, as given or else as is usual.
 
     A single drive turns once, or swings through the range that it has. Several go through theirs
@@ -76,29 +68,24 @@ def usual_motion(
 
     Args:
         mechanism: from `load`.
-        drive: driven joints.
-        held: joints to positions [rad or m].
-        loads: joints to efforts [N·m or N].
-        gravity: `(3,)` [m/s²].
         samples: count of positions.
+        given: see `default_scene`.
 
     Raises:
         CardanError: as `Scene` does.
     """
-    scene, why = _scene_and_why(mechanism, drive, held, loads, gravity)
+    scene, why = _scene_and_why(mechanism, **given)
     mechanism, drives = scene.mechanism, scene.drives
     speed = (preset_of(mechanism) or Preset()).speed
     if len(drives) > 1:
         return _of_several(scene, samples, speed, why)
     (name,) = drives
+    phase = np.linspace(0.0, 2.0 * np.pi, samples)
     found = _range(scene, name)
     if found is None:
-        turn = np.linspace(0.0, 2.0 * np.pi, samples)
-        return UsualMotion(
-            scene, turn, True, speed, f"{name} turns once{why}", np.array([[0.0, 2.0 * np.pi]])
-        )
+        said, box = f"{name} turns once{why}", np.array([[0.0, 2.0 * np.pi]])
+        return UsualMotion(scene, phase, True, speed, said, box)
     low, high = found
-    phase = np.linspace(0.0, 2.0 * np.pi, samples)
     swing = (low + high) / 2.0 + (high - low) / 2.0 * np.sin(phase)
     if slides(mechanism, name):
         between = f"{_shown(low)} and {_shown(high)} m"
@@ -108,44 +95,36 @@ def usual_motion(
     return UsualMotion(scene, np.asarray(swing), False, speed, said, np.array([found]))
 
 
-def default_scene(
+def default_scene(mechanism: Mechanism, **given: Any) -> Scene:
+    """Return the scene of a mechanism, as given or else as is usual.
+
+    Args:
+        mechanism: from `load`.
+        given: `drive`, driven joints; with what `held` and the preset hold, or the default of
+            `Drives`. `held`, joints to positions [rad or m]. `loads`, joints to efforts [N·m or N]
+            and `gravity` `(3,)` [m/s²]; those of the preset if None.
+
+    Raises:
+        CardanError: as `Scene` does.
+    """
+    return _scene_and_why(mechanism, **given)[0]
+
+
+def _scene_and_why(
     mechanism: Mechanism,
     *,
     drive: tuple[str, ...] = (),
     held: Mapping[str, float] | None = None,
     loads: Mapping[str, float] | None = None,
     gravity: ArrayLike | None = None,
-) -> Scene:
-    """Return the scene of a mechanism, as given or else as is usual.
-
-    Args:
-        mechanism: from `load`.
-        drive: driven joints; with what `held` and the preset hold, or the default of `Drives`.
-        held: joints to positions [rad or m].
-        loads: joints to efforts [N·m or N]; those of the preset if None.
-        gravity: `(3,)` [m/s²]; that of the preset if None.
-
-    Raises:
-        CardanError: as `Scene` does.
-    """
-    return _scene_and_why(mechanism, drive, held, loads, gravity)[0]
-
-
-def _scene_and_why(
-    mechanism: Mechanism,
-    drive: tuple[str, ...],
-    held: Mapping[str, float] | None,
-    loads: Mapping[str, float] | None,
-    gravity: ArrayLike | None,
 ) -> tuple[Scene, str]:
     """Return the scene, and why its drives were chosen, in brackets; nothing if they were given."""
     preset, why = preset_of(mechanism), ""
     near: dict[str, float | Array] = {}
-    given, drives = dict(held or {}), tuple(drive)
+    positions, drives = dict(held or {}), tuple(drive)
     if preset is not None:
         resting = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
-        drives = drives or preset.drive
-        given = {**resting, **given}
+        drives, positions = drives or preset.drive, {**resting, **positions}
     elif not drives:
         found = drives_of(mechanism)
         if not found.default:
@@ -153,17 +132,17 @@ def _scene_and_why(
                 f"{mechanism.name}: {found.reason}; `cardan-dyn check` says more",
                 mobility=found.mobility,
             )
-        drives, given = _with_held(found, given)
+        drives, positions = _with_held(found, positions)
         if found.is_moved:
             # What is held elsewhere is brought there from the start.
-            positions = found.start.positions.items()
-            near = {name: value for name, value in positions if name not in given}
+            start = found.start.positions.items()
+            near = {name: value for name, value in start if name not in positions}
         why = f" ({found.reason.partition(':')[0]})"
     preset = preset or Preset()
     return Scene(
         mechanism,
         drive=list(drives),
-        held={name: float(value) for name, value in given.items() if name not in drives},
+        held={name: float(value) for name, value in positions.items() if name not in drives},
         loads=preset.loads if loads is None else loads,
         gravity=preset.gravity if gravity is None else gravity,
         near=near or None,

@@ -25,7 +25,7 @@ from ..frozen import frozen, made, read_only
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..problem.acting import Acting
 from ..problem.samples import Targets, acting_on
-from ..results.collect import Scattered, sweep_of
+from ..results.collect import scattered, sweep_of
 from ..results.element_results import ElementResults
 from ..results.motion import Motion
 from ..results.prescribed import MotionResult
@@ -498,8 +498,8 @@ class Trajectory(MotionResult):
                 raise error
             singular[known[is_near]] = True
         if np.any(singular):
-            scattered = Scattered(known, self._run_motion(sweep, known), self._acting())
-            sweep = scattered.sweep(sweep, self._of_drives.x)
+            motion = self._run_motion(sweep, known)
+            sweep = scattered(sweep, known, motion, self._of_drives.x, self._acting())
         return sweep, read_only(singular), error
 
     @property
@@ -607,8 +607,9 @@ class Trajectory(MotionResult):
     def element_force(self) -> ElementResults:
         """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
         forces = self._problem.element_forces
-        each = [] if forces is None else forces.each(*self.states, self.time)
-        return ElementResults(forces, each)
+        if forces is None:
+            return ElementResults((), ())
+        return ElementResults(forces.elements, forces.each(*self.states, self.time))
 
     @property
     def effort_residual(self) -> float:

@@ -84,7 +84,7 @@ def test_responses_of_gears_repeat_after_several_turns(ratio: float) -> None:
         <ratio value="{ratio!r}"/></coupling></robot>"""
     scene = cd.Scene(cd.load(text), drive="in", gravity=(0.0, -9.81, 0.0))
     response = scene.response()
-    assert response._data.series.domain.length == pytest.approx(2.0 * np.pi / ratio)
+    assert response._data[0].series.domain.length == pytest.approx(2.0 * np.pi / ratio)
     positions = np.concatenate([np.linspace(-40.0, 40.0, 401), [2e5 * np.pi + 0.7, -1e4 * np.pi]])
     # The weight of 2 kg at 0.5 m turns with the second wheel, whose moment the gear passes on.
     exact = ratio * 2.0 * 9.81 * 0.5 * np.cos(ratio * positions)

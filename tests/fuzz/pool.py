@@ -115,9 +115,8 @@ def saved(
                 header[head[0]] = None
             arrays["header"] = np.array(json.dumps(header))
         if sealed:
-            parts = {key: arrays[key] for key in response_file._ARRAYS if key in arrays}
-            checksum = response_file._checksum(str(arrays.get("header")), parts)
-            arrays["checksum"] = np.array(checksum)
+            parts = {key: array for key, array in arrays.items() if key != "checksum"}
+            arrays["checksum"] = np.array(response_file._checksum(parts))
         np.savez(path, **arrays)
     return path
 

@@ -13,7 +13,7 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.response import build as build_module
 from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.sampling import Answer, Samples
+from cardan_dyn.response.sampling import Sampled
 
 Function = Callable[[np.ndarray], np.ndarray]
 
@@ -24,9 +24,9 @@ class KnownFunction:
     def __init__(self, function: Function, condition: float = 1.0) -> None:
         self.function, self.condition = function, condition
 
-    def solve(self, positions: np.ndarray) -> Samples:
+    def solve(self, positions: np.ndarray) -> Sampled:
         values = self.function(positions)[None]
-        return Samples(values, self.condition, np.zeros((0, 6)), frozenset())
+        return Sampled(values, self.condition, np.zeros((0, 6)), frozenset())
 
 
 class UnitScales:
@@ -50,9 +50,8 @@ def refined(
     """Number of steps that the refinement ends with, and the error that it reports."""
     sampler = KnownFunction(function, condition)
     positions = domain.at_share(np.linspace(0.003, 0.997, 77))
-    checks = build_module.Checks(positions, function(positions)[None], 1.0)
-    first = sampler.solve(domain.nodes(16))
-    steps = build_module._refined(UnitScales(), tolerance, domain, first, checks)
+    first, checks = sampler.solve(domain.nodes(16)), (positions, function(positions)[None], 1.0)
+    steps = build_module._refined(UnitScales(), tolerance, domain, first, *checks)
     answer = None
     while True:
         try:
@@ -60,7 +59,7 @@ def refined(
         except StopIteration as end:
             samples, error = end.value
             break
-        answer = Answer(sampler.solve(request.positions))
+        answer = sampler.solve(request)
     np.testing.assert_array_equal(
         samples.values, sampler.solve(domain.nodes(domain.steps(samples.values.shape[1]))).values
     )
@@ -125,24 +124,6 @@ def test_the_number_of_samples_is_limited(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(build_module, "_GREATEST_COUNT", 64)
     with pytest.raises(cd.AccuracyError, match="with 64 samples, not 1e-10"):
         refined(np.abs, 1e-10, Domain(0.0, 1.0, False))
-
-
-def test_functions_that_vanish_or_do_not_change_are_marked() -> None:
-    x = np.linspace(0.0, 6.0, 13)
-    values = np.stack(
-        [np.cos(x), 1e-15 * np.cos(x), 3.0 + 2e-16 * np.sign(x - 3.0), 1e-4 + 0.0 * x, 0.0 * x]
-    )
-    scales = UnitScales()
-    zero, constant, left_out = build_module._simplified(values, scales)
-    assert zero.tolist() == [False, True, False, False, True]
-    assert constant.tolist() == [False, False, True, True, False]
-    assert left_out == 1e-15
-    # An empty function is left out, whatever its size is, and no error of the others.
-    scales.floor = 1e-3
-    zero, constant, left_out = build_module._simplified(values, scales)
-    assert zero.tolist() == [False, True, False, True, True]
-    assert constant.tolist() == [False, False, True, False, False]
-    assert left_out < 1e-15
 
 
 @pytest.mark.parametrize(
@@ -226,7 +207,7 @@ def test_a_period_begins_where_the_scene_starts() -> None:
     wheels = cd.load(gears(coupling("mesh", "a", "b", -2.5)))
     for start in (0.0, 0.7):
         scene = cd.Scene(wheels, drive="a", near={"a": start})
-        domain = scene.response()._data.series.domain
+        domain = scene.response()._data[0].series.domain
         # The second wheel turns five times while the first one turns twice.
         assert domain == pytest.approx((start, 4.0 * np.pi, True))
 
@@ -244,7 +225,7 @@ def test_what_is_proven_of_a_response_is_the_worst_of_its_samples(joint: cd.Mech
         assert 0.0 < residual < 1e-12
     # Of two wheels whose moments are known neither is open.
     wheels = cd.Scene(cd.load(gears(coupling("mesh", "a", "b", -2.5))), drive="a").response()
-    assert wheels._data.coupling_unique == {"mesh": True}
+    assert wheels._data[0].coupling_unique == {"mesh": True}
 
 
 def test_a_strict_scene_refuses_in_a_response_as_it_does_in_a_sweep(joint: cd.Mechanism) -> None:

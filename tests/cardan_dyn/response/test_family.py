@@ -7,9 +7,12 @@ import pickle
 import numpy as np
 import pytest
 from testkit.bars_of_lengths import four_bar_of_lengths
+from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.response.family import ResponseFamily
+from cardan_dyn.kinematics.assembly import Assembly
+from cardan_dyn.response import build as build_module
+from cardan_dyn.response.operating_points import OfDesign
 
 ANGLES = np.array([0.1, 0.4, 0.9, 1.2])
 POSITIONS = np.linspace(-4.0, 9.0, 31)
@@ -27,11 +30,11 @@ def scene() -> cd.Scene:
 
 
 @pytest.fixture(scope="module")
-def family(scene: cd.Scene) -> ResponseFamily:
+def family(scene: cd.Scene) -> cd.Response:
     return scene.responses({"joint_angle": ANGLES})
 
 
-def test_each_response_is_that_of_its_own_scene(scene: cd.Scene, family: ResponseFamily) -> None:
+def test_each_response_is_that_of_its_own_scene(scene: cd.Scene, family: cd.Response) -> None:
     assert family.shape == (4,)
     assert len(family) == len(list(family)) == 4
     for index, angle in enumerate(ANGLES.tolist()):
@@ -118,7 +121,7 @@ def test_designs_that_are_all_that_of_the_scene(scene: cd.Scene) -> None:
     np.testing.assert_allclose(turn["bearing_in"].bending, np.tile(expected, (3, 1)).T, atol=1e-10)
 
 
-def test_copies_and_files(scene: cd.Scene, family: ResponseFamily, tmp_path: object) -> None:
+def test_copies_and_files(scene: cd.Scene, family: cd.Response, tmp_path: object) -> None:
     expected = family.sweep(POSITIONS[:, None])["bearing_in"].moment
     copy = pickle.loads(pickle.dumps(family))
     np.testing.assert_allclose(copy.sweep(POSITIONS[:, None])["bearing_in"].moment, expected)
@@ -158,3 +161,116 @@ def test_members_of_scenes_with_a_start_are_copied_with_their_motion() -> None:
     np.testing.assert_allclose(copy.sweep(POSITIONS).motion.position("bearing"), expected)
     direct = scene.sweep(POSITIONS, held={"frame": 0.12}).motion.position("bearing")
     np.testing.assert_allclose(expected, direct, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("designs", "positions", "shape"),
+    [
+        ((3, 1), (4,), (3, 4)),
+        ((3,), (4, 1), (4, 3)),
+        ((3,), (3,), (3,)),
+        ((2, 1, 3), (5, 1), (2, 5, 3)),
+    ],
+)
+def test_designs_broadcast_with_positions(
+    scene: cd.Scene,
+    designs: tuple[int, ...],
+    positions: tuple[int, ...],
+    shape: tuple[int, ...],
+) -> None:
+    rng = np.random.default_rng(0)
+    angle, position = rng.uniform(0.1, 0.9, designs), rng.uniform(-3.0, 3.0, positions)
+    turn = scene.responses({"joint_angle": angle}).sweep(position)
+    assert turn.shape == shape
+    expected = scene.sweep(
+        np.broadcast_to(position, shape), held={"joint_angle": np.broadcast_to(angle, shape)}
+    )
+    for part in ("force", "moment"):
+        first, second = getattr(turn["pin_in"], part), getattr(expected["pin_in"], part)
+        np.testing.assert_allclose(first, second, atol=1e-10)
+    np.testing.assert_allclose(turn["pin_in"].bending, expected["pin_in"].bending, atol=1e-10)
+    np.testing.assert_allclose(turn.motion.position("pin_in"), expected.motion.position("pin_in"))
+
+
+def test_nothing_is_evaluated_that_is_not_read(
+    scene: cd.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evaluated: list[int] = []
+    summed = OfDesign.sum
+
+    def counting(self: OfDesign, function: int) -> np.ndarray:
+        evaluated.append(function)
+        return summed(self, function)
+
+    monkeypatch.setattr(OfDesign, "sum", counting)
+    turn = scene.responses({"joint_angle": [0.1, 0.2]}).sweep(1.0)
+    assert not evaluated
+    assert turn.drive_effort.shape == (2,)
+    assert len(evaluated) == 2
+
+
+def test_moments_of_couplings_are_evaluated_when_they_are_read() -> None:
+    scene = cd.Scene(cd.load(gears(coupling("g", "a", "b", -3.0))), drive="a", loads={"b": -5.0})
+    moments = scene.responses({}).sweep(np.zeros(3)).coupling_moment
+    assert list(moments) == ["g"] and len(moments) == 1
+    np.testing.assert_allclose(moments["g"], np.full(3, 5.0), rtol=1e-12)
+    assert moments["g"] is moments["g"]
+    with pytest.raises(KeyError):
+        moments["nothing"]
+
+
+def test_what_is_said_of_one_design_is_asked_of_it(family: cd.Response) -> None:
+    for asked in (
+        lambda: family.proof,
+        lambda: family.uniform(8),
+        lambda: family.turn(8),
+        lambda: family.inertia(0.0),
+        lambda: family.ratio("bearing_out", 0.0),
+        lambda: family.save("designs.npz"),
+    ):
+        with pytest.raises(cd.ArgumentError, match=r"of one design: take one of \(4,\), as in"):
+            asked()
+    assert repr(family).startswith("<Response of 'universal_joint': 4 designs, ")
+    with pytest.raises(TypeError, match="no length"):
+        len(family[0])
+
+
+def test_designs_are_closed_in_few_calls(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": 0.5},
+        loads={"bearing_out": -100.0},
+    )
+    calls, close = [], Assembly.close
+
+    def counting(self: Assembly, *arguments: object) -> object:
+        calls.append(1)
+        return close(self, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Assembly, "close", counting)
+    family = scene.responses({"joint_angle": np.linspace(0.1, 0.8, 40)})
+    assert np.all(family.sample_count >= 128)
+    # Forty designs of 160 positions in blocks of some 1024 samples, and two calls for their ends.
+    assert len(calls) < 20
+
+
+def test_requests_are_divided_by_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build_module, "_MOST_SAMPLES", 10)
+    sizes = {0: 4, 1: 12, 2: 6, 4: 4, 5: 1}
+    requests = {index: np.zeros(size) for index, size in sizes.items()}
+    assert list(build_module._portions(requests)) == [[0], [1], [2, 4], [5]]
+
+
+def test_designs_that_do_not_turn_through_are_named() -> None:
+    """Grashof: the shortest and the longest bar are together no longer than the other two."""
+    scene = cd.Scene(
+        four_bar_of_lengths(), drive="drive", held={"frame": 0.0}, loads={"bearing": -1.0}
+    )
+    longer = np.array([0.0, 0.1, 0.14, 0.16])
+    assert scene.responses({"frame": longer[:3]}).shape == (3,)
+    with pytest.raises(cd.AssemblyError, match=r"^design 3: "):
+        scene.responses({"frame": longer})
+    part = scene.responses({"frame": longer}, interval=(-1.0, 1.0))
+    expected = scene.sweep(0.7, held={"frame": longer})["pin"].force
+    np.testing.assert_allclose(part.sweep(0.7)["pin"].force, expected, atol=1e-10)

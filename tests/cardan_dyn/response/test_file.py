@@ -139,20 +139,21 @@ def rewritten(path: Path, change: Callable[[dict[str, np.ndarray]], object], tar
 
 def sign(arrays: dict[str, np.ndarray]) -> None:
     """Put the checksum of the content among the arrays of a file."""
-    content = {key: arrays[key] for key in response_file._ARRAYS}
-    arrays["checksum"] = np.array(response_file._checksum(str(arrays["header"]), content))
+    content = {key: array for key, array in arrays.items() if key != "checksum"}
+    arrays["checksum"] = np.array(response_file._checksum(content))
 
 
-@pytest.mark.parametrize("name", ["header", "values", "place", "periodic", "zero", "unique"])
+@pytest.mark.parametrize("name", ["header", "values", "zero", "unique"])
 def test_a_missing_array_is_noticed(
     joint: cd.Mechanism, saved: Path, tmp_path: Path, name: str
 ) -> None:
     path = rewritten(saved, lambda arrays: arrays.pop(name), tmp_path / "x.npz")
-    with pytest.raises(cd.CardanError, match="is not a saved response"):
+    message = "is damaged or was changed|is not a saved response"
+    with pytest.raises(cd.CardanError, match=message):
         scene(joint).load_response(path)
 
 
-@pytest.mark.parametrize("name", ["values", "place", "periodic", "zero", "constant", "unique"])
+@pytest.mark.parametrize("name", ["values", "zero", "constant", "unique"])
 @pytest.mark.parametrize(
     "new",
     [
@@ -188,9 +189,6 @@ def test_a_changed_array_is_noticed(
         ("values", lambda old: old[:, :-1]),
         ("values", lambda old: old * np.inf),
         ("values", lambda old: old.astype("f4")),
-        ("place", lambda old: old * 0.0),
-        ("place", lambda old: old[:1]),
-        ("periodic", lambda old: np.array([True])),
         ("zero", lambda old: old[:-1]),
         ("constant", lambda old: old.astype(int)),
         ("unique", lambda old: old[:, :5]),
@@ -216,13 +214,12 @@ def test_shapes_that_do_not_suit_the_scene_are_refused_even_where_the_checksum_i
 @pytest.mark.parametrize(
     ("key", "new", "message"),
     [
-        ("format", 1, "is of format 1, this version reads 2; save it again"),
-        ("format", "x", "is of format 'x', this version reads 2; save it again"),
-        ("columns", [["ACCELERATION", ""]], "is not a saved response .columns: "),
+        ("format", 1, "is of format 1, this version reads 3; save it again"),
+        ("format", "x", "is of format 'x', this version reads 3; save it again"),
+        ("columns", [["ACCELERATION", ""]], "is not a saved response .its arrays are not those"),
         ("columns", [["NOTHING", ""]], "is not a saved response .'NOTHING'"),
-        ("outputs", ["bearing_in"], "is not a saved response .outputs: "),
-        ("efforts", ["bearing_in"], "is not a saved response .efforts: "),
-        ("couplings", ["mesh"], "is not a saved response .couplings: "),
+        ("domain", [0.0, 0.0, True], "is not a saved response .its arrays are not those"),
+        ("domain", [0.0, 1.0], "is not a saved response .*missing"),
         ("proof", {"error": 1e-9}, "is not a saved response .'unproven'"),
         ("proof", {"unproven": [], "error": 1e-9}, "is not a saved response .*missing"),
         ("identity", {}, "is the response of another scene; different: version of the package, "),
@@ -252,7 +249,7 @@ def test_too_few_samples_and_odd_numbers_of_them_are_refused(
         sign(arrays)
 
     path = rewritten(saved, change, tmp_path / "x.npz")
-    with pytest.raises(cd.CardanError, match=r"is not a saved response \(samples: False"):
+    with pytest.raises(cd.CardanError, match=r"is not a saved response \(its arrays are not those"):
         scene(joint).load_response(path)
 
 
@@ -261,7 +258,7 @@ def test_a_changed_header_is_noticed(joint: cd.Mechanism, saved: Path, tmp_path:
         keys = list(json.loads(str(file["header"])))
     assert {"identity", "proof", "columns", "format"} <= set(keys)
     for key in keys:
-        for value in (None, [0], "x", 3, [1], {"error": "x"}):
+        for value in (None, [0], "x", 7, [1], {"error": "x"}):
 
             def change(
                 arrays: dict[str, np.ndarray], key: str = key, value: object = value
@@ -289,7 +286,7 @@ def test_flipped_bytes_and_truncated_files_never_give_another_response(
         except cd.CardanError:
             continue
         # Dates of a zip file's members may change.
-        np.testing.assert_array_equal(read._data.series.values, undamaged._data.series.values)
+        np.testing.assert_array_equal(read._data[0].series.values, undamaged._data[0].series.values)
     for size in rng.integers(0, len(content), 30).tolist():
         path.write_bytes(content[:size])
         with pytest.raises(cd.CardanError, match="is not a saved response"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from testkit.linkages import coupling, gears
@@ -10,14 +12,20 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.frozen import frozen
+from cardan_dyn.problem.samples import acting_on
 from cardan_dyn.proof.residuals import Proven
-from cardan_dyn.response.columns import ACCELERATION, SPEED_SQUARED, Column, Kind, Layout
+from cardan_dyn.response.columns import ACCELERATION, SPEED_SQUARED, Acts, Column, Layout
 from cardan_dyn.response.data import Proof, ResponseData
 from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.operating_points import CouplingMoments, OperatingPoints, solved_motion
+from cardan_dyn.response.operating_points import (
+    CouplingMoments,
+    OfDesign,
+    OperatingPoints,
+    solved_motion,
+)
 from cardan_dyn.response.series import Series
 
-LOAD = Column(Kind.JOINT_LOAD, "bearing_out")
+LOAD = Column(Acts.JOINT_LOAD, "bearing_out")
 COLUMNS = (SPEED_SQUARED, ACCELERATION, LOAD)
 LAYOUT = Layout(COLUMNS, ("pin_in",), ("bearing_in", "joint_angle"), ("mesh", "train"))
 ORIGIN = 0.3
@@ -28,7 +36,7 @@ PROOF = Proof(
     condition=2.0,
     cancellation=3.0,
 )
-ZERO, CONSTANT = 3, 7
+ZERO, CONSTANT = 3, 11
 """A function that vanishes, and one that does not change."""
 
 
@@ -49,7 +57,7 @@ def solver(joint: cd.Mechanism) -> ProblemSolver:
 @pytest.fixture(scope="module")
 def data() -> ResponseData:
     domain = Domain(ORIGIN, 2.0 * np.pi, True)
-    rows = range(LAYOUT.count)
+    rows = range(LAYOUT.size * len(COLUMNS))
     values = np.stack([wave(row, domain.nodes(32)) for row in rows])
     # What vanishes is rounding, which is not to be evaluated.
     values[ZERO] = 1e-16 * np.cos(np.arange(32.0))
@@ -72,10 +80,10 @@ def points(
     shape: tuple[int, ...],
     step_count: int | None = None,
 ) -> OperatingPoints:
-    zero = np.zeros(())
-    return OperatingPoints(
-        solver, data, positions, step_count, factors, shape, zero, zero, {}, np.zeros(3)
-    )
+    acting = acting_on(solver.problem)
+    part = OfDesign(data, ..., positions, step_count, [*factors.items()])
+    given = None if positions is None else positions[..., None]
+    return OperatingPoints(solver, shape, [part], acting, {}, given)
 
 
 X = np.array([0.0, 1.0, -7.0, 20.0])
@@ -90,10 +98,10 @@ def expected(rows: dict[Column, int], x: np.ndarray) -> np.ndarray:
 def test_wrenches_are_sums_over_the_columns_that_act(
     solver: ProblemSolver, data: ResponseData
 ) -> None:
-    """The first column has the rows 0 … 5, the load's 12 … 17."""
+    """The first column has the rows 0 … 5, the load's 20 … 25."""
     wrench = points(solver, data, X, FACTORS, (2, 4)).wrench(0)
     for index in range(6):
-        rows = {SPEED_SQUARED: index, LOAD: 12 + index}
+        rows = {SPEED_SQUARED: index, LOAD: 20 + index}
         np.testing.assert_allclose(wrench.component(index), expected(rows, X), atol=1e-12)
         assert wrench.component(index) is wrench.component(index)
     np.testing.assert_array_equal(
@@ -117,25 +125,25 @@ def test_constant_functions_take_the_shape_of_the_operating_points(
     solver: ProblemSolver, data: ResponseData
 ) -> None:
     wrench = points(solver, data, X, {ACCELERATION: np.array(2.0)}, (2, 4)).wrench(0)
-    np.testing.assert_allclose(wrench.component(CONSTANT - 6), np.full((2, 4), 5.0), rtol=1e-15)
+    np.testing.assert_allclose(wrench.component(CONSTANT - 10), np.full((2, 4), 5.0), rtol=1e-15)
 
 
 def test_efforts_and_moments_of_couplings(solver: ProblemSolver, data: ResponseData) -> None:
-    """After 18 rows of wrenches every column has two efforts and two moments."""
+    """After six rows of a wrench every column has two efforts and two moments."""
     operating = points(solver, data, X, FACTORS, (2, 4))
     np.testing.assert_allclose(
-        operating.drive_effort(), expected({SPEED_SQUARED: 18, LOAD: 26}, X), atol=1e-12
+        operating.drive_effort()[..., 0], expected({SPEED_SQUARED: 6, LOAD: 26}, X), atol=1e-12
     )
     held = operating.holding_effort()
     assert list(held) == ["joint_angle"]
     np.testing.assert_allclose(
-        held["joint_angle"], expected({SPEED_SQUARED: 19, LOAD: 27}, X), atol=1e-12
+        held["joint_angle"], expected({SPEED_SQUARED: 7, LOAD: 27}, X), atol=1e-12
     )
     moments = CouplingMoments(operating)
     assert list(moments) == ["mesh", "train"]
     assert len(moments) == 2
     np.testing.assert_allclose(
-        moments["train"], expected({SPEED_SQUARED: 21, LOAD: 29}, X), atol=1e-12
+        moments["train"], expected({SPEED_SQUARED: 9, LOAD: 29}, X), atol=1e-12
     )
     assert moments["train"] is moments["train"]
     with pytest.raises(KeyError):
@@ -156,10 +164,9 @@ def test_equal_steps_are_evaluated_where_they_are_said_to_lie(
 ) -> None:
     operating = points(solver, data, None, FACTORS, (2, 4), step_count=4)
     steps = ORIGIN + 0.5 * np.pi * np.arange(4)
-    np.testing.assert_allclose(operating.position, steps, rtol=1e-15)
-    assert len(operating) == 2
+    np.testing.assert_allclose(operating.position[:, 0], steps, rtol=1e-15)
     np.testing.assert_allclose(
-        operating.wrench(0).component(1), expected({SPEED_SQUARED: 1, LOAD: 13}, steps), atol=1e-12
+        operating.wrench(0).component(1), expected({SPEED_SQUARED: 1, LOAD: 21}, steps), atol=1e-12
     )
 
 
@@ -180,7 +187,7 @@ def test_too_many_operating_points_for_the_memory(
         raise MemoryError
 
     operating = points(solver, data, X, FACTORS, (1000, 4000))
-    monkeypatch.setattr(OperatingPoints, "_combined", exhausted)
+    monkeypatch.setattr(OfDesign, "sum", exhausted)
     message = (
         r"not enough memory for operating points of shape \(1000, 4000\), 0\.032 GB per component"
     )
@@ -192,9 +199,8 @@ def test_motions_have_the_shape_of_the_operating_points(
     solver: ProblemSolver, data: ResponseData
 ) -> None:
     speeds = np.array([[2.0], [5.0]])
-    operating = OperatingPoints(
-        solver, data, X, None, {}, (2, 4), speeds, np.zeros(()), {}, np.zeros(3)
-    )
+    acting = acting_on(solver.problem, speeds)
+    operating = replace(points(solver, data, X, {}, (2, 4)), acting=acting)
     motion = operating.motion()
     # The velocity ratio of a Cardan joint, bent by 0.5 rad.
     ratio = np.cos(0.5) / (1.0 - np.sin(0.5) ** 2 * np.cos(X) ** 2)

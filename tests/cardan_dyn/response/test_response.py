@@ -94,7 +94,7 @@ def test_equal_steps_broadcast_with_speeds_and_loads(response: cd.Response) -> N
     grid = response.uniform(12, speeds, loads={"bearing_out": loads})
     positions = 2.0 * np.pi * np.arange(12) / 12
     assert grid.shape == (3, 12)
-    np.testing.assert_allclose(grid.position, positions, rtol=1e-15)
+    np.testing.assert_allclose(grid.position, np.tile(positions, (3, 1)), rtol=1e-15)
     rows = response.sweep(positions, speeds, loads={"bearing_out": loads})
     np.testing.assert_allclose(grid["pin_out"].moment, rows["pin_out"].moment, atol=1e-12)
     assert grid.motion.v.shape == rows.motion.v.shape
@@ -102,7 +102,7 @@ def test_equal_steps_broadcast_with_speeds_and_loads(response: cd.Response) -> N
 
 
 def test_shapes_that_do_not_broadcast_are_named(response: cd.Response) -> None:
-    message = r"shapes do not broadcast: position \(2,\), speed \(3,\), acceleration \(\), "
+    message = r"shapes do not broadcast: position \(2,\), speed \(3,\); for a grid"
     with pytest.raises(cd.ArgumentError, match=message):
         response.sweep([0.0, 1.0], np.zeros(3))
 
@@ -260,10 +260,10 @@ def test_a_response_can_be_pickled_and_copied_and_not_be_changed(joint: cd.Mecha
         np.testing.assert_array_equal(first.drive_effort, second.drive_effort)
         assert again.proof == response.proof
         for array in (
-            again._data.series.values,
-            again._data.zero,
-            again._data.constant,
-            again._data.unique,
+            again._data[0].series.values,
+            again._data[0].zero,
+            again._data[0].constant,
+            again._data[0].unique,
         ):
             with pytest.raises(ValueError, match="read-only"):
                 array[...] = 0

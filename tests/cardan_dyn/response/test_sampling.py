@@ -10,12 +10,12 @@ from testkit.scenes import double
 
 import cardan_dyn as cd
 from cardan_dyn.problem.samples import Targets
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
-from cardan_dyn.response.sampling import FunctionSampler, Request, Samples, layout_of
+from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
+from cardan_dyn.response.sampling import FunctionSampler, Sampled, layout_of
 
 POSITIONS = np.array([0.0, 0.4, 1.0, 2.9, -5.0])
 PUSH = cd.Wrench(force=(0.0, 3.0, 10.0), moment=(1.0, 0.0, 0.0))
-LOAD, WRENCH = Column(Kind.JOINT_LOAD, "bearing_out"), Column(Kind.LINK_LOAD, "shaft_out")
+LOAD, WRENCH = Column(Acts.JOINT_LOAD, "bearing_out"), Column(Acts.LINK_LOAD, "shaft_out")
 
 
 def scene(joint: cd.Mechanism, **changes: object) -> cd.Scene:
@@ -26,6 +26,12 @@ def scene(joint: cd.Mechanism, **changes: object) -> cd.Scene:
         "gravity": (0.0, 0.0, -9.81),
     }
     return cd.Scene(joint, **{**arguments, **changes})
+
+
+def answer(sampler: FunctionSampler, positions: np.ndarray, proven: bool = False) -> Sampled:
+    targets = Targets.of_positions(positions[:, None])
+    (found,) = sampler.samples(targets, [len(positions)], proven)
+    return found
 
 
 def layout(joint: cd.Mechanism, **changes: object) -> Layout:
@@ -50,9 +56,9 @@ def test_without_masses_there_are_loads_alone() -> None:
       <axis xyz="0 0 1"/></joint></robot>"""
     mechanism = cd.load(urdf)
     loaded = cd.Scene(mechanism, drive="a", loads={"a": 2.0}, gravity=(0.0, 0.0, -9.81))
-    assert layout_of(loaded.solver).columns == (Column(Kind.JOINT_LOAD, "a"),)
+    assert layout_of(loaded.solver).columns == (Column(Acts.JOINT_LOAD, "a"),)
     idle = cd.Scene(mechanism, drive="a").solver
-    samples = FunctionSampler(idle).answer(Request(POSITIONS)).samples
+    samples = answer(FunctionSampler(idle), POSITIONS)
     assert samples.values.shape == (0, len(POSITIONS))
     assert samples.condition == 1.0
 
@@ -78,17 +84,18 @@ def test_a_column_is_what_a_sweep_gives_where_it_acts_alone(
     acceleration: float,
 ) -> None:
     sampler = FunctionSampler(scene(joint).solver)
-    values = sampler.answer(Request(POSITIONS)).samples.values
+    values = answer(sampler, POSITIONS).values
     alone = scene(joint, loads=loads, gravity=gravity)
     sweep = alone.sweep(POSITIONS, speed, acceleration)
     scale = max(float(np.max(np.abs(sweep[name].moment))) for name in joint.joint_names)
     for output, name in enumerate(sampler.layout.outputs):
         expected = np.concatenate([sweep[name].force, sweep[name].moment], axis=1).T
-        rows = list(sampler.layout.wrench(column, output))
+        first = sampler.layout.row(column, 6 * output)
+        rows = list(range(first, first + 6))
         np.testing.assert_allclose(values[rows], expected, atol=1e-12 * scale)
     efforts = [sweep.drive_effort, sweep.holding_effort["joint_angle"]]
     for index, expected in enumerate(efforts):
-        row = values[sampler.layout.effort(column, index)]
+        row = values[sampler.layout.row(column, sampler.layout.wrenches + index)]
         np.testing.assert_allclose(row, expected, atol=1e-12 * scale)
 
 
@@ -97,16 +104,16 @@ def test_moments_of_couplings_and_efforts_of_two_wheels() -> None:
     wheels = cd.load(gears(coupling("mesh", "a", "b", -2.5)))
     for options in ({}, {"outputs": []}):
         sampler = FunctionSampler(cd.Scene(wheels, drive="a", loads={"b": 7.0}, **options).solver)
-        samples = sampler.answer(Request(POSITIONS)).samples
+        samples = answer(sampler, POSITIONS)
         for column, effort, moment in (
             (ACCELERATION, 0.025 * (1.0 + 2.5**2), -2.5 * 0.025),
-            (Column(Kind.JOINT_LOAD, "b"), 2.5, -1.0),
+            (Column(Acts.JOINT_LOAD, "b"), 2.5, -1.0),
             (SPEED_SQUARED, 0.0, 0.0),
         ):
-            row = samples.values[sampler.layout.effort(column, 0)]
+            row = samples.values[sampler.layout.row(column, sampler.layout.wrenches)]
             np.testing.assert_allclose(row, effort, atol=1e-14)
             if sampler.layout.couplings:
-                row = samples.values[sampler.layout.coupling(column, 0)]
+                row = samples.values[sampler.layout.row(column, sampler.layout.moments)]
                 np.testing.assert_allclose(row, moment, atol=1e-14)
         assert samples.indeterminate_couplings == frozenset()
 
@@ -122,23 +129,24 @@ def test_moments_of_couplings_beside_a_loop() -> None:
         </robot>""",
     )
     sampler = FunctionSampler(cd.Scene(cd.load(urdf), drive="a", loads={"w": 7.0}).solver)
-    values = sampler.answer(Request(POSITIONS)).samples.values
+    values = answer(sampler, POSITIONS).values
     for column, moment in (
         (SPEED_SQUARED, 0.0),
         (ACCELERATION, -2.0 * 0.025),
-        (Column(Kind.JOINT_LOAD, "w"), -1.0),
+        (Column(Acts.JOINT_LOAD, "w"), -1.0),
     ):
-        row = values[sampler.layout.coupling(column, 0)]
+        row = values[sampler.layout.row(column, sampler.layout.moments)]
         np.testing.assert_allclose(row, moment, atol=1e-13)
 
 
 def test_proven_samples_are_those_that_are_solved(joint: cd.Mechanism) -> None:
     example = scene(joint)
     sampler = FunctionSampler(example.solver)
-    samples, loop_error, residuals = sampler.answer(Request(POSITIONS, proven=True))
-    alone = sampler.answer(Request(POSITIONS))
-    np.testing.assert_allclose(samples.values, alone.samples.values, atol=1e-12)
-    assert alone.loop_error is alone.residuals is None
+    samples = answer(sampler, POSITIONS, True)
+    residuals, loop_error = samples.proven, samples.loop_error
+    alone = answer(sampler, POSITIONS)
+    np.testing.assert_allclose(samples.values, alone.values, atol=1e-12)
+    assert alone.loop_error is alone.proven is None
     # What is proven is the scene itself at unit speed and acceleration.
     solver, ones = example.solver, np.ones((len(POSITIONS), 1))
     closed = solver.assemble(Targets.of_positions(POSITIONS[:, None]))
@@ -161,28 +169,29 @@ def test_answers_to_several_spans_are_those_to_each() -> None:
     sampler = FunctionSampler(example.solver)
     position = np.linspace(0.0, 6.0, 1000)
     spans = [slice(0, 300), slice(300, 310), slice(310, 900), slice(900, 1000)]
-    together = sampler.answers(Targets.of_positions(position[:, None]), spans, proven=True)
-    for span, answer in zip(spans, together, strict=True):
-        alone = sampler.answer(Request(position[span], proven=True))
-        np.testing.assert_allclose(answer.samples.values, alone.samples.values, atol=1e-10)
-        np.testing.assert_allclose(answer.samples.condition, alone.samples.condition, rtol=1e-9)
-        assert answer.residuals is not None
-        assert len(answer.residuals.wrench) == span.stop - span.start
+    counts = [300, 10, 590, 100]
+    together = sampler.samples(Targets.of_positions(position[:, None]), counts, True)
+    for span, found in zip(spans, together, strict=True):
+        alone = answer(sampler, position[span], True)
+        np.testing.assert_allclose(found.values, alone.values, atol=1e-10)
+        np.testing.assert_allclose(found.condition, alone.condition, rtol=1e-9)
+        assert found.proven is not None
+        assert len(found.proven.wrench) == span.stop - span.start
 
 
 def test_samples_of_a_scene_with_a_load_per_sample_are_proven_with_a_constant_load(
     joint: cd.Mechanism,
 ) -> None:
     changing = scene(joint, loads={"bearing_out": np.linspace(-1.0, -2.0, 40), "shaft_out": PUSH})
-    answer = FunctionSampler(changing.solver).answer(Request(POSITIONS, proven=True))
-    constant = FunctionSampler(scene(joint).solver).answer(Request(POSITIONS)).samples
-    np.testing.assert_allclose(answer.samples.values, constant.values, atol=1e-12)
-    assert answer.residuals is not None
-    assert answer.residuals.balance < 1e-13
+    found = answer(FunctionSampler(changing.solver), POSITIONS, True)
+    constant = answer(FunctionSampler(scene(joint).solver), POSITIONS)
+    np.testing.assert_allclose(found.values, constant.values, atol=1e-12)
+    assert found.proven is not None
+    assert found.proven.balance < 1e-13
 
 
-def sampled(values: list[float], condition: float, influence: float, open_coupling: int) -> Samples:
-    return Samples(
+def sampled(values: list[float], condition: float, influence: float, open_coupling: int) -> Sampled:
+    return Sampled(
         np.array([values]), condition, np.full((1, 6), influence), frozenset({open_coupling})
     )
 
@@ -200,10 +209,3 @@ def test_interleaved_samples_alternate_and_keep_the_worst() -> None:
     np.testing.assert_array_equal(
         sampled([1.0, 3.0, 5.0], 1.0, 0.0, 0).interleaved(between).values, [[1, 2, 3, 4, 5]]
     )
-
-
-def test_the_first_samples_keep_what_was_met_at_all_of_them() -> None:
-    first = sampled([1.0, 3.0, 7.0], 5.0, 1e-3, 0).first(2)
-    np.testing.assert_array_equal(first.values, [[1.0, 3.0]])
-    assert first.condition == 5.0
-    assert not first.unique.any()

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
+from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 from cardan_dyn.response.scales import Scales
 
 EPS = float(np.finfo(float).eps)
 LENGTH, MASS = 0.5, 3.0
-LOAD = Column(Kind.JOINT_LOAD, "a")
+LOAD = Column(Acts.JOINT_LOAD, "a")
 
 
 def scales(*columns: Column) -> tuple[Scales, Layout]:
@@ -27,7 +27,8 @@ def scales(*columns: Column) -> tuple[Scales, Layout]:
 
 def samples(layout: Layout, wrenches: list[list[list[float]]], efforts: list[float]) -> np.ndarray:
     """Three samples, of which the second is the greatest."""
-    values = layout.joined(np.array(wrenches), np.array(efforts)[:, None])
+    columns = len(layout.columns)
+    values = np.column_stack([np.reshape(wrenches, (columns, -1)), efforts]).ravel()
     return np.stack([0.1 * values, -values, 0.5 * values], axis=1)
 
 
@@ -56,7 +57,7 @@ def test_functions_are_relative_to_the_greatest_wrench_of_their_joint() -> None:
 
 def test_a_column_of_zeros_has_a_scale_nevertheless() -> None:
     measures, layout = scales(LOAD)
-    wrenches, efforts = layout.split(measures.of(np.zeros((layout.count, 4))))
+    wrenches, efforts = layout.split(measures.of(np.zeros((layout.size, 4))))
     np.testing.assert_allclose(wrenches[0], 2 * [[0.2, 0.2, 0.2, 0.1, 0.1, 0.1]])
     np.testing.assert_allclose(efforts, [[0.1]])
 
@@ -94,7 +95,7 @@ def test_cancellation_compares_inertial_terms_with_what_is_left_of_them() -> Non
     assert measures.cancellation(values, proven) == 1.0 + 60.0 / 4.0  # type: ignore[arg-type]
     assert measures.cancellation(0.0 * values, proven) == 1.0  # type: ignore[arg-type]
     without, layout = scales(LOAD)
-    values = np.ones((layout.count, 3))
+    values = np.ones((layout.size, 3))
     assert without.cancellation(values, proven) == 1.0  # type: ignore[arg-type]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -11,7 +11,7 @@ from testkit.mixed_chain import MIXED, joint, link, rows
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
-from cardan_dyn.results.axes import solved_placement, turned
+from cardan_dyn.results.axes import turned
 from cardan_dyn.results.motion import Motion
 from cardan_dyn.results.wrench import StoredComponents
 
@@ -64,8 +64,15 @@ def at_zero(mechanism: cd.Mechanism, x: np.ndarray, name: str) -> np.ndarray:
     return x
 
 
-def rotation_of(motion: Motion) -> Callable[[str], np.ndarray]:
-    return lambda name: solved_placement(motion, name)[0]
+def swept(motion: Motion) -> SimpleNamespace:
+    """Stands for a sweep with this motion."""
+    item = SimpleNamespace(mechanism=motion.mechanism, motion=motion, _placements={})
+    item.rotation = lambda name: solved_placement(motion, name)[0]
+    return item
+
+
+def solved_placement(motion: Motion, name: str) -> tuple[np.ndarray, np.ndarray]:
+    return cd.Sweep._placement(swept(motion), name)  # type: ignore[arg-type]
 
 
 def random_wrenches() -> tuple[np.ndarray, StoredComponents]:
@@ -76,7 +83,7 @@ def random_wrenches() -> tuple[np.ndarray, StoredComponents]:
 def turned_by(
     joint: str, frame: str, components: StoredComponents, motion: Motion
 ) -> tuple[StoredComponents, np.ndarray]:
-    return turned(joint, frame, components, motion, rotation_of(motion))
+    return turned(swept(motion), joint, frame, components)
 
 
 @pytest.mark.parametrize("name", TYPES)

@@ -175,6 +175,7 @@ def test_a_grid_of_a_response_has_the_shape_of_its_operating_points(joint: cd.Me
     for frame in ("parent", "world"):
         wrench = grid.wrench("bearing_out", frame)
         assert wrench.force.shape == (2, 7, 3)
+        assert f"in {frame} axes" in repr(wrench) and "not unique" in repr(wrench)
         np.testing.assert_allclose(wrench.torsion, grid["bearing_out"].torsion, atol=1e-11)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,7 +26,8 @@ ALL_UNIQUE = np.ones(6, dtype=bool)
 
 
 def wrench(values: np.ndarray, axis: np.ndarray, frame: str = "joint") -> JointWrench:
-    return JointWrench("hinge", frame, StoredComponents(values), axis, lambda: ALL_UNIQUE)
+    sweep = SimpleNamespace(near_singular=lambda *_: "")
+    return JointWrench("hinge", frame, StoredComponents(values), axis, lambda: ALL_UNIQUE, sweep)
 
 
 def random_values(count: int = 9) -> np.ndarray:
