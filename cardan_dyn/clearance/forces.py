@@ -10,9 +10,10 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described
 from ..errors import AccuracyError, ArgumentError, IndeterminateError
+from ..periodic import Fourier
 from ..response.operating_points import solved_motion
 from ..response.response import Response
-from ..simulation.fourier import Fourier
+from ..roots import rising
 from .arguments import period_of
 from .opened_joint import BearingForces, OpenedJoint
 
@@ -27,7 +28,6 @@ _TAIL = 1e-6
 _NO_FORCE = 1e-9
 """Greatest force of a joint, as a fraction of that of all joints, that is rounding and counts as
 none: it would swing round hundreds of times."""
-_NEWTON_STEPS = 20
 _STAYS = 1e-12
 """Change of a position, as a fraction of a period, at which a minimum is found."""
 _FLAT = 1e-4
@@ -238,16 +238,14 @@ class ForceCourse:
         return found
 
     def _least_near(self, position: float, step: float) -> float:
-        """Return where the force is least, within a step, by Newton's method on F · F'."""
-        start = position
-        for _ in range(_NEWTON_STEPS):
-            force, rate, curvature = self._local.at(position).reshape(3, -1)
-            bend = float(rate @ rate + force @ curvature)
-            change = -float(force @ rate) / bend if bend > 0.0 else 0.0
-            position += change
-            if abs(change) <= _STAYS * self._period or abs(position - start) > step:
-                break
-        return position if abs(position - start) <= step else start
+        """Return where the force is least, within a step, as F · F' rises through zero there."""
+
+        def rate_of_square(at: Array, _: Array) -> tuple[Array, Array]:
+            force, rate, curvature = self._local(at).reshape(3, -1)
+            return np.array([force @ rate]), np.array([rate @ rate + force @ curvature])
+
+        middle = np.array([position])
+        return float(rising(rate_of_square, middle - step, middle + step)[0])
 
     def _in_period(self, position: float) -> float:
         """Return a position from 0 to below a period; its end is its beginning to rounding."""

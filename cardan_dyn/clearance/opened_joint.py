@@ -22,8 +22,8 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ModelError
 from ..mechanism.undescribed import REMEDY
+from ..periodic import Fourier
 from ..response.operating_points import solved_motion
-from ..simulation.fourier import Fourier
 from .arguments import drive_of
 from .opened_mechanism import OpenedMechanism, Ways, across
 from .pin_geometry import PinGeometry, StiffnessLaw, in_series

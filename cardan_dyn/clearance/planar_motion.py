@@ -22,6 +22,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError
+from ..periodic import resampled
 from .forces import ForceCourse, ForceSource
 from .opened_joint import OpenedJoint, Plane
 
@@ -118,12 +119,6 @@ class PlanarMotion(NamedTuple):
         return (most - b * b / (4.0 * a), when - b / (2.0 * a)) if a < 0.0 else (most, when)
 
 
-def upsampled(samples: Array, count: int) -> Array:
-    """Return periodic samples `(N, ...)` at `count` positions, by their series."""
-    harmonics = np.fft.rfft(samples, axis=0)
-    return np.asarray(np.fft.irfft(harmonics, count, axis=0) * (count / len(samples)))
-
-
 class PlanarModel:
     """The equations of one pin at one speed of the drive."""
 
@@ -143,7 +138,7 @@ class PlanarModel:
         columns = np.column_stack(
             [free, drag.reshape(-1, 4), w[:, 0, 0], w[:, 0, 1], w[:, 1, 1], plane.force]
         )
-        fine = upsampled(columns, _GRID)
+        fine = resampled(columns, _GRID)
         if speed < 0.0:
             fine = np.roll(fine[::-1], 1, axis=0)
         self._force = fine[:, 9:]

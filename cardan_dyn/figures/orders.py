@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import ArgumentError
+from ..periodic import amplitudes
 from .style import Figure, Into, Size, in_look, line_style, plain, sheet
 
 _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
@@ -65,11 +66,8 @@ def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
         turns = len(angle) * step / (2.0 * np.pi)
         if abs(turns - round(turns)) > _WHOLE or not round(turns):
             raise ArgumentError(f"orders need whole turns, the angles cover {turns:.6g}")
-    count = len(quantity)
-    amplitudes = np.abs(np.fft.rfft(quantity)) / count
-    # All but the mean and the highest order of an even count occur twice, as ±k.
-    amplitudes[1 : (count + 1) // 2] *= 2.0
-    return np.arange(len(amplitudes)) / round(turns), amplitudes
+    sizes = np.abs(amplitudes(quantity))
+    return np.arange(len(sizes)) / round(turns), sizes
 
 
 @in_look
@@ -108,12 +106,12 @@ def order_spectrum(
     width = _BAR_WIDTH / max(len(values), 1)
     greatest = 0.0
     for index, (label, quantity) in enumerate(values.items()):
-        orders, amplitudes = order_amplitudes(position, quantity)
+        orders, sizes = order_amplitudes(position, quantity)
         shown = orders <= highest + _WHOLE
-        greatest = max(greatest, float(np.max(amplitudes[shown])))
+        greatest = max(greatest, float(np.max(sizes[shown])))
         axes.bar(
             orders[shown] + (index - 0.5 * (len(values) - 1)) * width,
-            amplitudes[shown],
+            sizes[shown],
             width,
             label=plain(label),
             color="white" if index % 2 else line_style(index)["color"],

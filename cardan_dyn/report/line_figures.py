@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..drive_lines import Analysis
 from ..drive_lines.wording import Wording
 from ..figures.style import Axes, Figure, angle_axis, curve_style, in_look, line_style, plain, sheet
+from ..periodic import amplitudes
 
 _WIDTH = 6.8
 """Of a figure on paper [inch]."""
@@ -72,20 +73,16 @@ def has_orders(analysis: Analysis) -> bool:
     return count > 2 * ORDERS and bool(np.abs(steps - 2.0 * np.pi / count).max() < _EVEN)
 
 
-def amplitudes(values: Array) -> Array:
-    """Return the amplitudes of orders 1 … of values over a turn `(P, …)`, `(orders, …)`."""
-    spectrum = np.fft.rfft(values, axis=0) / len(values)
-    return 2.0 * np.abs(spectrum[1 : ORDERS + 1])
-
-
 @in_look
 def orders(analysis: Analysis, wording: Wording) -> Figure:
     """Draw amplitudes of the orders of the angle errors and of the bearing forces.
 
     Those of a force are of the vector across its shaft, the root of the sum of both squares.
     """
-    errors = amplitudes(analysis.angle_error[:, 1:]) * wording.measure("angle").factor
-    across = amplitudes(analysis.total.bearing_force[..., 1:])
+    shown = slice(1, ORDERS + 1)
+    errors = np.abs(amplitudes(analysis.angle_error[:, 1:])[shown])
+    errors *= wording.measure("angle").factor
+    across = amplitudes(analysis.total.bearing_force[..., 1:])[shown]
     sizes = np.linalg.norm(across, axis=-1) * wording.measure("force").factor
     height = max(_height(analysis.shafts[1:]), _height(analysis.bearings))
     drawn = sheet(2, size=(_WIDTH, 2 * height), share_x=True)

@@ -12,9 +12,9 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
 from ..frozen import read_only
+from ..periodic import Fourier
 from ..problem.samples import Targets
 from .forces import Forces
-from .fourier import Fourier
 from .turning_model import turning_model
 
 _FEWEST, _MOST = 64, 8192

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AccuracyError
+from ..periodic import Fourier
+from ..roots import rising
 from .energy_functions import EnergyFunctions, NotSuitableError
-from .fourier import Fourier
 
 _SCANNED = 1024
 """Positions per period at which potential and energy are compared."""
@@ -38,11 +38,6 @@ _UNDECIDED_NOTE = (
     "the energy is that of an unstable equilibrium but for rounding, which decides whether and "
     "when the mechanism passes it"
 )
-_STALLED = 8.0
-"""Steps towards a root, in rounding of its place, of which a second one means that values are
-nothing but rounding."""
-_MOST_STEPS = 200
-"""Steps after which a root must have been found: some 60 halvings are the most that it takes."""
 
 
 class Law(NamedTuple):
@@ -200,7 +195,7 @@ class EnergyIntegral:
             positions = self._start + ways
             return sense[chosen] * self._force(positions)[0], sense[chosen] * slope(positions)[0]
 
-        self._zeros = _roots(force, low, low + step)
+        self._zeros = rising(force, low, low + step)
         found = self._zeros[sense > 0.0]
         if not found.size:
             return []
@@ -262,11 +257,11 @@ class EnergyIntegral:
             return rising
 
         low, high = np.array([inside]), np.array([beyond])
-        way = sign * float(_roots(beside(self._at_start, sign), low, high)[0])
+        way = sign * float(rising(beside(self._at_start, sign), low, high)[0])
         if minimum is not None and abs(minimum.way - way) < abs(way):
             # Counted from the start, the end of what hardly turns back has no digits.
             low, high = np.zeros(1), np.array([abs(minimum.way) - inside])
-            distance = float(_roots(beside(minimum, -sign), low, high)[0])
+            distance = float(rising(beside(minimum, -sign), low, high)[0])
             way = minimum.way - sign * distance
             return _Anchor(way, 0.0, self._force_beside(minimum.way, -sign * distance), True)
         return _Anchor(way, 0.0, self._force_at(way), True)
@@ -503,7 +498,7 @@ class _Elapsed:
         left, bend = 1.0 - share, 2.0 * share * (1.0 - share)
         first = 2.0 * share - 1.0 + bend * (share - left)
         first += 0.5 * bend * (left * self._leaves[panels] - share * self._arrives[panels])
-        places = _roots(
+        places = rising(
             missing,
             -ends,
             ends,
@@ -537,62 +532,3 @@ def _integrals(series: Array) -> Array:
     sums[:, 1:] = (before - padded[:, 2:]) / (2.0 * orders)
     sums[:, 0] = -(sums[:, 1:] @ (-1.0) ** orders)
     return sums
-
-
-def _roots(
-    function: Callable[[Array, Array], tuple[Array, Array]],
-    low: Array,
-    high: Array,
-    *,
-    first: Array | None = None,
-    least: float = 1e-20,
-    none: Array | float = 0.0,
-) -> Array:
-    """Return where functions rise through zero, each between two places `(N,)`.
-
-    By Newton's method, halving the bracket wherever a step would leave it or gains too little.
-
-    Args:
-        function: returns values and slopes at places, of the functions with some indices.
-        low: places at which they are not positive.
-        high: places at which they are not negative.
-        first: places to begin with `(N,)`; the middles if None.
-        least: difference of places that counts as none, beside rounding.
-        none: value that counts as zero, for all or each `(N,)`.
-    """
-    low, high = low.copy(), high.copy()
-    places, steps = (0.5 * (low + high) if first is None else first), high - low
-    active, none = np.arange(len(low)), np.broadcast_to(none, low.shape)
-    eps = 2.0 * float(np.finfo(float).eps)
-    for _ in range(_MOST_STEPS):
-        if not active.size:
-            return places
-        there = places[active]
-        values, slopes = function(there, active)
-        if not np.all(np.isfinite(values)):
-            break
-        below = values < 0.0
-        low[active] = np.where(below, there, low[active])
-        high[active] = np.where(below, high[active], there)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # Roots at an end are stepped over by rounding.
-            after = there - values / slopes
-            after = np.minimum(np.maximum(after, low[active]), high[active])
-            step = np.abs(after - there)
-            good = (step > 0.0) & (step <= 0.5 * np.abs(steps[active]))
-        middle = 0.5 * (low[active] + high[active])
-        # Two steps of rounding one after the other lead nowhere, however wide the bracket is.
-        close = _STALLED * (least + eps * np.abs(there))
-        stalls = (np.abs(values) <= close * slopes) & (np.abs(steps[active]) <= close)
-        good |= stalls
-        is_found = np.abs(values) <= none[active]
-        after = np.where(is_found, there, np.where(good, after, middle))
-        steps[active] = after - there
-        places[active] = after
-        is_done = np.abs(after - there) <= least + eps * np.abs(after)
-        active = active[~(is_done | stalls)]
-    raise AccuracyError(
-        f"{active.size} of {len(low)} places of the motion were not found within {_MOST_STEPS} "
-        "steps; choose method='DOP853'",
-        residual=float(np.max(np.abs(steps[active]))),
-    )

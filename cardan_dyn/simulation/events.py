@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..checks import described, flag, number
 from ..elements.stepping import INSTANT
 from ..errors import ArgumentError
+from ..roots import zeros
 from .forces import Named, StateFunction, state_function
 from .integration import Integration
 
@@ -281,7 +282,7 @@ class _Track:
         before, after = np.sign(values[:-1]), np.sign(values[1:])
         passes = (before != 0.0) & (before != after) & (before * self.event.direction <= 0.0)
         ends = (times[:-1][passes], times[1:][passes]), (values[:-1][passes], values[1:][passes])
-        return _zeros(look, *ends).tolist()
+        return zeros(look, *ends).tolist()
 
     def _seen(
         self, start: float, end: float, look: Callable[[Array], Array], states: Reading
@@ -401,47 +402,3 @@ def _settled(times: Array, values: Array, rounding: float, shortest: float) -> t
         turned = (heights * beside[0] < 0.0) & (heights * beside[1] < 0.0)
         more += (times[part, 0] + 0.5 * lengths[part] * (1.0 + turns[turned])).tolist()
     return is_known, np.array(more)
-
-
-def _zeros(
-    look: Callable[[Array], Array], ends: tuple[Array, Array], values: tuple[Array, Array]
-) -> Array:
-    """Return where a function passes through zero between times, to rounding.
-
-    Args:
-        look: returns values at times `(N,)`.
-        ends: times `(N,)` between which it does.
-        values: at them.
-
-    Source: Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a
-    nonlinear function without using derivatives, Adv. Eng. Software 28 (1997).
-    """
-    found = np.empty(len(ends[0]))
-    (a, b), (at_a, at_b) = ends, values
-    part, active = np.full(len(a), 0.5), np.arange(len(a))
-    while active.size:
-        new = a + part * (b - a)
-        value = look(new)
-        same = np.sign(value) == np.sign(at_a)
-        # The last of them is a, the bracket from a to b, and c was left out of it.
-        c, at_c = np.where(same, a, b), np.where(same, at_a, at_b)
-        b, at_b = np.where(same, b, a), np.where(same, at_b, at_a)
-        a, at_a = new, value
-        best = np.where(np.abs(at_a) <= np.abs(at_b), a, b)
-        least = 2.0 * np.spacing(np.abs(best))
-        width = np.abs(b - a)
-        is_found = (width <= 2.0 * least) | (at_a == 0.0) | (at_b == 0.0)
-        found[active[is_found]] = best[is_found]
-        kept = ~is_found
-        active, least, width = active[kept], least[kept], width[kept]
-        a, b, c, at_a, at_b, at_c = (item[kept] for item in (a, b, c, at_a, at_b, at_c))
-        place, height = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
-        is_smooth = (height**2 < place) & ((1.0 - height) ** 2 < 1.0 - place)
-        part = np.full(len(a), 0.5)
-        one, two, three = (item[is_smooth] for item in (at_a, at_b, at_c))
-        ratio = ((c - a) / (b - a))[is_smooth]
-        part[is_smooth] = one / (two - one) * three / (two - three) + ratio * one / (
-            three - one
-        ) * two / (three - two)
-        part = np.clip(part, least / width, 1.0 - least / width)
-    return found

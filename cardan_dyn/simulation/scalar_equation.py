@@ -10,11 +10,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
+from ..periodic import Fourier
 from ..problem.samples import Targets
 from ..results.collect import motion_at
 from .energy_functions import EnergyFunctions, NotSuitableError
 from .forces import Forces, Named, StateNames
-from .fourier import Fourier
 from .integration import Equations
 from .turning_model import turning_model
 

@@ -28,8 +28,6 @@ from cardan_dyn.analytic import drive_line
 
 from ...arrays import Array
 
-_BISECTIONS = 80
-"""More than a double has digits, so that limits are exact to rounding."""
 _SLACK = 8.0 * float(np.finfo(float).eps)
 """Rounding of sums of distances, relative to the sum of all."""
 _IN_LINE = 16.0 * _SLACK
@@ -110,9 +108,8 @@ def least_distances(sides: Array, corners: Iterable[int]) -> Array:
     rest = [corner for corner in range(2, count) if corner not in chosen]
     if rest:
         low, high = 0.0, total
-        for _ in range(_BISECTIONS):
-            limits[rest] = (low + high) / 2.0
-            middle = float(limits[rest[0]])
+        while low < (middle := 0.5 * (low + high)) < high:
+            limits[rest] = middle
             low, high = (low, middle) if _reachable(sides, limits)[1] else (middle, high)
         limits[rest] = high
     return _traced(sides, _reachable(sides, limits)[0])

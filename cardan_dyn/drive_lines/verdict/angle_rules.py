@@ -14,9 +14,10 @@ from cardan_dyn.analytic.limits import JOINT_SIZES, SPEED_ANGLES, Limit
 
 from ...arrays import Array
 from ...errors import choices
+from ...periodic import greatest
+from ...roots import zeros
 from ..line.parts import ShaftJoint
 from .case import Case
-from .extremes import greatest
 from .rows import Inverse, VerdictRow, judged, opened, stated, withheld
 
 SQUARE = 1e-6
@@ -25,8 +26,6 @@ COARSE = 0.01
 """Relative error from which on a rule is said to be wrong."""
 _POSITIONS = 1440
 """In half a turn, which decide the greatest sum of accelerations."""
-_HALVINGS = 46
-"""Halvings of a step of the grid of angles that leave its rounding."""
 _USUAL_LENGTH = (1.0, 2.0)
 """Lengths that are near the 1.5 m of the makers' values of speed times angle [m]."""
 
@@ -211,7 +210,7 @@ def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
     """Return the angles of the last joint between which the residual angle keeps its limit.
 
     Exact: 1/cos² along the line adds as vectors of the joints' maps; found on a grid of the angle
-    and refined by bisection.
+    and between its places to rounding.
     """
     line = case.line
     phases = line.fork_phases
@@ -224,14 +223,11 @@ def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
     grid = np.linspace(0.0, np.radians(60.0), 241)
     values = excess(grid)
     crossings = np.flatnonzero(np.diff(np.sign(values)))
-    low, high = grid[crossings], grid[crossings + 1]
-    is_below = values[crossings] < 0.0
-    high = np.where(values[crossings] == 0.0, low, high)
-    for _ in range(_HALVINGS if len(crossings) else 0):
-        middle = 0.5 * (low + high)
-        is_low = (excess(middle) < 0.0) == is_below
-        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    found = 0.5 * (low + high)
+    found = zeros(
+        excess,
+        (grid[crossings], grid[crossings + 1]),
+        (values[crossings], values[crossings + 1]),
+    )
     name = line.joint_names[-1]
     names = [f"allowed angle of {name}"] if len(found) == 1 else []
     if len(found) == 2:

@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ...arrays import Array
+from ...periodic import greatest, resampled
 from .analysis import LineForces
 
 
@@ -33,46 +34,11 @@ COMPONENTS: Mapping[str, Callable[[LineForces], Array]] = MappingProxyType(
 """Quantities to their components `(P, k, c)` in the forces of a turn."""
 SIGNED = frozenset({"torque", "torque_back"})
 """Quantities of one component whose greatest value counts, those of all others their size."""
-_FINER = 8
-"""Times as many positions as samples at which a greatest value is looked for. Samples that decide
-a function have the harmonics that matter far below the highest one that they can have."""
-_NEWTON_STEPS = 6
-"""Steps from there to the greatest value; each squares the distance."""
 _CLOSE = 0.7
 """Part of the greatest size at the samples that a case has to reach there to be looked at in
 between."""
-_MOST_NUMBERS = 2_000_000
+_MOST_NUMBERS = 250_000
 """Numbers that are looked at together."""
-
-
-def greatest(values: Array) -> Array:
-    """Return the greatest values `(k,)` of smooth periodic functions; 0 of none.
-
-    Args:
-        values: `(P, k)` the functions at equal steps of a period, which determine them.
-    """
-    count = len(values)
-    if not values.size:
-        return np.zeros(values.shape[1])
-    waves = np.fft.rfft(values, axis=0)
-    fine = np.fft.irfft(waves, n=_FINER * count, axis=0) * _FINER
-    top = fine.argmax(axis=0)
-    # Sine and cosine count twice, the mean and the highest harmonic once.
-    waves *= np.full((len(waves), 1), 2.0 / count)
-    waves[[0, -1]] /= [[2.0], [2.0 - count % 2]]
-    orders = np.arange(len(waves))[:, None]
-    step = 2.0 * np.pi / (_FINER * count)
-    at = start = step * top
-    for _ in range(_NEWTON_STEPS):
-        turned = waves * np.exp(1j * orders * at)
-        slope, curvature = (
-            -(orders * turned.imag).sum(axis=0),
-            -(orders**2 * turned.real).sum(axis=0),
-        )
-        moved = np.divide(-slope, curvature, out=np.zeros_like(slope), where=curvature < 0.0)
-        at = start + np.clip(at + moved - start, -step, step)
-    found = (waves * np.exp(1j * orders * at)).real.sum(axis=0)
-    return np.maximum.reduce([values.max(axis=0), fine.max(axis=0), found])
 
 
 def greatest_of(total: Array, *, signed: bool = False) -> Array:
@@ -99,9 +65,8 @@ def greatest_over(factors: Array, components: Array, *, signed: bool = False) ->
     is_near = (result >= _CLOSE * most) & (most > 0.0) & np.isfinite(most)
     cases, places = np.nonzero(is_near)
     # Squares have twice as many harmonics.
-    count = 2 * components.shape[1]
-    fine = np.fft.irfft(np.fft.rfft(components, axis=1), n=count, axis=1) * 2.0
-    together = max(1, _MOST_NUMBERS // (_FINER * count))
+    fine = resampled(components, 2 * components.shape[1], 1)
+    together = max(1, _MOST_NUMBERS // fine.shape[1])
     for start in range(0, len(cases), together):
         case, place = cases[start : start + together], places[start : start + together]
         total = np.einsum("ij,jpic->pic", factors[case], fine[:, :, place], optimize=True)

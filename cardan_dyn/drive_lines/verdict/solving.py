@@ -18,6 +18,7 @@ from ...arrays import Array
 from ...dynamics.problem_solver import AssembledPositions
 from ...frozen import FrozenDict
 from ...mechanism.mechanism import Mechanism
+from ...periodic import highest
 from ...problem.samples import targets_of
 from ...results.sweep import Sweep
 from ...results.wrench import JointWrench
@@ -44,11 +45,9 @@ _BLOCK, _BLOCK_OF_ONE = 10_000, 50_000
 line, some 5, where each block would follow the line's motion anew."""
 _FEWEST, _MOST = 96, 6144
 """Positions of a turn that forces are known at: the fewest determine those of joints at 30°."""
-_TAIL = 8
-"""Part of the harmonics, the highest ones, that have to be nothing for positions to be enough."""
-_SMOOTH = 1e-10
-"""Harmonics that are nothing, relative to the greatest one."""
-_NOTHING = 1e-13
+_SMOOTH = 2e-10
+"""Highest harmonics that are nothing, relative to the greatest force: positions are enough."""
+_NOTHING = 2e-13
 """Rounding of inertial forces, relative to those of all masses at the greatest distance."""
 _NO_TORQUE = {"bearing_out": 0.0}
 
@@ -501,9 +500,7 @@ def _is_smooth(forces: LineForces, length: float, nothing: float) -> bool:
     scaled = [weight * values for weight, values in zip(weights, forces, strict=True)]
     most = max(float(np.abs(values).max(initial=0.0)) for values in scaled)
     for values in scaled:
-        waves = np.abs(np.fft.rfft(values, axis=0)) / len(values)
-        tail = waves[-max(2, len(waves) // _TAIL) :]
-        if tail.max(initial=0.0) > max(_SMOOTH * most, nothing):
+        if highest(values).max(initial=0.0) > max(_SMOOTH * most, nothing):
             return False
     return True
 

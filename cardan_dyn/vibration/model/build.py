@@ -6,8 +6,8 @@ import numpy as np
 
 from ...arrays import Array, generic
 from ...errors import AccuracyError, ArgumentError, ModelError
+from ...periodic import MOST_NODES, amplitudes, interpolation, next_size, nodes, resampled, tail
 from .efforts import FreeEfforts, Terms
-from .periodic_grid import MOST_NODES, amplitudes, interpolation, next_size, nodes, resampled, tail
 from .polynomials import polynomials, size_of
 from .reduced_model import ReducedModel
 from .rotating_scene import RotatingScene

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...elements.link_motions import LinkMotions
-from .periodic_grid import nodes
+from ...periodic import nodes
 from .reduced_model import LocalEquation
 from .rotating_scene import RotatingScene
 

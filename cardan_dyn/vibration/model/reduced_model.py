@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...periodic import nodes, resampled
 from .efforts import Terms
-from .periodic_grid import nodes, resampled
 from .polynomials import Polynomials
 
 _NUMBERS = 500_000

@@ -9,7 +9,7 @@ Source: Keller, Numerical solution of bifurcation and nonlinear eigenvalue probl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -18,9 +18,9 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import CardanError
+from ...periodic import MOST_NODES, next_size, resampled, tail
 from ...time_left import Task
 from ..model.build import FINE, ROUGH, WORST_ERROR
-from ..model.periodic_grid import MOST_NODES, next_size, resampled, tail
 from ..model.reduced_model import LocalEquation, ReducedModel
 from .correction import along
 from .harmonic_balance import course_of, jacobian, lacks_orders
@@ -58,8 +58,6 @@ _BACK = 0.25
 """How far before its beginning a branch may come back, as a fraction of the range of speed."""
 _FLAT = 1e-6
 """Step, as a fraction of that between two points, at which an extremum is found."""
-_MOST_CLIMBS = 40
-_GOLDEN = 0.5 * (3.0 - np.sqrt(5.0))
 
 
 class Point(NamedTuple):
@@ -366,6 +364,8 @@ class Branch:
             index: of the point whose measure exceeds that of both neighbours.
             measure: of a point.
         """
+        from scipy.optimize import minimize_scalar
+
         here = self.points[index]
         best = self.between(here, self.points[index + 1], 0.0) or here
 
@@ -374,13 +374,12 @@ class Branch:
             beside = self.points[index + (1 if place > 0.0 else -1)]
             found = self.between(here, beside, abs(place))
             if found is None:
-                return measure(here)
+                return -measure(here)
             if measure(found) > measure(best):
                 best = found
-            return measure(found)
+            return -measure(found)
 
-        ends = [measure(self.points[index + side]) for side in (-1, 1)]
-        _climb(value, (-1.0, 0.0, 1.0), (ends[0], measure(best), ends[1]))
+        minimize_scalar(value, bounds=(-1.0, 1.0), method="bounded", options={"xatol": _FLAT})
         return best
 
     @cached_property
@@ -491,45 +490,6 @@ class Branch:
             if length <= _SWEPT and abs(change[-1]) <= _SWEPT * abs(speed):
                 return point._replace(q=q, speed=speed, is_exact=True)
         return point
-
-
-def _climb(
-    value: Callable[[float], float], places: Sequence[float], values: Sequence[float]
-) -> None:
-    """Look at a function ever nearer to where it is greatest, between two places.
-
-    By parabolas through three places, the middle one the highest; where these do not close in, the
-    greater side is cut in the golden section.
-
-    Args:
-        value: the function.
-        places: three, ascending.
-        values: there.
-    """
-    low, top, high = zip(places, values, strict=True)
-    step = before = high[0] - low[0]
-    for _ in range(_MOST_CLIMBS):
-        left, right = top[0] - low[0], high[0] - top[0]
-        rise, fall = (top[1] - low[1]) / left, (top[1] - high[1]) / right
-        bend = rise + fall
-        # The parabola's top, as a way from the middle place.
-        way = 0.5 * (rise * right - fall * left) / bend if bend > 0.0 else np.inf
-        if abs(way) <= _FLAT:
-            way = float(np.copysign(_FLAT, right - left if way == 0.0 else way))
-            if step <= 2.0 * _FLAT:
-                return
-        if not (-left < way < right and abs(way) < 0.5 * before):
-            way = _GOLDEN * right if right > left else -_GOLDEN * left
-        before, step = step, abs(way)
-        new = top[0] + way, value(top[0] + way)
-        if new[1] > top[1]:
-            low, top, high = (top, new, high) if way > 0.0 else (low, new, top)
-        elif way > 0.0:
-            high = new
-        else:
-            low = new
-        if high[0] - low[0] <= _FLAT:
-            return
 
 
 def _speed_along(sense: float) -> Callable[[Point], float]:

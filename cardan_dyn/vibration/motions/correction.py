@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import AccuracyError, VibrationError
+from ...periodic import shifted
 from ..model.efforts import FreeEfforts
 from ..model.reduced_model import Course, LocalEquation, ReducedModel
 from .harmonic_balance import course_of, jacobian, newton_steps
@@ -144,12 +145,8 @@ def along(efforts: FreeEfforts, model: ReducedModel, course: Course, shift: floa
         shift: of all nodes, as a fraction of their distance.
     """
     size, count, free = course.q.shape
-    waves = np.exp(2j * np.pi * np.fft.fftfreq(count, 1.0 / count) * shift / count)[:, None]
     if shift:
-        q, rate, bend = (
-            np.fft.ifft(np.fft.fft(item, axis=1) * waves, axis=1).real for item in course[:3]
-        )
-        course = Course(q, rate, bend, course.speed)
+        course = Course(*(shifted(item, shift, 1) for item in course[:3]), course.speed)
     drive = model.positions + shift * model.period / count
     position = np.concatenate([np.broadcast_to(drive[:, None], (size, count, 1)), course.q], axis=2)
     acceleration = np.concatenate([np.zeros((size, count, 1)), course.accelerations], axis=2)

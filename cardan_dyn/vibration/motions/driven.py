@@ -22,8 +22,8 @@ import numpy as np
 from ...arrays import Array
 from ...checks import described, numbers
 from ...errors import ArgumentError, VibrationError
+from ...periodic import derivatives, interpolation, next_size, nodes, tail
 from ..model.efforts import FreeEfforts
-from ..model.periodic_grid import derivatives, interpolation, next_size, nodes, tail
 
 _STEPS = 12
 _CONVERGED = 1e-10

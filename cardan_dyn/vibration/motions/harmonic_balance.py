@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ..model.periodic_grid import MOST_NODES, TAIL, derivatives, next_size, resampled, tail
+from ...periodic import MOST_NODES, TAIL, derivatives, next_size, resampled, tail
 from ..model.reduced_model import Course, LocalEquation, ReducedModel
 
 _MOST_STEPS = 30

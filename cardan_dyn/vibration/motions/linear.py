@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
+from ...periodic import amplitudes, orders_of, sampled
 from ..model.modes import averaged
-from ..model.periodic_grid import orders_of
 from ..model.reduced_model import Course, ReducedModel
 from .harmonic_balance import jacobian, newton_steps
 from .models import Motions
@@ -67,5 +67,5 @@ def averaged_motions(motions: Motions) -> Array:
     turn = orders_of(count // 2 + 1, motions.middle.period)
     pace = 1j * turn[None, :, None, None] * rest.speed[:, None, None, None]
     dynamic = pace**2 * mass + pace * damping + stiffness
-    spectrum = np.linalg.solve(dynamic, -np.fft.rfft(equation.efforts, axis=1)[..., None])[..., 0]
-    return np.asarray(rest.q + np.fft.irfft(spectrum, count, axis=1))
+    waves = np.linalg.solve(dynamic, -amplitudes(equation.efforts, 1)[..., None])[..., 0]
+    return np.asarray(rest.q + sampled(waves, count, 1))

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import AccuracyError, CardanError
+from ...periodic import resampled
 from ..model.build import FINE, ModelBuild
 from ..model.efforts import FreeEfforts
-from ..model.periodic_grid import resampled
 from ..model.reduced_model import Course, LocalEquation, ReducedModel
 from ..model.rotating_scene import RotatingScene
 from .harmonic_balance import resolved

@@ -14,11 +14,11 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import CardanError
+from ...periodic import resampled
 from ...time_left import Task
 from ..model.build import ROUGH
 from ..model.efforts import FreeEfforts
 from ..model.modes import WhirlSense, averaged, modes
-from ..model.periodic_grid import resampled
 from ..model.reduced_model import ReducedModel
 from ..model.rotating_scene import RotatingScene
 from .continuation import Branch, Point, Way

@@ -15,8 +15,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import VibrationError
+from ...periodic import interpolation
 from ..model.modes import averaged, modes
-from ..model.periodic_grid import interpolation
 from ..model.reduced_model import LocalEquation
 from .models import Motions
 from .search import MotionSearch

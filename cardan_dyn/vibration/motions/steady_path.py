@@ -13,7 +13,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import VibrationError
-from ..model.periodic_grid import resampled
+from ...periodic import resampled
 from ..model.reduced_model import Course
 from .harmonic_balance import resolved
 from .models import ROOM_AHEAD, Motions

@@ -12,11 +12,11 @@ import numpy as np
 from ...arrays import Array
 from ...checks import flag, positives
 from ...errors import ArgumentError
+from ...periodic import MOST_NODES, amplitudes, orders_of, resampled
 from ...results.plot import Plot
 from ...results.table import Table
 from ...time_left import Task
 from ..model.modes import sense_name
-from ..model.periodic_grid import MOST_NODES, amplitudes, orders_of, resampled
 from ..model.rotating_scene import speeds_of
 from ..motions.continuation import Point
 from ..motions.regions import Region, StabilityOverSpeed, regions

@@ -11,10 +11,10 @@ import numpy as np
 from ...arrays import Array
 from ...checks import names, number, numbers, text
 from ...errors import ArgumentError, choices
+from ...periodic import MOST_NODES, amplitudes, nodes, orders_of, resampled
 from ...results.plot import Plot, own_options
 from ...results.sweep import FRAMES
 from ...results.table import Table
-from ..model.periodic_grid import MOST_NODES, amplitudes, nodes, orders_of, resampled
 from ..model.rotating_scene import speeds_of
 from ..motions.correction import corrected
 from ..motions.linear import averaged_motions, linear_motions

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ArgumentError
+from ...periodic import amplitudes, orders_of
 from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ..model.modes import Modes, averaged, modes
-from ..model.periodic_grid import amplitudes, orders_of
 from ..model.reduced_model import LocalEquation
 from ..model.rotating_scene import speeds_of
 from ..motions.correction import corrected

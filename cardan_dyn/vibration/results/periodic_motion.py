@@ -11,9 +11,9 @@ import numpy as np
 from ...arrays import Array
 from ...checks import positive, several, whole
 from ...errors import ArgumentError, VibrationError
+from ...periodic import amplitudes, orders_of
 from ...results.plot import Plot, own_options
 from ...results.table import Table
-from ..model.periodic_grid import amplitudes, orders_of
 from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
 from ..motions.correction import corrected
 from ..motions.models import Motions

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import VibrationError
-from ..model.periodic_grid import amplitudes
+from ...periodic import amplitudes
 from ..motions.continuation import Branch, Point
 from ..motions.linear import at_mean
 from ..motions.search import WIDEST, MotionSearch

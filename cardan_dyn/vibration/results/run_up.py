@@ -11,10 +11,10 @@ import numpy as np
 from ...arrays import Array
 from ...checks import number, positive
 from ...errors import ArgumentError, VibrationError, choices
+from ...periodic import turning_values
 from ...results.plot import Plot, own_options
 from ...results.table import Table
 from ...simulation.events import Event
-from ..model.periodic_grid import turning_values
 from ..model.rotating_scene import rotating_scene
 from ..motions.driven import Characteristic, DrivenMotions
 from ..motions.search import MotionSearch

@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ..model.modes import averaged, modes, sense_name
-from ..model.periodic_grid import (
+from ...periodic import (
     amplitudes,
     derivatives,
     orders_of,
     resampled,
     turning_values,
 )
+from ..model.modes import averaged, modes, sense_name
 from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
 from ..motions.linear import averaged_motions

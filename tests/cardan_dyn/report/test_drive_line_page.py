@@ -24,7 +24,7 @@ from cardan_dyn.drive_lines import DriveLine, ShaftJoint, TitleBlock
 from cardan_dyn.drive_lines.verdict.analysis import LineForces
 from cardan_dyn.drive_lines.wording import Wording
 from cardan_dyn.report import drive_line_page as page
-from cardan_dyn.report import line_figures, line_tables
+from cardan_dyn.report import line_tables
 
 STYLES = [(language, units) for language in ("en", "de") for units in ("si", "imperial")]
 # What one of these is in SI units and radians, from the definitions of NIST SP 811.
@@ -392,17 +392,6 @@ def test_figures_are_saved(tmp_path: Path) -> None:
         f"drive_line_{name}.{kind}" for name in names for kind in ("svg", "png")
     ]
     assert all(path.stat().st_size > 8_000 for path in paths)
-
-
-def test_orders_are_those_of_a_series() -> None:
-    turn = np.radians(np.arange(360.0))
-    values = (
-        3.0 + 2.0 * np.cos(2 * turn + 0.3)[:, None] * [1.0, -5.0] + 0.1 * np.sin(4 * turn)[:, None]
-    )
-    found = line_figures.amplitudes(values)
-    assert found[1] == pytest.approx([2.0, 10.0], rel=1e-12)
-    assert found[3] == pytest.approx([0.1, 0.1], rel=1e-12)
-    assert found[[0, 2, 4, 5, 6, 7]] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_forks_in_words(report: page.LineReport) -> None:

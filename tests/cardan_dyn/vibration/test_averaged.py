@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cardan_dyn.periodic import nodes
 from cardan_dyn.vibration.model.modes import averaged, modes
-from cardan_dyn.vibration.model.periodic_grid import nodes
 from cardan_dyn.vibration.model.reduced_model import LocalEquation
 
 

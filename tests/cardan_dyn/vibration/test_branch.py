@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from continuation import Branch as OwnBranch
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-from cardan_dyn.vibration.model.periodic_grid import amplitudes
+from cardan_dyn.periodic import amplitudes
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.continuation import Branch, Point, _climb
+from cardan_dyn.vibration.motions.continuation import Branch, Point
 from cardan_dyn.vibration.motions.search import MotionSearch
 
 BETA, RATIO = np.radians(20.0), 4e-3
@@ -63,24 +61,3 @@ def test_a_branch_ends_where_motions_are_too_large(scene: object) -> None:
     assert not found.is_whole
     assert "`max_amplitude`, 0.2" in found.reason
     assert max(float(np.max(np.abs(point.q))) for point in found.points) > 0.1
-
-
-@pytest.mark.parametrize(
-    ("function", "top"),
-    [
-        (lambda x: 1.0 / (1.0 + 30.0 * (x - 0.31) ** 2), 0.31),
-        (lambda x: 1.0 / (1.0 + 3e4 * (x - 1e-4) ** 2), 1e-4),
-        (lambda x: -np.cosh(x - 0.7), 0.7),
-        (lambda x: -abs(x + 0.2), -0.2),
-    ],
-)
-def test_a_top_is_found_in_few_looks(function: Callable[[float], float], top: float) -> None:
-    looks: list[float] = []
-
-    def value(place: float) -> float:
-        looks.append(place)
-        return function(place)
-
-    _climb(value, (-1.0, 0.0, 1.0), (function(-1.0), function(0.0), function(1.0)))
-    assert max(looks, key=function) == pytest.approx(top, abs=1e-6)
-    assert len(looks) <= 20

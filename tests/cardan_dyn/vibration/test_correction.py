@@ -9,7 +9,7 @@ import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn import AccuracyError, VibrationError
-from cardan_dyn.vibration.model.periodic_grid import resampled
+from cardan_dyn.periodic import resampled
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.correction import _refuse_singular, along, corrected
 from cardan_dyn.vibration.motions.harmonic_balance import course_of, solved

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
-from cardan_dyn.vibration.model.periodic_grid import amplitudes
+from cardan_dyn.periodic import amplitudes
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.linear import at_mean, averaged_motions, linear_motions
 from cardan_dyn.vibration.motions.models import Motions

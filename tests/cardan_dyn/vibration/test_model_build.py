@@ -10,8 +10,8 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 
 from cardan_dyn import AccuracyError
+from cardan_dyn.periodic import interpolation, nodes
 from cardan_dyn.vibration.model.build import FINE, ROUGH, ModelBuild
-from cardan_dyn.vibration.model.periodic_grid import interpolation, nodes
 from cardan_dyn.vibration.model.reduced_model import ReducedModel
 from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.vibration.motions.harmonic_balance import course_of

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.special import mathieu_a, mathieu_b
 
-from cardan_dyn.vibration.model.periodic_grid import nodes
+from cardan_dyn.periodic import nodes
 from cardan_dyn.vibration.model.reduced_model import LocalEquation
 from cardan_dyn.vibration.motions.stability import first_order, gauss, monodromy
 

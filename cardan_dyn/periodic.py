@@ -1,18 +1,166 @@
-"""Fourier: functions of a position that repeat, up to a linear part, from equidistant samples."""
+"""Periodic: real functions of period L, known by their values at equal steps of it.
+
+N values at L j / N are those of Re Σ a_k exp(2πi k x / L), k = 0 … N // 2. The amplitude a_0 is the
+mean, |a_k| half the way from peak to peak of an order. Of the highest order of an even number the
+values show a cosine alone: it has no derivative, and `Fourier` leaves it out. Functions that are
+differentiated are therefore known at an odd number of nodes.
+"""
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from .arrays import Array
+from .roots import rising
 
+_SIZES = (9, 15, 21, 31, 45, 63, 95, 127, 191, 255, 383, 511, 767, 1023)
+"""Numbers of nodes that are tried, each some 1.5 times the one before."""
+MOST_NODES = _SIZES[-1]
+TAIL = 1e-13
+"""Highest orders of a function, as a fraction of its greatest value, that count as rounding."""
+_FINER = 8
+"""Times as many positions as samples at which a greatest value is looked for. Samples that decide
+a function have the harmonics that matter far below the highest one that they can have."""
 _BLOCK = 1_000_000
 """Exponentials that are computed at a time, so that memory does not grow with the points."""
 _PRODUCTS = 100_000
 """Products in a product of matrices, up to which libraries start no threads for it."""
+
+
+def next_size(least: float) -> int:
+    """Return the first number of nodes that is no less than another, or the greatest."""
+    return next((size for size in _SIZES if size >= least), MOST_NODES)
+
+
+def nodes(count: int, period: float) -> Array:
+    """Return the nodes `(N,)` from 0."""
+    return period / count * np.arange(count)
+
+
+def amplitudes(values: Array, axis: int = 0) -> Array:
+    """Return complex amplitudes `(N // 2 + 1)` of orders 0, 1, … along the axis of N values."""
+    waves = np.moveaxis(np.fft.rfft(values, axis=axis, norm="forward"), axis, 0)
+    waves[1 : (values.shape[axis] + 1) // 2] *= 2.0
+    return np.moveaxis(waves, 0, axis)
+
+
+def sampled(waves: Array, count: int, axis: int = 0) -> Array:
+    """Return values at a number of nodes of functions with amplitudes along an axis.
+
+    Orders that the nodes cannot tell from lower ones are left out.
+    """
+    spectrum = 0.5 * np.moveaxis(waves, axis, -1)[..., : count // 2 + 1]
+    spectrum[..., 0] *= 2.0
+    if 2 * (spectrum.shape[-1] - 1) == count:
+        spectrum[..., -1] *= 2.0
+    return np.moveaxis(np.fft.irfft(spectrum, count, norm="forward"), -1, axis)
+
+
+def resampled(values: Array, count: int, axis: int = 0) -> Array:
+    """Return values at N nodes as values at another number of nodes, see `sampled`."""
+    if values.shape[axis] == count:
+        return values
+    return sampled(amplitudes(values, axis), count, axis)
+
+
+def shifted(values: Array, part: float, axis: int = 0) -> Array:
+    """Return values `part` of a step behind an odd number of nodes."""
+    waves, count = np.moveaxis(amplitudes(values, axis), axis, -1), values.shape[axis]
+    turned = waves * np.exp(2j * np.pi * part / count * np.arange(waves.shape[-1]))
+    return np.moveaxis(sampled(turned, count, -1), -1, axis)
+
+
+@lru_cache(maxsize=64)
+def derivatives(count: int, period: float) -> tuple[Array, Array]:
+    """Return matrices `(N, N)` that take values at N nodes to first and second derivatives."""
+    waves, rate = amplitudes(np.eye(count)), 1j * orders_of(count // 2 + 1, period)[:, None]
+    return sampled(rate * waves, count), sampled(rate**2 * waves, count)
+
+
+def orders_of(count: int, period: float) -> Array:
+    """Return the first orders `(K,)` of a period [rad]: 0, 2π/L, …, cycles per revolution."""
+    return 2.0 * np.pi / period * np.arange(count)
+
+
+def highest(values: Array, axis: int = 0) -> Array:
+    """Return the greatest amplitude of the highest eighth of the orders."""
+    sizes = np.moveaxis(np.abs(amplitudes(values, axis)), axis, 0)
+    return np.asarray(np.max(sizes[-max(2, len(sizes) // 8) :], axis=0))
+
+
+def tail(values: Array, axis: int = 0) -> Array:
+    """Return the greatest of the highest eighth of the orders, as a fraction of the greatest value.
+
+    Functions that vanish have none.
+    """
+    greatest = np.max(np.abs(values), axis=axis)
+    return np.asarray(highest(values, axis) / np.where(greatest > 0.0, greatest, 1.0))
+
+
+def interpolation(points: Array, count: int, period: float) -> Array:
+    """Return the matrix `(K, N)` that takes values at N nodes to values at K points."""
+    half = np.pi / period * (np.asarray(points)[:, None] - nodes(count, period))
+    below = count * np.sin(half)
+    near = np.abs(np.sin(half)) < 1e-15
+    kernel = np.sin(count * half) / np.where(near, 1.0, below)
+    # At a node half is a multiple of π, where an odd kernel is +1.
+    return np.where(near, 1.0, kernel)
+
+
+def turning_values(at: Array, values: Array, rates: Array) -> Array:
+    """Return values `(N - 1, …)` where functions turn between samples, or at the first of two.
+
+    By cubics through values and rates, where the rates' chord is zero: since functions are flat
+    there, their error is of fourth order in the distance of the samples.
+
+    Args:
+        at: places `(N,)` of the samples.
+        values: `(N, …)`.
+        rates: derivatives by the place, `(N, …)`.
+    """
+    step = np.diff(at).reshape(-1, *[1] * (values.ndim - 1))
+    before, after = rates[:-1], rates[1:]
+    turns = before * after < 0.0
+    part = np.where(turns, before / np.where(turns, before - after, 1.0), 0.0)
+    left = 1.0 - part
+    first = left**2 * ((1.0 + 2.0 * part) * values[:-1] + step * part * before)
+    return np.asarray(first + part**2 * ((1.0 + 2.0 * left) * values[1:] - step * left * after))
+
+
+def greatest(values: Array) -> Array:
+    """Return the greatest values `(k,)` of smooth functions, to rounding; 0 of none.
+
+    Args:
+        values: `(P, k)` the functions at equal steps of a period, which determine them.
+    """
+    count, columns = values.shape
+    if not values.size:
+        return np.zeros(columns)
+    waves = amplitudes(values)
+    orders, fine = np.arange(len(waves))[:, None], sampled(waves, _FINER * count)
+    step = 2.0 * np.pi / (_FINER * count)
+    top = step * fine.argmax(axis=0)
+
+    def turned(at: Array, chosen: Array) -> Array:
+        return np.asarray(waves[:, chosen] * np.exp(1j * orders * at))
+
+    def falling(at: Array, chosen: Array) -> tuple[Array, Array]:
+        there = turned(at, chosen)
+        return (orders * there.imag).sum(axis=0), (orders**2 * there.real).sum(axis=0)
+
+    (index,) = np.nonzero(np.ptp(values, axis=0))
+    at = rising(
+        lambda at, chosen: falling(at, index[chosen]),
+        top[index] - step,
+        top[index] + step,
+        first=top[index],
+    )
+    found = fine.max(axis=0)
+    found[index] = np.maximum(found[index], turned(at, index).real.sum(axis=0))
+    return np.maximum(values.max(axis=0), found)
 
 
 class Fourier:
@@ -52,12 +200,8 @@ class Fourier:
     @staticmethod
     def of(samples: Array, period: float) -> Fourier:
         """Return the functions with samples `(c, N)` at 0, period / N, 2 period / N and so on."""
-        count = samples.shape[1]
-        coefficients = np.fft.rfft(samples, axis=1) / count
-        coefficients[:, 1:] *= 2.0
-        if count % 2 == 0:
-            coefficients = coefficients[:, :-1]
-        return Fourier(coefficients, 2.0 * np.pi / period)
+        waves = amplitudes(samples, 1)[:, : (samples.shape[1] + 1) // 2]
+        return Fourier(waves, 2.0 * np.pi / period)
 
     def tail(self) -> Array:
         """Return `(c,)` the greatest of the last quarter of coefficients, relative to all."""
@@ -158,11 +302,7 @@ class Fourier:
     def on_grid(self, start: float, count: int) -> Array:
         """Return the values `(c, count)` over one period, at equidistant positions from `start`."""
         phases = np.exp(1j * self.frequency * start * self._harmonics)
-        padded = np.zeros((len(self.coefficients), count // 2 + 1), dtype=complex)
-        kept = min(self.coefficients.shape[1], (count + 1) // 2)
-        padded[:, :kept] = (self.coefficients * phases)[:, :kept]
-        padded[:, 1:] *= 0.5
-        values = np.fft.irfft(padded, count, axis=1) * count
+        values = sampled(self.coefficients * phases, count, 1)
         period = 2.0 * np.pi / self.frequency
         return values + np.outer(self.slope, start + period / count * np.arange(count))
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.vibration.model.periodic_grid import (
+from cardan_dyn.periodic import (
     MOST_NODES,
     amplitudes,
     derivatives,
+    greatest,
     interpolation,
     next_size,
     nodes,
     orders_of,
     resampled,
+    shifted,
     tail,
 )
 
@@ -68,3 +70,25 @@ def test_sizes_are_odd_and_bounded() -> None:
     assert [next_size(value) % 2 for value in (1, 10, 64, 1e9)] == [1, 1, 1, 1]
     assert next_size(22) == 31
     assert next_size(1e9) == MOST_NODES
+
+
+def test_an_even_number_has_one_order_without_a_sine() -> None:
+    turn = 2.0 * np.pi * np.arange(8) / 8
+    values = 1.0 + 3.0 * np.cos(turn + 0.3)[:, None] + 0.5 * np.cos(4.0 * turn)[:, None]
+    expected = [1.0, 3.0 * np.exp(0.3j), 0.0, 0.0, 0.5]
+    np.testing.assert_allclose(amplitudes(values)[:, 0], expected, atol=1e-15)
+    fine = 2.0 * np.pi * np.arange(24) / 24
+    between = 1.0 + 3.0 * np.cos(fine + 0.3) + 0.5 * np.cos(4.0 * fine)
+    np.testing.assert_allclose(resampled(values, 24)[:, 0], between, atol=1e-14)
+    np.testing.assert_allclose(resampled(between, 8), values[:, 0], atol=1e-14)
+
+
+def test_values_behind_the_nodes() -> None:
+    x = nodes(15, PERIOD)
+    behind = wave(x + 0.3 * PERIOD / 15)
+    np.testing.assert_allclose(shifted(wave(x)[None], 0.3, 1)[0], behind, atol=1e-14)
+
+
+def test_the_greatest_of_constants_and_of_none() -> None:
+    assert greatest(np.full((6, 2), -3.0)).tolist() == [-3.0, -3.0]
+    assert greatest(np.zeros((0, 2))).tolist() == [0.0, 0.0]
