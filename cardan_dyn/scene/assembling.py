@@ -13,8 +13,9 @@ from ..description.write import write as write_description
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, AssemblyError, MobilityError
 from ..kinematics.assembly_modes import without_turns
-from ..kinematics.closing.far import assembled_near, unclosed
+from ..kinematics.closing.far import assembled_near
 from ..kinematics.closing.group_solver import GroupSolver
+from ..kinematics.diagnosis.reach import unclosed
 from ..kinematics.loops.groups import independent_groups
 from ..kinematics.loops.structure import Structure
 from ..kinematics.tolerances import CLOSURE_TOLERANCE

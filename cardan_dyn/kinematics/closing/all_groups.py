@@ -101,8 +101,13 @@ class Kinematics:
     @property
     def moved(self) -> Array:
         """Velocity coordinates of the drives and of all passives."""
-        passives = [solver.group.passives for solver in self.solvers]
-        return np.concatenate([self.drives, *passives])
+        return np.concatenate([self.drives, self.passives])
+
+    @property
+    def passives(self) -> Array:
+        """Velocity coordinates of all passives."""
+        none = np.zeros(0, dtype=int)
+        return np.concatenate([none, *(solver.group.passives for solver in self.solvers)])
 
     @cached_property
     def idle_columns(self) -> Array:

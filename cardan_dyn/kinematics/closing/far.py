@@ -8,14 +8,11 @@ fewer closure equations are independent than anywhere else (dead points, change 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array, generic
-from ...errors import AssemblyError
-from ...mechanism.mechanism import Mechanism
 from ...proof.closed_positions import refuse_left
 from ..loops.groups import Group, independent_groups
 from ..loops.structure import Structure
@@ -174,29 +171,6 @@ def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
     return least, least_residual
 
 
-def unclosed(
-    mechanism: Mechanism, residual: float, positions: Mapping[str, float] | None = None
-) -> AssemblyError:
-    """Return the error for loops that cannot be closed.
-
-    Args:
-        mechanism: the mechanism.
-        residual: the least closure error that was found.
-        positions: joints that were kept at their positions [rad or m], if any.
-    """
-    listed = ", ".join(f"{name}: {value:g}" for name, value in (positions or {}).items())
-    where = f" with the joints of start at their positions ({listed})" if positions else ""
-    advice = mechanism.description.remedy or "check the origins of joints and loops"
-    if positions:
-        advice = "leave one of them out, or change it"
-    return AssemblyError(
-        f"{mechanism.name}: the loops cannot be closed{where}; the least closure error found "
-        f"around the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
-        f"characteristic length, {mechanism.characteristic_length:.4g} m: {advice}",
-        residual=residual,
-    )
-
-
 class GenericStates(NamedTuple):
     """Closed configurations of loops and couplings that have no joint in common with others.
 
@@ -239,6 +213,8 @@ def generic_states(
         first, residual = assembled_near(structure, x, every, group.passives)
         if not residual < CLOSURE_TOLERANCE:
             _, worst = assembled_near(structure, x, every, every)
+            from ..diagnosis.reach import unclosed  # Imported here: only errors need it.
+
             raise unclosed(mechanism, worst)
         result.append(states_around(solver, first))
     return result

@@ -24,6 +24,7 @@ from ...errors import (
 )
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
+from ...problem.problem import Problem
 from ..closing.far import states_around
 from ..closing.group_solver import GroupSolver
 from ..closing.stacked import ranks
@@ -110,24 +111,16 @@ class _Prescribed(NamedTuple):
         )
 
 
-def imbalance(
-    mechanism: Mechanism,
-    x: Array,
-    drives: tuple[str, ...],
-    held: list[str],
-    passives: set[int],
-    condition: float,
-) -> CardanError:
+def imbalance(problem: Problem, x: Array, passives: set[int], condition: float) -> CardanError:
     """Return the error that says why a scene's drives do not decide its motion.
 
     Args:
-        mechanism: the mechanism.
+        problem: the drives and held joints of the scene.
         x: `(size,)` closed coordinates.
-        drives: names of the driven joints.
-        held: names of the held joints.
         passives: velocity coordinates that something must decide.
         condition: of the closure equations at the closed coordinates.
     """
+    mechanism, drives, held = problem.mechanism, problem.independent, list(problem.held)
     scene = _Prescribed(mechanism, drives, held)
     around = Surroundings(Structure(mechanism), x)
     driven, resting = scene.columns(drives), set(scene.columns(held))

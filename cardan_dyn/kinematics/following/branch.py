@@ -41,7 +41,11 @@ _FIFTH, _AT_LEAST = 1e-6, 8.0
 how many times as much it has where a node is put between: it is off by some hundredth of it."""
 _MOST_KEPT = 16
 """Branches that are kept with a mechanism."""
-TURN = 2.0 * np.pi
+_REACH_OF_SLIDE = 10.0
+"""Characteristic lengths over which a sliding drive is followed to each side of the start before
+its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
+links."""
+TURN = math.tau
 """One turn of the drive [rad]."""
 _SIGNS = np.array([-1.0, 1.0])
 """Of the two sides of a start, in their order."""
@@ -172,7 +176,12 @@ class Branch:
         for side, end in self._followed_to(low, high).items():
             target = (low, high)[side]
             if _SIGNS[side] * (target - end) > 0.0:
-                self._refuse(side, target)
+                from ..diagnosis.reach import beyond_branch  # Imported here: only errors need it.
+
+                nearest, _ = self._limit_at(side)
+                at_end = abs(target - nearest) < _AT_LIMIT * self.unit
+                nodes = np.concatenate([node.x for node in self._nodes[side]])
+                raise beyond_branch(self.kinematics, self._column, target, nearest, nodes, at_end)
 
     def leads_to(self, positions: Array) -> Array:
         """Return `(N,)` which drive positions the branch leads to, all of which are followed."""
@@ -209,46 +218,6 @@ class Branch:
     def _passed(self, side: int, row: Rows) -> None:
         """Take note of where a step ends."""
         self._nodes[side].append(row._replace(first=_SIGNS[side] * row.first))
-
-    def _refuse(self, side: int, target: float) -> None:
-        """Refuse a position beyond the end of a side.
-
-        Raises:
-            AssemblyError, SingularConfigurationError: see `cover`.
-        """
-        nearest, _ = self._limit_at(side)
-        is_at_limit = abs(target - nearest) < _AT_LIMIT * self.unit
-        from ..diagnosis.singularities import gimbal_note, singularity_at  # Only errors need it.
-
-        kinematics, nodes = self.kinematics, self._nodes[side]
-        last, elsewhere = nodes[-1].x[0], nodes[len(nodes) // 2].x[0]
-        singularity = singularity_at(kinematics, last, elsewhere)
-        passives = [column for solver in kinematics.solvers for column in solver.group.passives]
-        hint = gimbal_note(kinematics.coordinates, last, passives)
-        if singularity.modes_meet or is_at_limit or len(nodes) == 1:
-            condition = float(kinematics.evaluate(last[None, :]).condition[0])
-            raise SingularConfigurationError(
-                f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
-                f"equations become singular there (condition {condition:.1e}), "
-                f"{singularity.text}{hint}",
-                position=nearest,
-                condition=condition,
-                hint=hint,
-                **singularity.details,
-            )
-        beyond = last[None, :].copy()
-        beyond[:, self._column] = target
-        with np.errstate(all="ignore"):
-            residual = float(kinematics.close(beyond).residual[0])
-        raise AssemblyError(
-            f"the loops cannot be closed at drive position {target:.9g}; the nearest "
-            f"position that can be reached is {nearest:.9g}, {singularity.text}{hint}",
-            position=target,
-            nearest=nearest,
-            residual=residual,
-            finding=singularity.text,
-            hint=hint,
-        )
 
     def _limit_at(self, side: int) -> tuple[float, bool]:
         """Return the drive position at which a side ends, and whether that is a dead point.
@@ -337,6 +306,19 @@ class Branch:
         # What little there is between the last node and a dead point is closed from that node.
         share = np.clip((positions - low) / (high - low), 0.0, 1.0)
         return quintic(table.curves[:, :, columns], left, share)
+
+    def reach(self) -> tuple[float, float]:
+        """Return the limits of the drive [rad or m], ±inf where it has none."""
+        way = _REACH_OF_SLIDE * self.unit
+        if self._column in self.kinematics.coordinates.angle_columns:
+            try:
+                if self.find_period():
+                    return -np.inf, np.inf
+            except (AssemblyError, SingularConfigurationError):
+                pass  # It does not turn through; the limits say how far it goes.
+            # Limits lie within a turn of each other, and the start less than a turn from them.
+            way = 2.0 * TURN
+        return self.limit(self.start - way), self.limit(self.start + way)
 
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.

@@ -98,7 +98,6 @@ class DriveMotion:
         coordinates = problem.mechanism.coordinates
         self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
         self._start = self.branch.start
-        self._length = problem.mechanism.characteristic_length
         self._slides = coordinates.named[drive].slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
 
@@ -197,14 +196,13 @@ class DriveMotion:
         self, targets: Array, error: AssemblyError | SingularConfigurationError
     ) -> CardanError:
         """Return the error for the first of some drive positions `(N,)` that is out of reach."""
-        from .reach import Aim, nearest_of, out_of_reach, reach_of  # Only errors need it.
+        from ..diagnosis.reach import nearest_of, out_of_reach  # Only errors need it.
 
-        low, high = reach_of(self.branch, self._slides, self._length)
+        low, high = self.branch.reach()
         # Samples may lie beyond both ends; the error is that of one of them.
-        sign = -1.0 if float(nearest_of(error)) < self._start else 1.0  # type: ignore[arg-type]
+        sign = -1.0 if nearest_of(error) < self._start else 1.0
         beyond = sign * targets > sign * (low if sign < 0.0 else high)
         # An end is known to some digits only: a sample that is refused may seem to lie before it.
         sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))
-        who = f"{self._role} {self._drive!r} cannot be brought to"
-        aim = Aim(who, float(targets[sample]), self._slides, sample)
-        return out_of_reach(aim, error, (low, high))
+        asked = self._role, self._drive, float(targets[sample]), self._slides
+        return out_of_reach(*asked, error, sample, (low, high))

@@ -19,7 +19,6 @@ from .lines import (
     OnLines,
     Reached,
     along_lines,
-    beyond_reach,
     follow,
     samples_on_lines,
 )
@@ -106,7 +105,7 @@ class JointMotion:
                     if strict and not np.all(reached.is_there):
                         raise self._beyond(asked, own, reached)
         except AssemblyError as error:
-            from .reach import all_out_of_reach  # Imported here: only errors need it.
+            from ..diagnosis.reach import all_out_of_reach  # Imported here: only errors need it.
 
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
         return Followed((reached.x, turns), reached.is_there)
@@ -250,14 +249,10 @@ class JointMotion:
         sample, more = int(np.argmin(reached.is_there)), int(np.sum(~reached.is_there)) - 1
         nearest = reached.x[sample].copy()
         nearest[self._drive_columns] += asked[sample] - own[sample]
-        error = beyond_reach(
-            self._kinematics,
-            self._drive_columns,
-            asked[sample],
-            nearest,
-            reached.residual[sample],
-            sample,
-        )
+        from ..diagnosis.reach import beyond_line  # Imported here: only errors need it.
+
+        way = self._drive_columns, asked[sample], nearest, reached.residual[sample]
+        error = beyond_line(self._kinematics, *way, sample)
         if np.any(asked[sample] != own[sample]):
             error.hint += "; whole turns were taken first, one drive after the other"
         if more:

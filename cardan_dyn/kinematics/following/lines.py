@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import BLOCK_SIZE, Array
-from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import ClosedState, Kinematics
 from ..tolerances import CLOSURE_TOLERANCE
@@ -467,9 +466,10 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
         else:
             way = along_lines(kinematics, last[None, :], columns, targets[:1])
             if not way.is_there[0]:
-                raise beyond_reach(
-                    kinematics, columns, targets[0], way.x[0], way.residual[0], count
-                )
+                from ..diagnosis.reach import beyond_line  # Imported here: only errors need it.
+
+                ended = way.x[0], way.residual[0]
+                raise beyond_line(kinematics, columns, targets[0], *ended, count)
             result[count], reached = way.x[0], 1
         count += reached
         last = result[count - 1]
@@ -488,36 +488,3 @@ def _one_step(
         state = kinematics.close(guess, most=MOST_CORRECTIONS)
         is_safe = is_safe_step(kinematics, state, before.inverses)
     return state, is_safe & (rows.longest(kinematics.coordinates) >= 1.0)
-
-
-def beyond_reach(
-    kinematics: Kinematics,
-    columns: list[int],
-    target: Array,
-    nearest: Array,
-    residual: float,
-    sample: int,
-) -> AssemblyError:
-    """Return the error for drive positions that a straight line does not reach.
-
-    Args:
-        kinematics: that closed the loops.
-        columns: columns of the drives in a row of coordinates.
-        target: `(d,)` positions that were asked for [rad or m].
-        nearest: `(size,)` closed coordinates where the line ended.
-        residual: closure error of the step beyond.
-        sample: index of the target.
-    """
-    from ..diagnosis.singularities import gimbal_note  # Only errors need it.
-
-    passives = [column for solver in kinematics.solvers for column in solver.group.passives]
-    note = gimbal_note(kinematics.coordinates, nearest, passives)
-    return AssemblyError(
-        f"the loops cannot be closed at drive positions {as_text(target)}; on the way there the "
-        f"nearest that were reached are {as_text(nearest[columns])}{note}",
-        position=target.copy(),
-        nearest=nearest[columns].copy(),
-        residual=float(residual),
-        sample=sample,
-        hint=note,
-    )
