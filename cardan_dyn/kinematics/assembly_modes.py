@@ -30,8 +30,6 @@ new pose. A pose to which as few starts lead as to that one is missed by one sea
 most poses are found by many starts."""
 _MOST_ROUNDS = 32
 """Rounds after which the search ends in any case, and says that it was not complete."""
-_SEED = 1
-"""The same starts at every call, so that a mode has the same name every time. Any seed would do."""
 _DISTINCT = 1e-6
 """Distance in `Coordinates.shape`, or of lines and points in lengths of the mechanism, from which
 on two closed states are different modes, or poses. It is far above the closure tolerance, up to
@@ -81,7 +79,8 @@ def assembly_modes(
         idle: joints at the ends of idle rods, which may have any position in every mode.
     """
     search = _Search(mechanism, first, idle)
-    generator = np.random.default_rng(_SEED)
+    # The same starts at every call, so that a mode has the same name every time.
+    generator = np.random.default_rng(1)
     starts = last_new = 0
     while starts < _MOST_ROUNDS * _STARTS and starts <= _MORE * last_new:
         x = _starts(generator, kinematics, passives, first, mechanism.characteristic_length)

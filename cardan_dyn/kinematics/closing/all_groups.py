@@ -12,6 +12,7 @@ from ...arrays import Array
 from ...mechanism.coordinates import Coordinates
 from .equations import Reduction
 from .group_solver import MOST_STEPS, GroupSolver, GroupState
+from .stacked import same_side
 
 
 class ClosedState(NamedTuple):
@@ -20,7 +21,7 @@ class ClosedState(NamedTuple):
     Attributes:
         x: `(N, size)` coordinates.
         groups: the state of every group.
-        residual: `(N,)` worst closure error, see `Evaluated`.
+        residual: `(N,)` worst closure error, see `ClosureEquations.at`.
         condition: `(N,)` greatest condition number of a group's closure equations.
         correction: `(N,)` how far the guess was off.
     """
@@ -242,7 +243,7 @@ class Kinematics:
         """
         result = np.ones(len(state.x), dtype=bool)
         for group_state, inverse in zip(state.groups, inverses, strict=True):
-            result &= group_state.same_side(inverse)
+            result &= same_side(group_state.square, inverse)
         return result
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array, generic
 from ...proof.closed_positions import refuse_left
-from ..loops.groups import Group, independent_groups
+from ..loops.groups import independent_groups
 from ..loops.structure import Structure
 from ..tolerances import AROUND, CLOSURE_TOLERANCE, STATES_AROUND
 from .group_solver import GroupSolver, GroupState, solver_of
@@ -29,8 +29,6 @@ are solved as normal equations and so come no nearer where they are badly condit
 _FIRST_DAMPING = 1e-3
 """First damping relative to the greatest diagonal element of the normal equations: small, so that
 starts from nearby take steps like Newton's, and it grows fourfold with every step refused."""
-_GREATEST_DAMPING = 1e12
-"""Damping at which a start is given up: its steps are mere rounding."""
 _LONGEST = 1.0
 """Greatest step of a coordinate [rad, or lengths of the mechanism]. The equations are linearised
 only over a fraction of a turn."""
@@ -39,8 +37,6 @@ _STATIONARY = 1e-12
 is given up."""
 _LEAST_GAIN = 1e-3
 """Least ratio of the actual to the predicted fall of the squared error of a step that is taken."""
-_NEAR = 1e-11
-"""Closure error that counts as closed here. Newton's method removes the rest."""
 _AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
 """Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a
 singular position, from which no step leads away, and keep the assembly mode; large ones find a
@@ -48,8 +44,6 @@ closed configuration wherever it is."""
 _STARTS = 12
 """Starts per amplitude. They are solved together, and the search ends with the first amplitude that
 leads to closed loops."""
-_SEED = 7
-"""The same starts in every call, so that a scene starts in the same configuration every time."""
 
 
 def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
@@ -72,7 +66,7 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
     rounding = matrices.shape[1] * np.finfo(float).eps * greatest
     identity = np.eye(matrices.shape[1])
     for _ in range(_MOST_STEPS if matrices.shape[1] else 0):
-        (active,) = np.nonzero((residual > _CLOSED) & (damping < _GREATEST_DAMPING))
+        (active,) = np.nonzero((residual > _CLOSED) & np.isfinite(damping))
         if not active.size:
             break
         rows = matrices[active]
@@ -123,12 +117,14 @@ def assembled_near(
         Coordinates `(size,)` and their closure error. The error is the least that was found where
         loops could not be closed.
     """
-    mechanism, worst = structure.mechanism, 0.0
+    mechanism, worst, wanted = structure.mechanism, 0.0, set(needed.tolist())
     groups = [
         group
         for group in independent_groups(structure, free)
         # Of a loop all of whose joints are pinned, no coordinate is free; it has to be closed too.
-        if _columns_on(structure, group).intersection(needed.tolist())
+        if any(
+            not wanted.isdisjoint(structure.coordinates_on(item)) for item in group.items(structure)
+        )
     ]
     moving = {column for group in groups for column in group.passives.tolist()}
     # What the joint of a loop can make up for, no other joint has to.
@@ -142,24 +138,20 @@ def assembled_near(
     return x, worst
 
 
-def _columns_on(structure: Structure, group: Group) -> set[int]:
-    """Return the velocity coordinates on the loops and in the couplings of a group."""
-    return {column for item in group.items(structure) for column in structure.coordinates_on(item)}
-
-
 def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
     """Return coordinates in which the loops of a group are closed, and the closure error."""
     best, residual = closed_from(solver, x[None, :])
-    if residual[0] < _NEAR:
+    if residual[0] < CLOSURE_TOLERANCE:
         return best[0], float(residual[0])
     coordinates = solver.coordinates
-    generator = np.random.default_rng(_SEED)
+    # The same starts in every call, so that a scene starts in the same configuration every time.
+    generator = np.random.default_rng(7)
     least, least_residual = best[0], float(residual[0])
     for amplitude in _AMPLITUDES:
         step = generator.uniform(-amplitude, amplitude, (_STARTS, len(solver.group.passives)))
         starts = solver.moved(np.repeat(x[None, :], _STARTS, axis=0), step)
         reached, residual = closed_from(solver, starts)
-        closed = residual < _NEAR
+        closed = residual < CLOSURE_TOLERANCE
         if np.any(closed):
             reached, residual = reached[closed], residual[closed]
             shapes = coordinates.shape(reached) - coordinates.shape(x[None, :])

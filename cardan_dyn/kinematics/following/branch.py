@@ -39,8 +39,6 @@ nobody can tell on which side it lies."""
 _FIFTH, _AT_LEAST = 1e-6, 8.0
 """Fifth coefficient [rad] that what is interpolated between nodes shall have, see `quintic`, and
 how many times as much it has where a node is put between: it is off by some hundredth of it."""
-_MOST_KEPT = 16
-"""Branches that are kept with a mechanism."""
 _REACH_OF_SLIDE = 10.0
 """Characteristic lengths over which a sliding drive is followed to each side of the start before
 its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
@@ -111,7 +109,7 @@ class Branch:
             kept: of the mechanism.
         """
         key = kinematics.key, start.tobytes()
-        return kept.of("branch", key, lambda: Branch(kinematics, start), most=_MOST_KEPT)
+        return kept.of("branch", key, lambda: Branch(kinematics, start))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -330,12 +328,9 @@ class Branch:
             The drive position where the branch ends; ±inf, with the sign of the direction from the
             start, if it leads all the way.
         """
-        try:
-            self.cover(target, target)
-        except AssemblyError as error:
-            return float(error.details["nearest"])  # type: ignore[arg-type]
-        except SingularConfigurationError as error:
-            return float(error.details["position"])  # type: ignore[arg-type]
+        for side, end in self._followed_to(target, target).items():
+            if _SIGNS[side] * (target - end) > 0.0:
+                return self._limit_at(side)[0]
         return float(np.copysign(np.inf, target - self.start))
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ...arrays import LARGE_BLOCK, Array, blocks, consecutive
@@ -20,20 +18,6 @@ _MOST_TURNS = 1000
 least eight nodes, which are followed one by one."""
 _TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
 """One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
-
-
-class Followed(NamedTuple):
-    """What following to drive positions found.
-
-    Attributes:
-        values: whole periods `(N, 1)` to take off the positions of a single drive; or coordinates
-            `(N, size)`, of which those that several drives move count, and the whole turns that
-            they lack.
-        is_there: `(N,)` whether samples are within reach; the values of others mean nothing.
-    """
-
-    values: tuple[Array, ...]
-    is_there: Array
 
 
 def turns_freely(mechanism: Mechanism, drive: str) -> bool:
@@ -101,13 +85,19 @@ class DriveMotion:
         self._slides = coordinates.named[drive].slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
 
-    def followed(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Followed:
+    def followed(
+        self, targets: Targets, along_path: bool = False, strict: bool = True
+    ) -> tuple[Array, ...]:
         """Follow the branch to targets of the scene.
 
         Args:
             targets: N samples.
             along_path: for a single drive, all ways to a position are along the same branch.
             strict: whether all have to be within reach.
+
+        Returns:
+            Whole periods to take off the positions `(N,)`, and which samples are within reach
+            `(N,)`; the values of others mean nothing.
 
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
@@ -125,9 +115,9 @@ class DriveMotion:
                 raise self._beyond(positions, error) from error
         else:
             is_there = self.branch.leads_to(positions)
-        return Followed((periods[:, None],), is_there)
+        return periods, is_there
 
-    def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
+    def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
 
         Args:
@@ -136,17 +126,17 @@ class DriveMotion:
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
         """
-        branch, position, (every,) = self.branch, self._positions(targets), followed.values
+        branch, position, (every, reached) = self.branch, self._positions(targets), followed
 
         def write(block: slice) -> None:
             periods = every[block]
-            where, is_there = position[block], followed.is_there[block]
+            where, is_there = position[block], reached[block]
             if np.count_nonzero(is_there) < len(is_there):
                 where = np.where(is_there, where, self._start)
             # Zeros that are never written take no memory.
             if np.count_nonzero(periods):
-                where = turned_back(where, periods[:, 0], branch.period or 0.0)
-                turns[block, self._columns] = periods * branch.windings[self._columns]
+                where = turned_back(where, periods, branch.period or 0.0)
+                turns[block, self._columns] = periods[:, None] * branch.windings[self._columns]
             x[block, self._columns] = branch.values(where, self._columns)
 
         in_threads(write, blocks(targets.size, LARGE_BLOCK))

@@ -123,7 +123,7 @@ class Guesses:
         # All of them are followed before any is written.
         every = [part.followed(targets, along_path, strict) for part in self._parts]
         if not strict:
-            is_there = np.logical_and.reduce([item.is_there for item in every])
+            is_there = np.logical_and.reduce([within for *_, within in every])
         for part in self._parts:
             # What was followed is let go as soon as it is written.
             part.write(every.pop(0), targets, x, turns)

@@ -14,7 +14,7 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch, whole_turns
-from .drive_motion import Followed, turned_back, turns_freely
+from .drive_motion import turned_back, turns_freely
 from .lines import (
     OnLines,
     Reached,
@@ -78,13 +78,19 @@ class JointMotion:
         ]
         self._turns: dict[int, tuple[float, Array] | None] = {}
 
-    def followed(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Followed:
+    def followed(
+        self, targets: Targets, along_path: bool = False, strict: bool = True
+    ) -> tuple[Array, ...]:
         """Follow the motion to targets of the scene.
 
         Args:
             targets: N samples.
             along_path: whether every sample is followed from the one before it.
             strict: whether all have to be within reach; along a path they have to be.
+
+        Returns:
+            Coordinates `(N, size)`, of which those that these drives move count; the whole turns
+            that they lack `(N, size)`; and which samples are within reach `(N,)`.
 
         Raises:
             AssemblyError: a position is out of reach.
@@ -108,7 +114,7 @@ class JointMotion:
             from ..diagnosis.reach import all_out_of_reach  # Imported here: only errors need it.
 
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
-        return Followed((reached.x, turns), reached.is_there)
+        return reached.x, turns, reached.is_there
 
     def _take_turns_off(self, own: Array, turns: Array, design_of: Array) -> None:
         """Take whole turns off positions `(N, d)`, and add them to `turns (N, size)`."""
@@ -259,9 +265,9 @@ class JointMotion:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error
 
-    def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
+    def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
-        (own_x, own_turns), columns = followed.values, self._columns
+        (own_x, own_turns, _), columns = followed, self._columns
         if len(x) == 1:
             x[0, columns], turns[0, columns] = own_x[0, columns], own_turns[0, columns]
             return

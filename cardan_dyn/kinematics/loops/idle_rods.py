@@ -25,8 +25,6 @@ _SAME = 1e-9
 lines are the same: what a file with ten digits says."""
 _LIGHT = 1e-2
 """Part of the mechanism's mass up to which a body between hinges is a washer that nobody drives."""
-_NEARLY_ONE = 0.999
-"""Scalar product of unit vectors up to which they are not parallel: they are 2.5° apart."""
 _BALANCED = 0.02
 """Distance of a centre of mass from the line, as a fraction of the characteristic length, up to
 which a body is a rod. Published robots have rods drawn askew by less; a body that hangs beside the
@@ -347,9 +345,7 @@ def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinoc
 
 def _are_parallel(first: Array, second: Array) -> bool:
     """Return whether two unit vectors `(3,)` have the same line."""
-    # Most pairs are far from parallel, which their scalar product shows in a fraction of the time.
-    is_near = abs(float(first @ second)) > _NEARLY_ONE
-    return is_near and float(np.linalg.norm(cross(first, second))) < _SAME
+    return float(np.linalg.norm(cross(first, second))) < _SAME
 
 
 def common_point(lines: list[tuple[Array, Array]], tolerance: float) -> Array | None:

@@ -20,9 +20,6 @@ OPEN_CONFIGURATIONS = 3
 position; the others catch a configuration that happens to be special."""
 _MOST_RANKS = 1024
 """Ranks of loops that are kept with a mechanism: numbers, each by the positions of a few joints."""
-_VALUES_PER_BODY = 3
-"""Generic values that are drawn per body: a rotation vector for a ball. A turn or a slide takes the
-first one."""
 
 
 class Structure:
@@ -135,10 +132,11 @@ class Structure:
 
     def _generic_rank(self, way: Route, x: Array, moving: set[int]) -> int:
         """Return the rank of one loop, see `ranks`."""
-        values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(way.bodies))
+        # For each body a rotation vector, of which a turn or a slide takes the first component.
+        values = generic(OPEN_CONFIGURATIONS, 3 * len(way.bodies))
         twists = [
             self._twists(way, x, moving, configuration)
-            for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
+            for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, 3)
         ]
         return _rank(np.concatenate(twists, axis=0))
 
