@@ -16,7 +16,7 @@ from ...arrays import Array, generic
 from ...proof.closed_positions import refuse_left
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
-from ..tolerances import AROUND, CLOSURE_TOLERANCE, STATES_AROUND
+from ..tolerances import AROUND, CLOSURE_TOLERANCE, LONGEST_WAY, STATES_AROUND
 from .group_solver import GroupSolver, GroupState, solver_of
 from .stacked import ranks, times, transposed
 
@@ -29,9 +29,6 @@ are solved as normal equations and so come no nearer where they are badly condit
 _FIRST_DAMPING = 1e-3
 """First damping relative to the greatest diagonal element of the normal equations: small, so that
 starts from nearby take steps like Newton's, and it grows fourfold with every step refused."""
-_LONGEST = 1.0
-"""Greatest step of a coordinate [rad, or lengths of the mechanism]. The equations are linearised
-only over a fraction of a turn."""
 _STATIONARY = 1e-12
 """Predicted relative fall of the squared error at which a start sits in a minimum of the error and
 is given up."""
@@ -74,7 +71,7 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
         shifted = rows @ transposed(rows) + damping[active, None, None] * identity
         step = -np.linalg.solve(shifted, gradient[:, :, None])[:, :, 0]
         longest = np.max(np.abs(step), axis=1)
-        step *= np.minimum(1.0, _LONGEST / np.maximum(longest, _LONGEST))[:, None]
+        step *= np.minimum(1.0, LONGEST_WAY / np.maximum(longest, LONGEST_WAY))[:, None]
         linear = error[active] + times(transposed(rows), step)
         predicted = squares[active] - np.sum(linear**2, axis=1)
         tried = solver.moved(x[active], step)

@@ -18,24 +18,18 @@ from ...arrays import Array
 from ...errors import AssemblyError, SingularConfigurationError
 from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
-from .lines import Lines, Rows, quintic
+from ..tolerances import MOVES
+from .lines import SHORTEST, Lines, Rows, quintic
 
 _TURNS_TRIED = 12
 """Turns of the drive after which a mechanism is tried for repetition. Velocity ratios of small
 whole numbers repeat within them."""
-_SAME = 1e-7
-"""Greatest difference [rad, or lengths of the mechanism] between coordinates one period apart. It
-is far above the closure tolerance, and far below any motion that a mechanism would miss its start
-by on purpose."""
 _STEEP = 100.0
 """Derivative of a coordinate [per unit of the drive] from which on an end counts as near a dead
 point of the drive, where derivatives grow without bound."""
 _GREATEST_GAP = 1e-4
 """Greatest distance [units of the drive] between the last node and the estimated limit. The last
 steps before a limit are much shorter, so a limit that lies farther away is a wrong estimate."""
-_AT_LIMIT = 1e-9
-"""Distance [units of the drive] from a limit within which a position is the singular one itself:
-nobody can tell on which side it lies."""
 _FIFTH, _AT_LEAST = 1e-6, 8.0
 """Fifth coefficient [rad] that what is interpolated between nodes shall have, see `quintic`, and
 how many times as much it has where a node is put between: it is off by some hundredth of it."""
@@ -147,7 +141,7 @@ class Branch:
             scale = kinematics.coordinates.scale
             fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / _FIFTH
             # What does not become smaller by parts is left to whoever closes guesses.
-            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > _AT_LIMIT * self.unit))
+            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > SHORTEST * self.unit))
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)
@@ -177,7 +171,7 @@ class Branch:
                 from ..diagnosis.reach import beyond_branch  # Imported here: only errors need it.
 
                 nearest, _ = self._limit_at(side)
-                at_end = abs(target - nearest) < _AT_LIMIT * self.unit
+                at_end = abs(target - nearest) < SHORTEST * self.unit
                 nodes = np.concatenate([node.x for node in self._nodes[side]])
                 raise beyond_branch(self.kinematics, self._column, target, nearest, nodes, at_end)
 
@@ -209,7 +203,7 @@ class Branch:
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:
-                    before = limit - _SIGNS[side] * _AT_LIMIT * self.unit
+                    before = limit - _SIGNS[side] * SHORTEST * self.unit
                     ends[side] = sorted((before, ends[side]))[side]
         return ends
 
@@ -346,7 +340,7 @@ def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Arra
         missed[:, ball] = np.minimum(missed[:, ball], np.abs(last + first)[:, ball])
     # How far idle rods have turned about their lines says nothing about the motion.
     missed[:, kinematics.idle_columns] = 0.0
-    return np.max(missed, axis=1, initial=0.0) < _SAME, windings
+    return np.max(missed, axis=1, initial=0.0) < MOVES, windings
 
 
 def _joined(*rows: Rows) -> Rows:

@@ -20,13 +20,11 @@ import numpy as np
 from ...arrays import BLOCK_SIZE, Array
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import ClosedState, Kinematics
-from ..tolerances import CLOSURE_TOLERANCE
+from ..tolerances import CLOSURE_TOLERANCE, LONGEST_WAY, SAFE_CORRECTION
 
 ALLOWED_ERROR = 0.03
 """Error [rad] of an extrapolation that steps are chosen for where the closure equations are well
 conditioned: small against the distance between assembly modes."""
-_WELL_CONDITIONED = 100.0
-"""Condition number up to which `ALLOWED_ERROR` holds undiminished."""
 REJECTED = 4.0
 """Ratio of an extrapolation's error to the allowed one from which on its step is rejected. The
 error grows with the third power of the step, so such a step is 1.6 times too long."""
@@ -37,9 +35,6 @@ _AMBIGUOUS_CONDITION = 1e7
 """Condition number from which on rounding decides in which assembly mode a branch goes on: modes
 are about its reciprocal apart, 1e-7 rad, and positions near a dead point known to the root of
 rounding, 1e-8."""
-LONGEST_WAY = 1.0
-"""Greatest displacement [rad] of a coordinate in a step, by each of its first two derivatives. Of
-longer steps some end by accident near other solutions, often whole turns of a joint away."""
 _FIRST_STEP = 0.4
 """First step as a part of the longest, where more than the end of a line counts."""
 _SINGULAR_DISTANCE = 3.0
@@ -50,7 +45,7 @@ _APPROACH = 0.7
 margin stays positive and the singular configuration is never stepped over."""
 _LONGER, _SHORTER, _AFTER_REJECTION = 4.0, 0.1, 0.5
 """Greatest and least ratio of a step to the one before it, and the greatest after a failure."""
-_SHORTEST = 1e-9
+SHORTEST = 1e-9
 """Step [rad] below which a line cannot be followed any farther, far above the rounding of drive
 positions, so that a step always moves; as a share of its way where only its end counts."""
 MOST_CORRECTIONS = 6
@@ -277,14 +272,14 @@ class Lines:
             self.rows = Rows.along(kinematics, state, self._way)._replace(x=self.x)
             self._longest = self.rows.longest(kinematics.coordinates)
             extent = np.abs(self._way) * kinematics.coordinates.scale[columns]
-            self._shortest = _SHORTEST / np.max(extent, axis=1, initial=0.0)
+            self._shortest = SHORTEST / np.max(extent, axis=1, initial=0.0)
         self._step, self._margin = np.ones(len(ends)), 1.0 / state.condition.repeat(of_each)
         if leads:
             self._longest = np.minimum(self._longest, _SINGULAR_DISTANCE * self._margin)
             # Of the first step no error is known yet; of several, the longest may lead as far.
             self._step = _FIRST_STEP * self._longest
         else:
-            self._shortest = np.minimum(self._shortest, _SHORTEST)
+            self._shortest = np.minimum(self._shortest, SHORTEST)
 
     def at(self, samples: OnLines) -> Reached:
         """Follow all lines to their ends, or as far as they lead; see `samples_on_lines`."""
@@ -426,7 +421,7 @@ def allowed_error(condition: Array) -> Array:
 
     Other assembly modes come nearer in proportion to the condition number.
     """
-    return ALLOWED_ERROR * np.minimum(1.0, _WELL_CONDITIONED / condition)
+    return ALLOWED_ERROR * np.minimum(1.0, 1.0 / SAFE_CORRECTION / condition)
 
 
 def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Array]) -> Array:

@@ -10,6 +10,7 @@ import pinocchio
 
 from ...arrays import Array, generic
 from ...mechanism.joints import Part
+from ...mechanism.kept import MOST
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 from ..tolerances import RANK_TOLERANCE
@@ -18,8 +19,6 @@ from .routes import Carriers, Route, carried, carriers_of, short_routes
 OPEN_CONFIGURATIONS = 3
 """Configurations of an open loop from which its rank is found. One would do for joints in general
 position; the others catch a configuration that happens to be special."""
-_MOST_RANKS = 1024
-"""Ranks of loops that are kept with a mechanism: numbers, each by the positions of a few joints."""
 
 
 class Structure:
@@ -112,7 +111,7 @@ class Structure:
                 "rank",
                 (loop, way.crossed, *self._deciding(way.bodies, x, moving)),
                 partial(self._generic_rank, way, x, moving),
-                _MOST_RANKS,
+                MOST * len(self.paths),
             )
             for loop, way in enumerate(ways)
         ]
