@@ -111,9 +111,7 @@ class Assembly:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        if self._at is not None:
-            targets = self._with_design(targets)
-        return self._guesses.at(targets, along_path)
+        return self._guesses.at(self._with_design(targets), along_path)
 
     def close(self, guess: Guess, positions: Array, first: int = 0) -> ClosedState:
         """Close the loops at guesses for drive positions `(N, d)`.

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...mechanism.coordinates import Coordinates
+from ..loops.groups import components
 from .equations import Reduction
 from .group_solver import MOST_STEPS, GroupSolver, GroupState
 from .stacked import same_side
@@ -123,14 +124,12 @@ class Kinematics:
         """
         if self.depends is None:
             return [([0], list(range(len(self.solvers))))]
-        part_of = list(range(len(self.drives)))
         moving = [
             np.nonzero(np.any(self.depends[solver.group.passives], axis=0))[0].tolist()
             for solver in self.solvers
         ]
-        for drives in moving:
-            joined = {part_of[drive] for drive in drives}
-            part_of = [min(joined) if part in joined else part for part in part_of]
+        met = {(one, other) for drives in moving for one in drives for other in drives}
+        part_of = components(len(self.drives), met)
         return [
             (
                 [drive for drive, own in enumerate(part_of) if own == part],

@@ -29,9 +29,6 @@ are solved as normal equations and so come no nearer where they are badly condit
 _FIRST_DAMPING = 1e-3
 """First damping relative to the greatest diagonal element of the normal equations: small, so that
 starts from nearby take steps like Newton's, and it grows fourfold with every step refused."""
-_STATIONARY = 1e-12
-"""Predicted relative fall of the squared error at which a start sits in a minimum of the error and
-is given up."""
 _LEAST_GAIN = 1e-3
 """Least ratio of the actual to the predicted fall of the squared error of a step that is taken."""
 _AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
@@ -60,7 +57,7 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
     greatest = np.max(np.diagonal(normal, axis1=1, axis2=2), axis=1, initial=1e-300)
     damping, growth = _FIRST_DAMPING * greatest, np.full(len(x), 2.0)
     # Less would be lost in the rounding of the normal equations, which may be singular without.
-    rounding = matrices.shape[1] * np.finfo(float).eps * greatest
+    rounding = matrices.shape[1] * np.finfo(float).eps
     identity = np.eye(matrices.shape[1])
     for _ in range(_MOST_STEPS if matrices.shape[1] else 0):
         (active,) = np.nonzero((residual > _CLOSED) & np.isfinite(damping))
@@ -90,12 +87,13 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
         # Nielsen's rule: damping falls smoothly where the linear model holds, else grows faster
         # and faster.
         damping[better] *= np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain[taken] - 1.0) ** 3)
-        np.maximum(damping, rounding, out=damping)
+        np.maximum(damping, rounding * greatest, out=damping)
         growth[better] = 2.0
         worse = active[~taken]
         damping[worse] *= growth[worse]
         growth[worse] *= 2.0
-        damping[active[predicted <= _STATIONARY * squares[active]]] = np.inf
+        # In a minimum of the error, no step lowers it by more than rounding.
+        damping[active[predicted <= rounding * squares[active]]] = np.inf
     return x, residual
 
 

@@ -118,17 +118,17 @@ class GroupSolver:
         Args:
             x: `(size,)` coordinates of the joints that do not move.
         """
-        key = x[self.equations.columns].tobytes()
-        return self._kept.of("open reduction", key, lambda: self._open_reduction(x))
 
-    def _open_reduction(self, x: Array) -> Reduction:
-        """See `open_reduction`."""
-        rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
-        moves = self.coordinates.moves(self.movable)
-        step = generic(OPEN_CONFIGURATIONS, len(self.movable))
-        step[:, moves.slides] *= self.equations.length
-        moves.apply(rows, step)
-        return self.equations.reduction(rows, self.movable)
+        def found() -> Reduction:
+            rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
+            moves = self.coordinates.moves(self.movable)
+            step = generic(OPEN_CONFIGURATIONS, len(self.movable))
+            step[:, moves.slides] *= self.equations.length
+            moves.apply(rows, step)
+            return self.equations.reduction(rows, self.movable)
+
+        key = x[self.equations.columns].tobytes()
+        return self._kept.of("open reduction", key, found)
 
     def _sizes(self, step: Array) -> Array:
         """Return the greatest parts `(N,)` of steps `(N, p)` [rad], slides counted in lengths."""
@@ -187,7 +187,7 @@ class GroupSolver:
         if not self.group.passives.size:
             return state
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
-        if leaves is not None and not state.is_square:
+        if state.rows.shape[2] != self.group.passives.size:
             leaves = None
         correction, now, rest = state.correction, state, np.arange(len(x))
         for count in range(most):
@@ -240,7 +240,9 @@ class GroupSolver:
             step = now.step(now.error)
             sizes = self._sizes(step)
             self._bend(now, step, sizes)
-            self._advance(x, rest, step + now.spun_back(angles))
+            # The last columns turn rods back by their angles.
+            turns_back = times(transposed(now.inverse)[:, :, -angles.shape[1] :], angles)
+            self._advance(x, rest, step - turns_back)
             now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
             state = state.with_samples(rest, now)
             # Steps that are mere rounding are as large as the condition makes them.
@@ -347,11 +349,6 @@ class GroupState(NamedTuple):
         return self.equations.reduction(self.x, self.solver.movable)
 
     @property
-    def is_square(self) -> bool:
-        """Whether there are as many equations, with those of idle rods, as passives."""
-        return self.rows.shape[2] == self.group.passives.size
-
-    @property
     def square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
         return self.rows[:, self.group.known.size :]
@@ -377,10 +374,6 @@ class GroupState(NamedTuple):
         rates[:, self.group.passives] = step
         left = equations.drift(self.x, rates, self.reduction)
         return 0.5 * self.step(left[:, : self.error.shape[1]])
-
-    def spun_back(self, angles: Array) -> Array:
-        """Return steps `(N, p)` that turn idle rods back by angles `(N, k)` about their lines."""
-        return -times(transposed(self.inverse)[:, :, -angles.shape[1] :], angles)
 
     def rates(self, known: Array) -> Array:
         """Return passive rates `(N, p, c)` for c sets of rates `(N, k, c)` of what is known.

@@ -11,7 +11,7 @@ from ...arrays import Array
 from ...errors import choices
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import Kinematics
-from ..tolerances import MOVES
+from ..tolerances import MOVES, REGULAR_CONDITION
 
 _RESTS = 1e-2
 """Rate below which a joint rests near a singular position, and singular value below which it is
@@ -21,10 +21,6 @@ _MEETING = 100.0
 """How many times the smallest singular value with the drives may exceed the one without them where
 assembly modes meet: both vanish together there. At a dead point of the drive the former does not
 vanish."""
-_NEAR = 1e-3
-"""Distance [rad] of the middle angle from ±90° up to which a singularity that was found counts as
-gimbal lock. The condition number is the reciprocal of that distance, and errors are raised where it
-is a million or more."""
 
 
 class Singularity(NamedTuple):
@@ -118,7 +114,8 @@ def gimbal_note(coordinates: Coordinates, x: Array, passives: Iterable[int]) -> 
         first, middle, last = range(columns.stop - 3, columns.stop)
         if not {rates.stop - 3, rates.stop - 1} <= passives:
             continue
-        if abs(np.cos(x[middle])) < np.sin(_NEAR):
+        # The condition is the reciprocal of the distance from ±90°: far greater where errors are.
+        if abs(np.cos(x[middle])) < REGULAR_CONDITION**-0.5:
             angle = np.rad2deg(np.arctan2(np.sin(x[middle]), np.cos(x[middle])))
             return (
                 f". {names[middle]!r} is {angle:.4g}° there; at ±90° the axes of {names[first]!r} "

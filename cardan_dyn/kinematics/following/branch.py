@@ -27,9 +27,6 @@ whole numbers repeat within them."""
 _STEEP = 100.0
 """Derivative of a coordinate [per unit of the drive] from which on an end counts as near a dead
 point of the drive, where derivatives grow without bound."""
-_GREATEST_GAP = 1e-4
-"""Greatest distance [units of the drive] between the last node and the estimated limit. The last
-steps before a limit are much shorter, so a limit that lies farther away is a wrong estimate."""
 _FIFTH, _AT_LEAST = 1e-6, 8.0
 """Fifth coefficient [rad] that what is interpolated between nodes shall have, see `quintic`, and
 how many times as much it has where a node is put between: it is off by some hundredth of it."""
@@ -116,7 +113,7 @@ class Branch:
 
         The branch is followed there, as far as it leads; nodes ascend with the drive.
         """
-        self._followed_to(self.start - way, self.start + way)
+        self.reached(self.start - way, self.start + way)
         rows = self._table.rows.x
         return np.asarray(rows[np.abs(rows[:, self._column] - self.start) <= way])
 
@@ -165,8 +162,9 @@ class Branch:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        for side, end in self._followed_to(low, high).items():
-            target = (low, high)[side]
+        for side, (target, end) in enumerate(
+            zip((low, high), self.reached(low, high), strict=True)
+        ):
             if _SIGNS[side] * (target - end) > 0.0:
                 from ..diagnosis.reach import beyond_branch  # Imported here: only errors need it.
 
@@ -175,23 +173,18 @@ class Branch:
                 nodes = np.concatenate([node.x for node in self._nodes[side]])
                 raise beyond_branch(self.kinematics, self._column, target, nearest, nodes, at_end)
 
-    def leads_to(self, positions: Array) -> Array:
-        """Return `(N,)` which drive positions the branch leads to, all of which are followed."""
-        result = np.ones(len(positions), dtype=bool)
-        ends = self._followed_to(float(positions.min()), float(positions.max()))
-        for side, end in ends.items():
-            result &= _SIGNS[side] * (positions - end) <= 0.0
-        return result
-
-    def _followed_to(self, low: float, high: float) -> dict[int, float]:
-        """Follow the branch as far as it leads; return sides that end before, and where.
+    def reached(self, low: float, high: float) -> tuple[float, float]:
+        """Follow the branch towards drive positions `low` and `high` as far as it leads.
 
         Positions between the last node and a dead point lie on the branch as well.
+
+        Returns:
+            Where it ends on either side; ±inf where it leads as far as was asked for.
         """
         # Nodes lie beyond, so that what lies between two of them does not depend on what was asked.
         ways = (self.start - low) / self.unit, (high - self.start) / self.unit
         until = [math.nextafter(way, math.inf) if way > 0.0 else -1.0 for way in ways]
-        ends = {}
+        ends = [-np.inf, np.inf]
         with self._lock:
             shares = self._lines.share.tolist()
             if any(share < way for share, way in zip(shares, until, strict=True)):
@@ -205,7 +198,7 @@ class Branch:
                 if is_dead_point:
                     before = limit - _SIGNS[side] * SHORTEST * self.unit
                     ends[side] = sorted((before, ends[side]))[side]
-        return ends
+        return ends[0], ends[1]
 
     def _passed(self, side: int, row: Rows) -> None:
         """Take note of where a step ends."""
@@ -236,7 +229,9 @@ class Branch:
             step, remaining = (position - float(nodes[-2].x[0, self._column])) / self.unit, 0.0
             if margin_before > margin:
                 remaining = float(step * margin / (margin_before - margin))
-        if not abs(remaining) < _GREATEST_GAP:
+        # Where derivatives are that steep, less is left than their square tells; and the last steps
+        # before a limit are much shorter, so one that lies farther away is a wrong estimate.
+        if not abs(remaining) < _STEEP**-2:
             return position, False
         return position + remaining * self.unit, is_steep
 
@@ -322,10 +317,10 @@ class Branch:
             The drive position where the branch ends; ±inf, with the sign of the direction from the
             start, if it leads all the way.
         """
-        for side, end in self._followed_to(target, target).items():
-            if _SIGNS[side] * (target - end) > 0.0:
-                return self._limit_at(side)[0]
-        return float(np.copysign(np.inf, target - self.start))
+        side = int(target > self.start)
+        if _SIGNS[side] * (target - self.reached(target, target)[side]) > 0.0:
+            return self._limit_at(side)[0]
+        return float(_SIGNS[side] * np.inf)
 
 
 def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Array, Array]:

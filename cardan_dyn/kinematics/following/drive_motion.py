@@ -102,7 +102,7 @@ class DriveMotion:
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        positions = self._positions(targets)
+        positions = targets.prescribed[:, self._index]
         low, high = float(positions.min()), float(positions.max())
         period = self._period(positions, low, high)
         periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
@@ -114,7 +114,8 @@ class DriveMotion:
             except (AssemblyError, SingularConfigurationError) as error:
                 raise self._beyond(positions, error) from error
         else:
-            is_there = self.branch.leads_to(positions)
+            low, high = self.branch.reached(low, high)
+            is_there = (low <= positions) & (positions <= high)
         return periods, is_there
 
     def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
@@ -126,7 +127,11 @@ class DriveMotion:
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
         """
-        branch, position, (every, reached) = self.branch, self._positions(targets), followed
+        branch, position, (every, reached) = (
+            self.branch,
+            targets.prescribed[:, self._index],
+            followed,
+        )
 
         def write(block: slice) -> None:
             periods = every[block]
@@ -140,13 +145,6 @@ class DriveMotion:
             x[block, self._columns] = branch.values(where, self._columns)
 
         in_threads(write, blocks(targets.size, LARGE_BLOCK))
-
-    def _positions(self, targets: Targets) -> Array:
-        """Return the drive's positions `(N,)` at targets of the scene."""
-        drives = targets.given.shape[-1]
-        if self._index < drives:
-            return targets.positions[:, self._index]
-        return targets.designs[:, self._index - drives][targets.design_of]
 
     def _period(self, positions: Array, low: float, high: float) -> float | None:
         """Return the period by which drive positions are turned back; None if by none.

@@ -176,12 +176,6 @@ class OnLines(NamedTuple):
     line: Array
     share: Array
 
-    def of_lines(self, first: int, last: int) -> tuple[slice, OnLines]:
-        """Return which samples lie on some of the lines, and these samples."""
-        begin, end = np.searchsorted(self.line, [first, last])
-        span = slice(int(begin), int(end))
-        return span, OnLines(self.line[span] - first, self.share[span])
-
 
 def along_lines(
     kinematics: Kinematics,
@@ -226,7 +220,8 @@ def samples_on_lines(
     reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), np.empty(count))
     for first in range(0, len(ends), BLOCK_SIZE):
         chosen = slice(first, first + BLOCK_SIZE)
-        span, own = samples.of_lines(first, first + BLOCK_SIZE)
+        span = slice(*np.searchsorted(samples.line, [first, first + BLOCK_SIZE]).tolist())
+        own = OnLines(samples.line[span] - first, samples.share[span])
         own_starts = starts if len(starts) == 1 else starts[chosen]
         lines = Lines(kinematics, own_starts, columns, ends[chosen], begin)
         for whole, values in zip(reached, lines.at(own), strict=True):
@@ -424,19 +419,6 @@ def allowed_error(condition: Array) -> Array:
     return ALLOWED_ERROR * np.minimum(1.0, 1.0 / SAFE_CORRECTION / condition)
 
 
-def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Array]) -> Array:
-    """Return `(N,)` whether closed states are in the assembly mode that a step began in.
-
-    Args:
-        kinematics: that closed them.
-        state: after the step.
-        inverses: of every group's closure equations before it.
-    """
-    is_safe = state.correction < REJECTED * ALLOWED_ERROR
-    is_safe &= state.residual < CLOSURE_TOLERANCE
-    return np.asarray(is_safe & kinematics.same_side(state, inverses))
-
-
 def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: Array) -> Array:
     """Return closed coordinates `(N, size)` at drive positions `(N, d)`.
 
@@ -453,7 +435,16 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
     last, count, batch_size = start, 0, _SMALLEST_BATCH
     while count < len(positions):
         targets = positions[count : count + batch_size]
-        state, is_safe = _one_step(kinematics, last, columns, targets)
+        before = kinematics.evaluate(last[None, :])
+        with np.errstate(all="ignore"):  # Targets out of reach may overflow; they are not safe.
+            rows = Rows.along(kinematics, before, targets - last[columns])
+            guess = rows.after(np.ones(len(targets)))
+            guess[:, columns] = targets
+            state = kinematics.close(guess, most=MOST_CORRECTIONS)
+            is_safe = rows.longest(kinematics.coordinates) >= 1.0
+            is_safe &= state.correction < REJECTED * ALLOWED_ERROR
+            is_safe &= state.residual < CLOSURE_TOLERANCE
+            is_safe &= kinematics.same_side(state, before.inverses)
         reached = len(targets) if np.all(is_safe) else int(np.argmin(is_safe))
         batch_size = min(max(2 * reached, _SMALLEST_BATCH), _LARGEST_BATCH)
         if reached:
@@ -469,17 +460,3 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
         count += reached
         last = result[count - 1]
     return result
-
-
-def _one_step(
-    kinematics: Kinematics, last: Array, columns: list[int], targets: Array
-) -> tuple[ClosedState, Array]:
-    """Close the loops at targets `(K, d)`, each in one step; return `(K,)` whether it is safe."""
-    before = kinematics.evaluate(last[None, :])
-    with np.errstate(all="ignore"):  # Targets out of reach may overflow; they are not safe.
-        rows = Rows.along(kinematics, before, targets - last[columns])
-        guess = rows.after(np.ones(len(targets)))
-        guess[:, columns] = targets
-        state = kinematics.close(guess, most=MOST_CORRECTIONS)
-        is_safe = is_safe_step(kinematics, state, before.inverses)
-    return state, is_safe & (rows.longest(kinematics.coordinates) >= 1.0)

@@ -105,39 +105,28 @@ class Structure:
             moving: velocity coordinates that move.
             routes: ways around loops; others, and all if None, are those along the tree.
         """
-        kept, ways = self.mechanism.kept, self._ways(routes)
-        return [
-            kept.of(
-                "rank",
-                (loop, way.crossed, *self._deciding(way.bodies, x, moving)),
-                partial(self._generic_rank, way, x, moving),
-                MOST * len(self.paths),
-            )
-            for loop, way in enumerate(ways)
-        ]
+        result = []
+        for loop, way in enumerate(self._ways(routes)):
+            resting = [body for body in way.bodies if self._columns[body][0] not in moving]
+            at = []
+            for body in resting:
+                part, start = self._parts[body]
+                at.append(x[start : start + (4 if part.kind == "spherical" else 1)].tobytes())
+            key, most = (loop, way.crossed, tuple(resting), *at), MOST * len(self.paths)
+            found = partial(self._generic_rank, way, x, moving)
+            result.append(self.mechanism.kept.of("rank", key, found, most))
+        return result
 
     def _ways(self, routes: Mapping[int, Route] | None) -> list[Route]:
         """Return the way around each loop."""
         return [self.route(loop, routes or {}) for loop in range(len(self.mechanism.loops))]
 
-    def _deciding(self, path: list[int], x: Array, moving: set[int]) -> tuple[object, ...]:
-        """Return which bodies of a path move, and where the others rest, as parts of a key."""
-        resting = [body for body in path if self._columns[body][0] not in moving]
-        at = []
-        for body in resting:
-            part, start = self._parts[body]
-            at.append(x[start : start + (4 if part.kind == "spherical" else 1)].tobytes())
-        return tuple(resting), *at
-
     def _generic_rank(self, way: Route, x: Array, moving: set[int]) -> int:
         """Return the rank of one loop, see `ranks`."""
         # For each body a rotation vector, of which a turn or a slide takes the first component.
         values = generic(OPEN_CONFIGURATIONS, 3 * len(way.bodies))
-        twists = [
-            self._twists(way, x, moving, configuration)
-            for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, 3)
-        ]
-        return _rank(np.concatenate(twists, axis=0))
+        each = values.reshape(OPEN_CONFIGURATIONS, -1, 3)
+        return _rank(np.concatenate([self._twists(way, x, moving, own) for own in each], axis=0))
 
     def ranks_at(
         self, x: Array, moving: set[int], routes: Mapping[int, Route] | None = None
