@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio
 
 from ...arrays import Array
 from ...errors import (
@@ -22,6 +21,7 @@ from ...errors import (
     as_text,
     choices,
 )
+from ...mechanism.carried import CarriedFrame
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 from ...problem.problem import Problem
@@ -30,7 +30,7 @@ from ..closing.group_solver import GroupSolver
 from ..closing.stacked import ranks
 from ..loops.groups import independent_groups
 from ..loops.idle_rods import idle_rods
-from ..loops.structure import Structure, displacement, unit_twists
+from ..loops.structure import Structure
 from ..tolerances import MOVES
 from .singularities import Singularity, gimbal_note
 
@@ -424,20 +424,6 @@ def _rank(rows: Array) -> int:
     return int(np.sum(np.linalg.svd(rows, compute_uv=False) > MOVES))
 
 
-class _Alike(NamedTuple):
-    """Links that move as one rigid body.
-
-    Attributes:
-        names: of the links.
-        twist: `(6,)` linear part at the world's origin, then angular part, in world axes.
-        origin: `(3,)` of the first link, in the world.
-    """
-
-    names: list[str]
-    twist: Array
-    origin: Array
-
-
 def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST) -> str:
     """Return in words which links a motion moves, and how.
 
@@ -447,76 +433,49 @@ def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST
         motion: `(nv,)` joint rates, slides in lengths of the mechanism.
         most: how many sets of links that move alike are described; the others are counted.
     """
-    sets = sorted(_alike(mechanism, x, motion), key=lambda item: -len(item.names))
-    texts = [_text(item, mechanism.characteristic_length) for item in sets[:most]]
-    others = sum(len(item.names) for item in sets[most:])
+    length, rates = mechanism.characteristic_length, motion * mechanism.coordinates.rate_scale
+    moving = []
+    for name in mechanism.links:
+        frame = CarriedFrame(mechanism, name, np.zeros(3))
+        velocity, spin, *_ = (rate[:, 0] for rate in frame.rates(x[None], rates[None]))
+        moving.append((name, frame.placed(x[None])[1][0], velocity, spin))
+
+    def size(velocity: Array, spin: Array) -> float:
+        return float(np.max(np.abs([velocity / length, spin])))
+
+    fastest = max(size(velocity, spin) for *_, velocity, spin in moving)
+    # Links that move as one body: their names, and how the origin of the first one moves.
+    sets: list[tuple[list[str], Array, Array, Array]] = []
+    for name, origin, velocity, spin in moving:
+        if size(velocity, spin) <= MOVES * fastest:
+            continue
+        for names, first, its_velocity, its_spin in sets:
+            there = velocity + np.cross(spin, first - origin)
+            if size(there - its_velocity, spin - its_spin) <= MOVES * fastest:
+                names.append(name)
+                break
+        else:
+            sets.append(([name], origin, velocity, spin))
+    sets.sort(key=lambda item: -len(item[0]))
+    texts = [_text(*item, length) for item in sets[:most]]
+    others = sum(len(names) for names, *_ in sets[most:])
     if others:
         texts.append(f"{others} more {'link' if others == 1 else 'links'} with them")
     return ", ".join(texts) if texts else "no link"
 
 
-def _alike(mechanism: Mechanism, x: Array, motion: Array) -> list[_Alike]:
-    """Return the links that a motion moves, those together that move alike."""
-    poses, twists = _bodies(mechanism, x, motion)
-    weights = np.repeat([1.0 / mechanism.characteristic_length, 1.0], 3)
-    sets: list[_Alike] = []
-    moving = []
-    for name, (body, placement) in mechanism.links.items():
-        origin = np.array((poses[body] * placement).translation)
-        # Speeds of the link's own origin: about the world's, rest could not be told from motion
-        # where a mechanism is far away.
-        twist = twists[body].copy()
-        twist[:3] += np.cross(twist[3:], origin)
-        moving.append((name, body, origin, np.max(np.abs(twist * weights))))
-    fastest = max((speed for *_, speed in moving), default=0.0)
-    for name, body, origin, speed in moving:
-        if speed <= MOVES * fastest:
-            continue
-        for item in sets:
-            difference = twists[body] - item.twist
-            difference[:3] += np.cross(difference[3:], item.origin)
-            if np.max(np.abs(difference * weights)) <= MOVES * fastest:
-                item.names.append(name)
-                break
-        else:
-            sets.append(_Alike([name], twists[body], origin))
-    return sets
-
-
-def _bodies(
-    mechanism: Mechanism, x: Array, motion: Array
-) -> tuple[list[pinocchio.SE3], list[Array]]:
-    """Return placements and twists `(6,)` of all bodies, by plain forward kinematics."""
-    model, coordinates = mechanism.model, mechanism.coordinates
-    poses, twists = [pinocchio.SE3.Identity()], [np.zeros(6)]
-    for part, start in sorted(
-        zip(coordinates.parts, coordinates.starts, strict=True), key=lambda item: item[0].id
-    ):
-        parent, first = model.parents[part.id], model.idx_vs[part.id]
-        moved = displacement(part, x[start : start + 4])
-        pose = poses[parent] * model.jointPlacements[part.id] * moved
-        units = unit_twists(part, mechanism.characteristic_length)
-        own = pose.action @ (units.T @ motion[first : first + part.nv])
-        poses.append(pose)
-        twists.append(twists[parent] + own)
-    return poses, twists
-
-
-def _text(item: _Alike, length: float) -> str:
-    """Return how a set of links moves."""
-    several = len(item.names) > 1
-    who = f"links {choices(item.names)}" if several else f"link {item.names[0]!r}"
-    linear, angular = item.twist[:3], item.twist[3:]
-    at_origin = linear + np.cross(angular, item.origin)
-    rate = float(np.linalg.norm(angular))
-    if rate * length <= MOVES * float(np.linalg.norm(at_origin)):
-        return f"{who} {'slide' if several else 'slides'} along {_direction(at_origin)}"
-    axis = angular / rate
+def _text(names: list[str], origin: Array, velocity: Array, spin: Array, length: float) -> str:
+    """Return how links move."""
+    several = len(names) > 1
+    who = f"links {choices(names)}" if several else f"link {names[0]!r}"
+    rate = float(np.linalg.norm(spin))
+    if rate * length <= MOVES * float(np.linalg.norm(velocity)):
+        return f"{who} {'slide' if several else 'slides'} along {_direction(velocity)}"
+    axis = spin / rate
     # The point of the axis that is nearest to the link's origin.
-    point = item.origin + np.cross(axis, at_origin) / rate
-    text = f"{who} {'turn' if several else 'turns'} about {_direction(axis)} through "
-    text += _vector(point, length)
-    if abs(float(axis @ at_origin)) > MOVES * rate * length:
+    point = _vector(origin + np.cross(axis, velocity) / rate, length)
+    text = f"{who} {'turn' if several else 'turns'} about {_direction(axis)} through {point}"
+    if abs(float(axis @ velocity)) > MOVES * rate * length:
         text += f" and {'slide' if several else 'slides'} along it"
     return text
 
