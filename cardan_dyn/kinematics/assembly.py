@@ -61,7 +61,8 @@ class Assembly:
         system = LoopSystem(problem.mechanism, problem.held)
         self._of_open_loops = whole = Division.of_open_loops(problem, system)
         states = states_to_start(whole) if like is None else [like.start]
-        self._first_mode = self.start = states[-1]
+        self.start: Array = states[-1]
+        self._first_mode = self.start
         division = whole.around(self.start)
         # The start itself may be singular; judge the rank from all states on the way to it.
         known = division.independent(np.array(states))

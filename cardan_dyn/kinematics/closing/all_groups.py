@@ -85,10 +85,7 @@ class Kinematics:
     def of_drive(self, rate: int) -> Kinematics:
         """Return the kinematics of what a single drive moves, by its velocity coordinate."""
         index = self.drives.tolist().index(rate)
-        groups = list(range(len(self.solvers)))
-        if self.depends is not None:
-            depends = self.depends[:, index]
-            groups = [k for k in groups if np.any(depends[self.solvers[k].group.passives])]
+        groups = [k for k, drives in enumerate(self._moving) if index in drives]
         return self.part([index], groups)
 
     @property
@@ -122,12 +119,7 @@ class Kinematics:
 
         Drives and groups are given by their indices, ascending.
         """
-        if self.depends is None:
-            return [([0], list(range(len(self.solvers))))]
-        moving = [
-            np.nonzero(np.any(self.depends[solver.group.passives], axis=0))[0].tolist()
-            for solver in self.solvers
-        ]
+        moving = [drives.tolist() for drives in self._moving]
         met = {(one, other) for drives in moving for one in drives for other in drives}
         part_of = components(len(self.drives), met)
         return [

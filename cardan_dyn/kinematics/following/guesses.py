@@ -151,8 +151,10 @@ class Guesses:
             AssemblyError: the drive cannot turn through.
             SingularConfigurationError: a dead point lies on the way.
         """
+        from .drive_motion import DriveMotion
+
         (part,) = self._parts
-        if self._has_joint_motion:
+        if not isinstance(part, DriveMotion):
             raise ValueError("a period is that of a single drive")
         part.branch.find_period()
         return part.branch.period

@@ -19,6 +19,7 @@ from ...arrays import Array, cross
 from ...frozen import read_only
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
+from .structure import Structure
 
 _SAME = 1e-9
 """Distance, as a fraction of the characteristic length, and angle [rad] up to which points and
@@ -106,7 +107,10 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
 def _found(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
     """See `idle_rods`."""
     graph = JointGraph(mechanism, free)
-    on_loops = _columns_on_loops(mechanism)
+    structure = Structure(mechanism)
+    on_loops = {
+        column for loop in range(len(mechanism.loops)) for column in structure.coordinates_on(loop)
+    }
     rods = []
     for body in graph.edges:
         ends = [graph.end(body, edge) for edge in graph.edges[body]]
@@ -120,20 +124,6 @@ def _found(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
             spinning = columns + graph.floating_columns(body)
             rods.append(IdleRod(body - 1, spinning, read_only(line), frame))
     return tuple(rods)
-
-
-def _columns_on_loops(mechanism: Mechanism) -> set[int]:
-    """Return the velocity coordinates of the joints that loops pass through."""
-    model = mechanism.model
-    bodies: set[int] = set()
-    for loop in mechanism.loops:
-        first, second = (set(ancestors(model, body)) for body in (loop.predecessor, loop.successor))
-        bodies |= first ^ second
-    return {
-        column
-        for body in bodies
-        for column in range(model.idx_vs[body + 1], model.idx_vs[body + 1] + model.nvs[body + 1])
-    }
 
 
 def rods_by_name(mechanism: Mechanism, free: set[int]) -> list[tuple[str, ...]]:
