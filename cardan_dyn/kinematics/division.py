@@ -19,12 +19,7 @@ from .closing.stacked import ranks
 from .loop_system import LoopSystem
 from .loops.groups import Group
 from .loops.needs import Needs, columns_of, needs, needs_of_finer
-from .tolerances import CLOSURE_TOLERANCE, MOVES, REGULAR_CONDITION
-
-_SHORT_WAY = 1e-3
-"""Displacement of a drive [rad, or lengths of the mechanism] that shows whether it can move: where
-a locked mechanism can only be shaken, the loops are open by the square of it afterwards, far more
-than what counts as closed."""
+from .tolerances import AROUND, CLOSURE_TOLERANCE, MOVES, REGULAR_CONDITION
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,9 +161,12 @@ def _into(problem: Problem, system: LoopSystem, groups: list[Group], needed: Nee
 
 
 def can_move(kinematics: Kinematics, start: Array) -> bool:
-    """Return whether every drive can move away from closed coordinates `(size,)`, by itself."""
+    """Return whether every drive can move away from closed coordinates `(size,)`, by itself.
+
+    Where a locked mechanism can only be shaken, the loops are open by the square of the way.
+    """
     coordinates, count = kinematics.coordinates, len(kinematics.drives)
-    step = _SHORT_WAY * np.concatenate([np.eye(count), -np.eye(count)])
+    step = AROUND * np.concatenate([np.eye(count), -np.eye(count)])
     columns = coordinates.column_of(kinematics.drives)
     step /= coordinates.scale[columns]
     state = kinematics.evaluate(np.repeat(start[None, :], 2 * count, axis=0))

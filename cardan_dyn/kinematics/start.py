@@ -8,7 +8,7 @@ closed or singular, closed loops are searched for with these joints at their pos
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ..arrays import Array
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from ..frozen import read_only
 from .closing.all_groups import Kinematics
-from .closing.far import assembled_near
 from .closing.group_solver import LONGEST_STEP, MOST_STEPS_FROM_AFAR
 from .division import Division
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
@@ -51,6 +50,9 @@ class _Way:
         self._problem, self._mechanism = division.problem, division.problem.mechanism
         self._coordinates = self._mechanism.coordinates
         self._needed = division.decided
+        # Velocity coordinates of passive joints that no output needs.
+        passives = frozenset(self._problem.passive_columns.tolist())
+        self._left_out = passives.difference(self._needed.tolist())
 
     def states(self) -> list[Array]:
         """Return closed coordinates on it, see `states_to_start`."""
@@ -140,6 +142,12 @@ class _Way:
         x[self._coordinates.columns_of(positions)] = list(positions.values())
         return x
 
+    def _free(self, pinned: Iterable[str]) -> Array:
+        """Return velocity coordinates that do not belong to joints that stay."""
+        free = np.ones(self._mechanism.model.nv, dtype=bool)
+        free[self._coordinates.rates_of(pinned)] = False
+        return np.nonzero(free)[0]
+
     def _closed_zero(self) -> Array:
         """Return closed coordinates `(size,)` at or near the description's zero.
 
@@ -172,10 +180,10 @@ class _Way:
             x: `(size,)` coordinates to start from.
             pinned: joints that stay, at their positions [rad or m].
         """
-        free = np.ones(self._mechanism.model.nv, dtype=bool)
-        free[self._coordinates.rates_of(pinned)] = False
+        from .closing.far import assembled_near  # Most descriptions are closed at zero.
+
         structure = self._division.system.structure
-        nearby, residual = assembled_near(structure, x, np.nonzero(free)[0], self._needed)
+        nearby, residual = assembled_near(structure, x, self._free(pinned), self._needed)
         if not residual < CLOSURE_TOLERANCE:
             from .diagnosis.reach import unclosed  # Imported here: only errors need it.
 
@@ -191,8 +199,7 @@ class _Way:
 
         All joints that are not held follow them, the drives as well.
         """
-        every = np.arange(self._mechanism.model.nv)
-        free = np.setdiff1d(every, self._coordinates.rates_of(self._problem.held))
+        free = self._free(self._problem.held)
         for joint, value in self._problem.near.items():
             passives = free[free != self._coordinates.named[joint].rate]
             state = self._moved("near", state, joint, value, passives)
@@ -212,11 +219,6 @@ class _Way:
         for joint, value in held.items():
             known = together if joint in away else None
             states.append(self._moved("held", states[-1], joint, value, passives, known))
-
-    @property
-    def _left_out(self) -> frozenset[int]:
-        """Velocity coordinates of passive joints that no output needs."""
-        return frozenset(np.setdiff1d(self._problem.passive_columns, self._needed).tolist())
 
     def _moved(
         self,

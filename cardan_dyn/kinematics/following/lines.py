@@ -79,11 +79,7 @@ class Rows(NamedTuple):
         a = kinematics.accelerations(state, v, np.zeros(way.shape))
         if len(x) < len(way):
             x = np.broadcast_to(x, (len(way), x.shape[1]))
-        return Rows.of_rates(kinematics.coordinates, x, v, a)
-
-    @staticmethod
-    def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
-        """Return the rows at joint velocities and accelerations `(K, nv)`."""
+        layout = kinematics.coordinates
         return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
 
     def of(self, chosen: Array | slice | list[int]) -> Rows:

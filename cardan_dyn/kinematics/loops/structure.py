@@ -157,10 +157,13 @@ class Structure:
         for index, body in enumerate(path):
             part, start = self._parts[body]
             moves = self._columns[body][0] in moving
-            if moves and values is not None:
-                moved = _generic_displacement(part, values[index], length)
+            if not moves or values is None:
+                moved = _displacement(part, x[start : start + 4])
+            elif part.kind == "spherical":
+                moved = pinocchio.SE3(pinocchio.exp3(values[index]), np.zeros(3))
             else:
-                moved = displacement(part, x[start : start + 4])
+                unit = length if part.kind == "prismatic" else 1.0
+                moved = _displacement(part, values[index] * unit)
             carrier, origin = self._hung(body, carriers)
             parent = placements.get(carrier)
             if parent is None:
@@ -169,7 +172,7 @@ class Structure:
             else:
                 placements[body] = parent * origin * moved
             if moves:
-                units = unit_twists(part, length)
+                units = _unit_twists(part, length)
                 twists.extend(placements[body].action @ unit for unit in units)
         return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
 
@@ -187,15 +190,7 @@ def _rank(twists: Array) -> int:
     return int(np.sum(singular > RANK_TOLERANCE * max(singular, default=0.0)))
 
 
-def _generic_displacement(part: Part, value: Array, length: float) -> pinocchio.SE3:
-    """Return how a part is displaced by generic values `(3,)`, a slide in units of a length."""
-    if part.kind == "prismatic":
-        return pinocchio.SE3(np.eye(3), part.axis * value[0] * length)
-    turn = part.axis * value[0] if part.kind == "revolute" else value
-    return pinocchio.SE3(pinocchio.exp3(turn), np.zeros(3))
-
-
-def displacement(part: Part, x: Array) -> pinocchio.SE3:
+def _displacement(part: Part, x: Array) -> pinocchio.SE3:
     """Return how a part is displaced at its coordinates, the first ones of `x`."""
     if part.kind == "prismatic":
         return pinocchio.SE3(np.eye(3), part.axis * x[0])
@@ -205,7 +200,7 @@ def displacement(part: Part, x: Array) -> pinocchio.SE3:
     return pinocchio.SE3(rotation, np.zeros(3))
 
 
-def unit_twists(part: Part, length: float) -> Array:
+def _unit_twists(part: Part, length: float) -> Array:
     """Return unit twists `(k, 6)` of a part in its frame; a slide's unit is the length."""
     if part.kind == "revolute":
         return np.concatenate([np.zeros(3), part.axis])[None]
