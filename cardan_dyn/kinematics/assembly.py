@@ -1,42 +1,24 @@
-"""Assembly: closed positions of a scene for any positions of its drives.
-
-The mechanism is moved from the description's zero position to the start of the scene step by step,
-since a jump could end in another assembly mode: first the joints of `start` and then the held
-joints are brought to their positions one after the other, at last the drives move.
-"""
+"""Assembly: closed positions of a scene for any positions of its drives."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array, blocks
-from ..errors import (
-    ArgumentError,
-    AssemblyError,
-    CardanError,
-    MobilityError,
-    SingularConfigurationError,
-    as_position,
-    as_text,
-    choices,
-)
-from ..mechanism.kept import Kept
+from ..errors import ArgumentError, MobilityError, choices
 from ..problem.problem import Problem
 from ..problem.samples import Targets
 from .closing.all_groups import ClosedState, Kinematics
-from .diagnosis.mobility import Redundancy, RedundancyStudy
+from .division import Division
 from .following.guesses import Guess, Guesses
 from .loop_system import LoopSystem
-from .loops.groups import Group
 from .loops.idle_rods import rods_by_name
-from .loops.needs import Needs, columns_of, needs, needs_of_finer
-from .start_search import StartSearch
+from .start import states_to_start
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
 if TYPE_CHECKING:
@@ -45,101 +27,8 @@ if TYPE_CHECKING:
     from .assembly_modes import AssemblyModes
     from .following.orders import Orders
 
-
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
-
-
-class _Division(NamedTuple):
-    """The loops of a scene, divided into groups.
-
-    Attributes:
-        groups: all groups.
-        needed: which of them the outputs need.
-        decided: velocity coordinates of the passive joints that these decide.
-        kinematics: solves all their rows.
-    """
-
-    groups: list[Group]
-    needed: Needs
-    decided: Array
-    kinematics: Kinematics
-
-    @staticmethod
-    def of_open_loops(problem: Problem, system: LoopSystem) -> _Division:
-        """Return the division that the equations of open loops show."""
-        groups = system.groups(problem.independent, problem.passive_columns)
-        wanted, acting = problem.wanted_bodies, problem.element_bodies
-        needed = needs(problem.mechanism, groups, wanted, acting)
-        return _Division.into(groups, needed, problem, system)
-
-    @staticmethod
-    def into(groups: list[Group], needed: Needs, problem: Problem, system: LoopSystem) -> _Division:
-        """Return the division into groups of which some are needed."""
-        moving = [groups[index] for index in needed.motion]
-        kinematics = system.kinematics(problem.independent, moving)
-        return _Division(groups, needed, columns_of(moving), kinematics)
-
-    def finer(self, problem: Problem, system: LoopSystem, state: Array) -> _Division:
-        """Return the finest division that is proven around a closed state `(size,)`."""
-        drives, passives = problem.independent, problem.passive_columns
-        finer = system.finer(self.groups, drives, passives, self.needed.motion, state)
-        if finer is self.groups:
-            return self
-        wanted = problem.wanted_bodies, problem.element_bodies
-        needed = needs_of_finer(problem.mechanism, finer, self.groups, self.needed, *wanted)
-        return self.into(finer, needed, problem, system)
-
-    def study(self, problem: Problem, state: Array) -> RedundancyStudy:
-        """Return the study of redundant rows, of those that open loops can reach.
-
-        With state `(size,)`.
-        """
-        kinematics = self.kinematics.with_open_reductions(state)
-        return RedundancyStudy(problem, self.groups, self.needed, kinematics)
-
-
-class _Motion:
-    """What is known all over the motion of a scene, found when it is asked for."""
-
-    def __init__(
-        self,
-        study: RedundancyStudy,
-        at_start: Redundancy,
-        start: Array,
-        motionless: bool,
-        kept: Kept,
-    ) -> None:
-        """Begin with what is known at the start.
-
-        Args:
-            study: of redundant rows.
-            at_start: the redundant rows at the start.
-            start: `(size,)` closed coordinates.
-            motionless: whether loops decide nothing.
-            kept: of the mechanism.
-        """
-        self._study, self._at_start, self._kept = study, at_start, kept
-        self._start, self._motionless = start, motionless
-
-    @cached_property
-    def scouts(self) -> Array:
-        """Closed coordinates `(S, size)` all over the motion; the start is the first one."""
-        from .following.scouts import scouts  # What is made only to be looked at needs none.
-
-        if self._motionless:
-            return self._start[None, :]
-        return scouts(self._study.open_kinematics, self._start, self._kept)
-
-    @cached_property
-    def _kinematics(self) -> Kinematics:
-        if self._at_start.settled or self._motionless:
-            return self._at_start.kinematics
-        return self._study.of_states(self.scouts).kinematics
-
-    def known(self) -> Kinematics:
-        """Return the kinematics with the rows independent over the motion."""
-        return self._kinematics
 
 
 class Assembly:
@@ -169,28 +58,22 @@ class Assembly:
             like: assembly of the same problem without them, whose start is taken.
         """
         self._problem = problem = problem.driving(varied)
-        self._system = system = LoopSystem(problem.mechanism, problem.held)
-        division = of_open_loops = _Division.of_open_loops(problem, system)
-        states = self._states_to_start(division) if like is None else [like.start]
-        self._first_mode = states[-1]
-        division = division.finer(problem, system, states[-1])
-        study = division.study(problem, states[-1])
+        system = LoopSystem(problem.mechanism, problem.held)
+        self._of_open_loops = whole = Division.of_open_loops(problem, system)
+        states = states_to_start(whole) if like is None else [like.start]
+        self.start: Array = states[-1]
+        self._first_mode = self.start
+        division = whole.around(self.start)
         # The start itself may be singular; judge the rank from all states on the way to it.
-        redundancy = study.of_states(np.array(states))
-        study.refuse_locked(redundancy, self._first_mode)
-        self.start: Array = self._first_mode
+        known = division.independent(np.array(states))
+        division.refuse_locked(known, self.start)
         if problem.branch != _FIRST_MODE and like is None:
             self.start = self._mode_called(problem.branch)
-            division = of_open_loops.finer(problem, system, self.start)
-            study = division.study(problem, self.start)
-            redundancy = study.of_states(self.start[None, :])
-        self.groups, self.needed, self.decided, _ = division
+            division = whole.around(self.start)
+            known = division.independent(self.start[None, :])
+        self.groups, self.needed, self.decided = division.groups, division.needed, division.decided
         self._at: Mapping[str, Array] | None = None
-        self._open_kinematics = study.open_kinematics
-        motionless = not self.decided.size
-        self._motion = _Motion(study, redundancy, self.start, motionless, problem.mechanism.kept)
-        known = self._motion.known
-        common = study.open_kinematics, known, self.start, motionless
+        common = division.kinematics, division.independent, known, self.start
         self._guesses = Guesses(problem, *common, len(varied))
 
     @property
@@ -200,13 +83,13 @@ class Assembly:
         Raises:
             MobilityError: the drives do not decide the motion.
         """
-        return self._motion.known()
+        return self._guesses.kinematics
 
     def orders(self, tree: Tree, roles: Roles) -> Orders:
         """Return the orders of elimination of the closure rows; arguments as of `Orders`."""
         from .following.orders import Orders  # What is made only to be looked at needs none.
 
-        return Orders.kept(lambda: self._motion.scouts, tree, roles, self._problem.mechanism.kept)
+        return Orders.kept(lambda: self._guesses.scouts, tree, roles, self._problem.mechanism.kept)
 
     def at_design(self, positions: Mapping[str, float]) -> Assembly:
         """Return the same with all varied held joints at one position each, for all samples.
@@ -229,9 +112,7 @@ class Assembly:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        if self._at is not None:
-            targets = self._with_design(targets)
-        return self._guesses.at(targets, along_path)
+        return self._guesses.at(self._with_design(targets), along_path)
 
     def close(self, guess: Guess, positions: Array, first: int = 0) -> ClosedState:
         """Close the loops at guesses for drive positions `(N, d)`.
@@ -248,40 +129,17 @@ class Assembly:
         state = self.kinematics.close(guess.x, guess.turns, settles=True)
         is_closed = _is_closed(state, guess)
         if np.count_nonzero(is_closed) < len(is_closed):
+            from .diagnosis.reach import open_at  # Imported here: only errors need it.
+
             bad = int(np.argmin(is_closed))
             rods = [] if state.correction[bad] > SAFE_CORRECTION else self._idle_rods()
-            stuck = "".join(
-                f"; {', '.join(rod)} hold a rod that may spin, and that cannot turn about its line "
-                "to where it settles: describe three hinges that meet as one ball"
-                for rod in rods[:1]
-            )
-            raise AssemblyError(
-                f"the loops cannot be closed on the branch at drive position "
-                f"{as_text(positions[bad])} (closure error {state.residual[bad]:.1e}, "
-                f"{state.correction[bad]:.1e} away from where the branch leads){stuck}",
-                position=as_position(positions[bad]),
-                nearest=None,
-                residual=float(state.residual[bad]),
-                sample=first + bad,
-            )
+            raise open_at(positions[bad], state, bad, first + bad, next(iter(rods), ()))
         worst = int(state.condition.argmax())
         if state.condition[worst] > SINGULAR_CONDITION:
-            from .diagnosis.singularities import (
-                gimbal_note,  # Imported here: only errors need it.
-                singularity_at,
-            )
+            from .diagnosis.reach import singular_at  # Imported here: only errors need it.
 
-            singularity = singularity_at(self.kinematics, state.x[worst], self.start)
-            note = gimbal_note(self.kinematics.coordinates, state.x[worst], self.decided.tolist())
-            raise SingularConfigurationError(
-                f"drive position {as_text(positions[worst])} is singular (condition "
-                f"{state.condition[worst]:.1e}), {singularity.text}; leave it out or choose "
-                f"another drive{note}",
-                position=as_position(positions[worst]),
-                condition=float(state.condition[worst]),
-                sample=first + worst,
-                **singularity.details,
-            )
+            at = positions[worst], state, worst, first + worst
+            raise singular_at(self.kinematics, self.start, *at)
         return state
 
     def reachable(self, targets: Targets) -> Array:
@@ -313,26 +171,13 @@ class Assembly:
             AssemblyError: the drive cannot turn through.
             SingularConfigurationError: a dead point lies on the way.
         """
-        if self._drive_slides:
+        if self._problem.mechanism.drivable[self._problem.independent[0]].slides:
             return None
-        if not self.decided.size:
-            return 2.0 * np.pi
-        return self._guesses.period()
+        return self._guesses.period() if self.decided.size else 2.0 * np.pi
 
     def motion_range(self) -> tuple[float, float]:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
-        return self._motion_range
-
-    @cached_property
-    def _motion_range(self) -> tuple[float, float]:
-        if not self.decided.size:
-            return -np.inf, np.inf
-        from .following.branch import Branch
-        from .following.reach import reach_of  # Most scenes are swept without.
-
-        branch = Branch.shared(self._open_kinematics, self.start, self._problem.mechanism.kept)
-        length = self._problem.mechanism.characteristic_length
-        return reach_of(branch, self._drive_slides, length)
+        return self._guesses.reach
 
     def modes(self) -> AssemblyModes:
         """Return the assembly modes with the drives where the description's own mode starts.
@@ -343,7 +188,7 @@ class Assembly:
         from .assembly_modes import assembly_modes  # Most scenes need no other mode.
 
         # What was proven around the start need not hold in other modes.
-        division = _Division.of_open_loops(self._problem, self._system)
+        division = self._of_open_loops
         if len(division.needed.motion) < len(division.groups):
             try:
                 return self.with_all_loops(_FIRST_MODE).modes()
@@ -354,7 +199,7 @@ class Assembly:
             division.kinematics.with_open_reductions(self._first_mode),
             division.decided,
             self._first_mode,
-            self._joints_of_idle_rods(),
+            {name for rod in self._idle_rods() for name in rod},
         )
 
     def with_all_loops(self, branch: str) -> Assembly:
@@ -366,18 +211,10 @@ class Assembly:
         joints = tuple(self._problem.mechanism.joints)
         return Assembly(replace(self._problem, outputs=joints, all_outputs=True, branch=branch))
 
-    def _joints_of_idle_rods(self) -> set[str]:
-        """Return the joints whose positions depend on spins that nothing decides."""
-        return {name for rod in self._idle_rods() for name in rod}
-
     def _idle_rods(self) -> list[tuple[str, ...]]:
         """Return the joints at the ends of every rod that may spin."""
         free = set(self._problem.passive_columns.tolist())
         return rods_by_name(self._problem.mechanism, free)
-
-    @property
-    def _drive_slides(self) -> bool:
-        return self._problem.mechanism.drivable[self._problem.independent[0]].slides
 
     def _mode_called(self, name: str) -> Array:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""
@@ -393,26 +230,6 @@ class Assembly:
                 f"branch {name!r} does not exist; branches: {choices(poses, name)}{variants}"
             )
         return named[name]
-
-    def _states_to_start(self, division: _Division) -> list[Array]:
-        """Return closed coordinates `(size,)` on the way to the held positions, the last one there.
-
-        They begin where the joints of `start` are at their positions.
-        """
-        problem = self._problem
-        search = StartSearch(problem, self._system, division.kinematics, division.decided)
-        states = [search.closed_start()]
-        try:
-            search.bring_held(states)
-            if problem.near:
-                states.append(search.at_start(states[-1]))
-        except CardanError:
-            # A MobilityError explains the failure better than a closure error does.
-            _, needed, _, kinematics = division
-            study = RedundancyStudy(problem, division.groups, needed, kinematics)
-            study.refuse_locked(study.of_states(np.array(states)), states[-1])
-            raise
-        return states
 
 
 def _is_closed(state: ClosedState, guess: Guess) -> Array:

@@ -18,7 +18,7 @@ from ..mechanism.mechanism import Mechanism
 from .closing.all_groups import Kinematics
 from .closing.group_solver import MOST_STEPS_FROM_AFAR
 from .loops.idle_rods import JointEdge, JointGraph, common_point
-from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
+from .tolerances import CLOSURE_TOLERANCE, MOVES, SINGULAR_CONDITION
 
 _STARTS = 100
 """Random starts per round. The bundled four-bar has two modes, which one round finds. With all legs
@@ -30,12 +30,6 @@ new pose. A pose to which as few starts lead as to that one is missed by one sea
 most poses are found by many starts."""
 _MOST_ROUNDS = 32
 """Rounds after which the search ends in any case, and says that it was not complete."""
-_SEED = 1
-"""The same starts at every call, so that a mode has the same name every time. Any seed would do."""
-_DISTINCT = 1e-6
-"""Distance in `Coordinates.shape`, or of lines and points in lengths of the mechanism, from which
-on two closed states are different modes, or poses. It is far above the closure tolerance, up to
-which states of the same mode may differ."""
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
@@ -81,7 +75,8 @@ def assembly_modes(
         idle: joints at the ends of idle rods, which may have any position in every mode.
     """
     search = _Search(mechanism, first, idle)
-    generator = np.random.default_rng(_SEED)
+    # The same starts at every call, so that a mode has the same name every time.
+    generator = np.random.default_rng(1)
     starts = last_new = 0
     while starts < _MOST_ROUNDS * _STARTS and starts <= _MORE * last_new:
         x = _starts(generator, kinematics, passives, first, mechanism.characteristic_length)
@@ -178,7 +173,7 @@ def _index_of(row: Array, known: list[Array]) -> int:
     """Return the index of the row in a list that a row is equal to, or the length of the list."""
     if not known:
         return 0
-    near = np.linalg.norm(np.array(known) - row, axis=1) <= _DISTINCT
+    near = np.linalg.norm(np.array(known) - row, axis=1) <= MOVES
     return int(np.argmax(near)) if np.any(near) else len(known)
 
 

@@ -171,6 +171,16 @@ class LoopSystem:
             kinematics = self.kinematics((joint,), needed).with_open_reductions(state)
         else:
             kinematics = together.of_drive(coordinate.rate)
+        if (
+            abs(value - state[column]) * self.mechanism.coordinates.scale[column]
+            < CLOSURE_TOLERANCE
+        ):
+            # A way of mere rounding has no steps: there is nothing to be followed, only to close.
+            near = state.copy()
+            near[column] = value
+            closed = kinematics.close(near[None, :])
+            if closed.residual[0] < CLOSURE_TOLERANCE:
+                return np.asarray(closed.x[0])
         from .following.branch import Branch  # Most scenes start where their joints are held.
 
         return Branch(kinematics, state).at(value)

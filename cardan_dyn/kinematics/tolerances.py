@@ -15,11 +15,16 @@ SAFE_CORRECTION = 1e-2
 near only where the condition number is about its reciprocal, 100, and there guesses are allowed
 less, see `allowed_error`."""
 MOVES = 1e-6
-"""Component of a unit vector of free motion above which a joint counts as moving. Joints that the
-loops decide have components there as well, by rounding of about 1e-16."""
+"""Component of a unit vector of free motion above which a joint counts as moving; and difference
+[rad, or lengths of the mechanism] from which on closed configurations are not the same one. Joints
+that the loops decide have components there as well, by rounding of about 1e-16."""
 REGULAR_CONDITION = 1e6
 """Condition number up to which a position leaves no doubt about the rank: its smallest singular
 value is at least a thousand times what `RANK_TOLERANCE` counts as zero."""
+LONGEST_WAY = 1.0
+"""Greatest displacement of a coordinate in a step [rad, or lengths of the mechanism], by each of
+its first two derivatives where these are followed. Of longer steps some end by accident near other
+solutions, often whole turns of a joint away."""
 STATES_AROUND = 6
 """Configurations in which ranks are measured: one alone may be singular, and a displacement that is
 meant to be generic may happen to be special."""

@@ -13,7 +13,7 @@ from ..description.write import write as write_description
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, AssemblyError, MobilityError
 from ..kinematics.assembly_modes import without_turns
-from ..kinematics.closing.far import assembled_near, unclosed
+from ..kinematics.closing.far import assembled_near
 from ..kinematics.closing.group_solver import GroupSolver
 from ..kinematics.loops.groups import independent_groups
 from ..kinematics.loops.structure import Structure
@@ -139,6 +139,8 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
     x = without_turns(mechanism, (*problem.independent, *problem.held, *problem.near), x)
     residual = closure_error(structure, x)
     if not residual < CLOSURE_TOLERANCE:
+        from ..kinematics.diagnosis.reach import unclosed  # Imported here: only errors need it.
+
         raise unclosed(mechanism, residual)
     return Configuration(mechanism, x, residual, zero_residual, problem.branch)
 
@@ -180,5 +182,7 @@ def _closed(
         pinned.append(coordinates.named[name].rate)
     closed, residual = assembled_near(structure, moved, np.setdiff1d(every, pinned), every)
     if not residual < CLOSURE_TOLERANCE:
+        from ..kinematics.diagnosis.reach import unclosed  # Imported here: only errors need it.
+
         raise unclosed(mechanism, residual, wanted)
     return closed

@@ -203,7 +203,7 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
         "scene.sweep([0.1, 0.2], speed=3.0)['bearing_out'].bending; "
         "print(len(set(sys.modules) - before)); "
         "print(*sorted({'numpy.random', 'numpy.ma', 'numpy.typing', 'scipy', 'tempfile', "
-        "'difflib', 'cardan_dyn.response.response', "
+        "'difflib', 'cardan_dyn.response.response', 'cardan_dyn.kinematics.diagnosis', "
         "'cardan_dyn.description.mjcf.reader'} & set(sys.modules)))"
     )
     ran = python("-c", code, cwd=tmp_path, path=ROOT)

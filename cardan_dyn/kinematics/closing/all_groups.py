@@ -10,8 +10,10 @@ import numpy as np
 
 from ...arrays import Array
 from ...mechanism.coordinates import Coordinates
+from ..loops.groups import components
 from .equations import Reduction
 from .group_solver import MOST_STEPS, GroupSolver, GroupState
+from .stacked import same_side
 
 
 class ClosedState(NamedTuple):
@@ -20,7 +22,7 @@ class ClosedState(NamedTuple):
     Attributes:
         x: `(N, size)` coordinates.
         groups: the state of every group.
-        residual: `(N,)` worst closure error, see `Evaluated`.
+        residual: `(N,)` worst closure error, see `ClosureEquations.at`.
         condition: `(N,)` greatest condition number of a group's closure equations.
         correction: `(N,)` how far the guess was off.
     """
@@ -83,10 +85,7 @@ class Kinematics:
     def of_drive(self, rate: int) -> Kinematics:
         """Return the kinematics of what a single drive moves, by its velocity coordinate."""
         index = self.drives.tolist().index(rate)
-        groups = list(range(len(self.solvers)))
-        if self.depends is not None:
-            depends = self.depends[:, index]
-            groups = [k for k in groups if np.any(depends[self.solvers[k].group.passives])]
+        groups = [k for k, drives in enumerate(self._moving) if index in drives]
         return self.part([index], groups)
 
     @property
@@ -101,8 +100,13 @@ class Kinematics:
     @property
     def moved(self) -> Array:
         """Velocity coordinates of the drives and of all passives."""
-        passives = [solver.group.passives for solver in self.solvers]
-        return np.concatenate([self.drives, *passives])
+        return np.concatenate([self.drives, self.passives])
+
+    @property
+    def passives(self) -> Array:
+        """Velocity coordinates of all passives."""
+        none = np.zeros(0, dtype=int)
+        return np.concatenate([none, *(solver.group.passives for solver in self.solvers)])
 
     @cached_property
     def idle_columns(self) -> Array:
@@ -115,16 +119,9 @@ class Kinematics:
 
         Drives and groups are given by their indices, ascending.
         """
-        if self.depends is None:
-            return [([0], list(range(len(self.solvers))))]
-        part_of = list(range(len(self.drives)))
-        moving = [
-            np.nonzero(np.any(self.depends[solver.group.passives], axis=0))[0].tolist()
-            for solver in self.solvers
-        ]
-        for drives in moving:
-            joined = {part_of[drive] for drive in drives}
-            part_of = [min(joined) if part in joined else part for part in part_of]
+        moving = [drives.tolist() for drives in self._moving]
+        met = {(one, other) for drives in moving for one in drives for other in drives}
+        part_of = components(len(self.drives), met)
         return [
             (
                 [drive for drive, own in enumerate(part_of) if own == part],
@@ -237,7 +234,7 @@ class Kinematics:
         """
         result = np.ones(len(state.x), dtype=bool)
         for group_state, inverse in zip(state.groups, inverses, strict=True):
-            result &= group_state.same_side(inverse)
+            result &= same_side(group_state.square, inverse)
         return result
 
 

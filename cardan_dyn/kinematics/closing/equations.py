@@ -94,23 +94,6 @@ class Reduction(_Reduction):
         )
 
 
-class Evaluated(NamedTuple):
-    """Closure equations at N positions, closed or not.
-
-    Attributes:
-        rows: transposed closure matrix `(N, M, R)`: a row per velocity coordinate. Its columns are
-            the reduced rows of the loops, then those of couplings; with k idle rods
-            `(N, M, R + k)`: their rates about their lines follow.
-        error: `(N, R)` what they are off by.
-        residual: `(N,)` the worst angle [rad] or gap at a weld, the latter as a fraction of the
-            mechanism's length, or the worst slip.
-    """
-
-    rows: Array
-    error: Array
-    residual: Array
-
-
 class ClosureEquations:
     """The loops and couplings of a group, and what its idle rods do, whichever joints move.
 
@@ -217,7 +200,7 @@ class ClosureEquations:
         # In rank decisions slides count in lengths of the mechanism; otherwise the unit of length
         # would decide.
         units = np.where(self.slides[movable], self.length, 1.0)[:, None]
-        of_all, alone = self.at(x, self.full).rows, [np.zeros((6, 0))] * len(self.full.rows)
+        of_all, alone = self.at(x, self.full)[0], [np.zeros((6, 0))] * len(self.full.rows)
 
         def twists(loop: int, axes: LoopAxes) -> Array:
             """Return unit twists `(N, m, 6)` of the coordinates around a loop."""
@@ -225,7 +208,7 @@ class ClosureEquations:
             if axes != self.full.axes[loop]:
                 kept = (*alone[:loop], np.eye(6), *alone[loop + 1 :])
                 others = (*self.full.axes[:loop], axes, *self.full.axes[loop + 1 :])
-                rows = self.at(x, Reduction(kept, self.full.null, others)).rows[:, own, :6]
+                rows = self.at(x, Reduction(kept, self.full.null, others))[0][:, own, :6]
             return np.asarray(rows * units)
 
         found = [
@@ -235,17 +218,26 @@ class ClosureEquations:
         rows, null, axes = zip(*found, strict=True) if found else ((), (), ())
         return Reduction(rows, null, axes)
 
-    def at(self, x: Array, reduction: Reduction, turns: Array | None = None) -> Evaluated:
-        """Return the equations at coordinates.
+    def at(
+        self, x: Array, reduction: Reduction, turns: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return the equations at coordinates, closed or not.
 
         Args:
             x: `(N, size)`.
             reduction: which rows of loops.
             turns: `(N, size)` whole turns that the angles in `x` lack; couplings count them.
+
+        Returns:
+            Transposed closure matrix `(N, M, R)`, a row per velocity coordinate: its columns are
+            the reduced rows of the loops, then those of couplings; with k idle rods
+            `(N, M, R + k)`: their rates about their lines follow. What rows are off by `(N, R)`.
+            And the worst angle [rad] or gap at a weld `(N,)`, the latter as a fraction of the
+            mechanism's length, or the worst slip.
         """
         count, m = len(x), len(self.rates)
         if not self.tree.loops and not self.tree.couplings:
-            return Evaluated(np.zeros((count, m, 0)), np.zeros((count, 0)), np.zeros(count))
+            return np.zeros((count, m, 0)), np.zeros((count, 0)), np.zeros(count)
         given = [x[:, self.columns].T]
         if self._coupled:
             none = np.zeros((len(self._coupled), 1))
@@ -254,7 +246,7 @@ class ClosureEquations:
         # All rows, an error for each column but those of spins, and the residual.
         size = (found.shape[1] - 1 + len(self._spins)) // (m + 1)
         rows = np.ascontiguousarray(found[:, : m * size]).reshape(count, m, size)
-        return Evaluated(rows, np.ascontiguousarray(found[:, m * size : -1]), found[:, -1].copy())
+        return rows, np.ascontiguousarray(found[:, m * size : -1]), found[:, -1].copy()
 
     def drift(self, x: Array, v: Array, reduction: Reduction) -> Array:
         """Return accelerations of the rows `(N, R)` that joint rates alone cause.
@@ -438,33 +430,22 @@ def reachable_rows(
     """
     axes, *others = candidates
     found = twists(axes)
-    space = _spanned(found)
+    vectors, rank = _spanned(found)
     # At one position, no axes can have fewer rows than its twists are independent.
-    if space.rank > _spanned(found[:1]).rank:
+    if rank > _spanned(found[:1])[1]:
         for other in others:
-            there = _spanned(twists(other))
-            if there.rank < space.rank:
-                space, axes = there, other
-    rows, null = space.vectors[:, : space.rank], space.vectors[:, space.rank :]
-    return axis_aligned(rows), axis_aligned(null), axes
+            there, own = _spanned(twists(other))
+            if own < rank:
+                vectors, rank, axes = there, own, other
+    return axis_aligned(vectors[:, :rank]), axis_aligned(vectors[:, rank:]), axes
 
 
-class _Space(NamedTuple):
-    """The space that twists span.
+def _spanned(twists: Array) -> tuple[Array, int]:
+    """Return `(6, 6)` orthonormal vectors, first those of the space that twists span, and its rank.
 
-    Attributes:
-        vectors: `(6, 6)` orthonormal, those that span it first.
-        rank: its dimension.
+    With twists `(N, k, 6)`, at all positions together.
     """
-
-    vectors: Array
-    rank: int
-
-
-def _spanned(twists: Array) -> _Space:
-    """Return the space that twists `(N, k, 6)` span at all positions together."""
     # The triangular factor has the singular values and row space of the tall matrix.
     triangle = np.asarray(np.linalg.qr(twists.reshape(-1, 6), mode="r"))
     vectors, values, _ = np.linalg.svd(triangle.T, full_matrices=True)
-    rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
-    return _Space(vectors, rank)
+    return vectors, int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0

@@ -8,18 +8,15 @@ fewer closure equations are independent than anywhere else (dead points, change 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array, generic
-from ...errors import AssemblyError
-from ...mechanism.mechanism import Mechanism
 from ...proof.closed_positions import refuse_left
-from ..loops.groups import Group, independent_groups
+from ..loops.groups import independent_groups
 from ..loops.structure import Structure
-from ..tolerances import AROUND, CLOSURE_TOLERANCE, STATES_AROUND
+from ..tolerances import AROUND, CLOSURE_TOLERANCE, LONGEST_WAY, STATES_AROUND
 from .group_solver import GroupSolver, GroupState, solver_of
 from .stacked import ranks, times, transposed
 
@@ -32,18 +29,8 @@ are solved as normal equations and so come no nearer where they are badly condit
 _FIRST_DAMPING = 1e-3
 """First damping relative to the greatest diagonal element of the normal equations: small, so that
 starts from nearby take steps like Newton's, and it grows fourfold with every step refused."""
-_GREATEST_DAMPING = 1e12
-"""Damping at which a start is given up: its steps are mere rounding."""
-_LONGEST = 1.0
-"""Greatest step of a coordinate [rad, or lengths of the mechanism]. The equations are linearised
-only over a fraction of a turn."""
-_STATIONARY = 1e-12
-"""Predicted relative fall of the squared error at which a start sits in a minimum of the error and
-is given up."""
 _LEAST_GAIN = 1e-3
 """Least ratio of the actual to the predicted fall of the squared error of a step that is taken."""
-_NEAR = 1e-11
-"""Closure error that counts as closed here. Newton's method removes the rest."""
 _AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
 """Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a
 singular position, from which no step leads away, and keep the assembly mode; large ones find a
@@ -51,8 +38,6 @@ closed configuration wherever it is."""
 _STARTS = 12
 """Starts per amplitude. They are solved together, and the search ends with the first amplitude that
 leads to closed loops."""
-_SEED = 7
-"""The same starts in every call, so that a scene starts in the same configuration every time."""
 
 
 def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
@@ -72,10 +57,10 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
     greatest = np.max(np.diagonal(normal, axis1=1, axis2=2), axis=1, initial=1e-300)
     damping, growth = _FIRST_DAMPING * greatest, np.full(len(x), 2.0)
     # Less would be lost in the rounding of the normal equations, which may be singular without.
-    rounding = matrices.shape[1] * np.finfo(float).eps * greatest
+    rounding = matrices.shape[1] * np.finfo(float).eps
     identity = np.eye(matrices.shape[1])
     for _ in range(_MOST_STEPS if matrices.shape[1] else 0):
-        (active,) = np.nonzero((residual > _CLOSED) & (damping < _GREATEST_DAMPING))
+        (active,) = np.nonzero((residual > _CLOSED) & np.isfinite(damping))
         if not active.size:
             break
         rows = matrices[active]
@@ -83,7 +68,7 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
         shifted = rows @ transposed(rows) + damping[active, None, None] * identity
         step = -np.linalg.solve(shifted, gradient[:, :, None])[:, :, 0]
         longest = np.max(np.abs(step), axis=1)
-        step *= np.minimum(1.0, _LONGEST / np.maximum(longest, _LONGEST))[:, None]
+        step *= np.minimum(1.0, LONGEST_WAY / np.maximum(longest, LONGEST_WAY))[:, None]
         linear = error[active] + times(transposed(rows), step)
         predicted = squares[active] - np.sum(linear**2, axis=1)
         tried = solver.moved(x[active], step)
@@ -102,12 +87,13 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
         # Nielsen's rule: damping falls smoothly where the linear model holds, else grows faster
         # and faster.
         damping[better] *= np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain[taken] - 1.0) ** 3)
-        np.maximum(damping, rounding, out=damping)
+        np.maximum(damping, rounding * greatest, out=damping)
         growth[better] = 2.0
         worse = active[~taken]
         damping[worse] *= growth[worse]
         growth[worse] *= 2.0
-        damping[active[predicted <= _STATIONARY * squares[active]]] = np.inf
+        # In a minimum of the error, no step lowers it by more than rounding.
+        damping[active[predicted <= rounding * squares[active]]] = np.inf
     return x, residual
 
 
@@ -126,12 +112,14 @@ def assembled_near(
         Coordinates `(size,)` and their closure error. The error is the least that was found where
         loops could not be closed.
     """
-    mechanism, worst = structure.mechanism, 0.0
+    mechanism, worst, wanted = structure.mechanism, 0.0, set(needed.tolist())
     groups = [
         group
         for group in independent_groups(structure, free)
         # Of a loop all of whose joints are pinned, no coordinate is free; it has to be closed too.
-        if _columns_on(structure, group).intersection(needed.tolist())
+        if any(
+            not wanted.isdisjoint(structure.coordinates_on(item)) for item in group.items(structure)
+        )
     ]
     moving = {column for group in groups for column in group.passives.tolist()}
     # What the joint of a loop can make up for, no other joint has to.
@@ -145,24 +133,20 @@ def assembled_near(
     return x, worst
 
 
-def _columns_on(structure: Structure, group: Group) -> set[int]:
-    """Return the velocity coordinates on the loops and in the couplings of a group."""
-    return {column for item in group.items(structure) for column in structure.coordinates_on(item)}
-
-
 def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
     """Return coordinates in which the loops of a group are closed, and the closure error."""
     best, residual = closed_from(solver, x[None, :])
-    if residual[0] < _NEAR:
+    if residual[0] < CLOSURE_TOLERANCE:
         return best[0], float(residual[0])
     coordinates = solver.coordinates
-    generator = np.random.default_rng(_SEED)
+    # The same starts in every call, so that a scene starts in the same configuration every time.
+    generator = np.random.default_rng(7)
     least, least_residual = best[0], float(residual[0])
     for amplitude in _AMPLITUDES:
         step = generator.uniform(-amplitude, amplitude, (_STARTS, len(solver.group.passives)))
         starts = solver.moved(np.repeat(x[None, :], _STARTS, axis=0), step)
         reached, residual = closed_from(solver, starts)
-        closed = residual < _NEAR
+        closed = residual < CLOSURE_TOLERANCE
         if np.any(closed):
             reached, residual = reached[closed], residual[closed]
             shapes = coordinates.shape(reached) - coordinates.shape(x[None, :])
@@ -172,29 +156,6 @@ def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
             index = int(np.argmin(residual))
             least, least_residual = reached[index], float(residual[index])
     return least, least_residual
-
-
-def unclosed(
-    mechanism: Mechanism, residual: float, positions: Mapping[str, float] | None = None
-) -> AssemblyError:
-    """Return the error for loops that cannot be closed.
-
-    Args:
-        mechanism: the mechanism.
-        residual: the least closure error that was found.
-        positions: joints that were kept at their positions [rad or m], if any.
-    """
-    listed = ", ".join(f"{name}: {value:g}" for name, value in (positions or {}).items())
-    where = f" with the joints of start at their positions ({listed})" if positions else ""
-    advice = mechanism.description.remedy or "check the origins of joints and loops"
-    if positions:
-        advice = "leave one of them out, or change it"
-    return AssemblyError(
-        f"{mechanism.name}: the loops cannot be closed{where}; the least closure error found "
-        f"around the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
-        f"characteristic length, {mechanism.characteristic_length:.4g} m: {advice}",
-        residual=residual,
-    )
 
 
 class GenericStates(NamedTuple):
@@ -239,6 +200,8 @@ def generic_states(
         first, residual = assembled_near(structure, x, every, group.passives)
         if not residual < CLOSURE_TOLERANCE:
             _, worst = assembled_near(structure, x, every, every)
+            from ..diagnosis.reach import unclosed  # Imported here: only errors need it.
+
             raise unclosed(mechanism, worst)
         result.append(states_around(solver, first))
     return result

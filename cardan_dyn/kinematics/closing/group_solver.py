@@ -18,7 +18,7 @@ from ..loops.groups import Group
 from ..loops.structure import OPEN_CONFIGURATIONS
 from ..tolerances import CLOSURE_TOLERANCE
 from .equations import ClosureEquations, Reduction, equations_of
-from .stacked import factorised, refined, same_side, times, transposed
+from .stacked import factorised, refined, times, transposed
 
 _CONVERGED = 1e-17
 """Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
@@ -40,8 +40,6 @@ where hinges near their singular position magnify what is left, its square, a th
 _UNMOVED = 1e-12
 """Newton step [rad] up to which an idle rod stays where it settled. Where a rod settles depends on
 how its line lies, so each step turns it about that in proportion."""
-_MOST_SETTLING = 40
-"""Greatest number of such steps: half a turn takes seven of the longest ones."""
 MOST_STEPS = 12
 """Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
 each squares the error; the rest is for guesses from which steps are shortened to `LONGEST_STEP`."""
@@ -120,17 +118,17 @@ class GroupSolver:
         Args:
             x: `(size,)` coordinates of the joints that do not move.
         """
-        key = x[self.equations.columns].tobytes()
-        return self._kept.of("open reduction", key, lambda: self._open_reduction(x))
 
-    def _open_reduction(self, x: Array) -> Reduction:
-        """See `open_reduction`."""
-        rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
-        moves = self.coordinates.moves(self.movable)
-        step = generic(OPEN_CONFIGURATIONS, len(self.movable))
-        step[:, moves.slides] *= self.equations.length
-        moves.apply(rows, step)
-        return self.equations.reduction(rows, self.movable)
+        def found() -> Reduction:
+            rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
+            moves = self.coordinates.moves(self.movable)
+            step = generic(OPEN_CONFIGURATIONS, len(self.movable))
+            step[:, moves.slides] *= self.equations.length
+            moves.apply(rows, step)
+            return self.equations.reduction(rows, self.movable)
+
+        key = x[self.equations.columns].tobytes()
+        return self._kept.of("open reduction", key, found)
 
     def _sizes(self, step: Array) -> Array:
         """Return the greatest parts `(N,)` of steps `(N, p)` [rad], slides counted in lengths."""
@@ -189,7 +187,7 @@ class GroupSolver:
         if not self.group.passives.size:
             return state
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
-        if leaves is not None and not state.is_square:
+        if state.rows.shape[2] != self.group.passives.size:
             leaves = None
         correction, now, rest = state.correction, state, np.arange(len(x))
         for count in range(most):
@@ -236,13 +234,15 @@ class GroupSolver:
         """
         (rest,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
         now = state.of(rest)
-        for _ in range(_MOST_SETTLING if rest.size else 0):
+        for _ in range(MOST_STEPS_FROM_AFAR if rest.size else 0):
             angles = self.equations.turned(x[rest]).clip(-LONGEST_STEP, LONGEST_STEP)
             spins = np.maximum.reduce(np.abs(angles), axis=1)
             step = now.step(now.error)
             sizes = self._sizes(step)
             self._bend(now, step, sizes)
-            self._advance(x, rest, step + now.spun_back(angles))
+            # The last columns turn rods back by their angles.
+            turns_back = times(transposed(now.inverse)[:, :, -angles.shape[1] :], angles)
+            self._advance(x, rest, step - turns_back)
             now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
             state = state.with_samples(rest, now)
             # Steps that are mere rounding are as large as the condition makes them.
@@ -270,7 +270,24 @@ def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
     return mechanism.kept.of("solver", group.key, lambda: GroupSolver(mechanism, group), most)
 
 
-class _Known(NamedTuple):
+class GroupState(NamedTuple):
+    """A group at given positions: its closure equations there and their factors.
+
+    Attributes:
+        solver: of the group.
+        reduction: which rows of its closure equations were solved.
+        x: `(N, size)` coordinates.
+        rows: `(N, m, R)` transposed closure matrices of the movable coordinates, known ones first;
+            with k idle rods `(N, m, R + k)`, see `ClosureEquations.at`.
+        error: `(N, R)`.
+        inverse: `(N, R, p)`: inverse of the passives' rows, or its pseudoinverse; with k idle rods
+            `(N, R + k, p)`.
+        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
+        condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
+        residual: `(N,)` closure error.
+        correction: `(N,)` how far the guess was off.
+    """
+
     solver: GroupSolver
     reduction: Reduction
     x: Array
@@ -281,25 +298,6 @@ class _Known(NamedTuple):
     condition: Array
     residual: Array
     correction: Array
-
-
-class GroupState(_Known):
-    """A group at given positions: its closure equations there and their factors.
-
-    Attributes:
-        solver: of the group.
-        reduction: which rows of its closure equations were solved.
-        x: `(N, size)` coordinates.
-        rows: `(N, m, R)` transposed closure matrices of the movable coordinates, known ones first;
-            with k idle rods `(N, m, R + k)`, see `Evaluated`.
-        error: `(N, R)`.
-        inverse: `(N, R, p)`: inverse of the passives' rows, or its pseudoinverse; with k idle rods
-            `(N, R + k, p)`.
-        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
-        condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
-        residual: `(N,)` closure error.
-        correction: `(N,)` how far the guess was off.
-    """
 
     @property
     def group(self) -> Group:
@@ -350,19 +348,6 @@ class GroupState(_Known):
         """The rows that the loops' joints can reach at these positions together."""
         return self.equations.reduction(self.x, self.solver.movable)
 
-    def same_side(self, inverse: Array) -> Array:
-        """Return `(N,)` whether other positions lie on the same side of singular configurations.
-
-        Args:
-            inverse: of the closure equations at the other positions.
-        """
-        return same_side(self.square, inverse)
-
-    @property
-    def is_square(self) -> bool:
-        """Whether there are as many equations, with those of idle rods, as passives."""
-        return self.rows.shape[2] == self.group.passives.size
-
     @property
     def square(self) -> Array:
         """The passives' rows, with the spins of idle rods behind those of the loops."""
@@ -389,10 +374,6 @@ class GroupState(_Known):
         rates[:, self.group.passives] = step
         left = equations.drift(self.x, rates, self.reduction)
         return 0.5 * self.step(left[:, : self.error.shape[1]])
-
-    def spun_back(self, angles: Array) -> Array:
-        """Return steps `(N, p)` that turn idle rods back by angles `(N, k)` about their lines."""
-        return -times(transposed(self.inverse)[:, :, -angles.shape[1] :], angles)
 
     def rates(self, known: Array) -> Array:
         """Return passive rates `(N, p, c)` for c sets of rates `(N, k, c)` of what is known.

@@ -1,1 +1,1 @@
-"""Diagnosis: which motions loops leave, and why drives do not decide them."""
+"""Diagnosis: what errors say of loops that do not close or drives that do not decide a motion."""

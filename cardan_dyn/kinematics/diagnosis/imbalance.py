@@ -7,11 +7,10 @@ locked mechanism can be shaken is locked.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio
 
 from ...arrays import Array
 from ...errors import (
@@ -22,263 +21,242 @@ from ...errors import (
     as_text,
     choices,
 )
+from ...mechanism.carried import CarriedFrame
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
+from ...problem.problem import Problem
 from ..closing.far import states_around
 from ..closing.group_solver import GroupSolver
 from ..closing.stacked import ranks
 from ..loops.groups import independent_groups
 from ..loops.idle_rods import idle_rods
-from ..loops.structure import Structure, displacement, unit_twists
+from ..loops.structure import Structure
 from ..tolerances import MOVES
 from .singularities import Singularity, gimbal_note
 
-_MOST_MOTIONS = 3
-"""Motions that a message describes; the others are counted."""
+_MOST = 3
+"""Motions, or sets of links that move alike, that a message describes; others are counted."""
 _MOST_TRIED = 100
 """Held joints, and drives, that are left out by way of trial, each of which takes some time."""
 _GOOD = 0.5
 """Part of the fastest candidate's rate with which another one decides a motion as well."""
-_SAME = 1e-6
-"""Difference of twists, relative to the fastest link of a motion, up to which links move alike, or
-rest. Rates of closed configurations are exact to 1e-9 and better where messages describe them."""
-_MOST_SETS = 3
-"""Sets of links that move alike which a message describes unless it has others to describe."""
-_DIGITS = 3
-"""Digits of points and directions in a message: enough to find them in a drawing."""
 
 
-class _Prescribed(NamedTuple):
-    """A scene's drives and held joints.
+def imbalance(problem: Problem, x: Array, passives: set[int], condition: float) -> CardanError:
+    """Return the error that says why a scene's drives do not decide its motion.
 
-    Attributes:
-        mechanism: the mechanism.
-        drives: names of the driven joints.
-        held: names of the held joints.
+    Args:
+        problem: the drives and held joints of the scene.
+        x: `(size,)` closed coordinates.
+        passives: velocity coordinates that something must decide.
+        condition: of the closure equations at the closed coordinates.
     """
+    return _Imbalance(problem, x, passives).error(condition)
 
-    mechanism: Mechanism
-    drives: tuple[str, ...]
-    held: list[str]
 
-    def columns(self, names: Iterable[str]) -> list[int]:
-        """Return velocity coordinates by the names by which scenes drive or hold them."""
-        rates = {name: column for column, name in self._names.items()}
-        return [rates[name] for name in names]
+class _Imbalance:
+    """A scene whose drives do not decide its motion."""
 
-    def names(self, columns: Iterable[int]) -> list[str]:
-        """Return the names of velocity coordinates, see `Coordinates.names_of`."""
-        return self.mechanism.coordinates.names_of(set(columns))
+    def __init__(self, problem: Problem, x: Array, passives: set[int]) -> None:
+        self._mechanism = mechanism = problem.mechanism
+        self._drives, self._held, self._passives = problem.independent, [*problem.held], passives
+        spans = mechanism.coordinates.velocity_columns
+        self._column_of = {
+            name: spans[item.joint].start + item.offset for name, item in mechanism.drivable.items()
+        }
+        self._driven = [self._column_of[name] for name in self._drives]
+        self._resting = {self._column_of[name] for name in self._held}
+        self._needed = passives | set(self._driven)
+        self._around = Surroundings(Structure(mechanism), x)
 
-    def advice(self, columns: Iterable[int]) -> list[str]:
+    def error(self, condition: float) -> CardanError:
+        """Return the error; `condition` is that where the scene starts."""
+        mechanism, drives, driven = self._mechanism, self._drives, self._driven
+        asked = self._resting, set(driven), self._needed
+        found = self._around.freedoms(*asked)
+        # The first one is where the scene starts, unless that is singular.
+        best = found[int(np.argmax([item.rank_of(driven) for item in found]))]
+        excess = len(drives) - best.rank_of(driven)
+        if _decides([best], driven):
+            (here,) = self._around.freedoms(*asked, here=True)
+            if not _decides([here], driven):
+                return self._dead_point(here, best, condition)
+            # Then spins of rods are left over that the rule for idle rods does not decide.
+            best = self._around.freedoms(*asked, with_spins=True)[0]
+        surplus = self._surplus() if excess else []
+        coupled = self._coupled() if excess else ""
+        left = best.while_resting(driven)
+        free, advised = self._names(left.moving(self._passives)), self._advised(best)
+        reasons = []
+        if coupled:
+            reasons.append(coupled)
+        elif best.number == 0:
+            reasons.append(self._locked(surplus))
+        elif excess:
+            still = self._names([column for column in driven if not best.moving([column])])
+            reasons.append(_too_many(still, surplus, drives, excess))
+            surplus = surplus or still
+        if left.number:
+            reasons.append(self._too_few(best, left, free, advised))
+        if not reasons:
+            reasons.append(
+                f"{choices(drives)} would decide the motion, but this position is so close to a "
+                "singular configuration, where assembly modes meet, that rounding decides which "
+                "way they lead; give near={joint: position} to begin farther from it"
+            )
+        loops = f"its loops leave mobility {best.number}" if mechanism.loops else "it has no loop"
+        held = f" with {choices(self._held)} held" if self._held else ""
+        return MobilityError(
+            f"{mechanism.name}: driven by {choices(drives)}{held}, {loops}: {'; '.join(reasons)}",
+            mobility=best.number,
+            free=free,
+            advised=advised,
+            surplus=surplus,
+        )
+
+    def _names(self, columns: Iterable[int]) -> list[str]:
+        return self._mechanism.coordinates.names_of(set(columns))
+
+    def _drivable(self, columns: Iterable[int]) -> list[str]:
         """Return the names by which velocity coordinates can be driven or held."""
-        return [self._names[column] for column in columns]
+        name_of = {column: name for name, column in self._column_of.items()}
+        return [name_of[column] for column in columns]
 
-    def candidates(self) -> list[int]:
+    def _candidates(self) -> list[int]:
         """Return the coordinates that could be driven, those that the author drives first.
 
         Those of joints with several come last; near zero, the rates of a ball's three angles are
         the components of its rotation.
         """
-        mechanism, drivable = self.mechanism, self.mechanism.drivable
-        taken = {*self.drives, *self.held}
+        mechanism, drivable = self._mechanism, self._mechanism.drivable
+        closing = {loop.joint for loop in mechanism.loops}
+
+        def depth(name: str) -> int:
+            """Return how many bodies carry a joint; a loop comes after all joints of the tree."""
+            joint = mechanism.joints[drivable[name].joint]
+            model = mechanism.model
+            return model.njoints if joint.name in closing else len(ancestors(model, joint.id))
+
         # Motors mostly sit near the ground, and so do the joints that a scene holds.
-        near_first = sorted(drivable, key=lambda name: self._depth(drivable[name].joint))
-        ordered = dict.fromkeys((*mechanism.independent_coordinates, *near_first))
-        free = [name for name in ordered if name in drivable and name not in taken]
-        single = [name for name in free if name == drivable[name].joint]
-        return self.columns([*single, *(name for name in free if name not in single)])
+        ordered = (*mechanism.independent_coordinates, *sorted(drivable, key=depth))
+        taken = {*self._drives, *self._held}
+        free = [name for name in dict.fromkeys(ordered) if name in drivable and name not in taken]
+        free.sort(key=lambda name: name != drivable[name].joint)
+        return [self._column_of[name] for name in free]
 
-    @property
-    def _names(self) -> dict[int, str]:
-        """Names of all velocity coordinates that can be driven."""
-        coordinates = self.mechanism.coordinates
-        spans = coordinates.velocity_columns
-        return {
-            spans[item.joint].start + item.offset: name
-            for name, item in self.mechanism.drivable.items()
-        }
+    def _advised(self, best: Freedoms) -> list[str]:
+        """Return what decides the motion once it is driven or held as well."""
+        candidates, known = self._candidates(), [*self._driven]
+        more = best.chosen(candidates, known)
+        while more:
+            known += more
+            # A rod whose joint is driven is no longer idle, and what turns with it may be free.
+            found = self._around.freedoms(self._resting, set(known), self._needed)
+            more = found[0].chosen(candidates, known)
+        return self._drivable(known[len(self._driven) :])
 
-    def _depth(self, name: str) -> int:
-        """Return how many bodies carry a joint; a loop comes after all joints of the tree."""
-        item = self.mechanism.joints[name]
-        is_loop = any(loop.joint == name for loop in self.mechanism.loops)
+    def _dead_point(
+        self, here: Freedoms, elsewhere: Freedoms, condition: float
+    ) -> SingularConfigurationError:
+        """Return the error for a start that is singular, with the joints that are concerned."""
+        mechanism, every = self._mechanism, set(range(self._mechanism.model.nv))
+        position = here.x[mechanism.coordinates.columns_of(self._drives)]
+        moving = self._names(here.moving(every))
+        lost = self._names(elsewhere.moving(every) - here.moving(every))
+        singularity = Singularity(
+            tuple(name for name in lost if name not in moving),
+            tuple(self._names(here.while_resting(self._driven).moving(every))),
+            self._drives,
+            here.number > elsewhere.number,
+        )
+        passives = every - self._resting - set(self._driven)
+        note = gimbal_note(mechanism.coordinates, here.x, passives)
+        return SingularConfigurationError(
+            f"{mechanism.name}: position {as_text(position)} of {choices(self._drives)}, where the "
+            f"scene starts, is singular: {singularity.text}. Give near={{joint: position}} to "
+            f"begin elsewhere, or choose another drive{note}",
+            position=as_position(position),
+            condition=condition,
+            **singularity.details,
+        )
+
+    def _coupled(self) -> str:
+        """Return which couplings connect prescribed joints, and what to do; empty without any.
+
+        Couplings of one joint with another are followed from joint to joint, like a train of
+        wheels.
+        """
+        prescribed = [*self._driven, *(self._column_of[name] for name in self._held)]
+        edges = [
+            (item.name, item.predecessor_columns[0], item.successor_columns[0])
+            for item in self._mechanism.couplings
+            if len(item.predecessor_columns) == len(item.successor_columns) == 1
+        ]
+        for first in prescribed:
+            reached, used = [first], []
+            for column in reached:
+                for name, *ends in edges:
+                    if column in ends and name not in used:
+                        used.append(name)
+                        reached += [end for end in ends if end not in reached]
+            both = [column for column in reached if column in prescribed]
+            if len(both) > 1:
+                return (
+                    f"{choices(used)} couple{'s' * (len(used) == 1)} "
+                    f"{choices(self._drivable(both))}: drive or hold only one of them"
+                )
+        return ""
+
+    def _surplus(self) -> list[str]:
+        """Return held joints and drives that are one too many: without any of them it moves."""
+        drives = self._drives[:_MOST_TRIED] if len(self._drives) > 1 else ()
+        result = []
+        for name in (*self._held[:_MOST_TRIED], *drives):
+            released = self._column_of[name]
+            driven = [column for column in self._driven if column != released]
+            resting, needed = self._resting - {released}, self._needed | {released}
+            if _decides(self._around.freedoms(resting, set(driven), needed), driven):
+                result.append(name)
+        return result
+
+    def _locked(self, surplus: list[str]) -> str:
+        """Return what to do about a locked mechanism, some joints of which may be held."""
+        remedy = self._mechanism.description.remedy
+        advice = "check loops and couplings, and axes, which are x if left out"
+        if surplus:
+            advice = f"stop holding {_one_of(surplus)}"
+        elif self._held:
+            advice = f"stop holding more than one joint, or {advice}"
+        return f"it is locked: {advice}" + (f"; {remedy}" if remedy else "")
+
+    def _too_few(self, best: Freedoms, left: Freedoms, free: list[str], advised: list[str]) -> str:
+        """Return which motions are left, and what can be driven to remove them."""
+        columns = [self._column_of[name] for name in advised]
+        # Where there are several, what the most links do says enough of each.
+        most = _MOST if left.number == 1 else 1
+        texts = []
+        for column in columns[:_MOST]:
+            # One motion is left, that moves this joint.
+            motion = left.while_resting([other for other in columns if other != column]).motions
+            texts.append(motion_text(self._mechanism, best.x, motion @ motion[column], most))
+        more = left.number - len(texts)
+        listed = "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
+        freedoms = "1 freedom is" if left.number == 1 else f"{left.number} freedoms are"
+        if len(advised) > 1:
+            advice = f"{len(advised)} of them, such as {choices(advised, most=20)}"
+        else:
+            rates, candidates = np.linalg.norm(left.motions, axis=1), self._candidates()
+            useful = [each for each in candidates if rates[each] > 0.1 * np.max(rates[candidates])]
+            advice = f"one of: {choices(self._drivable(useful))}"
         return (
-            self.mechanism.model.njoints
-            if is_loop
-            else len(ancestors(self.mechanism.model, item.id))
+            f"nothing decides the motion of: {choices(free)}; {freedoms} left over: {listed}; "
+            f"drive or hold {advice}"
         )
-
-
-def imbalance(
-    mechanism: Mechanism,
-    x: Array,
-    drives: tuple[str, ...],
-    held: list[str],
-    passives: set[int],
-    condition: float,
-) -> CardanError:
-    """Return the error that says why a scene's drives do not decide its motion.
-
-    Args:
-        mechanism: the mechanism.
-        x: `(size,)` closed coordinates.
-        drives: names of the driven joints.
-        held: names of the held joints.
-        passives: velocity coordinates that something must decide.
-        condition: of the closure equations at the closed coordinates.
-    """
-    scene = _Prescribed(mechanism, drives, held)
-    around = Surroundings(Structure(mechanism), x)
-    driven, resting = scene.columns(drives), set(scene.columns(held))
-    needed = passives | set(driven)
-    found = around.freedoms(resting, set(driven), needed)
-    # The first one is where the scene starts, unless that is singular.
-    best = found[int(np.argmax([item.rank_of(driven) for item in found]))]
-    decided = best.rank_of(driven)
-    if _decides([best], driven):
-        here = around.freedoms_here(resting, set(driven), needed)
-        if not _decides([here], driven):
-            return _dead_point(scene, here, best, condition)
-        # Then spins of rods are left over that the rule for idle rods does not decide.
-        found = around.freedoms(resting, set(driven), needed, with_spins=True)
-        best = found[0]
-    surplus = []
-    if decided < len(drives):
-        surplus = _surplus(scene, around, needed)
-    loops = f"its loops leave mobility {best.number}" if mechanism.loops else "it has no loop"
-    held_text = f" with {choices(held)} held" if held else ""
-    left = best.while_resting(driven)
-    free = scene.names(left.moving(passives))
-    advised = scene.advice(_advised(scene, around, best, needed))
-    reasons = []
-    coupled = _coupled(scene) if decided < len(drives) else ""
-    if coupled:
-        reasons.append(coupled)
-    elif best.number == 0:
-        remedy = mechanism.description.remedy
-        reasons.append(_locked(surplus, bool(held)) + (f"; {remedy}" if remedy else ""))
-    elif decided < len(drives):
-        still = scene.names([column for column in driven if not best.moving([column])])
-        reasons.append(_too_many(still, surplus, drives, len(drives) - decided))
-        surplus = surplus or still
-    if left.number:
-        reasons.append(_too_few(scene, best, free, advised))
-    if not reasons:
-        reasons.append(
-            f"{choices(drives)} would decide the motion, but this position is so close to a "
-            "singular configuration, where assembly modes meet, that rounding decides which way "
-            "they lead; give near={joint: position} to begin farther from it"
-        )
-    return MobilityError(
-        f"{mechanism.name}: driven by {choices(drives)}{held_text}, {loops}: {'; '.join(reasons)}",
-        mobility=best.number,
-        free=free,
-        advised=advised,
-        surplus=surplus,
-    )
-
-
-def _advised(
-    scene: _Prescribed, around: Surroundings, best: Freedoms, needed: set[int]
-) -> list[int]:
-    """Return velocity coordinates that decide the motion once they are driven or held as well."""
-    driven, resting = scene.columns(scene.drives), set(scene.columns(scene.held))
-    result = more = best.chosen(scene.candidates(), driven)
-    while more:
-        # A rod whose joint is driven is no longer idle, and what else turns with it may be free.
-        known = [*driven, *result]
-        found = around.freedoms(resting, set(known), needed)
-        more = found[0].chosen(scene.candidates(), known)
-        result = [*result, *more]
-    return result
-
-
-def _dead_point(
-    scene: _Prescribed, here: Freedoms, elsewhere: Freedoms, condition: float
-) -> SingularConfigurationError:
-    """Return the error for a start that is singular, with the joints that are concerned."""
-    mechanism = scene.mechanism
-    position = here.x[mechanism.coordinates.columns_of(scene.drives)]
-    every = set(range(mechanism.model.nv))
-    lost = [
-        name
-        for name in scene.names(elsewhere.moving(every) - here.moving(every))
-        if name not in scene.names(here.moving(every))
-    ]
-    moving = scene.names(here.while_resting(scene.columns(scene.drives)).moving(every))
-    singularity = Singularity(
-        tuple(lost), tuple(moving), scene.drives, here.number > elsewhere.number
-    )
-    passives = every - set(scene.columns([*scene.drives, *scene.held]))
-    note = gimbal_note(mechanism.coordinates, here.x, passives)
-    return SingularConfigurationError(
-        f"{mechanism.name}: position {as_text(position)} of {choices(scene.drives)}, where the "
-        f"scene starts, is singular: {singularity.text}. Give near={{joint: position}} to begin "
-        f"elsewhere, or choose another drive{note}",
-        position=as_position(position),
-        condition=condition,
-        **singularity.details,
-    )
-
-
-def _coupled(scene: _Prescribed) -> str:
-    """Return which couplings connect prescribed joints, and what to do; empty without any.
-
-    Couplings of one joint with another are followed from joint to joint, like a train of wheels.
-    """
-    prescribed = scene.columns([*scene.drives, *scene.held])
-    edges = [
-        (item.name, item.predecessor_columns[0], item.successor_columns[0])
-        for item in scene.mechanism.couplings
-        if len(item.predecessor_columns) == len(item.successor_columns) == 1
-    ]
-    for first in prescribed:
-        reached, used = [first], []
-        for column in reached:
-            for name, *ends in edges:
-                if column in ends and name not in used:
-                    used.append(name)
-                    reached += [end for end in ends if end not in reached]
-        both = [column for column in reached if column in prescribed]
-        if len(both) > 1:
-            names = choices(scene.advice(both))
-            return (
-                f"{choices(used)} couple{'s' * (len(used) == 1)} {names}: "
-                "drive or hold only one of them"
-            )
-    return ""
-
-
-def _surplus(scene: _Prescribed, around: Surroundings, needed: set[int]) -> list[str]:
-    """Return the held joints and drives that are one too many: without any of them it moves."""
-    driven = scene.columns(scene.drives)
-    result = []
-    for name in scene.held[:_MOST_TRIED]:
-        (released,) = scene.columns([name])
-        resting = {column for column in scene.columns(scene.held) if column != released}
-        found = around.freedoms(resting, set(driven), needed | {released})
-        if _decides(found, driven):
-            result.append(name)
-    resting = set(scene.columns(scene.held))
-    for name in scene.drives[:_MOST_TRIED] if len(scene.drives) > 1 else ():
-        others = [column for column in driven if column not in scene.columns([name])]
-        if _decides(around.freedoms(resting, set(others), needed), others):
-            result.append(name)
-    return result
 
 
 def _decides(found: list[Freedoms], driven: list[int]) -> bool:
     """Return whether drives decide all motions in some generic configuration."""
     return any(item.rank_of(driven) == len(driven) == item.number for item in found)
-
-
-def _locked(surplus: list[str], holds: bool) -> str:
-    """Return what to do about a locked mechanism, some joints of which may be held."""
-    if surplus:
-        return f"it is locked: stop holding {_one_of(surplus)}"
-    release = "stop holding more than one joint, or " if holds else ""
-    return f"it is locked: {release}check loops and couplings, and axes, which are x if left out"
 
 
 def _too_many(still: list[str], surplus: list[str], drives: tuple[str, ...], excess: int) -> str:
@@ -295,40 +273,6 @@ def _too_many(still: list[str], surplus: list[str], drives: tuple[str, ...], exc
 
 def _one_of(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"one of: {choices(names)}"
-
-
-def _too_few(scene: _Prescribed, best: Freedoms, free: list[str], advised: list[str]) -> str:
-    """Return which motions are left, and what can be driven to remove them."""
-    driven = scene.columns(scene.drives)
-    left = best.while_resting(driven)
-    mechanism = scene.mechanism
-    columns = scene.columns(advised)
-    # Where there are several, what the most links do says enough of each.
-    most = None if left.number == 1 else 1
-    texts = []
-    for column in columns[:_MOST_MOTIONS]:
-        others = [other for other in columns if other != column]
-        # One motion is left, that moves this joint.
-        motion = left.while_resting(others).motions
-        texts.append(motion_text(mechanism, best.x, motion @ motion[column], most))
-    more = left.number - len(texts)
-    listed = "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
-    freedoms = "1 freedom is" if left.number == 1 else f"{left.number} freedoms are"
-    return (
-        f"nothing decides the motion of: {choices(free)}; {freedoms} left over: {listed}; "
-        f"{_advice(scene, best, advised)}"
-    )
-
-
-def _advice(scene: _Prescribed, best: Freedoms, advised: list[str]) -> str:
-    """Return which joints to drive or hold."""
-    if len(advised) > 1:
-        return f"drive or hold {len(advised)} of them, such as {choices(advised, most=20)}"
-    left = best.while_resting(scene.columns(scene.drives))
-    rates = np.linalg.norm(left.motions, axis=1)
-    columns = scene.candidates()
-    useful = [column for column in columns if rates[column] > 0.1 * np.max(rates[columns])]
-    return f"drive or hold one of: {choices(scene.advice(useful))}"
 
 
 class Freedoms(NamedTuple):
@@ -399,10 +343,15 @@ class Surroundings:
         """
         self._structure = structure
         self._x = x
-        self._near: dict[frozenset[int], list[_SetOfLoops]] = {}
+        self._known: dict[object, list[tuple[Array, Array, Array]]] = {}
 
     def freedoms(
-        self, held: set[int], drives: set[int], needed: set[int], with_spins: bool = False
+        self,
+        held: set[int],
+        drives: set[int],
+        needed: set[int],
+        with_spins: bool = False,
+        here: bool = False,
     ) -> list[Freedoms]:
         """Return the freedoms in the configurations, in the closed one first unless it is singular.
 
@@ -411,97 +360,54 @@ class Surroundings:
             drives: velocity coordinates of the drives; they move as all others do.
             needed: velocity coordinates whose motion matters.
             with_spins: whether spins of idle rods count as freedoms.
+            here: whether only the closed configuration is asked for, singular or not.
         """
-        key = frozenset(held)
-        if key not in self._near:
-            self._near[key] = [_SetOfLoops.near(solver, self._x) for solver in self._solvers(held)]
-        sets = self._near[key]
-        count = max((len(item.x) for item in sets), default=1)
-        return [
-            self._joined(sets, index, held, drives, needed, with_spins) for index in range(count)
-        ]
+        mechanism = self._structure.mechanism
+        free = sorted(set(range(mechanism.model.nv)) - held)
+        key = frozenset(held), here
+        if key not in self._known:
+            self._known[key] = self._sets_of_loops(free, here)
+        sets, found = self._known[key], []
+        on_loops = {column for columns, *_ in sets for column in columns.tolist()}
+        loose = [column for column in free if column not in on_loops]
+        rods = () if with_spins else idle_rods(mechanism, set(free) - drives)
+        for index in range(max((len(states) for _, states, _ in sets), default=1)):
+            x, motions = self._x.copy(), []
+            for columns, states, null in sets:
+                chosen = states[index % len(states)]
+                x[chosen != self._x] = chosen[chosen != self._x]
+                own = null[index % len(states)]
+                motions.append(np.zeros((mechanism.model.nv, own.shape[1])))
+                motions[-1][columns] = own
+            every = np.concatenate([*motions, np.eye(mechanism.model.nv)[:, loose]], axis=1)
+            for rod in rods:
+                others = [column for column in free if column not in rod.columns]
+                every = every @ _row_space(every[others])
+            found.append(Freedoms(x, every @ _row_space(every[sorted(needed & set(free))])))
+        return found
 
-    def freedoms_here(self, held: set[int], drives: set[int], needed: set[int]) -> Freedoms:
-        """Return the freedoms in the closed configuration, singular or not; see `freedoms`."""
-        sets = [_SetOfLoops.at(solver, self._x) for solver in self._solvers(held)]
-        return self._joined(sets, 0, held, drives, needed, False)
+    def _sets_of_loops(self, free: list[int], here: bool) -> list[tuple[Array, Array, Array]]:
+        """Return what is known of each set of loops that has no joint in common with others.
 
-    def _solvers(self, held: set[int]) -> Iterator[GroupSolver]:
-        """Make what solves each set of loops that has no joint in common with others."""
-        free = np.array(self._free(held), dtype=int)
-        for group in independent_groups(self._structure, free):
-            if group.passives.size:
-                yield GroupSolver(self._structure.mechanism, group)
-
-    def _free(self, held: set[int]) -> list[int]:
-        return sorted(set(range(self._structure.mechanism.model.nv)) - held)
-
-    def _joined(
-        self,
-        sets: list[_SetOfLoops],
-        index: int,
-        held: set[int],
-        drives: set[int],
-        needed: set[int],
-        with_spins: bool,
-    ) -> Freedoms:
-        """Return the freedoms of all sets of loops and of what is on none; see `freedoms`."""
-        mechanism, free = self._structure.mechanism, self._free(held)
-        x = self._x.copy()
-        for item in sets:
-            chosen = item.x[index % len(item.x)]
-            x[chosen != self._x] = chosen[chosen != self._x]
-        null = [(item.columns, item.null[index % len(item.x)]) for item in sets]
-        motions = _block_diagonal(null, free, mechanism.model.nv)
-        for rod in () if with_spins else idle_rods(mechanism, set(free) - drives):
-            others = [column for column in free if column not in rod.columns]
-            motions = motions @ _row_space(motions[others])
-        return Freedoms(x, motions @ _row_space(motions[sorted(needed & set(free))]))
-
-
-class _SetOfLoops(NamedTuple):
-    """Loops and couplings that have no joint in common with others, in K configurations.
-
-    Attributes:
-        columns: `(p,)` velocity coordinates on them.
-        x: `(K, size)` closed configurations.
-        null: `(K, p, n)` motions that they leave.
-    """
-
-    columns: Array
-    x: Array
-    null: Array
-
-    @staticmethod
-    def near(solver: GroupSolver, x: Array) -> _SetOfLoops:
-        """Return generic configurations around closed coordinates `(size,)`."""
-        states = states_around(solver, x)
-        left, _, _ = np.linalg.svd(states.group.scaled_rows)
-        return _SetOfLoops(solver.group.passives, states.x, left[:, :, states.rank :])
-
-    @staticmethod
-    def at(solver: GroupSolver, x: Array) -> _SetOfLoops:
-        """Return closed coordinates `(size,)` alone, with their own rank."""
-        state = solver.evaluate(x[None, :], solver.equations.full)
-        left, _, _ = np.linalg.svd(state.scaled_rows)
-        rank = int(ranks(state.scaled_rows)[0])
-        return _SetOfLoops(solver.group.passives, x[None, :], left[:, :, rank:])
-
-
-def _block_diagonal(null: list[tuple[Array, Array]], free: list[int], nv: int) -> Array:
-    """Return motions `(nv, m)`: those of sets of loops, and each free coordinate on none of them.
-
-    With null `(p,)`.
-    """
-    on_loops = {int(column) for columns, _ in null for column in columns}
-    loose = np.array([column for column in free if column not in on_loops], dtype=int)
-    blocks = [*null, (loose, np.eye(len(loose)))]
-    motions = np.zeros((nv, sum(block.shape[1] for _, block in blocks)))
-    first = 0
-    for columns, block in blocks:
-        motions[columns, first : first + block.shape[1]] = block
-        first += block.shape[1]
-    return motions
+        Returns:
+            Velocity coordinates `(p,)`, closed coordinates `(K, size)` and the motions that they
+            leave `(K, p, n)`.
+        """
+        result = []
+        for group in independent_groups(self._structure, np.array(free, dtype=int)):
+            if not group.passives.size:
+                continue
+            solver = GroupSolver(self._structure.mechanism, group)
+            if here:
+                x = self._x[None, :]
+                rows = solver.evaluate(x, solver.equations.full).scaled_rows
+                rank = int(ranks(rows)[0])
+            else:
+                states = states_around(solver, self._x)
+                x, rows, rank = states.x, states.group.scaled_rows, states.rank
+            left, _, _ = np.linalg.svd(rows)
+            result.append((group.passives, x, left[:, :, rank:]))
+        return result
 
 
 def _row_space(rows: Array) -> Array:
@@ -518,21 +424,7 @@ def _rank(rows: Array) -> int:
     return int(np.sum(np.linalg.svd(rows, compute_uv=False) > MOVES))
 
 
-class _Alike(NamedTuple):
-    """Links that move as one rigid body.
-
-    Attributes:
-        names: of the links.
-        twist: `(6,)` linear part at the world's origin, then angular part, in world axes.
-        origin: `(3,)` of the first link, in the world.
-    """
-
-    names: list[str]
-    twist: Array
-    origin: Array
-
-
-def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int | None = None) -> str:
+def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST) -> str:
     """Return in words which links a motion moves, and how.
 
     Args:
@@ -541,77 +433,49 @@ def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int | None 
         motion: `(nv,)` joint rates, slides in lengths of the mechanism.
         most: how many sets of links that move alike are described; the others are counted.
     """
-    most = most or _MOST_SETS
-    sets = sorted(_alike(mechanism, x, motion), key=lambda item: -len(item.names))
-    texts = [_text(item, mechanism.characteristic_length) for item in sets[:most]]
-    others = sum(len(item.names) for item in sets[most:])
+    length, rates = mechanism.characteristic_length, motion * mechanism.coordinates.rate_scale
+    moving = []
+    for name in mechanism.links:
+        frame = CarriedFrame(mechanism, name, np.zeros(3))
+        velocity, spin, *_ = (rate[:, 0] for rate in frame.rates(x[None], rates[None]))
+        moving.append((name, frame.placed(x[None])[1][0], velocity, spin))
+
+    def size(velocity: Array, spin: Array) -> float:
+        return float(np.max(np.abs([velocity / length, spin])))
+
+    fastest = max(size(velocity, spin) for *_, velocity, spin in moving)
+    # Links that move as one body: their names, and how the origin of the first one moves.
+    sets: list[tuple[list[str], Array, Array, Array]] = []
+    for name, origin, velocity, spin in moving:
+        if size(velocity, spin) <= MOVES * fastest:
+            continue
+        for names, first, its_velocity, its_spin in sets:
+            there = velocity + np.cross(spin, first - origin)
+            if size(there - its_velocity, spin - its_spin) <= MOVES * fastest:
+                names.append(name)
+                break
+        else:
+            sets.append(([name], origin, velocity, spin))
+    sets.sort(key=lambda item: -len(item[0]))
+    texts = [_text(*item, length) for item in sets[:most]]
+    others = sum(len(names) for names, *_ in sets[most:])
     if others:
         texts.append(f"{others} more {'link' if others == 1 else 'links'} with them")
     return ", ".join(texts) if texts else "no link"
 
 
-def _alike(mechanism: Mechanism, x: Array, motion: Array) -> list[_Alike]:
-    """Return the links that a motion moves, those together that move alike."""
-    poses, twists = _bodies(mechanism, x, motion)
-    weights = np.repeat([1.0 / mechanism.characteristic_length, 1.0], 3)
-    sets: list[_Alike] = []
-    moving = []
-    for name, (body, placement) in mechanism.links.items():
-        origin = np.array((poses[body] * placement).translation)
-        # Speeds of the link's own origin: about the world's, rest could not be told from motion
-        # where a mechanism is far away.
-        twist = twists[body].copy()
-        twist[:3] += np.cross(twist[3:], origin)
-        moving.append((name, body, origin, np.max(np.abs(twist * weights))))
-    fastest = max((speed for *_, speed in moving), default=0.0)
-    for name, body, origin, speed in moving:
-        if speed <= _SAME * fastest:
-            continue
-        for item in sets:
-            difference = twists[body] - item.twist
-            difference[:3] += np.cross(difference[3:], item.origin)
-            if np.max(np.abs(difference * weights)) <= _SAME * fastest:
-                item.names.append(name)
-                break
-        else:
-            sets.append(_Alike([name], twists[body], origin))
-    return sets
-
-
-def _bodies(
-    mechanism: Mechanism, x: Array, motion: Array
-) -> tuple[list[pinocchio.SE3], list[Array]]:
-    """Return placements and twists `(6,)` of all bodies, by plain forward kinematics."""
-    model, coordinates = mechanism.model, mechanism.coordinates
-    poses, twists = [pinocchio.SE3.Identity()], [np.zeros(6)]
-    for part, start in sorted(
-        zip(coordinates.parts, coordinates.starts, strict=True), key=lambda item: item[0].id
-    ):
-        parent, first = model.parents[part.id], model.idx_vs[part.id]
-        moved = displacement(part, x[start : start + 4])
-        pose = poses[parent] * model.jointPlacements[part.id] * moved
-        units = unit_twists(part, mechanism.characteristic_length)
-        own = pose.action @ (units.T @ motion[first : first + part.nv])
-        poses.append(pose)
-        twists.append(twists[parent] + own)
-    return poses, twists
-
-
-def _text(item: _Alike, length: float) -> str:
-    """Return how a set of links moves."""
-    several = len(item.names) > 1
-    who = f"links {choices(item.names)}" if several else f"link {item.names[0]!r}"
-    linear, angular = item.twist[:3], item.twist[3:]
-    at_origin = linear + np.cross(angular, item.origin)
-    rate = float(np.linalg.norm(angular))
-    if rate * length <= _SAME * float(np.linalg.norm(at_origin)):
-        return f"{who} {'slide' if several else 'slides'} along {_direction(at_origin)}"
-    axis = angular / rate
+def _text(names: list[str], origin: Array, velocity: Array, spin: Array, length: float) -> str:
+    """Return how links move."""
+    several = len(names) > 1
+    who = f"links {choices(names)}" if several else f"link {names[0]!r}"
+    rate = float(np.linalg.norm(spin))
+    if rate * length <= MOVES * float(np.linalg.norm(velocity)):
+        return f"{who} {'slide' if several else 'slides'} along {_direction(velocity)}"
+    axis = spin / rate
     # The point of the axis that is nearest to the link's origin.
-    point = item.origin + np.cross(axis, at_origin) / rate
-    text = f"{who} {'turn' if several else 'turns'} about {_direction(axis)} through "
-    text += _vector(point, length)
-    if abs(float(axis @ at_origin)) > _SAME * rate * length:
+    point = _vector(origin + np.cross(axis, velocity) / rate, length)
+    text = f"{who} {'turn' if several else 'turns'} about {_direction(axis)} through {point}"
+    if abs(float(axis @ velocity)) > MOVES * rate * length:
         text += f" and {'slide' if several else 'slides'} along it"
     return text
 
@@ -623,5 +487,5 @@ def _direction(vector: Array) -> str:
 
 
 def _vector(vector: Array, scale: float) -> str:
-    cleaned = np.where(np.abs(vector) < _SAME * scale, 0.0, vector)
-    return "(" + ", ".join(f"{value:.{_DIGITS}g}" for value in cleaned) + ")"
+    cleaned = np.where(np.abs(vector) < MOVES * scale, 0.0, vector)
+    return "(" + ", ".join(f"{value:.3g}" for value in cleaned) + ")"

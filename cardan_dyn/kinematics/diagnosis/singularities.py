@@ -11,23 +11,16 @@ from ...arrays import Array
 from ...errors import choices
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import Kinematics
-from ..tolerances import MOVES
+from ..tolerances import MOVES, REGULAR_CONDITION
 
 _RESTS = 1e-2
-"""Rate, as a fraction of the fastest joint's, below which a joint rests near a singular position: a
-dead point is followed to a billionth of the drive's way, where the motion that the drive does not
-decide is found to the square root of that."""
+"""Rate below which a joint rests near a singular position, and singular value below which it is
+one, as fractions of the greatest: singular positions are followed to ratios of 1e-4 and less, where
+the motion that the drive does not decide is found to the square root of that."""
 _MEETING = 100.0
 """How many times the smallest singular value with the drives may exceed the one without them where
 assembly modes meet: both vanish together there. At a dead point of the drive the former does not
 vanish."""
-_REGULAR = 1e-2
-"""Ratio of singular values from which on a position where a drive stops is not singular: the drive
-is locked there. Singular positions are followed to ratios of 1e-4 and less."""
-_NEAR = 1e-3
-"""Distance [rad] of the middle angle from ±90° up to which a singularity that was found counts as
-gimbal lock. The condition number is the reciprocal of that distance, and errors are raised where it
-is a million or more."""
 
 
 class Singularity(NamedTuple):
@@ -79,7 +72,7 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
     last = min(len(passives) - len(group.group.idle), len(values)) - 1
     coordinates = kinematics.coordinates
     resting = tuple(coordinates.names_of(set(kinematics.drives.tolist())))
-    if last < 0 or values[last] > _REGULAR * values[0]:
+    if last < 0 or values[last] > _RESTS * values[0]:
         # The passives can follow no motion of the drives, and none of their own.
         return Singularity(resting, (), resting, modes_meet=False)
     rates = np.abs(left[:, last])
@@ -121,7 +114,8 @@ def gimbal_note(coordinates: Coordinates, x: Array, passives: Iterable[int]) -> 
         first, middle, last = range(columns.stop - 3, columns.stop)
         if not {rates.stop - 3, rates.stop - 1} <= passives:
             continue
-        if abs(np.cos(x[middle])) < np.sin(_NEAR):
+        # The condition is the reciprocal of the distance from ±90°: far greater where errors are.
+        if abs(np.cos(x[middle])) < REGULAR_CONDITION**-0.5:
             angle = np.rad2deg(np.arctan2(np.sin(x[middle]), np.cos(x[middle])))
             return (
                 f". {names[middle]!r} is {angle:.4g}° there; at ±90° the axes of {names[first]!r} "

@@ -18,30 +18,23 @@ from ...arrays import Array
 from ...errors import AssemblyError, SingularConfigurationError
 from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
-from .lines import Lines, Rows, quintic
+from ..tolerances import MOVES
+from .lines import SHORTEST, Lines, Rows, quintic
 
 _TURNS_TRIED = 12
 """Turns of the drive after which a mechanism is tried for repetition. Velocity ratios of small
 whole numbers repeat within them."""
-_SAME = 1e-7
-"""Greatest difference [rad, or lengths of the mechanism] between coordinates one period apart. It
-is far above the closure tolerance, and far below any motion that a mechanism would miss its start
-by on purpose."""
 _STEEP = 100.0
 """Derivative of a coordinate [per unit of the drive] from which on an end counts as near a dead
 point of the drive, where derivatives grow without bound."""
-_GREATEST_GAP = 1e-4
-"""Greatest distance [units of the drive] between the last node and the estimated limit. The last
-steps before a limit are much shorter, so a limit that lies farther away is a wrong estimate."""
-_AT_LIMIT = 1e-9
-"""Distance [units of the drive] from a limit within which a position is the singular one itself:
-nobody can tell on which side it lies."""
 _FIFTH, _AT_LEAST = 1e-6, 8.0
 """Fifth coefficient [rad] that what is interpolated between nodes shall have, see `quintic`, and
 how many times as much it has where a node is put between: it is off by some hundredth of it."""
-_MOST_KEPT = 16
-"""Branches that are kept with a mechanism."""
-TURN = 2.0 * np.pi
+_REACH_OF_SLIDE = 10.0
+"""Characteristic lengths over which a sliding drive is followed to each side of the start before
+its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
+links."""
+TURN = math.tau
 """One turn of the drive [rad]."""
 _SIGNS = np.array([-1.0, 1.0])
 """Of the two sides of a start, in their order."""
@@ -107,7 +100,7 @@ class Branch:
             kept: of the mechanism.
         """
         key = kinematics.key, start.tobytes()
-        return kept.of("branch", key, lambda: Branch(kinematics, start), most=_MOST_KEPT)
+        return kept.of("branch", key, lambda: Branch(kinematics, start))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -120,7 +113,7 @@ class Branch:
 
         The branch is followed there, as far as it leads; nodes ascend with the drive.
         """
-        self._followed_to(self.start - way, self.start + way)
+        self.reached(self.start - way, self.start + way)
         rows = self._table.rows.x
         return np.asarray(rows[np.abs(rows[:, self._column] - self.start) <= way])
 
@@ -145,7 +138,7 @@ class Branch:
             scale = kinematics.coordinates.scale
             fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / _FIFTH
             # What does not become smaller by parts is left to whoever closes guesses.
-            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > _AT_LIMIT * self.unit))
+            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > SHORTEST * self.unit))
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)
@@ -169,28 +162,29 @@ class Branch:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        for side, end in self._followed_to(low, high).items():
-            target = (low, high)[side]
+        for side, (target, end) in enumerate(
+            zip((low, high), self.reached(low, high), strict=True)
+        ):
             if _SIGNS[side] * (target - end) > 0.0:
-                self._refuse(side, target)
+                from ..diagnosis.reach import beyond_branch  # Imported here: only errors need it.
 
-    def leads_to(self, positions: Array) -> Array:
-        """Return `(N,)` which drive positions the branch leads to, all of which are followed."""
-        result = np.ones(len(positions), dtype=bool)
-        ends = self._followed_to(float(positions.min()), float(positions.max()))
-        for side, end in ends.items():
-            result &= _SIGNS[side] * (positions - end) <= 0.0
-        return result
+                nearest, _ = self._limit_at(side)
+                at_end = abs(target - nearest) < SHORTEST * self.unit
+                nodes = np.concatenate([node.x for node in self._nodes[side]])
+                raise beyond_branch(self.kinematics, self._column, target, nearest, nodes, at_end)
 
-    def _followed_to(self, low: float, high: float) -> dict[int, float]:
-        """Follow the branch as far as it leads; return sides that end before, and where.
+    def reached(self, low: float, high: float) -> tuple[float, float]:
+        """Follow the branch towards drive positions `low` and `high` as far as it leads.
 
         Positions between the last node and a dead point lie on the branch as well.
+
+        Returns:
+            Where it ends on either side; ±inf where it leads as far as was asked for.
         """
         # Nodes lie beyond, so that what lies between two of them does not depend on what was asked.
         ways = (self.start - low) / self.unit, (high - self.start) / self.unit
         until = [math.nextafter(way, math.inf) if way > 0.0 else -1.0 for way in ways]
-        ends = {}
+        ends = [-np.inf, np.inf]
         with self._lock:
             shares = self._lines.share.tolist()
             if any(share < way for share, way in zip(shares, until, strict=True)):
@@ -202,53 +196,13 @@ class Branch:
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:
-                    before = limit - _SIGNS[side] * _AT_LIMIT * self.unit
+                    before = limit - _SIGNS[side] * SHORTEST * self.unit
                     ends[side] = sorted((before, ends[side]))[side]
-        return ends
+        return ends[0], ends[1]
 
     def _passed(self, side: int, row: Rows) -> None:
         """Take note of where a step ends."""
         self._nodes[side].append(row._replace(first=_SIGNS[side] * row.first))
-
-    def _refuse(self, side: int, target: float) -> None:
-        """Refuse a position beyond the end of a side.
-
-        Raises:
-            AssemblyError, SingularConfigurationError: see `cover`.
-        """
-        nearest, _ = self._limit_at(side)
-        is_at_limit = abs(target - nearest) < _AT_LIMIT * self.unit
-        from ..diagnosis.singularities import gimbal_note, singularity_at  # Only errors need it.
-
-        kinematics, nodes = self.kinematics, self._nodes[side]
-        last, elsewhere = nodes[-1].x[0], nodes[len(nodes) // 2].x[0]
-        singularity = singularity_at(kinematics, last, elsewhere)
-        passives = [column for solver in kinematics.solvers for column in solver.group.passives]
-        hint = gimbal_note(kinematics.coordinates, last, passives)
-        if singularity.modes_meet or is_at_limit or len(nodes) == 1:
-            condition = float(kinematics.evaluate(last[None, :]).condition[0])
-            raise SingularConfigurationError(
-                f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
-                f"equations become singular there (condition {condition:.1e}), "
-                f"{singularity.text}{hint}",
-                position=nearest,
-                condition=condition,
-                hint=hint,
-                **singularity.details,
-            )
-        beyond = last[None, :].copy()
-        beyond[:, self._column] = target
-        with np.errstate(all="ignore"):
-            residual = float(kinematics.close(beyond).residual[0])
-        raise AssemblyError(
-            f"the loops cannot be closed at drive position {target:.9g}; the nearest "
-            f"position that can be reached is {nearest:.9g}, {singularity.text}{hint}",
-            position=target,
-            nearest=nearest,
-            residual=residual,
-            finding=singularity.text,
-            hint=hint,
-        )
 
     def _limit_at(self, side: int) -> tuple[float, bool]:
         """Return the drive position at which a side ends, and whether that is a dead point.
@@ -275,7 +229,9 @@ class Branch:
             step, remaining = (position - float(nodes[-2].x[0, self._column])) / self.unit, 0.0
             if margin_before > margin:
                 remaining = float(step * margin / (margin_before - margin))
-        if not abs(remaining) < _GREATEST_GAP:
+        # Where derivatives are that steep, less is left than their square tells; and the last steps
+        # before a limit are much shorter, so one that lies farther away is a wrong estimate.
+        if not abs(remaining) < _STEEP**-2:
             return position, False
         return position + remaining * self.unit, is_steep
 
@@ -338,6 +294,19 @@ class Branch:
         share = np.clip((positions - low) / (high - low), 0.0, 1.0)
         return quintic(table.curves[:, :, columns], left, share)
 
+    def reach(self) -> tuple[float, float]:
+        """Return the limits of the drive [rad or m], ±inf where it has none."""
+        way = _REACH_OF_SLIDE * self.unit
+        if self._column in self.kinematics.coordinates.angle_columns:
+            try:
+                if self.find_period():
+                    return -np.inf, np.inf
+            except (AssemblyError, SingularConfigurationError):
+                pass  # It does not turn through; the limits say how far it goes.
+            # Limits lie within a turn of each other, and the start less than a turn from them.
+            way = 2.0 * TURN
+        return self.limit(self.start - way), self.limit(self.start + way)
+
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.
 
@@ -348,13 +317,10 @@ class Branch:
             The drive position where the branch ends; ±inf, with the sign of the direction from the
             start, if it leads all the way.
         """
-        try:
-            self.cover(target, target)
-        except AssemblyError as error:
-            return float(error.details["nearest"])  # type: ignore[arg-type]
-        except SingularConfigurationError as error:
-            return float(error.details["position"])  # type: ignore[arg-type]
-        return float(np.copysign(np.inf, target - self.start))
+        side = int(target > self.start)
+        if _SIGNS[side] * (target - self.reached(target, target)[side]) > 0.0:
+            return self._limit_at(side)[0]
+        return float(_SIGNS[side] * np.inf)
 
 
 def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Array, Array]:
@@ -369,7 +335,7 @@ def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Arra
         missed[:, ball] = np.minimum(missed[:, ball], np.abs(last + first)[:, ball])
     # How far idle rods have turned about their lines says nothing about the motion.
     missed[:, kinematics.idle_columns] = 0.0
-    return np.max(missed, axis=1, initial=0.0) < _SAME, windings
+    return np.max(missed, axis=1, initial=0.0) < MOVES, windings
 
 
 def _joined(*rows: Rows) -> Rows:

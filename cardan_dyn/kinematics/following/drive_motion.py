@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ...arrays import LARGE_BLOCK, Array, blocks, consecutive
@@ -20,20 +18,6 @@ _MOST_TURNS = 1000
 least eight nodes, which are followed one by one."""
 _TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
 """One turn as a sum of parts: whole multiples of the first two are exact up to a million."""
-
-
-class Followed(NamedTuple):
-    """What following to drive positions found.
-
-    Attributes:
-        values: whole periods `(N, 1)` to take off the positions of a single drive; or coordinates
-            `(N, size)`, of which those that several drives move count, and the whole turns that
-            they lack.
-        is_there: `(N,)` whether samples are within reach; the values of others mean nothing.
-    """
-
-    values: tuple[Array, ...]
-    is_there: Array
 
 
 def turns_freely(mechanism: Mechanism, drive: str) -> bool:
@@ -98,11 +82,12 @@ class DriveMotion:
         coordinates = problem.mechanism.coordinates
         self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
         self._start = self.branch.start
-        self._length = problem.mechanism.characteristic_length
         self._slides = coordinates.named[drive].slides
         self._turns_freely = turns_freely(problem.mechanism, drive)
 
-    def followed(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Followed:
+    def followed(
+        self, targets: Targets, along_path: bool = False, strict: bool = True
+    ) -> tuple[Array, ...]:
         """Follow the branch to targets of the scene.
 
         Args:
@@ -110,10 +95,14 @@ class DriveMotion:
             along_path: for a single drive, all ways to a position are along the same branch.
             strict: whether all have to be within reach.
 
+        Returns:
+            Whole periods to take off the positions `(N,)`, and which samples are within reach
+            `(N,)`; the values of others mean nothing.
+
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        positions = self._positions(targets)
+        positions = targets.prescribed[:, self._index]
         low, high = float(positions.min()), float(positions.max())
         period = self._period(positions, low, high)
         periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
@@ -125,10 +114,11 @@ class DriveMotion:
             except (AssemblyError, SingularConfigurationError) as error:
                 raise self._beyond(positions, error) from error
         else:
-            is_there = self.branch.leads_to(positions)
-        return Followed((periods[:, None],), is_there)
+            low, high = self.branch.reached(low, high)
+            is_there = (low <= positions) & (positions <= high)
+        return periods, is_there
 
-    def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
+    def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
 
         Args:
@@ -137,27 +127,24 @@ class DriveMotion:
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
         """
-        branch, position, (every,) = self.branch, self._positions(targets), followed.values
+        branch, position, (every, reached) = (
+            self.branch,
+            targets.prescribed[:, self._index],
+            followed,
+        )
 
         def write(block: slice) -> None:
             periods = every[block]
-            where, is_there = position[block], followed.is_there[block]
+            where, is_there = position[block], reached[block]
             if np.count_nonzero(is_there) < len(is_there):
                 where = np.where(is_there, where, self._start)
             # Zeros that are never written take no memory.
             if np.count_nonzero(periods):
-                where = turned_back(where, periods[:, 0], branch.period or 0.0)
-                turns[block, self._columns] = periods * branch.windings[self._columns]
+                where = turned_back(where, periods, branch.period or 0.0)
+                turns[block, self._columns] = periods[:, None] * branch.windings[self._columns]
             x[block, self._columns] = branch.values(where, self._columns)
 
         in_threads(write, blocks(targets.size, LARGE_BLOCK))
-
-    def _positions(self, targets: Targets) -> Array:
-        """Return the drive's positions `(N,)` at targets of the scene."""
-        drives = targets.given.shape[-1]
-        if self._index < drives:
-            return targets.positions[:, self._index]
-        return targets.designs[:, self._index - drives][targets.design_of]
 
     def _period(self, positions: Array, low: float, high: float) -> float | None:
         """Return the period by which drive positions are turned back; None if by none.
@@ -197,14 +184,13 @@ class DriveMotion:
         self, targets: Array, error: AssemblyError | SingularConfigurationError
     ) -> CardanError:
         """Return the error for the first of some drive positions `(N,)` that is out of reach."""
-        from .reach import Aim, nearest_of, out_of_reach, reach_of  # Only errors need it.
+        from ..diagnosis.reach import nearest_of, out_of_reach  # Only errors need it.
 
-        low, high = reach_of(self.branch, self._slides, self._length)
+        low, high = self.branch.reach()
         # Samples may lie beyond both ends; the error is that of one of them.
-        sign = -1.0 if float(nearest_of(error)) < self._start else 1.0  # type: ignore[arg-type]
+        sign = -1.0 if nearest_of(error) < self._start else 1.0
         beyond = sign * targets > sign * (low if sign < 0.0 else high)
         # An end is known to some digits only: a sample that is refused may seem to lie before it.
         sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))
-        who = f"{self._role} {self._drive!r} cannot be brought to"
-        aim = Aim(who, float(targets[sample]), self._slides, sample)
-        return out_of_reach(aim, error, (low, high))
+        asked = self._role, self._drive, float(targets[sample]), self._slides
+        return out_of_reach(*asked, error, sample, (low, high))

@@ -46,15 +46,15 @@ class Guess(NamedTuple):
 
 
 class Guesses:
-    """Makes guesses for a scene. Threads may share it."""
+    """What is known of a scene all over its motion. Threads may share it."""
 
     def __init__(
         self,
         problem: Problem,
         kinematics: Kinematics,
-        known: Callable[[], Kinematics],
+        independent: Callable[[Array], Kinematics],
+        at_start: Kinematics,
         start: Array,
-        motionless: bool,
         varied: int,
     ) -> None:
         """Begin without having followed anything.
@@ -62,14 +62,44 @@ class Guesses:
         Args:
             problem: the drives, loads and wanted outputs of the scene.
             kinematics: solves the scene's groups, with all rows that open loops can reach.
-            known: returns the same with those that are independent over the motion.
+            independent: returns the same with those that are independent over closed states.
+            at_start: what it returned at the start: `kinematics` if no other state adds to it.
             start: `(size,)` closed coordinates at which the drives start.
-            motionless: whether no passive joint is solved, so that nothing has to be followed.
             varied: how many of the drives, the last ones, are held joints.
         """
-        self._problem, self._kinematics, self._known = problem, kinematics, known
-        self._start, self._motionless, self._varied = start, motionless, varied
+        self._problem, self._open, self._independent = problem, kinematics, independent
+        self._at_start, self._start, self._varied = at_start, start, varied
+        self._motionless = not kinematics.passives.size  # Nothing has to be followed then.
         self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.independent))
+
+    @cached_property
+    def scouts(self) -> Array:
+        """Closed coordinates `(S, size)` all over the motion; the start is the first one."""
+        from .scouts import scouts  # What is made only to be looked at needs none.
+
+        if self._motionless:
+            return self._start[None, :]
+        return scouts(self._open, self._start, self._problem.mechanism.kept)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Closes the loops, with the rows that are independent over the motion.
+
+        Raises:
+            MobilityError: the drives do not decide the motion.
+        """
+        if self._at_start is self._open or self._motionless:
+            return self._at_start
+        return self._independent(self.scouts)
+
+    @cached_property
+    def reach(self) -> tuple[float, float]:
+        """Limits of the only drive [rad or m], ±inf where it has none."""
+        from .branch import Branch  # Most scenes are swept without.
+
+        if self._motionless:
+            return -np.inf, np.inf
+        return Branch.shared(self._open, self._start, self._problem.mechanism.kept).reach()
 
     def at(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Guess:
         """Return coordinates near closed ones at targets.
@@ -93,7 +123,7 @@ class Guesses:
         # All of them are followed before any is written.
         every = [part.followed(targets, along_path, strict) for part in self._parts]
         if not strict:
-            is_there = np.logical_and.reduce([item.is_there for item in every])
+            is_there = np.logical_and.reduce([within for *_, within in every])
         for part in self._parts:
             # What was followed is let go as soon as it is written.
             part.write(every.pop(0), targets, x, turns)
@@ -132,7 +162,7 @@ class Guesses:
     @cached_property
     def _parts(self) -> list[DriveMotion | JointMotion]:
         """The parts of the motion that are independent of each other."""
-        return [self._part(*part) for part in self._kinematics.independent_parts()]
+        return [self._part(*part) for part in self._open.independent_parts()]
 
     @cached_property
     def _has_joint_motion(self) -> bool:
@@ -142,11 +172,11 @@ class Guesses:
         return not all(isinstance(part, DriveMotion) for part in self._parts)
 
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
-        common = self._problem, self._kinematics, self._start, drives, groups
+        common = self._problem, self._open, self._start, drives, groups
         if len(drives) == 1:
             from .drive_motion import DriveMotion  # First guesses need it, scenes do not.
 
             return DriveMotion(*common, varied=self._varied)
         from .joint_motion import JointMotion  # Most scenes have a single drive.
 
-        return JointMotion(*common, self._known, varied=self._varied)
+        return JointMotion(*common, lambda: self.kinematics, varied=self._varied)

@@ -14,12 +14,11 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch, whole_turns
-from .drive_motion import Followed, turned_back, turns_freely
+from .drive_motion import turned_back, turns_freely
 from .lines import (
     OnLines,
     Reached,
     along_lines,
-    beyond_reach,
     follow,
     samples_on_lines,
 )
@@ -79,13 +78,19 @@ class JointMotion:
         ]
         self._turns: dict[int, tuple[float, Array] | None] = {}
 
-    def followed(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Followed:
+    def followed(
+        self, targets: Targets, along_path: bool = False, strict: bool = True
+    ) -> tuple[Array, ...]:
         """Follow the motion to targets of the scene.
 
         Args:
             targets: N samples.
             along_path: whether every sample is followed from the one before it.
             strict: whether all have to be within reach; along a path they have to be.
+
+        Returns:
+            Coordinates `(N, size)`, of which those that these drives move count; the whole turns
+            that they lack `(N, size)`; and which samples are within reach `(N,)`.
 
         Raises:
             AssemblyError: a position is out of reach.
@@ -106,10 +111,10 @@ class JointMotion:
                     if strict and not np.all(reached.is_there):
                         raise self._beyond(asked, own, reached)
         except AssemblyError as error:
-            from .reach import all_out_of_reach  # Imported here: only errors need it.
+            from ..diagnosis.reach import all_out_of_reach  # Imported here: only errors need it.
 
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
-        return Followed((reached.x, turns), reached.is_there)
+        return reached.x, turns, reached.is_there
 
     def _take_turns_off(self, own: Array, turns: Array, design_of: Array) -> None:
         """Take whole turns off positions `(N, d)`, and add them to `turns (N, size)`."""
@@ -250,23 +255,19 @@ class JointMotion:
         sample, more = int(np.argmin(reached.is_there)), int(np.sum(~reached.is_there)) - 1
         nearest = reached.x[sample].copy()
         nearest[self._drive_columns] += asked[sample] - own[sample]
-        error = beyond_reach(
-            self._kinematics,
-            self._drive_columns,
-            asked[sample],
-            nearest,
-            reached.residual[sample],
-            sample,
-        )
+        from ..diagnosis.reach import beyond_line  # Imported here: only errors need it.
+
+        way = self._drive_columns, asked[sample], nearest, reached.residual[sample]
+        error = beyond_line(self._kinematics, *way, sample)
         if np.any(asked[sample] != own[sample]):
             error.hint += "; whole turns were taken first, one drive after the other"
         if more:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error
 
-    def write(self, followed: Followed, targets: Targets, x: Array, turns: Array) -> None:
+    def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
-        (own_x, own_turns), columns = followed.values, self._columns
+        (own_x, own_turns, _), columns = followed, self._columns
         if len(x) == 1:
             x[0, columns], turns[0, columns] = own_x[0, columns], own_turns[0, columns]
             return

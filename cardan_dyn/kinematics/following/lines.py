@@ -18,16 +18,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import BLOCK_SIZE, Array
-from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import ClosedState, Kinematics
-from ..tolerances import CLOSURE_TOLERANCE
+from ..tolerances import CLOSURE_TOLERANCE, LONGEST_WAY, SAFE_CORRECTION
 
 ALLOWED_ERROR = 0.03
 """Error [rad] of an extrapolation that steps are chosen for where the closure equations are well
 conditioned: small against the distance between assembly modes."""
-_WELL_CONDITIONED = 100.0
-"""Condition number up to which `ALLOWED_ERROR` holds undiminished."""
 REJECTED = 4.0
 """Ratio of an extrapolation's error to the allowed one from which on its step is rejected. The
 error grows with the third power of the step, so such a step is 1.6 times too long."""
@@ -38,9 +35,6 @@ _AMBIGUOUS_CONDITION = 1e7
 """Condition number from which on rounding decides in which assembly mode a branch goes on: modes
 are about its reciprocal apart, 1e-7 rad, and positions near a dead point known to the root of
 rounding, 1e-8."""
-LONGEST_WAY = 1.0
-"""Greatest displacement [rad] of a coordinate in a step, by each of its first two derivatives. Of
-longer steps some end by accident near other solutions, often whole turns of a joint away."""
 _FIRST_STEP = 0.4
 """First step as a part of the longest, where more than the end of a line counts."""
 _SINGULAR_DISTANCE = 3.0
@@ -51,7 +45,7 @@ _APPROACH = 0.7
 margin stays positive and the singular configuration is never stepped over."""
 _LONGER, _SHORTER, _AFTER_REJECTION = 4.0, 0.1, 0.5
 """Greatest and least ratio of a step to the one before it, and the greatest after a failure."""
-_SHORTEST = 1e-9
+SHORTEST = 1e-9
 """Step [rad] below which a line cannot be followed any farther, far above the rounding of drive
 positions, so that a step always moves; as a share of its way where only its end counts."""
 MOST_CORRECTIONS = 6
@@ -85,11 +79,7 @@ class Rows(NamedTuple):
         a = kinematics.accelerations(state, v, np.zeros(way.shape))
         if len(x) < len(way):
             x = np.broadcast_to(x, (len(way), x.shape[1]))
-        return Rows.of_rates(kinematics.coordinates, x, v, a)
-
-    @staticmethod
-    def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
-        """Return the rows at joint velocities and accelerations `(K, nv)`."""
+        layout = kinematics.coordinates
         return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
 
     def of(self, chosen: Array | slice | list[int]) -> Rows:
@@ -182,12 +172,6 @@ class OnLines(NamedTuple):
     line: Array
     share: Array
 
-    def of_lines(self, first: int, last: int) -> tuple[slice, OnLines]:
-        """Return which samples lie on some of the lines, and these samples."""
-        begin, end = np.searchsorted(self.line, [first, last])
-        span = slice(int(begin), int(end))
-        return span, OnLines(self.line[span] - first, self.share[span])
-
 
 def along_lines(
     kinematics: Kinematics,
@@ -232,7 +216,8 @@ def samples_on_lines(
     reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), np.empty(count))
     for first in range(0, len(ends), BLOCK_SIZE):
         chosen = slice(first, first + BLOCK_SIZE)
-        span, own = samples.of_lines(first, first + BLOCK_SIZE)
+        span = slice(*np.searchsorted(samples.line, [first, first + BLOCK_SIZE]).tolist())
+        own = OnLines(samples.line[span] - first, samples.share[span])
         own_starts = starts if len(starts) == 1 else starts[chosen]
         lines = Lines(kinematics, own_starts, columns, ends[chosen], begin)
         for whole, values in zip(reached, lines.at(own), strict=True):
@@ -278,14 +263,14 @@ class Lines:
             self.rows = Rows.along(kinematics, state, self._way)._replace(x=self.x)
             self._longest = self.rows.longest(kinematics.coordinates)
             extent = np.abs(self._way) * kinematics.coordinates.scale[columns]
-            self._shortest = _SHORTEST / np.max(extent, axis=1, initial=0.0)
+            self._shortest = SHORTEST / np.max(extent, axis=1, initial=0.0)
         self._step, self._margin = np.ones(len(ends)), 1.0 / state.condition.repeat(of_each)
         if leads:
             self._longest = np.minimum(self._longest, _SINGULAR_DISTANCE * self._margin)
             # Of the first step no error is known yet; of several, the longest may lead as far.
             self._step = _FIRST_STEP * self._longest
         else:
-            self._shortest = np.minimum(self._shortest, _SHORTEST)
+            self._shortest = np.minimum(self._shortest, SHORTEST)
 
     def at(self, samples: OnLines) -> Reached:
         """Follow all lines to their ends, or as far as they lead; see `samples_on_lines`."""
@@ -427,20 +412,7 @@ def allowed_error(condition: Array) -> Array:
 
     Other assembly modes come nearer in proportion to the condition number.
     """
-    return ALLOWED_ERROR * np.minimum(1.0, _WELL_CONDITIONED / condition)
-
-
-def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Array]) -> Array:
-    """Return `(N,)` whether closed states are in the assembly mode that a step began in.
-
-    Args:
-        kinematics: that closed them.
-        state: after the step.
-        inverses: of every group's closure equations before it.
-    """
-    is_safe = state.correction < REJECTED * ALLOWED_ERROR
-    is_safe &= state.residual < CLOSURE_TOLERANCE
-    return np.asarray(is_safe & kinematics.same_side(state, inverses))
+    return ALLOWED_ERROR * np.minimum(1.0, 1.0 / SAFE_CORRECTION / condition)
 
 
 def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: Array) -> Array:
@@ -459,7 +431,16 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
     last, count, batch_size = start, 0, _SMALLEST_BATCH
     while count < len(positions):
         targets = positions[count : count + batch_size]
-        state, is_safe = _one_step(kinematics, last, columns, targets)
+        before = kinematics.evaluate(last[None, :])
+        with np.errstate(all="ignore"):  # Targets out of reach may overflow; they are not safe.
+            rows = Rows.along(kinematics, before, targets - last[columns])
+            guess = rows.after(np.ones(len(targets)))
+            guess[:, columns] = targets
+            state = kinematics.close(guess, most=MOST_CORRECTIONS)
+            is_safe = rows.longest(kinematics.coordinates) >= 1.0
+            is_safe &= state.correction < REJECTED * ALLOWED_ERROR
+            is_safe &= state.residual < CLOSURE_TOLERANCE
+            is_safe &= kinematics.same_side(state, before.inverses)
         reached = len(targets) if np.all(is_safe) else int(np.argmin(is_safe))
         batch_size = min(max(2 * reached, _SMALLEST_BATCH), _LARGEST_BATCH)
         if reached:
@@ -467,57 +448,11 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
         else:
             way = along_lines(kinematics, last[None, :], columns, targets[:1])
             if not way.is_there[0]:
-                raise beyond_reach(
-                    kinematics, columns, targets[0], way.x[0], way.residual[0], count
-                )
+                from ..diagnosis.reach import beyond_line  # Imported here: only errors need it.
+
+                ended = way.x[0], way.residual[0]
+                raise beyond_line(kinematics, columns, targets[0], *ended, count)
             result[count], reached = way.x[0], 1
         count += reached
         last = result[count - 1]
     return result
-
-
-def _one_step(
-    kinematics: Kinematics, last: Array, columns: list[int], targets: Array
-) -> tuple[ClosedState, Array]:
-    """Close the loops at targets `(K, d)`, each in one step; return `(K,)` whether it is safe."""
-    before = kinematics.evaluate(last[None, :])
-    with np.errstate(all="ignore"):  # Targets out of reach may overflow; they are not safe.
-        rows = Rows.along(kinematics, before, targets - last[columns])
-        guess = rows.after(np.ones(len(targets)))
-        guess[:, columns] = targets
-        state = kinematics.close(guess, most=MOST_CORRECTIONS)
-        is_safe = is_safe_step(kinematics, state, before.inverses)
-    return state, is_safe & (rows.longest(kinematics.coordinates) >= 1.0)
-
-
-def beyond_reach(
-    kinematics: Kinematics,
-    columns: list[int],
-    target: Array,
-    nearest: Array,
-    residual: float,
-    sample: int,
-) -> AssemblyError:
-    """Return the error for drive positions that a straight line does not reach.
-
-    Args:
-        kinematics: that closed the loops.
-        columns: columns of the drives in a row of coordinates.
-        target: `(d,)` positions that were asked for [rad or m].
-        nearest: `(size,)` closed coordinates where the line ended.
-        residual: closure error of the step beyond.
-        sample: index of the target.
-    """
-    from ..diagnosis.singularities import gimbal_note  # Only errors need it.
-
-    passives = [column for solver in kinematics.solvers for column in solver.group.passives]
-    note = gimbal_note(kinematics.coordinates, nearest, passives)
-    return AssemblyError(
-        f"the loops cannot be closed at drive positions {as_text(target)}; on the way there the "
-        f"nearest that were reached are {as_text(nearest[columns])}{note}",
-        position=target.copy(),
-        nearest=nearest[columns].copy(),
-        residual=float(residual),
-        sample=sample,
-        hint=note,
-    )

@@ -19,14 +19,13 @@ from ...arrays import Array, cross
 from ...frozen import read_only
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
+from .structure import Structure
 
 _SAME = 1e-9
 """Distance, as a fraction of the characteristic length, and angle [rad] up to which points and
 lines are the same: what a file with ten digits says."""
 _LIGHT = 1e-2
 """Part of the mechanism's mass up to which a body between hinges is a washer that nobody drives."""
-_NEARLY_ONE = 0.999
-"""Scalar product of unit vectors up to which they are not parallel: they are 2.5° apart."""
 _BALANCED = 0.02
 """Distance of a centre of mass from the line, as a fraction of the characteristic length, up to
 which a body is a rod. Published robots have rods drawn askew by less; a body that hangs beside the
@@ -108,7 +107,10 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
 def _found(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
     """See `idle_rods`."""
     graph = JointGraph(mechanism, free)
-    on_loops = _columns_on_loops(mechanism)
+    structure = Structure(mechanism)
+    on_loops = {
+        column for loop in range(len(mechanism.loops)) for column in structure.coordinates_on(loop)
+    }
     rods = []
     for body in graph.edges:
         ends = [graph.end(body, edge) for edge in graph.edges[body]]
@@ -122,20 +124,6 @@ def _found(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
             spinning = columns + graph.floating_columns(body)
             rods.append(IdleRod(body - 1, spinning, read_only(line), frame))
     return tuple(rods)
-
-
-def _columns_on_loops(mechanism: Mechanism) -> set[int]:
-    """Return the velocity coordinates of the joints that loops pass through."""
-    model = mechanism.model
-    bodies: set[int] = set()
-    for loop in mechanism.loops:
-        first, second = (set(ancestors(model, body)) for body in (loop.predecessor, loop.successor))
-        bodies |= first ^ second
-    return {
-        column
-        for body in bodies
-        for column in range(model.idx_vs[body + 1], model.idx_vs[body + 1] + model.nvs[body + 1])
-    }
 
 
 def rods_by_name(mechanism: Mechanism, free: set[int]) -> list[tuple[str, ...]]:
@@ -347,9 +335,7 @@ def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinoc
 
 def _are_parallel(first: Array, second: Array) -> bool:
     """Return whether two unit vectors `(3,)` have the same line."""
-    # Most pairs are far from parallel, which their scalar product shows in a fraction of the time.
-    is_near = abs(float(first @ second)) > _NEARLY_ONE
-    return is_near and float(np.linalg.norm(cross(first, second))) < _SAME
+    return float(np.linalg.norm(cross(first, second))) < _SAME
 
 
 def common_point(lines: list[tuple[Array, Array]], tolerance: float) -> Array | None:

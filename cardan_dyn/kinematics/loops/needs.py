@@ -56,8 +56,14 @@ def needs(
     if not wanted:
         return Needs(sorted(all_groups), set(), set(), True)
     body_of = _body_of_columns(mechanism.model)
-    below = [_with_what_carries(mechanism.model, group) for group in groups]
-    carriers = _carriers(below, bodies)
+    # The bodies of each group, its base, and all that the base hangs from. A group that crosses
+    # loops has no inertia, so that its closure forces end at its base.
+    below = [
+        {*group.bodies, *(() if group.crossed else ancestors(mechanism.model, group.base + 1))}
+        for group in groups
+    ]
+    # For each body the groups whose bodies hang from it, or that it is in.
+    carriers = {body: {index for index, own in enumerate(below) if body in own} for body in bodies}
     owner = {body: index for index, group in enumerate(groups) for body in group.inertial_bodies}
     closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
     decider = {
@@ -130,25 +136,6 @@ def columns_of(groups: list[Group]) -> Array:
 def _body_of_columns(model: pinocchio.Model) -> list[int]:
     """Return for each velocity coordinate the body (0-based) that it moves."""
     return [index - 1 for index in range(1, model.njoints) for _ in range(model.nvs[index])]
-
-
-def _with_what_carries(model: pinocchio.Model, group: Group) -> set[int]:
-    """Return the bodies of a group, its base, and all that the base hangs from.
-
-    A group that crosses loops has no inertia, so that its closure forces end at its base.
-    """
-    if group.crossed:
-        return set(group.bodies)
-    return {*group.bodies, *ancestors(model, group.base + 1)}
-
-
-def _carriers(below: list[set[int]], bodies: set[int]) -> dict[int, set[int]]:
-    """Return for each body the groups (index) whose bodies hang from it, or that it is in."""
-    carriers: dict[int, set[int]] = {body: set() for body in bodies}
-    for index, members in enumerate(below):
-        for body in members:
-            carriers[body].add(index)
-    return carriers
 
 
 def _reached(starts: Iterable[int], successors: Callable[[int], Iterable[int]]) -> set[int]:

@@ -10,6 +10,7 @@ import pinocchio
 
 from ...arrays import Array, generic
 from ...mechanism.joints import Part
+from ...mechanism.kept import MOST
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 from ..tolerances import RANK_TOLERANCE
@@ -18,11 +19,6 @@ from .routes import Carriers, Route, carried, carriers_of, short_routes
 OPEN_CONFIGURATIONS = 3
 """Configurations of an open loop from which its rank is found. One would do for joints in general
 position; the others catch a configuration that happens to be special."""
-_MOST_RANKS = 1024
-"""Ranks of loops that are kept with a mechanism: numbers, each by the positions of a few joints."""
-_VALUES_PER_BODY = 3
-"""Generic values that are drawn per body: a rotation vector for a ball. A turn or a slide takes the
-first one."""
 
 
 class Structure:
@@ -109,38 +105,28 @@ class Structure:
             moving: velocity coordinates that move.
             routes: ways around loops; others, and all if None, are those along the tree.
         """
-        kept, ways = self.mechanism.kept, self._ways(routes)
-        return [
-            kept.of(
-                "rank",
-                (loop, way.crossed, *self._deciding(way.bodies, x, moving)),
-                partial(self._generic_rank, way, x, moving),
-                _MOST_RANKS,
-            )
-            for loop, way in enumerate(ways)
-        ]
+        result = []
+        for loop, way in enumerate(self._ways(routes)):
+            resting = [body for body in way.bodies if self._columns[body][0] not in moving]
+            at = []
+            for body in resting:
+                part, start = self._parts[body]
+                at.append(x[start : start + (4 if part.kind == "spherical" else 1)].tobytes())
+            key, most = (loop, way.crossed, tuple(resting), *at), MOST * len(self.paths)
+            found = partial(self._generic_rank, way, x, moving)
+            result.append(self.mechanism.kept.of("rank", key, found, most))
+        return result
 
     def _ways(self, routes: Mapping[int, Route] | None) -> list[Route]:
         """Return the way around each loop."""
         return [self.route(loop, routes or {}) for loop in range(len(self.mechanism.loops))]
 
-    def _deciding(self, path: list[int], x: Array, moving: set[int]) -> tuple[object, ...]:
-        """Return which bodies of a path move, and where the others rest, as parts of a key."""
-        resting = [body for body in path if self._columns[body][0] not in moving]
-        at = []
-        for body in resting:
-            part, start = self._parts[body]
-            at.append(x[start : start + (4 if part.kind == "spherical" else 1)].tobytes())
-        return tuple(resting), *at
-
     def _generic_rank(self, way: Route, x: Array, moving: set[int]) -> int:
         """Return the rank of one loop, see `ranks`."""
-        values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(way.bodies))
-        twists = [
-            self._twists(way, x, moving, configuration)
-            for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
-        ]
-        return _rank(np.concatenate(twists, axis=0))
+        # For each body a rotation vector, of which a turn or a slide takes the first component.
+        values = generic(OPEN_CONFIGURATIONS, 3 * len(way.bodies))
+        each = values.reshape(OPEN_CONFIGURATIONS, -1, 3)
+        return _rank(np.concatenate([self._twists(way, x, moving, own) for own in each], axis=0))
 
     def ranks_at(
         self, x: Array, moving: set[int], routes: Mapping[int, Route] | None = None
@@ -171,10 +157,13 @@ class Structure:
         for index, body in enumerate(path):
             part, start = self._parts[body]
             moves = self._columns[body][0] in moving
-            if moves and values is not None:
-                moved = _generic_displacement(part, values[index], length)
+            if not moves or values is None:
+                moved = _displacement(part, x[start : start + 4])
+            elif part.kind == "spherical":
+                moved = pinocchio.SE3(pinocchio.exp3(values[index]), np.zeros(3))
             else:
-                moved = displacement(part, x[start : start + 4])
+                unit = length if part.kind == "prismatic" else 1.0
+                moved = _displacement(part, values[index] * unit)
             carrier, origin = self._hung(body, carriers)
             parent = placements.get(carrier)
             if parent is None:
@@ -183,7 +172,7 @@ class Structure:
             else:
                 placements[body] = parent * origin * moved
             if moves:
-                units = unit_twists(part, length)
+                units = _unit_twists(part, length)
                 twists.extend(placements[body].action @ unit for unit in units)
         return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
 
@@ -201,15 +190,7 @@ def _rank(twists: Array) -> int:
     return int(np.sum(singular > RANK_TOLERANCE * max(singular, default=0.0)))
 
 
-def _generic_displacement(part: Part, value: Array, length: float) -> pinocchio.SE3:
-    """Return how a part is displaced by generic values `(3,)`, a slide in units of a length."""
-    if part.kind == "prismatic":
-        return pinocchio.SE3(np.eye(3), part.axis * value[0] * length)
-    turn = part.axis * value[0] if part.kind == "revolute" else value
-    return pinocchio.SE3(pinocchio.exp3(turn), np.zeros(3))
-
-
-def displacement(part: Part, x: Array) -> pinocchio.SE3:
+def _displacement(part: Part, x: Array) -> pinocchio.SE3:
     """Return how a part is displaced at its coordinates, the first ones of `x`."""
     if part.kind == "prismatic":
         return pinocchio.SE3(np.eye(3), part.axis * x[0])
@@ -219,7 +200,7 @@ def displacement(part: Part, x: Array) -> pinocchio.SE3:
     return pinocchio.SE3(rotation, np.zeros(3))
 
 
-def unit_twists(part: Part, length: float) -> Array:
+def _unit_twists(part: Part, length: float) -> Array:
     """Return unit twists `(k, 6)` of a part in its frame; a slide's unit is the length."""
     if part.kind == "revolute":
         return np.concatenate([np.zeros(3), part.axis])[None]

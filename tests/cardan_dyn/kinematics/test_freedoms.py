@@ -66,7 +66,7 @@ def test_where_modes_meet_there_is_one_freedom_more_than_around() -> None:
     for name, sign in (("A", 1.0), ("B", -1.0), ("D", 1.0), ("C", 1.0)):
         x[flat.coordinates.columns[name]] = 0.5 * np.pi * sign
     every = set(range(flat.model.nv))
-    assert Surroundings(Structure(flat), x).freedoms_here(set(), set(), every).number == 2
+    assert Surroundings(Structure(flat), x).freedoms(set(), set(), every, here=True)[0].number == 2
     assert {item.number for item in near(flat, x)} == {1}
 
 

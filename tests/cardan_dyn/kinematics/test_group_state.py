@@ -11,6 +11,7 @@ from testkit.planar_linkages import (
     values,
 )
 
+from cardan_dyn.kinematics.closing.stacked import same_side
 from cardan_dyn.kinematics.following.branch import Branch
 
 ANGLES = np.linspace(-0.6, 0.6, 7)
@@ -100,7 +101,7 @@ def test_sides_of_a_dead_point_differ() -> None:
     rocker = values(mechanism, x, "D")
     item, reduction, _ = only_group(mechanism, "D")
     state = item.evaluate(x, reduction)
-    same = state.same_side(np.repeat(state.inverse[[360]], len(x), axis=0))
+    same = same_side(state.square, np.repeat(state.inverse[[360]], len(x), axis=0))
     # On the side of position zero, the rocker moves with the crank as it does there.
     slope = np.gradient(rocker, positions)
     is_clear = np.abs(slope) > 0.01

@@ -51,7 +51,7 @@ def branch_of(guesses: Guesses) -> Branch:
 
 def closed(guesses: Guesses, guess: Guess) -> np.ndarray:
     """Closed coordinates from a guess, whole turns included in the angles."""
-    state = guesses._known().close(guess.x, guess.turns)
+    state = guesses.kinematics.close(guess.x, guess.turns)
     assert np.max(state.residual) < 1e-10
     return state.x + TURN * guess.turns
 
@@ -80,7 +80,7 @@ def test_guesses_are_the_same_for_few_samples_and_for_many() -> None:
     many = used.at(Targets.of_positions(positions))
     np.testing.assert_array_equal(many.x[::300], few.x)
     np.testing.assert_array_equal(many.turns[::300], few.turns)
-    assert np.max(used._known().close(many.x).correction) < 5e-8
+    assert np.max(used.kinematics.close(many.x).correction) < 5e-8
 
 
 def test_a_motion_that_repeats_is_followed_over_one_period_only() -> None:
@@ -259,7 +259,7 @@ def test_redundant_rows_follow_from_the_start_alone() -> None:
     fresh, used = (guesses_of(four_bar(1.0, 1.0, 2.0, *third), "A") for _ in range(2))
     used.at(Targets.of_positions(np.array([[0.0], [1.0]])))
     used.at(Targets.of_positions(np.array([[-0.1], [1.5]])))
-    rows, others = (item._known().reductions[0].rows for item in (fresh, used))
+    rows, others = (item.kinematics.reductions[0].rows for item in (fresh, used))
     assert [own.shape for own in rows] == [(6, 3), (6, 3)]
     for own, other in zip(rows, others, strict=True):
         np.testing.assert_array_equal(own, other)

@@ -18,7 +18,15 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.diagnosis.mobility import check_mobility, ranks
+from cardan_dyn.kinematics.closing.stacked import ranks
+from cardan_dyn.kinematics.division import Division
+from cardan_dyn.kinematics.loop_system import LoopSystem
+from cardan_dyn.problem.arguments import checked
+
+
+def division(mechanism: cd.Mechanism, *drives: str, held: tuple[str, ...] = ()) -> Division:
+    problem = checked(mechanism, drive=list(drives), held=dict.fromkeys(held, 0.0))
+    return Division.of_open_loops(problem, LoopSystem(mechanism, problem.held))
 
 
 def check(mechanism: cd.Mechanism, *drives: str, held: tuple[str, ...] = ()) -> None:
@@ -28,10 +36,7 @@ def check(mechanism: cd.Mechanism, *drives: str, held: tuple[str, ...] = ()) -> 
     guess = np.repeat(start[None, :], 3, axis=0)
     guess[:, columns] = np.linspace(0.0, 0.05, 3)[:, None]
     state = kinematics.close(guess)
-    velocities = mechanism.coordinates.velocity_columns
-    prescribed = {velocities[name].start for name in (*drives, *held)}
-    passives = set(range(mechanism.model.nv)) - prescribed
-    check_mobility(mechanism, state, drives, list(held), passives)
+    division(mechanism, *drives, held=held).independent(state.x)
 
 
 def test_the_right_number_of_drives_passes() -> None:
@@ -88,16 +93,15 @@ def test_a_dead_point_is_not_taken_for_a_missing_drive() -> None:
     dead = start.copy()
     for name, angle in (("A", crank), ("B", coupler - crank), ("D", low), ("C", low - coupler)):
         dead[layout.columns[name]] = angle
-    passives = set(range(mechanism.model.nv)) - {layout.velocity_columns["D"].start}
     state = kinematics.evaluate(dead[None, :])
     assert state.residual[0] < 1e-12
     with pytest.raises(cd.SingularConfigurationError, match="is a dead point") as caught:
-        check_mobility(mechanism, state, ("D",), [], passives)
+        division(mechanism, "D").independent(state.x)
     assert caught.value.position == low
     assert caught.value.condition > 1e8
     # One regular position among them shows that the drive decides the motion.
     both = kinematics.evaluate(np.array([dead, start]))
-    check_mobility(mechanism, both, ("D",), [], passives)
+    division(mechanism, "D").independent(both.x)
 
 
 def test_ranks_of_known_matrices() -> None:

@@ -18,7 +18,7 @@ def chain(*elements: str) -> cd.Mechanism:
     return cd.load(f'<robot name="chain"><link name="base"/>{"".join(elements)}</robot>')
 
 
-def text(mechanism: cd.Mechanism, most: int | None = None, **rates: float) -> str:
+def text(mechanism: cd.Mechanism, most: int = 3, **rates: float) -> str:
     motion = np.zeros(mechanism.model.nv)
     for name, rate in rates.items():
         motion[mechanism.coordinates.velocity_columns[name].start] = rate

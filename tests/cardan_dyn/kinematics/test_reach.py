@@ -7,7 +7,7 @@ import pytest
 from testkit.planar_linkages import five_bar, four_bar, rocker_range
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.following.reach import Aim, degrees_hint, out_of_reach
+from cardan_dyn.kinematics.diagnosis.reach import degrees_hint, out_of_reach
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 
@@ -97,7 +97,7 @@ def test_slides_have_no_degrees() -> None:
     assert "give 0.122173" in degrees_hint(7.0)
     error = cd.AssemblyError("inner", position=1.0, nearest=0.5, residual=1e-3, finding="stop")
     for slides in (True, False):
-        found = out_of_reach(Aim("slide cannot be brought to", 70.0, slides), error)
+        found = out_of_reach("drive", "slide", 70.0, slides, error)
         assert ("degrees" in str(found)) != slides
         assert isinstance(found, cd.AssemblyError)
         assert (found.position, found.nearest, found.reach) == (70.0, 0.5, None)
@@ -105,6 +105,6 @@ def test_slides_have_no_degrees() -> None:
 
 def test_one_sided_ranges() -> None:
     error = cd.AssemblyError("inner", position=1.0, nearest=0.5, residual=1e-3, finding="stop")
-    aim = Aim("it cannot be brought to", 1.0, True)
-    assert "it moves up to 0.5:" in str(out_of_reach(aim, error, (-np.inf, 0.5)))
-    assert "it moves from 0 on:" in str(out_of_reach(aim, error, (-1e-17, np.inf)))
+    asked = "drive", "it", 1.0, True, error, 0
+    assert "it moves up to 0.5:" in str(out_of_reach(*asked, (-np.inf, 0.5)))
+    assert "it moves from 0 on:" in str(out_of_reach(*asked, (-1e-17, np.inf)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,18 +20,17 @@ from testkit.planar_linkages import (
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.closing.all_groups import Kinematics
-from cardan_dyn.kinematics.diagnosis.mobility import RedundancyStudy
+from cardan_dyn.kinematics.division import Division
 from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.kinematics.loops.needs import needs
 from cardan_dyn.problem.arguments import checked
 
 
 class Subject(NamedTuple):
-    """A study of a mechanism, what it solves, and the zero position."""
+    """The division of a mechanism, what it solves, and the zero position."""
 
     mechanism: cd.Mechanism
-    study: RedundancyStudy
+    study: Division
     kinematics: Kinematics
     start: np.ndarray
 
@@ -44,14 +44,10 @@ def subject(
     mechanism: cd.Mechanism, drives: list[str], outputs: list[str] | None = None
 ) -> Subject:
     problem = checked(mechanism, drive=drives, outputs=outputs)
-    system = LoopSystem(mechanism, dict(problem.held))
-    groups = system.groups(problem.drives, problem.passive_columns)
-    needed = needs(mechanism, groups, problem.wanted_bodies)
     start = mechanism.coordinates.neutral()
-    kinematics = system.kinematics(problem.drives, [groups[index] for index in needed.motion])
-    kinematics = kinematics.with_open_reductions(start)
-    study = RedundancyStudy(problem, groups, needed, kinematics)
-    return Subject(mechanism, study, kinematics, start)
+    open_loops = Division.of_open_loops(problem, LoopSystem(mechanism, dict(problem.held)))
+    kinematics = open_loops.kinematics.with_open_reductions(start)
+    return Subject(mechanism, replace(open_loops, kinematics=kinematics), kinematics, start)
 
 
 def parallelogram() -> cd.Mechanism:
@@ -69,13 +65,11 @@ def in_line(mechanism: cd.Mechanism, side: float) -> np.ndarray:
 
 def test_a_regular_state_settles_a_linkage_without_redundant_rows() -> None:
     item = subject(four_bar(), ["A"])
-    redundancy = item.study.of_states(item.start[None])
-    assert redundancy.settled
-    assert redundancy.kinematics is item.kinematics
+    assert item.study.independent(item.start[None]) is item.kinematics
     # A dead point among the states does no harm.
     flat = subject(parallelogram(), ["A"])
     states = np.array([in_line(flat.mechanism, 1.0), flat.start])
-    assert flat.study.of_states(states).settled
+    assert flat.study.independent(states) is flat.kinematics
 
 
 def test_a_single_dead_point_is_refused() -> None:
@@ -90,7 +84,7 @@ def test_a_single_dead_point_is_refused() -> None:
     for name, angle in (("A", crank), ("B", coupler - crank), ("D", low), ("C", low - coupler)):
         dead[mechanism.coordinates.columns[name]] = angle
     with pytest.raises(cd.SingularConfigurationError, match="is a dead point") as caught:
-        item.study.of_states(dead[None])
+        item.study.independent(dead[None])
     assert caught.value.position == low
 
 
@@ -98,7 +92,7 @@ def test_a_single_position_where_modes_meet_is_singular() -> None:
     """There the loop leaves two freedoms, everywhere else one: no drive is missing."""
     item = subject(parallelogram(), ["A"])
     with pytest.raises(cd.SingularConfigurationError, match="modes meet, and B, C, D can"):
-        item.study.of_states(in_line(item.mechanism, 1.0)[None])
+        item.study.independent(in_line(item.mechanism, 1.0)[None])
 
 
 def test_two_dead_points_are_studied_with_positions_between_them() -> None:
@@ -109,8 +103,8 @@ def test_two_dead_points_are_studied_with_positions_between_them() -> None:
     assert reachable.rows[0].shape == (6, 2)
     branch = item.branch(-1.5, 1.5)
     between = branch.guess(np.linspace(-1.4, 1.4, 32))
-    redundancy = item.study.of_states(np.concatenate([ends, between]))
-    assert redundancy.kinematics.reductions[0].rows[0].shape == (6, 3)
+    known = item.study.independent(np.concatenate([ends, between]))
+    assert known.reductions[0].rows[0].shape == (6, 3)
 
 
 def three_rockers(*more: str) -> cd.Mechanism:
@@ -130,15 +124,15 @@ def three_rockers(*more: str) -> cd.Mechanism:
 
 def test_surplus_equations_are_never_settled() -> None:
     item = subject(three_rockers(), ["A"])
-    redundancy = item.study.of_states(item.start[None])
-    assert not redundancy.settled
-    state = redundancy.kinematics.evaluate(item.start[None])
+    known = item.study.independent(item.start[None])
+    assert known is not item.kinematics
+    state = known.evaluate(item.start[None])
     assert state.groups[0].null.shape == (1, 6, 1)
-    few = redundancy.kinematics.reductions
+    few = known.reductions
     # Another position shows the same rows.
     branch = item.branch(-0.5, 0.5)
-    again = item.study.of_states(branch.states(0.5))
-    for first, second in zip(few, again.kinematics.reductions, strict=True):
+    again = item.study.independent(branch.states(0.5))
+    for first, second in zip(few, again.reductions, strict=True):
         for rows, others in zip(first.rows, second.rows, strict=True):
             np.testing.assert_array_equal(rows, others)
 
@@ -146,14 +140,14 @@ def test_surplus_equations_are_never_settled() -> None:
 def test_too_few_drives_are_refused() -> None:
     item = subject(five_bar(), ["A"])
     with pytest.raises(cd.MobilityError, match="leave mobility 2") as caught:
-        item.study.of_states(item.start[None])
+        item.study.independent(item.start[None])
     assert caught.value.mobility == 2
 
 
 def test_too_many_drives_are_refused() -> None:
     item = subject(four_bar(), ["A", "D"])
     with pytest.raises(cd.MobilityError, match="drop a drive") as caught:
-        item.study.of_states(item.start[None])
+        item.study.independent(item.start[None])
     assert caught.value.mobility == 1
 
 
@@ -161,7 +155,7 @@ def test_joints_on_no_loop_have_to_be_driven_whatever_is_wanted() -> None:
     swing = link("s"), joint("S", "ground", "s", (3.0, 0.0))
     item = subject(four_bar(CRANK, ROCKER, BASE, *swing), ["A"], outputs=["B"])
     with pytest.raises(cd.MobilityError, match="nothing decides the motion of: S"):
-        item.study.of_states(item.start[None])
+        item.study.independent(item.start[None])
 
 
 def test_groups_that_no_output_needs_may_stay_undecided() -> None:
@@ -179,11 +173,10 @@ def test_groups_that_no_output_needs_may_stay_undecided() -> None:
     mechanism = four_bar(CRANK, ROCKER, BASE, *beside)
     wrenches = subject(mechanism, ["A"], outputs=["D"])
     assert len(wrenches.kinematics.solvers) == 1
-    redundancy = wrenches.study.of_states(wrenches.start[None])
-    assert redundancy.settled
+    assert wrenches.study.independent(wrenches.start[None]) is wrenches.kinematics
     # The same where the rows have to be studied.
     redundant = subject(three_rockers(*beside), ["A"], outputs=["D"])
-    assert not redundant.study.of_states(redundant.start[None]).settled
+    assert redundant.study.independent(redundant.start[None]) is not redundant.kinematics
     everything = subject(mechanism, ["A"])
     with pytest.raises(cd.MobilityError, match="leave mobility 3"):
-        everything.study.of_states(everything.start[None])
+        everything.study.independent(everything.start[None])

@@ -24,21 +24,21 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.diagnosis.reach import unclosed
+from cardan_dyn.kinematics.division import Division
 from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.kinematics.start_search import StartSearch
+from cardan_dyn.kinematics.start import states_to_start
 from cardan_dyn.problem.arguments import checked
 
 AT_ZERO = np.arctan2(BASE, ROCKER - CRANK)
 """Angle from the coupler's line of pins to the crank with B at zero."""
 
 
-def search(mechanism: cd.Mechanism, **options: object) -> StartSearch:
-    """The search of a scene that drives A."""
-    problem = checked(mechanism, drive="A", **options)
+def begun(mechanism: cd.Mechanism, drive: str = "A", **options: object) -> np.ndarray:
+    """Closed coordinates from which the held joints of a scene are moved."""
+    problem = checked(mechanism, drive=drive, **options)
     system = LoopSystem(mechanism, problem.held)
-    groups = system.groups(problem.drives, problem.passive_columns)
-    kinematics = system.kinematics(problem.drives, groups)
-    return StartSearch(problem, system, kinematics, problem.passive_columns)
+    return states_to_start(Division.of_open_loops(problem, system))[0]
 
 
 def open_at_zero() -> cd.Mechanism:
@@ -54,13 +54,13 @@ def open_at_zero() -> cd.Mechanism:
 
 def test_a_closed_zero_is_the_start() -> None:
     mechanism = four_bar()
-    start = search(mechanism).closed_start()
+    start = begun(mechanism)
     np.testing.assert_array_equal(start, mechanism.coordinates.neutral())
 
 
 def test_the_drive_stays_at_zero_if_the_loops_close_there() -> None:
     mechanism = open_at_zero()
-    start = search(mechanism).closed_start()[None, :]
+    start = begun(mechanism)[None, :]
     assert values(mechanism, start, "A")[0] == 0.0
     rocker = float(values(mechanism, start, "D")[0])
     pins = np.array([1.3 - 0.8 * np.sin(rocker), 0.8 * np.cos(rocker) - 0.3])
@@ -70,7 +70,7 @@ def test_the_drive_stays_at_zero_if_the_loops_close_there() -> None:
 @pytest.mark.parametrize("position", [0.3, 0.6])
 def test_joints_of_the_start_are_followed_to_their_positions(position: float) -> None:
     mechanism = four_bar()
-    start = search(mechanism, near={"D": position}).closed_start()[None, :]
+    start = begun(mechanism, near={"D": position})[None, :]
     assert values(mechanism, start, "D")[0] == position
     assert pin_distance(mechanism, start)[0] == pytest.approx(COUPLER, abs=1e-13)
     # No dead point of D was passed: crank and coupler are nowhere in line, as at zero.
@@ -82,7 +82,7 @@ def test_starts_that_no_motion_leads_to_are_assembled_there() -> None:
     low, high = rocker_range()
     mechanism = four_bar()
     for position in (np.pi - high + 0.01, np.pi - low - 0.01):
-        start = search(mechanism, near={"D": position}).closed_start()[None, :]
+        start = begun(mechanism, near={"D": position})[None, :]
         assert values(mechanism, start, "D")[0] == pytest.approx(position, abs=1e-12)
         assert pin_distance(mechanism, start)[0] == pytest.approx(COUPLER, abs=1e-12)
 
@@ -90,13 +90,13 @@ def test_starts_that_no_motion_leads_to_are_assembled_there() -> None:
 def test_starts_that_nothing_closes_say_how_far_the_joint_came() -> None:
     _, high = rocker_range()
     with pytest.raises(cd.AssemblyError, match=r"joint 'D' cannot be brought to 1\.5") as caught:
-        search(four_bar(), near={"D": 1.5}).closed_start()
+        begun(four_bar(), near={"D": 1.5})
     assert caught.value.nearest == pytest.approx(high, abs=1e-6)
 
 
 def test_large_angles_bring_the_question_of_degrees() -> None:
     with pytest.raises(cd.AssemblyError, match=r"if 30 degrees were meant, give 0\.523599"):
-        search(four_bar(), near={"D": 30.0}).closed_start()
+        begun(four_bar(), near={"D": 30.0})
 
 
 def test_all_joints_of_the_start_are_where_they_are_wanted(joint: cd.Mechanism) -> None:
@@ -147,7 +147,7 @@ def test_starts_after_whole_turns_are_followed() -> None:
     """At 2π the loop looks closed with all else at zero, but the coupler has made a turn too."""
     mechanism = four_bar()
     for turns in (1.0, -2.0):
-        start = search(mechanism, near={"A": 2.0 * np.pi * turns}).closed_start()[None, :]
+        start = begun(mechanism, near={"A": 2.0 * np.pi * turns})[None, :]
         assert values(mechanism, start, "B")[0] == pytest.approx(-2.0 * np.pi * turns, abs=1e-9)
 
 
@@ -161,14 +161,7 @@ def test_far_zeros_lead_to_the_same_mode_for_every_drive() -> None:
         turn[:3, :3] = Rotation.from_rotvec(offsets[item.name] * item.axis).as_matrix()
         joints.append(replace(item, origin=item.origin @ turn))
     mechanism = cd.load(cd.Mechanism(replace(description, joints=tuple(joints))).to_urdf())
-    starts = []
-    for drive in "AD":
-        problem = checked(mechanism, drive=drive)
-        system = LoopSystem(mechanism, problem.held)
-        groups = system.groups(problem.drives, problem.passive_columns)
-        kinematics = system.kinematics(problem.drives, groups)
-        found = StartSearch(problem, system, kinematics, problem.passive_columns)
-        starts.append(found.closed_start()[None, :])
+    starts = [begun(mechanism, drive)[None, :] for drive in "AD"]
     np.testing.assert_allclose(starts[0], starts[1], atol=1e-9)
     for name, offset in offsets.items():
         assert abs(values(mechanism, starts[0], name)[0]) < 1.5, offset
@@ -180,12 +173,10 @@ def test_contradictions_are_told_in_names_of_coordinates() -> None:
         '<robot name="r"><link name="g"/><link name="a"/><joint name="free" type="floating">'
         '<parent link="g"/><child link="a"/></joint></robot>'
     )
-    problem = checked(mechanism, drive="free.x")
-    search = StartSearch(problem, None, None, np.zeros(0))  # type: ignore[arg-type]
-    error = search._not_closed({"free.turn_x": 45.0}, cd.AssemblyError("no", residual=0.1))
-    assert "(free.turn_x: 45)" in str(error)
-    assert "if 45 degrees were meant, give 0.785398" in str(error)
-    assert "degrees" not in str(search._not_closed({"free.z": 45.0}, cd.AssemblyError("no")))
+    error = str(unclosed(mechanism, 0.1, {"free.turn_x": 45.0}))
+    assert "(free.turn_x: 45)" in error
+    assert "if 45 degrees were meant, give 0.785398" in error
+    assert "degrees" not in str(unclosed(mechanism, 0.1, {"free.z": 45.0}))
 
 
 def test_held_joints_are_brought_to_their_positions_one_by_one() -> None:
@@ -193,11 +184,8 @@ def test_held_joints_are_brought_to_their_positions_one_by_one() -> None:
     mechanism, held = cd.load(design_line(3)), nominal(3) | {"length_1": 0.0, "phase_1": 0.0}
     problem = checked(mechanism, drive="bearing_0", held=held)
     system = LoopSystem(mechanism, problem.held)
-    groups = system.groups(problem.drives, problem.passive_columns)
-    kinematics = system.kinematics(problem.drives, groups)
-    line = StartSearch(problem, system, kinematics, problem.passive_columns)
-    states = [line.closed_start()]
-    line.bring_held(states)
+    division = Division.of_open_loops(problem, system)
+    kinematics, states = division.kinematics, states_to_start(division)
     assert len(states) == 1 + len(held)
     reached = dict.fromkeys(held, 0.0)
     for (name, value), state in zip(problem.held.items(), states[1:], strict=True):
