@@ -15,6 +15,14 @@ else:
     Array = np.ndarray  # Without NumPy's module of types, which nothing else needs.
 """An array of floats, unless a docstring says otherwise; docstrings give shapes and units."""
 
+EPS = float(np.finfo(float).eps)
+"""Rounding of a double."""
+ROUNDED = 1e-12
+"""Part of the greatest of its kind, or of the terms that it is made of, up to which a number counts
+as their rounding: that of some thousand operations."""
+NOTHING = 1e-9
+"""The same of results, which lose digits where equations are ill-conditioned; nothing that somebody
+means is as small beside the rest."""
 BLOCK_SIZE = 1024
 """Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
 LARGE_BLOCK = 8 * BLOCK_SIZE

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import EPS, Array
 from .errors import AccuracyError
 
 _STALLED = 8.0
@@ -90,7 +90,7 @@ def rising(
     low, high = low.copy(), high.copy()
     places, steps = (0.5 * (low + high) if first is None else first), high - low
     active, none = np.arange(len(low)), np.broadcast_to(none, low.shape)
-    eps = 2.0 * float(np.finfo(float).eps)
+    eps = 2.0 * EPS
     for _ in range(_MOST_STEPS):
         if not active.size:
             return places

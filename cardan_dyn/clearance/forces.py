@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, ROUNDED, Array
 from ..checks import described
 from ..errors import AccuracyError, ArgumentError, IndeterminateError
 from ..periodic import Fourier
@@ -25,11 +25,6 @@ _SAMPLES, _MOST_SAMPLES = 720, 11_520
 """Positions over a period; doubled until the forces' series ends."""
 _TAIL = 1e-6
 """Last harmonics of a force, as a fraction of its greatest, at which the series ends."""
-_NO_FORCE = 1e-9
-"""Greatest force of a joint, as a fraction of that of all joints, that is rounding and counts as
-none: it would swing round hundreds of times."""
-_STAYS = 1e-12
-"""Change of a position, as a fraction of a period, at which a minimum is found."""
 _FLAT = 1e-4
 """Slope per radian, as a fraction of the greatest force, up to which a force that vanishes only
 touches zero: it comes back the way it went, and a ramp is not what it follows."""
@@ -116,7 +111,7 @@ class ForceSource:
             sizes = {name: float(np.max(np.abs(item.local))) for name, item in found.items()}
             greatest = max(sizes.values(), default=0.0)
             for name, size in sizes.items():
-                if size <= _NO_FORCE * max(greatest, joints[name].inertia * speed**2):
+                if size <= NOTHING * max(greatest, joints[name].inertia * speed**2):
                     world, local, _ = found[name]
                     found[name] = BearingForces(np.zeros_like(world), np.zeros_like(local), "")
             courses = {name: ForceCourse(item.local, self.period) for name, item in found.items()}
@@ -250,7 +245,7 @@ class ForceCourse:
     def _in_period(self, position: float) -> float:
         """Return a position from 0 to below a period; its end is its beginning to rounding."""
         inside = position % self._period
-        return 0.0 if self._period - inside <= _STAYS * self._period else inside
+        return 0.0 if self._period - inside <= ROUNDED * self._period else inside
 
     def _growth(self, position: float, force: Array, rate: Array, curvature: Array) -> float:
         """Return by which power of the speed the rate per time grows, the least force moving."""

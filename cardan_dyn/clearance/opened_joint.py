@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ModelError
 from ..mechanism.undescribed import REMEDY
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from ..results.motion import Motion
     from ..results.sweep import Sweep
 
-_NONE = 1e-9
-"""Part of a force, a motion or a unit vector, as a fraction, that is rounding and no more."""
 _PUSHED = 1e-6
 """Part of a force that motion does not decide, or that pushes what has no mass, as a fraction, that
 counts as none."""
@@ -257,7 +255,7 @@ class OpenedJoint:
         inertias, principal = np.linalg.eigh(ways.inertia)
         is_light, along = inertias <= ways.rounding, along @ principal
         kept, sizes, _ = np.linalg.svd(along[:, is_light])
-        count = int(np.count_nonzero(sizes > _NONE * np.linalg.norm(along)))
+        count = int(np.count_nonzero(sizes > NOTHING * np.linalg.norm(along)))
         axes, heavy = kept[:, count:].T @ movable.T, kept[:, count:].T @ along[:, ~is_light]
         if not len(axes):
             raise ModelError(
@@ -273,7 +271,7 @@ class OpenedJoint:
             slides = self._basis[0] @ self._opened.rotation(part.id).T
             return slides.T, ways.rates[self._opened.added[part.id]]
         left, sizes, right = np.linalg.svd(self._apart(ways), full_matrices=False)
-        rank = int(np.count_nonzero(sizes > _NONE * np.max(sizes, initial=0.0)))
+        rank = int(np.count_nonzero(sizes > NOTHING * np.max(sizes, initial=0.0)))
         if not rank:
             raise ModelError(
                 f"with clearance in {self._names} alone nothing can move, since all other bearings "
@@ -308,7 +306,7 @@ class OpenedJoint:
     def gives_way(self, x: Array) -> bool:
         """Return whether a single bush can move along both slides."""
         apart = self._opened.ways(x).rates[self._opened.added[self.pins[0].part.id]] / self._length
-        return bool(np.linalg.matrix_rank(apart, tol=_NONE) == 2)
+        return bool(np.linalg.matrix_rank(apart, tol=NOTHING) == 2)
 
     def forces(self, sweep: Sweep, motion: Motion) -> BearingForces:
         """Return what the bearings carry, F± = f/2 ± (m × a)/(2 r), or f in a single bush.
@@ -409,7 +407,7 @@ class OpenedJoint:
         closing = closing / np.where(weight > 0.0, weight, 1.0)
         wanted = weight * (closing / np.max(np.abs(closing)))
         ways = weight[:, None] * movable
-        found = np.linalg.lstsq(ways, wanted, rcond=_NONE)[0]
+        found = np.linalg.lstsq(ways, wanted, rcond=NOTHING)[0]
         return float(np.linalg.norm(ways @ found - wanted) / np.linalg.norm(wanted))
 
     def mean_mass(self, states: Array, force: Array) -> float:
@@ -423,7 +421,7 @@ class OpenedJoint:
             force: `(N, B d)` of the bearings there [N].
         """
         sizes = np.linalg.norm(force, axis=1)
-        kept = sizes > _NONE * np.max(sizes, initial=0.0)
+        kept = sizes > NOTHING * np.max(sizes, initial=0.0)
         masses = []
         for index in np.flatnonzero(kept).tolist():
             if index not in self._means:
@@ -447,7 +445,7 @@ class OpenedJoint:
         for k, x in enumerate(states):
             found = opened.ways(x)
             apart = found.rates[opened.added[body]]
-            if apart.shape[1] != 2 or np.linalg.matrix_rank(apart, tol=_NONE * self._length) < 2:
+            if apart.shape[1] != 2 or np.linalg.matrix_rank(apart, tol=NOTHING * self._length) < 2:
                 raise ModelError(f"joint {self.name!r} does not move in both ways across its axis")
             turned = np.linalg.inv(apart)
             ways[k], mass[k] = found.rates @ turned, turned.T @ found.inertia @ turned
@@ -502,10 +500,10 @@ def what_is_open(solver: ProblemSolver, sweep: Sweep, name: str) -> str:
         if name in item.changes:
             return f"its force is not known: {item.told()}; {REMEDY}"
     axis = np.abs(sweep.mechanism.joint(name).parts[0].axis)
-    is_open = ~np.asarray(sweep[name].unique[:3]) & (axis < 1.0 - _NONE)
+    is_open = ~np.asarray(sweep[name].unique[:3]) & (axis < 1.0 - NOTHING)
     if not np.any(is_open):
         return ""
-    if np.count_nonzero(axis > _NONE) > 1:
+    if np.count_nonzero(axis > NOTHING) > 1:
         chosen = np.linspace(0, len(sweep) - 1, min(len(sweep), _TRIED)).astype(int)
         zeros = np.zeros(len(chosen))
         motion = solved_motion(solver, np.asarray(sweep.position)[chosen], zeros, zeros)

@@ -13,14 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..mechanism.joints import Part
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import constraint_models
 from ..simulation.closed_directions import ClosedDirections
 
-_ZERO = 1e-9
-"""Singular value of the closure equations, as a fraction of the greatest, that counts as zero."""
 _WEIGHTLESS = 1e-13
 """Inertia of a way, as a fraction of the greatest of any coordinate, that counts as none."""
 
@@ -134,7 +132,7 @@ class OpenedMechanism:
         rows[: len(rows) // 6 * 6].reshape(-1, 6, rows.shape[1])[:, :3] /= self._length
         rows = np.concatenate([rows, self._kept])
         _, values, right = np.linalg.svd(rows[:, self._free])
-        rank = int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
+        rank = int(np.count_nonzero(values > NOTHING * np.max(values, initial=0.0)))
         ways = np.zeros((len(self._scale), len(self._free) - rank))
         ways[self._free] = right[rank:].T
         ways *= self._scale[:, None]

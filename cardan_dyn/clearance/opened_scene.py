@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, inverse
+from ..arrays import NOTHING, Array, inverse
 from ..elements.contact_laws import ContactLaw
 from ..elements.pin_contact import PinContact
 from ..errors import ArgumentError, ModelError, choices
@@ -24,9 +24,6 @@ from .opened_mechanism import OpenedMechanism
 if TYPE_CHECKING:
     from ..description.description import Description, JointDescription, LoopDescription
     from ..mechanism.configuration import Configuration
-
-_ZERO = 1e-9
-"""Part of a motion that counts as none."""
 
 
 class OpenPin(NamedTuple):
@@ -174,7 +171,7 @@ def _free_coordinates(
     chosen = _independent(ways[[coordinates.named[name].rate for name in names]])
     for joint in joints:
         own = mechanism.joint(joint).coordinates[:-1]
-        if np.linalg.norm(ways[[coordinates.named[name].rate for name in own]]) < _ZERO:
+        if np.linalg.norm(ways[[coordinates.named[name].rate for name in own]]) < NOTHING:
             raise ModelError(
                 f"the other joints hold the pin of joint {joint!r}, whatever clearance it has; a "
                 "joint whose pin has two bearings opens with radius={name: distance}"
@@ -193,7 +190,7 @@ def _independent(rows: Array) -> list[int]:
     for _ in range(min(rows.shape)):
         sizes = np.linalg.norm(left, axis=1)
         best = int(np.argmax(sizes))
-        if sizes[best] < _ZERO:
+        if sizes[best] < NOTHING:
             break
         direction = left[best] / sizes[best]
         left -= np.outer(left @ direction, direction)

@@ -10,7 +10,7 @@ import numpy as np
 
 from cardan_dyn.analytic.contact_stiffness import contact_stiffness, cylinder_compliance
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..checks import number, positive
 from ..errors import ArgumentError
 
@@ -20,10 +20,6 @@ the formula of the contact takes them to be."""
 _WIDE = 0.5
 """Half the width of the contact, as a fraction of the radius, beyond which pin and bush are no
 half-spaces to each other any more."""
-
-
-_CARRIES = 1e-9
-"""Force of a bearing, as a fraction of the greatest, from which on it gives way."""
 
 
 class StiffnessLaw(ABC):
@@ -199,7 +195,7 @@ class InSeries(StiffnessLaw):
         return [
             (law, share / most, part)
             for law, share, part in every
-            if isinstance(law, PinGeometry) and share > _CARRIES * most
+            if isinstance(law, PinGeometry) and share > NOTHING * most
         ]
 
     def limit(self, clearance: float) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from cardan_dyn.analytic.clearance import contact_time
 from cardan_dyn.analytic.impact import Start
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..checks import flag
 from ..elements.contact_laws import LinearContact
 from ..errors import ArgumentError, CardanError, ModelError
@@ -51,8 +51,6 @@ _VERIFIED, _VERIFIED_TO = 2.6, 1e-8
 relative tolerance."""
 _BELOW_LIMIT = 0.5
 """Force, as a fraction of the greatest of a contact, up to which its stiffness is asked for."""
-_NO_SLOPE = 1e-9
-"""Slope over a period, as a fraction of the force itself, that is rounding and has no direction."""
 _STAYS_CLOSED = 1.0
 """Turn-through number from which on a swing is no reversal by any measure."""
 _DRIVE_GIVES_WAY = "the drive gives way, and the pin is not followed in its plane: verify"
@@ -298,7 +296,7 @@ class Scanner:
         cases = []
         for (item, swing), x in zip(every, states, strict=True):
             joint, direction = item.joint, swing.direction
-            if swing.slope * self.period <= _NO_SLOPE * swing.least:
+            if swing.slope * self.period <= NOTHING * swing.least:
                 continue
             mobility = joint.mobility(x)
             joint.check_mass(mobility, direction, swing.position)

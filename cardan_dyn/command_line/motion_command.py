@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..checks import writing
 from ..elements.described import described_elements
 from ..errors import ArgumentError, MissingExtraError, SimulationError
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from ..results.sweep import Sweep
 
 """One revolution per minute [rad/s]."""
-_NOTHING = 1e-9
-"""Force, moment or place [N, N·m, ° or s] that is printed as zero: rounding of those around it."""
 
 
 class Outputs(NamedTuple):
@@ -319,7 +317,7 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
             sizes = np.abs(values_of(wrench, told))
             worst = _greatest(sizes)
             missing |= np.isnan(values_of(wrench, quantity))
-            is_nothing = sizes[worst] < _NOTHING
+            is_nothing = sizes[worst] < NOTHING
             # What is but rounding has no place.
             place = "–" if is_nothing else _number(places[worst])
             part = "" if told == quantity or is_nothing else f" {told}"
@@ -374,4 +372,4 @@ def _greatest(sizes: Array) -> int:
 
 
 def _number(value: float) -> str:
-    return f"{0.0 if abs(value) < _NOTHING else value:.5g}"
+    return f"{0.0 if abs(value) < NOTHING else value:.5g}"

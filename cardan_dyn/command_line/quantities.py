@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from .. import units
+from ..arrays import NOTHING
 from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism
 from ..scene.usual_motion import slides
@@ -37,8 +38,6 @@ _KINDS = {
 and of a slide."""
 _UNITS = {"deg": ("°", np.pi / 180.0), "rpm": (" rpm", np.pi / 30.0)}
 """Units that are not of the SI, as they are printed, and their values in it."""
-_NOTHING = 1e-9
-"""What is printed as zero: of ranges and starts, rounding is left."""
 
 
 def value_of(mechanism: Mechanism, joint: str, what: str, text: str, option: str) -> float:
@@ -65,7 +64,7 @@ def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int
     _, bare = _KINDS[what][slides(mechanism, joint)]
     unit, size = _UNITS.get(bare, (f" {bare}", 1.0))
     amount = value / size
-    return f"{0.0 if abs(amount) < _NOTHING else amount:.{digits}g}{unit}"
+    return f"{0.0 if abs(amount) < NOTHING else amount:.{digits}g}{unit}"
 
 
 def by_coordinate(

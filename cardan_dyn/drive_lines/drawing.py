@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..errors import ArgumentError, ModelError
 from ..figures.style import (
     Axes,
@@ -619,8 +619,6 @@ _ARC = 0.55
 """Radius of the arc of the fork offset in lengths of the shorter line."""
 _LEAST_ARC = np.deg2rad(1.0)
 """Fork offset from which on there is an arc: a shorter one is hidden by its arrow."""
-_STRAIGHT = 1e-9
-"""Angle up to which a joint has no bending plane that could be drawn [°]."""
 
 
 @in_look
@@ -651,7 +649,7 @@ def bending_planes(
     (axes,) = drawn.panels
     h, v = np.rad2deg(found.beta_h), np.rad2deg(found.beta_v)
     lengths = np.hypot(h, v)
-    size = _DIAGRAM_ROOM * max(float(lengths.max()), _STRAIGHT)
+    size = _DIAGRAM_ROOM * max(float(lengths.max()), NOTHING)
     _rings(axes, size)
     for joint, dashes in ((0, "--"), (1, "-")):
         style = line_style(joint) | {"linestyle": dashes}
@@ -661,12 +659,12 @@ def bending_planes(
         axes.plot([0.0, tip[0]], [0.0, tip[1]], linewidth=2.4, label=label, **style)
         axes.plot(*tip, "o", markersize=5, color=style["color"])
         axes.plot([0.0, tip[0], tip[0]], [tip[1], tip[1], 0.0], color="0.6", linewidth=0.8)
-        if lengths[joint] > _STRAIGHT:
+        if lengths[joint] > NOTHING:
             plane = np.outer(tip / lengths[joint], (-size, size))
             axes.plot(*plane, color=style["color"], linewidth=0.7, linestyle=(0, (1, 2)))
             _label(axes, str(joint + 1), tip, 14)
     axes.grid(visible=False)
-    if lengths.min() > _STRAIGHT and abs(found.fork_offset) > _LEAST_ARC:
+    if lengths.min() > NOTHING and abs(found.fork_offset) > _LEAST_ARC:
         _arc(axes, found, _ARC * float(lengths.min()))
     axes.set(
         xlim=(-size, size),

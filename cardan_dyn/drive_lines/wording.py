@@ -16,6 +16,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
+from ..arrays import NOTHING
 from ..checks import described
 from ..errors import ArgumentError, choices
 
@@ -35,10 +36,6 @@ _LONGEST = 7
 """Digits before the decimal sign beyond which a number is written with a power of ten."""
 _LEAST_EXPONENT = -4
 """Power of ten of the smallest numbers that are written without one."""
-_ROUNDING = 1e-9
-"""Of numbers that are the same, relative to them, and of logarithms."""
-_NOTHING = 1e-9
-"""Size of a number in its unit below which it is the rounding of zero."""
 
 
 class Measure(NamedTuple):
@@ -212,7 +209,7 @@ class Wording:
         factor = to_si * self.measure(dimension).factor
         power = math.log10(factor)
         digits = _digits(value)
-        if abs(power - round(power)) > _ROUNDING:
+        if abs(power - round(power)) > NOTHING:
             # What was rounded and is converted has one digit less, so that the last one is right.
             digits = max(digits - 1, 1)
         return lead + self.with_unit(self.number(float(value) * factor, digits), dimension)
@@ -238,7 +235,7 @@ class Wording:
             return NONE
         if math.isinf(value):
             return f"{MINUS if value < 0.0 else ''}∞"
-        if abs(value) < _NOTHING:
+        if abs(value) < NOTHING:
             return "0"
         mantissa, _, power = f"{abs(value):.{digits - 1}e}".partition("e")
         exponent = int(power)
@@ -258,10 +255,10 @@ class Wording:
             digits: significant ones of numbers that no six digits say.
         """
         shown = value * self.measure(dimension).factor
-        if not math.isfinite(shown) or abs(shown) < _NOTHING:
+        if not math.isfinite(shown) or abs(shown) < NOTHING:
             return self.number(shown)
         mantissa = f"{abs(shown):.{GIVEN_DIGITS - 1}e}".partition("e")[0]
-        is_said = math.isclose(float(f"{shown:.{GIVEN_DIGITS}g}"), shown, rel_tol=_ROUNDING)
+        is_said = math.isclose(float(f"{shown:.{GIVEN_DIGITS}g}"), shown, rel_tol=NOTHING)
         least = max(len(mantissa.replace(".", "").rstrip("0")), 1)
         return self.number(shown, least if is_said else digits)
 

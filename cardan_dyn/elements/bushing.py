@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, inverse
+from ..arrays import NOTHING, Array, inverse
 from ..checks import numbers, semidefinite
 from ..errors import ArgumentError
 from .element import Exerted, LinkElement, LinkWrench, Quantity
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
     from .one_state import OneState
 
-_ALONG = 1e-9
-"""Part of a moment across an axis that counts as rounding of one along it."""
 _RIGID = 1e-6
 """Deviation of a placement's axes from unit vectors at right angles that counts as rounding of the
 numbers given."""
@@ -162,7 +160,7 @@ class Bushing(LinkElement):
         if np.any(far):
             across = np.cross(turn[far], gradient[far, 3:])
             sizes = np.linalg.norm(turn[far], axis=1) * np.linalg.norm(gradient[far, 3:], axis=1)
-            if np.any(np.linalg.norm(across, axis=1) > _ALONG * sizes):
+            if np.any(np.linalg.norm(across, axis=1) > NOTHING * sizes):
                 raise ArgumentError(
                     f"{label}: it is wound by {greatest_angle(turn):.4g} rad, and its moment then "
                     "is not along the axis about which it turns; beyond "

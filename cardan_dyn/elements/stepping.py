@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import compiled
-from ..arrays import Array
+from ..arrays import EPS, Array
 from ..compiled import Plan
 from ..errors import SimulationError
 
@@ -51,7 +51,7 @@ _BESIDE = 1e-6
 """Part of an interval at which it is looked whether a function rises or falls at its end."""
 _HALVINGS = 40
 """Of an interval, at which a function that starts at zero is looked at before it has fallen."""
-INSTANT = 16.0 * float(np.finfo(float).eps)
+INSTANT = 16.0 * EPS
 """Duration as a fraction of the time that cannot be divided into places."""
 _MOST_STEPS = 1_000_000
 """Of one passage: some minutes."""
@@ -583,4 +583,4 @@ def zero(value: Callable[[float], float], low: float, high: float) -> float:
         low = risen
     if value(high) > 0.0:
         return high
-    return float(brentq(value, low, high, xtol=1e-300, rtol=4.0 * np.finfo(float).eps))
+    return float(brentq(value, low, high, xtol=1e-300, rtol=4.0 * EPS))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..errors import ArgumentError
 from ..periodic import amplitudes
 from .style import Figure, Into, Size, in_look, line_style, plain, sheet
@@ -16,8 +16,6 @@ _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
 _EVEN = 1e-6
 """By what fraction of the mean step the steps of angles may differ. Rounding is far below; uneven
 steps would appear as amplitudes that the quantity does not have."""
-_WHOLE = 1e-9
-"""By how much a number of turns, or an order, may miss a whole number: rounding is far below."""
 _BAR_WIDTH = 0.8
 """Width of all bars of one order together, in orders: the rest keeps the orders apart."""
 _LEAST_SHOWN = 1e-6
@@ -60,11 +58,11 @@ def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
     if not (step > 0.0 and np.max(np.abs(steps - step)) < _EVEN * step):
         raise ArgumentError("orders need angles that rise evenly")
     turns = (angle[-1] - angle[0]) / (2.0 * np.pi)
-    if abs(turns - round(turns)) < _WHOLE and round(turns):
+    if abs(turns - round(turns)) < NOTHING and round(turns):
         quantity = quantity[:-1]
     else:
         turns = len(angle) * step / (2.0 * np.pi)
-        if abs(turns - round(turns)) > _WHOLE or not round(turns):
+        if abs(turns - round(turns)) > NOTHING or not round(turns):
             raise ArgumentError(f"orders need whole turns, the angles cover {turns:.6g}")
     sizes = np.abs(amplitudes(quantity))
     return np.arange(len(sizes)) / round(turns), sizes
@@ -107,7 +105,7 @@ def order_spectrum(
     greatest = 0.0
     for index, (label, quantity) in enumerate(values.items()):
         orders, sizes = order_amplitudes(position, quantity)
-        shown = orders <= highest + _WHOLE
+        shown = orders <= highest + NOTHING
         greatest = max(greatest, float(np.max(sizes[shown])))
         axes.bar(
             orders[shown] + (index - 0.5 * (len(values) - 1)) * width,

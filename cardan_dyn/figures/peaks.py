@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from .style import SMALL, Axes
 
 _MOST_LINES = 2
@@ -20,11 +20,6 @@ _ASIDE = 4.0
 """Distance of a label at the end of the axes from that [pt]."""
 _WITH_POWER = 1e7
 """Size from which on numbers are written with a power of ten."""
-_SAME = 1e-9
-"""Difference from an extreme, as a fraction of the greatest value, that is rounding: of extremes
-that return in every turn the first one is labelled."""
-_ROUNDING = 1e-9
-"""Size of a line, as a fraction of what it is a part of, up to which it is rounding."""
 _FLAT = 1e-6
 """Range of a line, as a fraction of its greatest value, below which it has no peak."""
 _MOST_PARTS = 64
@@ -62,7 +57,7 @@ def label_peaks(
     room = {1.0: False, -1.0: False}
     for line in lines:
         x, y = (np.asarray(values, dtype=float) for values in line.get_data())
-        if np.max(np.abs(np.nan_to_num(y)), initial=0.0) <= _ROUNDING * scale:
+        if np.max(np.abs(np.nan_to_num(y)), initial=0.0) <= NOTHING * scale:
             continue
         for place in _extremes(y, both=bool(peaks), fewest=1 if peaks else _FEWEST):
             side = _side(y, place)
@@ -86,8 +81,8 @@ def _extremes(y: Array, *, both: bool, fewest: int) -> list[int]:
     size = max(abs(high), abs(low))
     if high - low <= _FLAT * size:
         return [0] if both and np.isfinite(y[0]) else []
-    wanted = [high, low] if both else [high if abs(high) >= (1.0 - _SAME) * abs(low) else low]
-    return [int(np.flatnonzero(np.abs(y - value) <= _SAME * size)[0]) for value in wanted]
+    wanted = [high, low] if both else [high if abs(high) >= (1.0 - NOTHING) * abs(low) else low]
+    return [int(np.flatnonzero(np.abs(y - value) <= NOTHING * size)[0]) for value in wanted]
 
 
 def _side(y: Array, place: int) -> float:

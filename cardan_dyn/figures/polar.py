@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..errors import ArgumentError
 from .style import (
     SMALL,
@@ -47,8 +47,6 @@ _ALIGNED = 0.3
 """Component of the direction to a label below which the label is centred across it."""
 _ROOM = 1.9
 """Width of the axes in widths of the curve: matplotlib does not make room for labels."""
-_ROUNDING = 1e-9
-"""Part of a whole force or moment below which its part in a plane is rounding."""
 _SCALE_FORCE = 0.5
 """Greatest force that the scale bar shows, as a fraction of the greatest force drawn."""
 _MARGIN, _BAR_BELOW = 0.08, 0.06
@@ -229,7 +227,7 @@ def _diagrams(
         in_plane = plane or across(wrench.axis if wrench.has_axis else np.eye(3)[2])
         columns_drawn = columns_of(in_plane)
         ends = getattr(wrench, quantity)[:, columns_drawn]
-        is_rounding = np.max(np.abs(ends), initial=0.0) <= _ROUNDING * whole
+        is_rounding = np.max(np.abs(ends), initial=0.0) <= NOTHING * whole
         chosen = not determined(wrench, quantity, columns_drawn)
         opened += [wrench.joint] * chosen
         curves.append(

@@ -13,7 +13,7 @@ from weakref import WeakSet
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..checks import described, file_path, writing
 from ..checks import names as checked_names
 from ..errors import ArgumentError, MissingExtraError
@@ -57,14 +57,9 @@ _TICK = 45.0
 _TICK_ROUNDING = 1e-6
 """By how much an end of the range may miss a tick that is still drawn [°]: angles in degrees are
 off by rounding, some 1e-13."""
-_ROUNDING = 1e-9
-"""Part of the greatest moment or force in the joints below which a component of it is rounding: the
-axes then show the size of the whole, in which it is zero."""
 _HALF_TURN, _WHOLE_TURN = 180.0, 361.0
 """Range of angles for which these ticks are neither too few nor too many [°]; a whole turn may end
 one sample later."""
-_CONSTANT = 1e-9
-"""Range of values as a fraction of the greatest below which they are constant but for rounding."""
 _ROOM_BEYOND = 1.15
 """How far an axis goes beyond a constant, seen from zero."""
 SMALL = 9
@@ -452,12 +447,12 @@ def settle(panel: Axes, scale: float = 0.0) -> None:
     if not values.size:
         return
     size, span = float(np.max(np.abs(values))), float(np.ptp(values))
-    if span > _CONSTANT * size and size > _ROUNDING * scale:
+    if span > NOTHING * size and size > NOTHING * scale:
         if panel in _SETTLED and not panel.get_autoscaley_on():
             panel.autoscale(axis="y")
         return
     _SETTLED.add(panel)
-    if size <= _ROUNDING * scale or size == 0.0:
+    if size <= NOTHING * scale or size == 0.0:
         panel.set_ylim(-(scale or 1.0), scale or 1.0)
     else:
         value = _ROOM_BEYOND * float(values[np.argmax(np.abs(values))])

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import NOTHING
 from ..errors import ArgumentError
 from .critical_speeds import interval_style
 from .style import (
@@ -29,9 +30,6 @@ from .style import (
     point_style,
     sheet,
 )
-
-_ROUNDING = 1e-9
-"""Part of the greatest entry of a matrix below which another one is rounding."""
 
 
 @in_look
@@ -107,7 +105,7 @@ def coefficients(
             raise ArgumentError(
                 f"{what} has shape {values.shape}, expected {(len(at), size, size)}"
             )
-        least = _ROUNDING * float(np.max(np.abs(values), initial=0.0))
+        least = NOTHING * float(np.max(np.abs(values), initial=0.0))
         for index in range(size * size):
             row, column = divmod(index, size)
             if np.max(np.abs(values[:, row, column])) <= least:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, ROUNDED, Array
 from ..errors import ArgumentError, choices
 from .peaks import label_peaks
 from .style import SIGN, Abscissa, Figure, Into, Size, Swept, curve_style, plain, settle, sheet
@@ -18,10 +18,6 @@ _SIZES = {"force": "N", "moment": "N·m"}
 """Vectors of a `JointWrench` whose sizes are drawn, also of joints without an axis."""
 QUANTITIES = {**UNITS, **_SIZES}
 """Both, and their units."""
-_ROUNDING = 1e-9
-"""Part of the greatest moment or force in the joints below which a component of it is rounding."""
-_PARALLEL = 1e-12
-"""Component of a unit vector that counts as none: rounding of rotations."""
 MARK = " *"
 """What follows the name of something that statics leaves open."""
 
@@ -117,7 +113,7 @@ def determined(wrench: Any, quantity: str, components: Sequence[int] = (0, 1, 2)
         return bool(np.all(unique[list(components)]))
     axes = np.abs(np.reshape(wrench.axis, (-1, 3)))
     # A component counts unless it is across the axis, or else along it, at all positions.
-    far = axes < 1.0 - _PARALLEL if quantity in ("bending", "shear") else axes > _PARALLEL
+    far = axes < 1.0 - ROUNDED if quantity in ("bending", "shear") else axes > ROUNDED
     return bool(np.all(unique[np.any(far, axis=0)]))
 
 
@@ -151,7 +147,7 @@ def _acting(wrenches: Sequence[Any], whole: Mapping[str, float]) -> list[str]:
     """Return the quantities that are not all but zero; all of moments if nothing acts."""
     units = UNITS if all(item.has_axis for item in wrenches) else _SIZES
     sizes = {name: _greatest(values_of(item, name) for item in wrenches) for name in units}
-    found = [name for name, unit in units.items() if sizes[name] > _ROUNDING * whole[unit]]
+    found = [name for name, unit in units.items() if sizes[name] > NOTHING * whole[unit]]
     return found or [name for name, unit in units.items() if unit == "N·m"]
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import EPS, NOTHING, ROUNDED, Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..elements.link_loads import Wrench
 from ..errors import CardanError, ModelError
@@ -19,18 +19,11 @@ from .panels import DEGREE, MOST, Known, Tolerance, greatest
 
 RIGHT = 1e-6
 """Error of an extreme, as a part of the size of its quantity, above which it is in doubt."""
-_SAME = 1e-9
-"""Part of the greatest value by which extremes at several positions may differ: shafts with two
-planes of symmetry have each twice in a turn."""
-_EPS = float(np.finfo(float).eps)
 _WITH_AXIS = ("force", "axial", "shear", "torsion", "bending")
 _WITHOUT = ("force", "moment")
 """Quantities of joints with an axis, and of others."""
 SIZES = ("force", "shear", "moment", "bending")
 """Those that are sizes, whose squares are smooth where they vanish."""
-_ROUNDING = 1e-12
-"""Part of the greatest wrench up to which a value is rounding of none. Rounding is some eps times
-the condition number; that of the sweep counts where it is greater."""
 _PANELS = 16
 """Panels of a turn, or of the range of a slide, to begin with."""
 _MOST_GRID = 1024
@@ -161,7 +154,7 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
     for index, item in enumerate(quantities):
         up, down = (_places(at, side * samples[:, index], is_turn) for side in (1.0, -1.0))
         top, bottom = up[0] + 0.0, 0.0 - down[0]  # Without the sign of a negative zero.
-        is_constant = top - bottom <= _SAME * max(abs(top), abs(bottom))
+        is_constant = top - bottom <= NOTHING * max(abs(top), abs(bottom))
         nowhere = np.zeros((0, at.shape[1]))
         rows.append(
             Extreme(
@@ -235,16 +228,16 @@ def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], in
     # Even samples of a turn may leave out its end, where it begins again.
     around = high + float(np.mean(steps))
     closes = round((around - low) / turn)
-    slack = _SAME * around - _SAME * low
+    slack = NOTHING * around - NOTHING * low
     if len(at) > 2 and closes and abs(around - low - turn * closes) <= slack:
         high = low + turn * closes if np.ptp(steps) <= slack else high
-    if high - low > turn * (1.0 - _SAME):
+    if high - low > turn * (1.0 - NOTHING):
         try:
             period = solver.assembly.period()
         except CardanError:
             period = None
         high = min(high, low + (period or np.inf))
-        is_turn = period is not None and high - low > period * (1.0 - _SAME)
+        is_turn = period is not None and high - low > period * (1.0 - NOTHING)
     else:
         is_turn = False
     count = int(np.ceil((high - low) / turn * _PANELS))
@@ -402,7 +395,7 @@ def _uphill(
     """
     scene, count = Scene._of(ProblemSolver(sweep.problem)), len(box)
     covered = f"the {len(at)} samples"
-    steps = int(_MOST_GRID ** (1.0 / count) * (1.0 + _SAME))
+    steps = int(_MOST_GRID ** (1.0 / count) * (1.0 + NOTHING))
     if steps < 2:
         return at, samples, covered, f"a box of {count} drives has too many corners"
     sides = [np.linspace(low, high, steps) for low, high in box]
@@ -429,7 +422,7 @@ def _uphill(
         step = np.full(len(top), 0.5 / (steps - 1))
         moves = np.concatenate([np.eye(count), -np.eye(count)]) * np.ptp(box, axis=1)
         asked = len(at)
-        climbing = np.flatnonzero(np.ptp(both, axis=0) > _SAME * np.abs(both).max(axis=0))
+        climbing = np.flatnonzero(np.ptp(both, axis=0) > NOTHING * np.abs(both).max(axis=0))
         while len(climbing) and len(at) - asked < 4 * _MOST_GRID:
             around = place[climbing, None] + step[climbing, None, None] * moves
             around = np.clip(around, box[:, 0], box[:, 1])
@@ -481,7 +474,7 @@ class _Rounding(NamedTuple):
         condition = np.where(np.isfinite(sweep.condition), sweep.condition, 1.0)
         lost = 8.0 * most * lost_part(condition, sizes)
         part = lost_part(sweep.condition, sizes)
-        return cls(max(_ROUNDING * most, lost) / to_moment, lost / to_moment, part)
+        return cls(max(ROUNDED * most, lost) / to_moment, lost / to_moment, part)
 
 
 def _places(at: Array, values: Array, is_turn: bool) -> tuple[float, Array]:
@@ -494,7 +487,7 @@ def _places(at: Array, values: Array, is_turn: bool) -> tuple[float, Array]:
     """
     top = float(np.nanmax(values))
     order = np.argsort(at[:, 0], kind="stable") if at.shape[1] == 1 else np.arange(len(at))
-    near = values[order] >= top - _SAME * float(np.nanmax(np.abs(values)))
+    near = values[order] >= top - NOTHING * float(np.nanmax(np.abs(values)))
     # Positions beside each other are one place: that of the greatest value, and of the first one
     # that was known where only rounding tells them apart, as it is a round number.
     starts = np.flatnonzero(near & ~np.concatenate([[False], near[:-1]]))
@@ -502,7 +495,7 @@ def _places(at: Array, values: Array, is_turn: bool) -> tuple[float, Array]:
     found = []
     for start, end in zip(starts, ends, strict=True):
         own = np.sort(order[start:end])
-        equal = values[own] >= values[own].max() - 16.0 * _EPS * abs(top)
+        equal = values[own] >= values[own].max() - 16.0 * EPS * abs(top)
         found.append(int(own[equal.argmax()]))
     if is_turn and len(found) > 1 and starts[0] == 0 and ends[-1] == len(at):
         found.pop()

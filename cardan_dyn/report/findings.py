@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
+from ..arrays import NOTHING
 from ..elements.joint_elements import Actuator
 from ..figures.orders import order_amplitudes
 from ..frozen import Frozen
@@ -27,8 +28,6 @@ from .page import today
 
 _HIGHEST = 8
 """Greatest order that is listed."""
-_LEAST_ORDER = 1e-9
-"""Amplitudes up to this part of the greatest of a quantity are what rounding leaves of none."""
 _DRAWN = 361
 """Positions at least at which figures show a range."""
 _DOUBLINGS = 7
@@ -122,10 +121,10 @@ class Findings(Result, Frozen):
                 for key, value in found.items()
             ]
             error = max(changes, default=0.0)
-            if error <= _LEAST_ORDER:
+            if error <= NOTHING:
                 break
         for amplitudes in found.values():
-            amplitudes[amplitudes <= _LEAST_ORDER * amplitudes.max(initial=0.0)] = 0.0
+            amplitudes[amplitudes <= NOTHING * amplitudes.max(initial=0.0)] = 0.0
         return found, float(error)
 
     def _orders_at(self, count: int) -> dict[tuple[str, str, str], np.ndarray]:
@@ -143,7 +142,7 @@ class Findings(Result, Frozen):
             elif item.name != "force" or not turn[item.owner].has_axis:
                 vector = "force" if item.unit == "N" else "moment"
                 for name, (values, _) in in_fixed_axes(turn, item.owner, vector).items():
-                    if np.abs(values).max() > _LEAST_ORDER * size[item.owner, item.name]:
+                    if np.abs(values).max() > NOTHING * size[item.owner, item.name]:
                         found[item.owner, name, item.unit] = values
         angle = 2.0 * np.pi / count * np.arange(len(turn))
         return {

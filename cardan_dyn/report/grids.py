@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-_ROUNDING = 1e-12
-"""Angles [rad] up to which they are shown as zero: what rounding leaves of one."""
+from ..arrays import ROUNDED
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def place(value: float, slides: bool) -> str:
     """Return a position [rad or m] in degrees or millimetres, with its unit."""
     if slides:
         return f"{round(1e3 * value, 4) + 0.0:.7g} mm"
-    degrees = 0.0 if abs(value) < _ROUNDING else float(np.degrees(value))
+    degrees = 0.0 if abs(value) < ROUNDED else float(np.degrees(value))
     return f"{round(degrees, 3) + 0.0:.7g}°"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..drive_lines import Analysis
 from ..drive_lines.wording import Wording
 from ..figures.style import Axes, Figure, angle_axis, curve_style, in_look, line_style, plain, sheet
@@ -25,10 +25,6 @@ _PITCH, _GAP = 1.25, 0.6
 """Of lines and between names of a legend, relative to the size of its font."""
 ORDERS = 8
 """Orders that are drawn: those above are small where joint angles are those of lines."""
-_EVEN = 1e-9
-"""By how much steps of positions may differ that are the same [rad]."""
-_ROUNDING = 1e-9
-"""Sizes, relative to the greatest, that are the rounding of none."""
 
 
 @in_look
@@ -70,7 +66,7 @@ def has_orders(analysis: Analysis) -> bool:
     """Return whether the positions are even steps of one turn, whose orders are known."""
     count = len(analysis.position)
     steps = np.diff(analysis.position, append=analysis.position[0] + 2.0 * np.pi)
-    return count > 2 * ORDERS and bool(np.abs(steps - 2.0 * np.pi / count).max() < _EVEN)
+    return count > 2 * ORDERS and bool(np.abs(steps - 2.0 * np.pi / count).max() < NOTHING)
 
 
 @in_look
@@ -140,11 +136,11 @@ def _finish(panel: Axes, label: str, values: Array, wording: Wording) -> None:
     """Label axes, and leave no scale of rounding where nothing is."""
     panel.set_ylabel(label)
     panel.yaxis.set_major_formatter(_formatter(wording))
-    if values.size and np.ptp(values) <= _ROUNDING * max(float(np.abs(values).max()), _ROUNDING):
+    if values.size and np.ptp(values) <= NOTHING * max(float(np.abs(values).max()), NOTHING):
         middle = float(values.mean())
         room = max(abs(middle), 1.0) * 0.05
         panel.set_ylim(middle - room, middle + room)
-    elif values.size and float(np.abs(values).max()) < _ROUNDING:
+    elif values.size and float(np.abs(values).max()) < NOTHING:
         panel.set_ylim(-1.0, 1.0)
     panel.legend(
         fontsize=_SMALL,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pinocchio
 
-from ..arrays import Array
+from ..arrays import EPS, NOTHING, ROUNDED, Array
 from ..errors import SingularConfigurationError
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 
@@ -22,10 +22,6 @@ ZERO = 1e-10
 """Singular value of the closure equations, as a fraction of their greatest, that counts as zero."""
 _MASSLESS = 1e-14
 """Inertia along a direction, as a fraction of the greatest, that counts as none."""
-_DEPENDENT = 1e-12
-"""Inertia of a motion in several directions, as a fraction of theirs, that counts as none."""
-_UNFELT = 1e-9
-"""Effort along a direction without inertia, as a fraction of its terms, that counts as none."""
 _CLOSED = 1e-15
 """Gap, as a fraction of how far loops are from the origin, 1 at least, that is rounding: no step
 closes it, and a weak equation would make a displacement of it."""
@@ -195,7 +191,7 @@ class ClosedDirections:
             return 0.0
         values = self.singular_values(x)
         least = max(float(values[self._rank - 1]), ZERO * float(values[0]))
-        return float(np.finfo(float).eps * (values[0] / least) ** 2)
+        return float(EPS * (values[0] / least) ** 2)
 
     def singular_gap(self, x: Array) -> float:
         """Return the greatest closure error in the singular configuration near one.
@@ -364,8 +360,8 @@ def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
         np.where(np.outer(heavy, heavy), inertia, 0.0) / root[:, None] / root
     )
     scaled, sizes = axes.T @ (efforts / root), np.abs(axes.T) @ (terms / root)
-    moves = values > _DEPENDENT
-    pushed = ~moves & (np.abs(scaled) > _UNFELT * sizes)
+    moves = values > ROUNDED
+    pushed = ~moves & (np.abs(scaled) > NOTHING * sizes)
     if np.any(pushed):
         raise SingularConfigurationError(
             "efforts push along a direction in which nothing that moves has mass, or less than "

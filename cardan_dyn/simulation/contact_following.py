@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..elements.pin_motion import PinMotion, PinPlace
 from ..elements.recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
 from ..elements.stepping import first_fall
@@ -26,9 +26,6 @@ _INNER = 8
 _LEFT = np.concatenate([np.linspace(1.0, 0.0, _INNER, endpoint=False), np.logspace(-1.0, -6.0, 16)])
 """Parts of the way out of a wall, on which it may press once more, that are left where it is
 looked at."""
-_AT_WALL = 1e-9
-"""Depth, as a fraction of the clearance, up to which a pin that the wall no longer presses is back
-in the clearance: errors of what locates it."""
 _SOON = 1e-6
 """Part of the first interval after which a phase ends that rounding began on the wrong side."""
 _STRICT = 1e-2
@@ -101,7 +98,7 @@ class ContactFollowing:
         for pin, place in zip(self._pins, self._places(y), strict=True):
             is_pressed = place.depth > 0.0 and pin.pressure(place, np.inf) > 0.0
             pin.begin(0.0, is_pressed)
-            if place.depth > _AT_WALL * pin.clearance and not is_pressed:
+            if place.depth > NOTHING * pin.clearance and not is_pressed:
                 pin.part(0.0)
 
     @property
@@ -230,7 +227,7 @@ class _Pin:
     def _crossing(kink: float, times: list[float], place: Callable[[float], PinPlace]) -> float:
         """Return when the depth passes that of a kink within a step; inf if it does not."""
         start = place(times[0]).depth - kink
-        side = start if abs(start) > _AT_WALL * kink else place(times[1]).depth - kink
+        side = start if abs(start) > NOTHING * kink else place(times[1]).depth - kink
         sign = 1.0 if side > 0.0 else -1.0
         return first_fall(lambda time: sign * (place(time).depth - kink), times)
 
@@ -241,10 +238,10 @@ class _Pin:
             self.begin(time, True, place.growth)
             return []
         if phase.state == PRESSED and any(
-            abs(place.depth - kink) <= _AT_WALL * kink for kink in contact.law.kinks
+            abs(place.depth - kink) <= NOTHING * kink for kink in contact.law.kinks
         ):
             return []
-        if place.depth <= _AT_WALL * contact.clearance:
+        if place.depth <= NOTHING * contact.clearance:
             ended = self.touch(time)
             self.begin(time, False)
             return ended

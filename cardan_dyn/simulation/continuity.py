@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import EPS, Array
 
-_EPS = float(np.finfo(float).eps)
 _SHARE = 0.5
 """Fraction of the difference of two rules by which states of a step method may be off: their steps
 are as long as their tolerance allows, and forces that change at once are felt by every rule."""
@@ -156,7 +155,7 @@ class Continuity:
 
     def _rounding(self, times: Array, states: States) -> Array:
         """Return what rounding of positions and times `(N,)` leaves open of positions `(N, m)`."""
-        return 8.0 * _EPS * (np.abs(states.x) + np.abs(states.v) * times[:, None])
+        return 8.0 * EPS * (np.abs(states.x) + np.abs(states.v) * times[:, None])
 
     def left_open(self, times: Array, states: States, late: float) -> float:
         """Return what rounding makes of ways, as `worst`, which misfits leave out.

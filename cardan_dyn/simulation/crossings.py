@@ -14,7 +14,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import ROUNDED, Array
 from ..errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
 
@@ -37,9 +37,6 @@ _TOLD = 1e-9
 """Part of the speeds above which users are told that rounding decides it..."""
 _STEPS = 10.0
 """...and in tolerances of a step."""
-_CROSSES = 1e-12
-"""Gap [rad, or a fraction of the length] at a singular configuration up to which it is one of the
-mechanism: rounding of its lengths. A greater one is passed by: the motion bends there."""
 
 
 def refuse_rounding(part: float) -> None:
@@ -171,7 +168,7 @@ class Crossings:
 
     def is_one(self, row: Array) -> bool:
         """Return whether loops are closed in the singular configuration that is near a row."""
-        return self._model.singular_gap(row[: self._size]) <= _CROSSES
+        return self._model.singular_gap(row[: self._size]) <= ROUNDED
 
     def _weakness(self, rows: Path, time: float) -> float:
         return self._model.weakness(rows(time)[: self._size])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from ..arrays import Array
+from ..arrays import EPS, NOTHING, Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
 from ..frozen import read_only
@@ -25,8 +25,6 @@ _MOST_KEPT = 8
 """Functions that are kept with a mechanism: each has at most 8192 numbers."""
 _COMPARED = 8
 """Further positions at which functions that repeat within the period are seen to do so."""
-_PERIODIC = 1e-9
-"""Difference of forces a period apart, as a fraction of them, that counts as none."""
 
 
 class NotSuitableError(Exception):
@@ -88,12 +86,12 @@ def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:
     energies = _Energies(solver, forces)
     if solver.problem.elements and forces is not None:
         ends = energies.at(np.array([0.0, period]))[1]
-        if abs(ends[1] - ends[0]) > _PERIODIC * np.max(np.abs(ends)):
+        if abs(ends[1] - ends[0]) > NOTHING * np.max(np.abs(ends)):
             raise NotSuitableError("springs wind up as the drive turns")
     known, count, repeats, may_repeat = np.zeros((2, 0)), _FEWEST, 1, True
     while True:
         values, is_back = _sampled(energies, period, count, repeats, known)
-        tolerance = _ROUNDING * float(np.finfo(float).eps) * energies.condition
+        tolerance = _ROUNDING * EPS * energies.condition
         if not is_back:
             known, repeats, may_repeat = known[:, :0], 1, False
             continue
@@ -149,7 +147,7 @@ def _sampled(
     values[:, ~is_new] = known
     found = energies.at(np.concatenate([new, compared + own]) * (period / count))
     values[:, is_new], again = found[:, : new.size], found[:, new.size :]
-    allowed = _ROUNDING * float(np.finfo(float).eps) * energies.condition * energies.sizes
+    allowed = _ROUNDING * EPS * energies.condition * energies.sizes
     return values, bool(np.all(np.abs(again - values[:, compared]) <= allowed[:, None]))
 
 

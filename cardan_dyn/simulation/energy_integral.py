@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import EPS, Array
 from ..periodic import Fourier
 from ..roots import rising
 from .energy_functions import EnergyFunctions, NotSuitableError
@@ -99,7 +99,7 @@ class EnergyIntegral:
         self._work = self._force.integral()
         self._is_pushed = bool(np.any(self._force.coefficients))
         info = np.finfo(float)
-        if speed and not (self._is_pushed or info.tiny < info.eps * speed * speed < 1e290):
+        if speed and not (self._is_pushed or info.tiny < EPS * speed * speed < 1e290):
             raise NotSuitableError("squares of the speed are no numbers")
         self._turn = 2.0 * np.pi / functions.inertia.frequency
         slope = self._inertia.derivative()
@@ -492,7 +492,6 @@ class _Elapsed:
             return found[0] - spent[chosen], found[1]
 
         ends = np.ones(len(times))
-        eps = float(np.finfo(float).eps)
         # The cubic polynomial that begins and ends as the place does.
         share = spent / whole
         left, bend = 1.0 - share, 2.0 * share * (1.0 - share)
@@ -503,8 +502,8 @@ class _Elapsed:
             -ends,
             ends,
             first=np.minimum(np.maximum(first, -1.0), 1.0),
-            least=0.5 * eps,
-            none=0.5 * eps * self._times[panels + 1],
+            least=0.5 * EPS,
+            none=0.5 * EPS * self._times[panels + 1],
         )
         half = 0.5 * (self._high - self._low)[panels]
         pace = np.einsum("nk,kn->n", self._series[panels], _chebyshev(places, _NODES))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import EPS, NOTHING, ROUNDED, Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError, EquilibriumError, MobilityError, choices
 from ..frozen import frozen, read_only
@@ -33,16 +33,9 @@ _LONGEST = 0.3
 """Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
 _SHORTEST = 1e-14
 """Step, likewise, at which it has converged."""
-_AT_REST = 1e-9
-"""Effort, as a fraction of the greatest that was seen, that may be left where steps have become
-short: the step of another `_SHORTEST` would change it by less."""
-_UNFELT = 1e-12
-"""Effort that counts as none, as a fraction of the greatest wrench in a joint."""
 _NOISE = 1e-11
 """Stiffness, per greatest wrench in a joint, that counts as zero: differences of efforts that are
 rounded like these wrenches leave a hundredth of it."""
-_ROUNDING = 1e-12
-"""Stiffness, as a fraction of the greatest, that counts as zero likewise."""
 _NONE = 1e-300
 """Stiffness that counts as zero where nothing acts at all [N·m/rad]."""
 _WEIGHTLESS = 1e-13
@@ -74,7 +67,7 @@ class Equilibrium(Prescribed):
         self.sweep = statics.sweep(position[None, :])
         self._scale = read_only(statics.scale)
         greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
-        self._noise = max(_NOISE * statics.wrench, _ROUNDING * greatest, _NONE)
+        self._noise = max(_NOISE * statics.wrench, ROUNDED * greatest, _NONE)
         self._freeze()
 
     def __repr__(self) -> str:
@@ -161,12 +154,12 @@ def _moved(
     The last value says whether it has converged.
     """
     size = float(np.linalg.norm(effort * statics.scale))
-    if size <= float(np.finfo(float).eps) * statics.wrench:
+    if size <= EPS * statics.wrench:
         return x, effort, stiffness, True
     shortest = _SHORTEST * (1.0 + float(np.max(np.abs(x))))
     for _ in range(30):
         if np.max(np.abs(step) / statics.scale) <= shortest:
-            if size <= max(_AT_REST * statics.greatest, _UNFELT * statics.wrench):
+            if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
                 return x, effort, stiffness, True
             break
         try:
@@ -177,7 +170,7 @@ def _moved(
             continue
         next_size = float(np.linalg.norm(next_effort * statics.scale))
         if next_size < size:
-            is_there = next_size <= 4.0 * float(np.finfo(float).eps) * statics.greatest
+            is_there = next_size <= 4.0 * EPS * statics.greatest
             return x + step, next_effort, next_stiffness, is_there
         if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
             return x, effort, stiffness, True

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import EPS, ROUNDED, Array
 from ..checks import described, flag, number
 from ..elements.stepping import INSTANT
 from ..errors import ArgumentError
@@ -31,15 +31,13 @@ _TAIL = 4
 _FALLEN = 1e-2
 """...where they have fallen to this part of all of them, which they do not beside a kink."""
 _ORDERS = np.arange(_DEGREE + 1)
-_ROUNDED = 1e-12
-"""Error of an event's values, as a fraction of the greatest in a step: that of closed loops."""
 _MOST_PARTS = 1024
 """Parts of a step that are looked at before the function is given up as faster than that, and those
 that are halved because it is constant."""
 _NEAR = 0.01
 """Part of what a function reads has moved so far that lies between two places at most, where the
 function is constant..."""
-_STILL = float(np.sqrt(np.finfo(float).eps))
+_STILL = float(np.sqrt(EPS))
 """...if it has moved by this part of its greatest value, or of 1 rad, m, rad/s, m/s: by less,
 smooth functions may be constant but for rounding as well."""
 
@@ -272,7 +270,7 @@ class _Track:
 
         times, values = self._seen(start, end, look, states)
         # Rounding alone decides on which side of zero it begins.
-        if self._is_first and abs(self._last) <= _ROUNDED * float(np.max(np.abs(values))):
+        if self._is_first and abs(self._last) <= ROUNDED * float(np.max(np.abs(values))):
             self._last = 0.0
         values[0], self._is_first, self._last = self._last, False, float(values[-1])
         # What touches zero at a place and turns back has not passed.
@@ -298,7 +296,7 @@ class _Track:
             times = _places(low, high)
             values = look(times.ravel()).reshape(times.shape)
             greatest = max(greatest, float(np.max(np.abs(values))))
-            is_known, dips = _settled(times, values, _ROUNDED * greatest, shortest)
+            is_known, dips = _settled(times, values, ROUNDED * greatest, shortest)
             constant = np.nonzero(is_known & _constant(values))[0]
             looked += len(low) - len(constant)
             moves = [self._moves(times[part], end, states) for part in constant]

@@ -24,18 +24,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio
 
-from ..arrays import Array, quaternion_product
+from ..arrays import NOTHING, ROUNDED, Array, quaternion_product
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.joints import Joint, Part
 from ..mechanism.kept import Kept
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Coupling
 
-_NORMAL = 1e-12
-"""Cosine of the angle between axes up to which they are normal, and distance of axes, as a fraction
-of the length, up to which they meet."""
-_MET = 1e-9
-"""Size of a part of the quaternion up to which it counts as having passed through zero."""
 _PIECES = 4
 """Straight pieces by which a part's way within an interval is followed."""
 _CURVED = 1.0 / 50.0
@@ -267,7 +262,7 @@ def _spun(quaternion: Array, spin: Array) -> Array:
 
 def _nearest_phase(part: complex, near: float) -> float:
     """Return the phase of a part or of its negative [rad], whichever is nearer to another one."""
-    if abs(part) <= _MET:
+    if abs(part) <= NOTHING:
         return near
     phase = cmath.phase(part)
     return phase + math.pi * round((near - phase) / math.pi)
@@ -275,7 +270,7 @@ def _nearest_phase(part: complex, near: float) -> float:
 
 def _next_phase(phase: float, before: complex, after: complex) -> float:
     """Return the phase after a straight way; of the negative part if it has a negative one."""
-    if abs(before) <= _MET or abs(after) <= _MET:
+    if abs(before) <= NOTHING or abs(after) <= NOTHING:
         return _nearest_phase(after, phase)
     return _nearest_phase(after, phase + cmath.phase(after / before))
 
@@ -288,7 +283,7 @@ def _is_clear(way: list[complex], turned: float, error: float = 0.0) -> bool:
         turned: half of the rotation meanwhile [rad].
         error: of the way.
     """
-    if all(abs(part) <= _MET for part in way):
+    if all(abs(part) <= NOTHING for part in way):
         return True
     length = sum(abs(other - one) for one, other in pairwise(way))
     least = min(_distance(one, other) for one, other in pairwise(way))
@@ -559,7 +554,7 @@ def _first_turns(mechanism: Mechanism, fixed: set[int], loaded: Collection[int])
         ):
             continue
         *_, askew, apart = _meeting(model, index, turning)
-        if askew <= _NORMAL and apart <= _NORMAL * mechanism.characteristic_length:
+        if askew <= ROUNDED and apart <= ROUNDED * mechanism.characteristic_length:
             result.append(index)
     return result
 

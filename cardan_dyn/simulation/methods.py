@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..errors import CardanError, SimulationError
 from .constrained_model import ConstrainedModel
 from .contact_following import ContactFollowing
@@ -25,8 +25,6 @@ from .stiffness import judged, limited, modes, settled
 from .system import System
 from .trajectory import Course, Trajectory
 
-_DOUBTFUL = 1e-9
-"""Doubt of positions of a quadrature that is told [rad]."""
 _GROWS = 100.0
 """Growth of errors from which on a motion lingers: any that swings has a few times as much."""
 _LINGERS = 1e-5
@@ -74,10 +72,10 @@ def _doubt(integral: EnergyIntegral, duration: float) -> list[str]:
     if np.isinf(integral.doubt):
         return ["rests in an unstable equilibrium, which it would leave at any push"]
     late = float(integral.late(np.array([duration]))[0])
-    if late * integral.fastest < _DOUBTFUL:
+    if late * integral.fastest < NOTHING:
         return []
     what = f"of {duration / integral.period:.2g} periods, what rounding leaves open adds up"
-    if integral.doubt * integral.fastest >= _DOUBTFUL:
+    if integral.doubt * integral.fastest >= NOTHING:
         what = (
             "close to an unstable equilibrium, where rounding of inertia and forces decides how "
             "long it stays"

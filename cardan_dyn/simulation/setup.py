@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import EPS, Array
 from ..checks import flag, mapping, positive, whole
 from ..dynamics.problem_solver import ProblemSolver
 from ..elements.pin_contact import PinContact
@@ -26,7 +26,7 @@ from .system import Motion
 _FINEST = 2.5e-14
 """Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
 
-_BRIEFEST = float(np.finfo(float).tiny / np.finfo(float).eps)
+_BRIEFEST = float(np.finfo(float).tiny / EPS)
 """Least duration [s] whose smallest parts are numbers, and speed [rad/s or m/s] other than none."""
 _FARTHEST = 1e12
 """Angle [rad], or slide in lengths of the mechanism, up to which a motion keeps four digits."""

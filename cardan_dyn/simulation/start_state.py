@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import EPS, NOTHING, Array
 from ..checks import number, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, CardanError, choices
@@ -16,12 +16,6 @@ from ..problem.coordinate_names import check_single
 from ..problem.samples import Targets
 from ..results.collect import motion_at
 from ..results.motion import Motion
-
-_CONSISTENT = 1e-9
-"""Difference [rad, rad/s, and fractions of the length or of the greatest speed] up to which values
-that are given for more joints than are free count as agreeing."""
-
-_EPS = float(np.finfo(float).eps)
 
 
 def drive_positions(
@@ -63,7 +57,7 @@ def _refuse_other(label: str, given: Mapping[str, float], prescribed: Mapping[st
     """Refuse values of drives that are not those of their prescribed motion."""
     for name, value in prescribed.items():
         gap = abs(given.get(name, value) - value)
-        if gap > _CONSISTENT * max(1.0, abs(value)):
+        if gap > NOTHING * max(1.0, abs(value)):
             raise ArgumentError(
                 f"{label}[{name!r}] is {given[name]:g}, {gap:.3g} from {value:.12g}, with which "
                 "its prescribed motion begins; give that, or leave it out"
@@ -143,7 +137,7 @@ def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[st
         gap = there - value
         if not slides:
             gap = (gap + np.pi) % (2.0 * np.pi) - np.pi
-        if abs(gap) > _CONSISTENT * unit:
+        if abs(gap) > NOTHING * unit:
             at = ", ".join(
                 f"{drive} at {place:.12g}"
                 for drive, place in zip(solver.problem.independent, positions, strict=True)
@@ -193,7 +187,7 @@ def closed_start(
         rest_of = wanted - ratios[:, fixed] @ speeds[fixed]
         speeds[~fixed] = np.linalg.lstsq(ratios[:, ~fixed], rest_of, rcond=1e-12)[0]
     gaps = ratios @ speeds - wanted if len(wanted) else np.zeros(0)
-    if np.any(np.abs(gaps) > _CONSISTENT * np.max(np.abs(wanted), initial=1e-300)):
+    if np.any(np.abs(gaps) > NOTHING * np.max(np.abs(wanted), initial=1e-300)):
         worst = int(np.argmax(np.abs(gaps)))
         name = list(given)[worst]
         raise ArgumentError(
@@ -240,4 +234,4 @@ def rounding_of_speeds(solver: ProblemSolver, begun: Motion) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         greater, less = np.split(begun.a[1:] / scale, 2)
         changes = np.abs(greater - less) / (4.0 * steps[:, None])
-    return _EPS * float(np.max(changes, initial=0.0)) / size
+    return EPS * float(np.max(changes, initial=0.0)) / size

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, ROUNDED, Array
 from ..checks import numbers, whole
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..elements.link_loads import Wrench
@@ -65,14 +65,9 @@ _OF_STEPS = 100.0
 """Such a difference of steps, in relative tolerances."""
 _OF_ABSOLUTE = 10.0
 """Absolute tolerances of steps by which states may be off, however little they move."""
-_CLOSED = 1e-12
-"""Error of closed loops by which states may be off likewise [rad, or a fraction of the length]."""
 _ROUNDED = 2e-15
 """Error of a drive's position by which it may be off however little it moves [rad or m]."""
 
-_SPIN_OFF = 1e-9
-"""Difference of a ball's spin from that of its angles' speeds, as a fraction of it, above which
-these are not known: half of the digits of a double and more are lost."""
 
 _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it..."""
@@ -185,7 +180,7 @@ class Course:
         run, times = self.run, self.run.times
         if run.is_exact:
             times = np.linspace(0.0, min(run.period, float(times[-1])), _EXACT_TIMES)
-        off = _CLOSED if run.is_exact else _OF_ABSOLUTE * self.setup.atol
+        off = ROUNDED if run.is_exact else _OF_ABSOLUTE * self.setup.atol
         return Continuity(
             look,
             times,
@@ -791,7 +786,7 @@ class Trajectory(MotionResult):
             angles, rates = slice(ball.column, ball.column + 3), slice(ball.rate, ball.rate + 3)
             for index, spin in enumerate(bodies.v[:, rates]):
                 off = ball.spin(rows.x[index, angles], rows.v[index, rates]) - spin
-                if not np.max(np.abs(off)) <= _SPIN_OFF * np.max(np.abs(spin)):
+                if not np.max(np.abs(off)) <= NOTHING * np.max(np.abs(spin)):
                     known[index, rates] = False
         return known
 

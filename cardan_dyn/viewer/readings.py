@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..elements.link_loads import Wrench
 from ..errors import ModelError
 from ..figures.wrenches import QUANTITIES, determined, together, values_of
@@ -25,8 +25,6 @@ _TYPES = {"continuous": "revolute"}
 """Types that a reader would not tell apart."""
 _SHORT_WAY = 0.1
 """Way of a slide [m] below which millimetres are told."""
-_ROUNDING = 1e-9
-"""Values below this fraction of the greatest one are told as zero: what is left is rounding."""
 _WITH_AXIS = ("torsion", "bending", "force", "axial", "shear")
 _WITHOUT = ("moment", "force")
 """Quantities that are told of joints with an axis, and of others."""
@@ -259,7 +257,7 @@ class _Teller:
 
     def _one(self, name: str, unit: str, values: Array, unique: bool) -> dict[str, Any]:
         values = values[self._samples]
-        if _greatest(values[:, None]) < _ROUNDING * self._greatest[unit]:
+        if _greatest(values[:, None]) < NOTHING * self._greatest[unit]:
             values = np.zeros_like(values)
         return {"name": name, "unit": unit, "values": self._arrays.add(values), "unique": unique}
 

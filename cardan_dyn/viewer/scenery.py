@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..errors import ArgumentError
 from ..mechanism.joints import Joint
 from ..results.sweep import Sweep
@@ -46,10 +46,6 @@ scene is about 1000 pixels wide."""
 _DIRECTION_KNOWN = 1e-4
 """Length below which an arrow keeps its last direction: that of so short a vector may be
 rounding, and the arrow would flicker."""
-_ROUNDING = 1e-9
-"""Moments below this fraction of the greatest one, or of what the greatest force makes with the
-radius of the scene as lever, and forces that would make only such moments, are taken for rounding
-and not drawn."""
 
 
 @dataclass(frozen=True)
@@ -223,10 +219,10 @@ class _Builder:
         """Draw torsion and bending as arrows, whole moments with their traces, and their scale."""
         greatest = max((item.greatest_moment for item in vectors), default=0.0)
         force = max((item.greatest_force for item in vectors), default=0.0)
-        if not greatest > _ROUNDING * force * self._radius:
+        if not greatest > NOTHING * force * self._radius:
             return
         scale = forms.ARROW * self._radius / greatest
-        shown = [item for item in vectors if item.greatest_moment > _ROUNDING * greatest]
+        shown = [item for item in vectors if item.greatest_moment > NOTHING * greatest]
         drawn = self._draw_components(shown, scale) if arrows else set()
         turning = [item for item in shown if traces and item.turns]
         traced = [item.name for item in turning if self._draw_trace(item, scale)]
@@ -246,7 +242,7 @@ class _Builder:
         """Draw forces as arrows, and their scale."""
         greatest = max((item.greatest_force for item in vectors), default=0.0)
         moment = max((item.greatest_moment for item in vectors), default=0.0)
-        if not greatest > _ROUNDING * moment / self._radius:
+        if not greatest > NOTHING * moment / self._radius:
             return
         scale = forms.ARROW * self._radius / greatest
         for item in vectors:

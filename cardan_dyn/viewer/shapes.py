@@ -9,7 +9,7 @@ import itertools
 
 import numpy as np
 
-from ..arrays import Array, quaternion_product
+from ..arrays import NOTHING, ROUNDED, Array, quaternion_product
 
 _SIDES = 20
 """Sides of a surface of revolution: at the width of an arrow on the screen it looks round."""
@@ -20,11 +20,6 @@ _HEAD_RADIUS, _HEAD_LENGTH = 3.2, 9.0
 _SHORTEST_STEP = 1e-6
 """Steps of a curve below this fraction of the wire's radius are left out: they have no direction
 beyond rounding, and are not seen."""
-_OPPOSITE = 1e-12
-"""How far the cosine of two unit vectors may be from -1 for them to count as opposite, where the
-shortest turn has no axis. An arrow is then off by at most 1.4e-6 rad, which cannot be seen."""
-_ROUNDED_UP = 1e-9
-"""By how much a value may miss a round number and still count as that number."""
 ARROW, ARROW_RADIUS = 0.42, 0.028
 """Length of the greatest arrow, as a fraction of the radius of the scene, and radius of an arrow's
 shaft, as a fraction of its length."""
@@ -355,7 +350,7 @@ def extremes(points: Array, count: int = 96) -> Array:
 def rounded(value: float) -> float:
     """Return the greatest of 1, 2, 5, 10, … that does not exceed a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
-    limit = value * (1.0 + _ROUNDED_UP)
+    limit = value * (1.0 + NOTHING)
     return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= limit))
 
 
@@ -384,7 +379,7 @@ def _shortest(source: Array, target: Array) -> Array:
     """Return quaternions of the shortest turns from a unit vector to unit vectors `(N, 3)`."""
     cosine = target @ source
     result = np.concatenate([np.cross(source, target), 1.0 + cosine[:, None]], axis=1)
-    opposite = cosine < -1.0 + _OPPOSITE
+    opposite = cosine < -1.0 + ROUNDED
     across = np.cross(source, np.eye(3)[np.argmin(np.abs(source))])
     result[opposite] = [*across, 0.0]
     return np.asarray(result / np.linalg.norm(result, axis=1)[:, None])

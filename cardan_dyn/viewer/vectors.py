@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import NOTHING, Array
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
@@ -17,8 +17,6 @@ _APART = 0.14
 _APART_ENOUGH = 0.99
 """Fraction of that distance that still counts: a gap of exactly one step must not fail by
 rounding."""
-_STANDING = 1e-9
-"""Change of a rotation matrix below which a body stands still; its rounding is some 1e-16."""
 _TURNING = 1e-6
 """Change of an angle [rad] above which a joint turns: far beyond rounding, not to be seen."""
 
@@ -145,7 +143,7 @@ def _turns(sweep: Sweep | Still, joint: Joint, samples: Array) -> bool:
         carrier = next((item for item in joints if item.id == parent), None)
         if carrier is None:
             return False
-        if np.any(np.ptp(sweep.rotation(carrier.name)[samples], axis=0) > _STANDING):
+        if np.any(np.ptp(sweep.rotation(carrier.name)[samples], axis=0) > NOTHING):
             return False
     return float(np.ptp(angle)) > _TURNING
 

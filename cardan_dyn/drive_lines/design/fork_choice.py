@@ -18,7 +18,7 @@ import numpy as np
 
 from cardan_dyn.analytic import drive_line
 
-from ...arrays import Array
+from ...arrays import EPS, Array
 from .fork_polygon import (
     Link,
     added,
@@ -33,7 +33,7 @@ from .fork_search import Choice, minima
 
 _BLOCK = 4096
 """Branches that are followed together: large enough for arrays, small enough to be cut early."""
-_SAME = 64.0 * float(np.finfo(float).eps)
+_SAME = 64.0 * EPS
 """Rounding of kappa of a line, relative to the sum of all kappa_k: ties are within it."""
 _MOST_CHOICES = 1_000_000
 """Choices of steps between free forks that are all looked at."""
@@ -57,7 +57,7 @@ def halved(offsets: Array | float) -> Array:
     rest = np.asarray(offsets) - np.pi * np.ceil(np.asarray(offsets) / np.pi - 0.5)
     # Rounding of π makes a fork that stands in line or across miss it by as much.
     for exact in (0.0, np.pi / 2):
-        rest = np.where(np.abs(np.abs(rest) - exact) < 4.0 * np.finfo(float).eps, exact, rest)
+        rest = np.where(np.abs(np.abs(rest) - exact) < 4.0 * EPS, exact, rest)
     return rest
 
 

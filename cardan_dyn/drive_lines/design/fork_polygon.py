@@ -26,9 +26,9 @@ import numpy as np
 
 from cardan_dyn.analytic import drive_line
 
-from ...arrays import Array
+from ...arrays import EPS, Array
 
-_SLACK = 8.0 * float(np.finfo(float).eps)
+_SLACK = 8.0 * EPS
 """Rounding of sums of distances, relative to the sum of all."""
 _IN_LINE = 16.0 * _SLACK
 """Distance that sides in line may be longer or shorter than their sum by, relative to half of it:

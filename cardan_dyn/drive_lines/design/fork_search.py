@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import ROUNDED, Array
 
 _BUDGET = 30_000
 """Candidates of a grid: some tenths of a second for forces of a line of five joints."""
@@ -36,8 +36,6 @@ _REACH = 0.2
 """Greatest change of a variable in a round, a fraction of what makes values rise and fall again."""
 _DIFFERENCE = 1e-6
 """Step of central differences: values are accurate to some 1e-14."""
-_STILL = 1e-12
-"""Gain of a round, relative to the value, below which it is rounding."""
 
 
 class Choice(NamedTuple):
@@ -220,7 +218,7 @@ def descended(
         gain = least - float(of_found.max())
         if gain > 0.0:
             best, of_best = found, of_found
-        if gain <= _STILL * least:
+        if gain <= ROUNDED * least:
             # Either values without a bound have stopped it, or nothing but rounding is left.
             more = np.union1d(chosen, np.flatnonzero(of_found >= _NEAR * of_found.max()))
             if len(more) == len(chosen) and gain >= 0.0:

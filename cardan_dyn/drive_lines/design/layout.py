@@ -9,7 +9,7 @@ from typing import Any, Generic, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import NOTHING, Array
 from ...checks import described
 from ...errors import ArgumentError, ModelError, choices
 from ..line.supports import supports
@@ -37,8 +37,6 @@ _FORKS = 128
 """Fork positions that each layout is judged by while the search goes on."""
 _POPULATION, _GENERATIONS = 8, 30
 """Layouts per variable and generations of differential evolution: some hundreds per variable."""
-_ZERO = 1e-9
-"""Residual angle that is as good as none [rad]: it is less than its own rounding."""
 _ROUNDS = 3
 """Times that layout and forks descend together after the search, and forks are searched anew."""
 _AT_BOUND = 1e-6
@@ -325,9 +323,9 @@ def _searched(least: Value, bounds: Array, start: Array) -> tuple[Array, int]:
         tol=1e-4,
         polish=False,
         seed=0,
-        callback=lambda best, convergence: least(best) <= _ZERO,
+        callback=lambda best, convergence: least(best) <= NOTHING,
     )
-    if result.fun <= _ZERO:
+    if result.fun <= NOTHING:
         return result.x, int(result.nfev)
     found, more = _refined(least, bounds, result.x)
     return found, int(result.nfev) + more

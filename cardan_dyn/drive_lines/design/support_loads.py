@@ -25,15 +25,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import NOTHING, Array
 from ...errors import ModelError
 from ..line.data import LineData
 from ..line.geometry import centring_places
 from ..line.supports import Support, spline_distance, supports
-
-_OPEN = 1e-9
-"""Factor from which on a force depends on what statics leaves open, or a balance is missed; factors
-are of the order 1 over a length of the line, rounding is some 1e-14 of that."""
 
 
 class SupportLoads(NamedTuple):
@@ -129,14 +125,14 @@ def support_loads(line: LineData) -> SupportLoads:
     inverse = np.linalg.pinv(balance)
     solved = -inverse @ applied
     size = max(float(np.max(np.abs(solved))), 1.0)
-    if np.max(np.abs(balance @ solved + applied)) > _OPEN * size:
+    if np.max(np.abs(balance @ solved + applied)) > NOTHING * size:
         raise ModelError("the bearings cannot hold the line in balance; give it more bearings")
     left_open = np.eye(len(inverse)) - inverse @ balance
     axes = np.stack([line.geometry.frames[item.shaft][:, 1:] for item in bearings])
     factors = np.empty((len(bearings), 2, line.count, 3))
     for row, item in enumerate(bearings):
         columns = unknowns.bearing(row)[:2]
-        if np.max(np.abs(left_open[columns])) > _OPEN:
+        if np.max(np.abs(left_open[columns])) > NOTHING:
             raise ModelError(
                 f"statics leaves the force of bearing {item.name} open: "
                 f"{'; '.join(supports(line).indeterminate) or 'too many bearings'}; leave out one"

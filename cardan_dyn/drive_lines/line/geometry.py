@@ -26,17 +26,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import EPS, NOTHING, Array
 from ...errors import ModelError
 from ...frozen import read_only
 from .parts import Shaft
 
 MEETING = 1e-6
 """Greatest distance between points that are to be the same [m]: below what anything is made to."""
-_STRAIGHT = 16.0 * np.finfo(float).eps
+_STRAIGHT = 16.0 * EPS
 """Joint angles up to which a joint is straight [rad]: rounding of directions has no plane."""
-_VERTICAL = 1e-9
-"""Sine of the angle to the vertical up to which a shaft has no left of its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +147,7 @@ def leftwards(axis: Array) -> Array:
     """Return the horizontal unit vector `(3,)` to the left of a shaft; y where it is vertical."""
     left = np.array([-axis[1], axis[0], 0.0])
     size = float(np.hypot(*left[:2]))
-    return np.asarray(left / size) if size > _VERTICAL else np.array([0.0, 1.0, 0.0])
+    return np.asarray(left / size) if size > NOTHING else np.array([0.0, 1.0, 0.0])
 
 
 def _directions_and_lengths(shafts: Sequence[Shaft]) -> tuple[Array, Array]:

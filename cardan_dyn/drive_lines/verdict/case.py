@@ -16,7 +16,7 @@ import numpy as np
 from cardan_dyn.analytic import single_joint, uniformity
 from cardan_dyn.analytic.limits import CRITICAL_CONSTANTS, LIMITS, Limit
 
-from ...arrays import Array
+from ...arrays import ROUNDED, Array
 from ...checks import described, mapping
 from ...errors import ArgumentError, CardanError, choices
 from ..line.data import LineData
@@ -55,8 +55,6 @@ KNOWN: Mapping[str, Limit] = MappingProxyType(
 """What `limits` may give: a maker's constant of bending speeds too."""
 FREE_FALL = 9.81
 """Acceleration of free fall [m/s²]."""
-_EQUAL = 1e-12
-"""Relative difference of sizes that are equal but for rounding."""
 POSITIVE = frozenset({"mean_life_factor", "balance_grade_maker", "critical_constant"})
 """Names of what rules divide by."""
 _OTHER = {"non_uniformity": "residual_angle", "residual_angle": "non_uniformity"}
@@ -364,7 +362,7 @@ class Case:
             own = greatest_of(COMPONENTS[quantity](analysis.total), signed=signed)
             greatest = np.concatenate([own[None], greatest])
         sizes = greatest.max(axis=0)
-        return sizes, np.argmax(greatest >= sizes - _EQUAL * np.abs(sizes), axis=0).tolist()
+        return sizes, np.argmax(greatest >= sizes - ROUNDED * np.abs(sizes), axis=0).tolist()
 
     def _components(self, quantity: str) -> Array:
         """Return the components of a quantity in what forces are made of, `(causes, P, k, c)`."""

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import EPS, Array
 from .analysis import LineForces
 from .line_motion import LineMotion
 
-_SAME = 4.0 * float(np.finfo(float).eps)
+_SAME = 4.0 * EPS
 """By how much rounding parts positions that are a number of half turns apart, relative to them."""
 _TURNING = frozenset({"moment_in", "moment_out", "spline_force", "spline_moment", "centring_force"})
 """Vectors in axes that turn with a shaft."""

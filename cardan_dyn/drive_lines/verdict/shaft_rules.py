@@ -11,7 +11,7 @@ import numpy as np
 from cardan_dyn.analytic import bending_speed, installation, shaft_design, torsional_speed
 from cardan_dyn.analytic.limits import Limit
 
-from ...arrays import Array
+from ...arrays import EPS, Array
 from ...errors import ModelError
 from ..line.closed_chain import cross_inertia, shaft_bodies
 from ..line.data import LineData
@@ -357,7 +357,7 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
     row = VerdictRow(rule="torsional_speed", where="", quantity=quantity)
     beta = float(max(line.uneven_angles))
     # Unevenness is proportional to the square of the angle: rounding alone is none.
-    if beta**2 <= np.finfo(float).eps:
+    if beta**2 <= EPS:
         yield stated(row, "no joint turns unevenly, so that nothing excites torsion")
         return
     ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]

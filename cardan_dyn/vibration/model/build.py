@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, generic
+from ...arrays import ROUNDED, Array, generic
 from ...errors import AccuracyError, ArgumentError, ModelError
 from ...periodic import MOST_NODES, amplitudes, interpolation, next_size, nodes, resampled, tail
 from .efforts import FreeEfforts, Terms
@@ -37,8 +37,6 @@ WORST_ERROR = 1e-9
 """Error of the terms with which no model but a rough one is returned."""
 _MOST_EXCESS = 300.0
 """By how much the error of a model may exceed what was wanted."""
-_ALONG = 1e-12
-"""Error of a model along a motion with which it needs no more nodes."""
 _PROBES = 3
 """Points of the range at which waves along the drive's position are looked at, its middle first."""
 _WAVES, _MORE = 127, 1.4
@@ -46,8 +44,6 @@ _WAVES, _MORE = 127, 1.4
 a multiple of what others took."""
 _MASSLESS = 1e-14
 """Share of the mass matrix that is rounding."""
-_SILENT = 1e-12
-"""Odd orders, as a fraction of the greatest term, that count as rounding."""
 
 
 class TermSamples:
@@ -177,7 +173,7 @@ def _alone(
     for row, index in enumerate(indices.tolist()):
         without, there = parts[1 + row], parts[1 + len(indices) + row]
         gap = (here - without) - (there - terms[:, -1:])
-        found[index] = np.max(np.abs(gap) / samples.kinds(terms)) <= max(wanted, _SILENT)
+        found[index] = np.max(np.abs(gap) / samples.kinds(terms)) <= max(wanted, ROUNDED)
     return here, found
 
 
@@ -269,7 +265,7 @@ class ModelBuild:
         while True:
             model = self._built(q, half, degrees, divisor)
             # No number of nodes takes away what the degrees leave.
-            if model.error <= max(_ALONG, 2.0 * left) or len(q) == MOST_NODES:
+            if model.error <= max(ROUNDED, 2.0 * left) or len(q) == MOST_NODES:
                 break
             q = resampled(q, next_size(len(q) + 1))
         self._refuse_uneven(q, half, degrees, model.error, FINE)
@@ -334,7 +330,7 @@ class ModelBuild:
         needed = int(np.max(np.nonzero(sizes > 0.1 * wanted)[0], initial=0))
         if wanted <= FINE:
             self._waves_known = min(self._waves_known, 2 * needed + 5)
-        return 2 * needed + 5, 2 if odd <= _SILENT else 1
+        return 2 * needed + 5, 2 if odd <= ROUNDED else 1
 
     def _refuse_unperiodic(self, drive: Array, centre: Array, values: Array, kinds: Array) -> None:
         """Refuse terms that differ after a period.

@@ -6,18 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import EPS, NOTHING, ROUNDED, Array
 from ...elements.link_motions import LinkMotions
 from ...periodic import nodes
 from .reduced_model import LocalEquation
 from .rotating_scene import RotatingScene
 
-_UNDAMPED = 1e-12
-"""Damping ratio that counts as rounding."""
-_REAL = 1e-9
-"""Imaginary part of an eigenvalue, as a fraction of its size, that is rounding: of a double one it
-is the root of eps."""
-_ROUNDING = 16.0 * float(np.finfo(float).eps)
+_ROUNDING = 16.0 * EPS
 """Error of an eigenvalue, as a fraction of the greatest."""
 _POSITIONS = 16
 """Drive positions over a period at which ellipses are looked at, and averaged."""
@@ -59,7 +54,7 @@ class Modes(NamedTuple):
     def amplification(self) -> Array:
         """Amplification factor Q = 1/(2ζ) `(S, n)`; infinite without damping, NaN for creeping."""
         size = np.abs(self.value)
-        is_damped = -self.value.real > _UNDAMPED * size
+        is_damped = -self.value.real > ROUNDED * size
         factor = size / np.where(is_damped, -2.0 * self.value.real, 1.0)
         # A real eigenvalue alone says nothing of ζ, for which the other one of its pair is needed.
         swings = self.frequency > 0.0
@@ -89,7 +84,8 @@ def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
     values, vectors = np.linalg.eig(matrix)
     size = np.abs(values)
     # One mode may be faster than another by far: rounding is that of the fastest.
-    is_real = np.abs(values.imag) <= _REAL * size + _ROUNDING * np.max(size, axis=1, keepdims=True)
+    none = NOTHING * size + _ROUNDING * np.max(size, axis=1, keepdims=True)
+    is_real = np.abs(values.imag) <= none
     # Of each complex pair the upper one, of each real pair the greater: there λ² M + λ D + K rises.
     x = vectors[:, :free]
     rise = 2.0 * values[:, None, :] * (mass @ x) + damping @ x

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import NOTHING, Array
 from ...checks import described, numbers
 from ...errors import ArgumentError, VibrationError
 from ...periodic import derivatives, interpolation, next_size, nodes, tail
@@ -32,8 +32,6 @@ _MOST_LEFT = 1e-8
 """Residual with which none is returned, and highest orders that are."""
 _SLOW = 0.05
 """Residual after a step, as a fraction of that before, from which on derivatives are renewed."""
-_REPEATS = 1e-9
-"""Difference of the drive's efforts, as a fraction of them, below which they repeat."""
 _CHANGE = 1e-5
 """Change of positions, in units of the coordinates, and of speeds, as a fraction, for differences
 of what follows of them."""
@@ -195,7 +193,7 @@ class DrivenMotions:
         states = _Grid(count, period).states(pace, q)
         later = states[0] + period * np.eye(1 + q.shape[2])[0]
         efforts, others = (self._at(place, states[1:])[0] for place in (states[0], later))
-        if np.max(np.abs(efforts - others)) <= _REPEATS * np.max(np.abs(efforts)):
+        if np.max(np.abs(efforts - others)) <= NOTHING * np.max(np.abs(efforts)):
             return q, period
         places = nodes(next_size(divisor * count), self._period)
         weights = interpolation(places, count, period)

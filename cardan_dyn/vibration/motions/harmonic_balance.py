@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import ROUNDED, Array
 from ...periodic import MOST_NODES, TAIL, derivatives, next_size, resampled, tail
 from ..model.reduced_model import Course, LocalEquation, ReducedModel
 
@@ -23,8 +23,6 @@ ROUGHLY = 1e-6
 _QUADRATIC, _NEXT = 1e-6, 1e-2
 """Step from which on the next one is foretold, and how long that may be, as a fraction of the step
 at which Newton's method has converged."""
-_BALANCED = 1e-12
-"""Effort, as a fraction of its terms, up to which it is rounding."""
 _SINGULAR_STEPS = 8
 """Steps after which motions without effort that still move are those of a singular Jacobian: the
 singular values that count are..."""
@@ -170,7 +168,7 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
         if count >= _SINGULAR_STEPS:
             # Along what nothing holds rounding decides: there the motion stays where it is.
             left = np.max(np.max(np.abs(equation.efforts), axis=1) / equation.scale, axis=1)
-            for item in np.nonzero((left <= _BALANCED) & ~(length <= threshold))[0]:
+            for item in np.nonzero((left <= ROUNDED) & ~(length <= threshold))[0]:
                 step[item] = _least_step(matrix[item], equation.efforts[item], model.half)
                 length[item] = np.max(np.abs(step[item] / model.half))
         bad = ~np.isfinite(length)
@@ -195,7 +193,7 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
         equation = model.equation(Course(*(item[index] for item in course)))
         left = np.max(np.abs(equation.efforts), axis=1) / equation.scale
         way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
-        is_there = (np.max(left, axis=1) <= _BALANCED) & (way <= _BEYOND)
+        is_there = (np.max(left, axis=1) <= ROUNDED) & (way <= _BEYOND)
         converged[index[is_there]] = True
         matrix = jacobian(equation, speed[index], model.period)
         sign[index] = np.linalg.slogdet(matrix)[0]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import NOTHING, ROUNDED, Array
 from ...errors import VibrationError
 from ...periodic import interpolation
 from ..model.modes import averaged, modes
@@ -49,10 +49,6 @@ _CAUTION = 10.0
 """By how much their errors may exceed the change at the last refinement."""
 _SURELY = 1e-9
 """The same where multipliers are far from each other, so that rounding hardly moves them."""
-_ROUNDING = 1e-12
-"""Error of multipliers far from each other; near each other it is divided by their distance."""
-_ONE = 1e-9
-"""Distance at which two multipliers are one."""
 _REAL = 1e-6
 """Imaginary part of a multiplier, as a fraction of its size, that counts as rounding."""
 
@@ -341,7 +337,7 @@ def _excess_of_rounding(multipliers: Array, change: float) -> Array:
     """
     first, others = multipliers[:, :1], multipliers[:, 1:]
     gap = np.min(np.abs(others - first), axis=1)
-    error = max(_ROUNDING, _CAUTION * change)
+    error = max(ROUNDED, _CAUTION * change)
     return np.clip(error / np.maximum(gap, error), _SURELY, _UNSTABLE)
 
 
@@ -366,4 +362,4 @@ def separation(multipliers: Array) -> Array:
     Those that are one up to rounding, as of a disc between equal springs, say nothing of others.
     """
     gaps = np.abs(multipliers[:, :, None] - multipliers[:, None, :])
-    return np.asarray(np.min(np.where(gaps <= _ONE, np.inf, gaps), axis=(1, 2)))
+    return np.asarray(np.min(np.where(gaps <= NOTHING, np.inf, gaps), axis=(1, 2)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import NOTHING, Array
 from ...checks import flag, positives
 from ...errors import ArgumentError
 from ...periodic import MOST_NODES, amplitudes, orders_of, resampled
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 
 _SPEEDS = 61
 """Speeds between the ends of a range at which the diagram's modes are found."""
-_EXCITES = 1e-9
-"""Forcing of an order, as a fraction of the greatest of all, from which on it excites."""
 _ASIDE = 0.1
 """Distance from an end of the range, as a fraction of it, from which resonances lean into it."""
 _MULTIPLES = 12
@@ -53,8 +51,6 @@ _NEAR = (0.99, 0.999, 1.0, 1.001, 1.01)
 narrower is found by how multipliers near each other between them."""
 _ABOVE, _COARSER = 1.2, 5
 """Beyond this multiple of all speeds at which modes meet, one of so many speeds is enough."""
-_SAME = 1e-9
-"""Relative difference of two speeds that are one."""
 _SURVIVED = 0.35
 """Swing of a rotation [rad], some 20°, from which on hardly any shaft or support survives."""
 _HIGHEST = 8
@@ -343,7 +339,7 @@ def _exciting(search: MotionSearch, modes: Campbell) -> list[float]:
     return [
         order
         for order, size in sorted(sizes.items())
-        if 0.0 < order <= _HIGHEST and size > _EXCITES * greatest
+        if 0.0 < order <= _HIGHEST and size > NOTHING * greatest
     ]
 
 
@@ -420,7 +416,7 @@ def _places(modes: Campbell, speeds: Array, period: float) -> tuple[Array, float
     every += [rough[(size >= least) & (size <= most)], rough[size > most][::_COARSER]]
     found = np.unique(np.concatenate(every))
     found = found[(found >= low) & (found <= high)]
-    keep = np.concatenate([[True], np.diff(found) > _SAME * np.abs(found[1:])])
+    keep = np.concatenate([[True], np.diff(found) > NOTHING * np.abs(found[1:])])
     return found[keep], least
 
 

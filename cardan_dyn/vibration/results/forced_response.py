@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import NOTHING, ROUNDED, Array
 from ...checks import names, number, numbers, text
 from ...errors import ArgumentError, choices
 from ...periodic import MOST_NODES, amplitudes, nodes, orders_of, resampled
@@ -29,10 +29,6 @@ if TYPE_CHECKING:
     from .critical_speeds import CriticalSpeeds
 
 COMPONENTS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
-_SHOWN = 1e-12
-"""Least amplitude that a table lists, as a fraction of the greatest of its kind."""
-_SAME_ORDER = 1e-9
-"""Difference of two orders that is rounding."""
 
 
 class ForcedResponsePlot(Plot):
@@ -151,7 +147,7 @@ class ForcedResponse(VibrationResult):
 
     def _wave(self, order: float) -> int | None:
         """Return where an order is among those of the amplitudes, None if it is none of them."""
-        found = np.nonzero(np.abs(self.order - order) < _SAME_ORDER)[0]
+        found = np.nonzero(np.abs(self.order - order) < NOTHING)[0]
         return int(found[0]) if found.size else None
 
     def whirls(self, first: str, second: str, order: float) -> tuple[Array, Array]:
@@ -195,7 +191,7 @@ class ForcedResponse(VibrationResult):
         rows = []
         for values, name, quantity in sources:
             sizes, phases = np.abs(values), np.angle(values)
-            least = _SHOWN * np.nanmax(sizes, initial=0.0)
+            least = ROUNDED * np.nanmax(sizes, initial=0.0)
             rows += [
                 {
                     "speed": self.speed[row],

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import ROUNDED, Array
 from ...checks import positive, several, whole
 from ...errors import ArgumentError, VibrationError
 from ...periodic import amplitudes, orders_of
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from ...figures.style import Figure
     from ...results.sweep import Sweep
     from ...scene.scene import Scene
-
-_SHOWN = 1e-12
-"""Least amplitude that a table lists, as a fraction of the greatest."""
 
 
 class States(NamedTuple):
@@ -245,7 +242,7 @@ class PeriodicMotion(VibrationResult):
             for row in range(len(self))
             for column, name in enumerate(self.free)
             for wave, order in enumerate(self.order)
-            if sizes[row, wave, column] > _SHOWN * np.max(sizes[row])
+            if sizes[row, wave, column] > ROUNDED * np.max(sizes[row])
         ]
         return Table.of_rows(
             rows,

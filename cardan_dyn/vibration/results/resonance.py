@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import NOTHING, ROUNDED, Array
 from ...errors import VibrationError
 from ...periodic import amplitudes
 from ..motions.continuation import Branch, Point
@@ -37,10 +37,6 @@ _BESIDE = 1e-4
 _MET = 1e-10
 """Gap between order and frequency, as a fraction of it, at which they meet."""
 _STEPS = 8
-_EXCITES = 1e-9
-"""Share of a mode, as a fraction of the greatest of all modes at its order, from which on the order
-moves it; there must be more than rounding of the whole motion."""
-_ROUNDING = 1e-12
 _HALF_WIDTHS = 3.0
 """Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
 _ASIDE = 1e-3
@@ -405,7 +401,7 @@ def _is_moved(search: MotionSearch, order: float, crossing: Crossing, aside: flo
             point = Point(motions.model, float(places[index]), q, 1.0)
             shares = shares_of(point, order, crossing.shapes)
             own[index] = shares[crossing.mode]
-            every[index] = max(_EXCITES * np.max(shares), _ROUNDING * np.max(np.abs(q)))
+            every[index] = max(NOTHING * np.max(shares), ROUNDED * np.max(np.abs(q)))
     # Where nothing was found, motions are large.
     return not found or bool(np.any(own > every))
 
