@@ -335,7 +335,7 @@ class _Reader:
         first, second = (self._found.links[body][-1] for body in ends)
         axis = np.array([1.0, 0.0, 0.0])
         joint = "spherical" if kind == "connect" else "fixed"
-        return LoopDescription(name, joint, first, second, *origins, axis, axis)
+        return LoopDescription(name, joint, first, second, origins[0], origins[1], axis, axis)
 
     def _coupling(self, index: int, name: str, at: str) -> CouplingDescription:
         """Return the coupling that an equality of two joints is, where its polynomial is linear.
