@@ -295,6 +295,32 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
     )
 
 
+def unit(vector: np.ndarray, at: str) -> np.ndarray:
+    """Return a vector scaled to the length 1.
+
+    Raises:
+        ModelError: it has no direction.
+    """
+    # The squares of very small components would vanish.
+    greatest = float(np.max(np.abs(vector)))
+    if greatest == 0.0:
+        raise ModelError(f"{at}: a vector of zeros has no direction")
+    scaled = vector / greatest
+    return scaled / np.linalg.norm(scaled)
+
+
+def rotation_of_quaternion(quaternion: np.ndarray, at: str) -> np.ndarray:
+    """Return the `(3, 3)` rotation of a quaternion w x y z of any length."""
+    w, x, y, z = unit(quaternion, at)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
 def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
     """Return the `(3,)` unit axis of an element."""
     child = only(element, tag, at)

@@ -74,7 +74,7 @@ def _parse(
 ) -> Description:
     from . import urdf
     from .description import SourceText
-    from .elements import check_size, xml_root
+    from .elements import xml_root
     from .left_out import limits_left_out
 
     root, text = xml_root(source, where)
@@ -84,8 +84,7 @@ def _parse(
         from .mjcf import reader as mjcf
 
         where = "MJCF text" if path is None else where
-        description = mjcf.parse(root, where, path, strict)
-        check_size(len(description.links), where)
+        description = mjcf.parse(text, root.get("model"), where, path, strict)
     elif root.tag == "sdf":
         from .sdf import reader as sdf
 

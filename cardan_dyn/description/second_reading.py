@@ -1,4 +1,4 @@
-"""Second reading: the numbers of a URDF or SDF text, read once more for the proof.
+"""Second reading: the numbers of a text, read once more for the proof.
 
 A proof that took its masses and lengths from where the solution has them could not detect an error
 that was made when they were read. So the text is read a second time, by code that shares nothing
@@ -31,7 +31,7 @@ _VANISHING = 1e-150
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    MJCF keeps the numbers that were read first. Frames that were displaced are displaced again.
+    Frames that were displaced are displaced again.
     """
     if not description.displacements:
         return _reread(description)
@@ -55,8 +55,10 @@ def _reread(description: Description) -> Description:
         from .sdf import second_reading as sdf
 
         return sdf.reread(description, robot, source.model)
-    if robot.tag != "robot":
-        return description
+    if robot.tag == "mujoco":
+        from .mjcf import second_reading as mjcf
+
+        return mjcf.reread(description, source)
     links, joints, loops, couplings = (
         {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
         # Where notations close the same loops, the one that is used comes last and replaces others.

@@ -26,7 +26,7 @@ def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
     if root.tag == "mujoco":
         from .mjcf import visuals as mjcf
 
-        return mjcf.visuals(root, source.path)
+        return mjcf.visuals(source)
     if root.tag == "sdf":
         from .sdf import visuals as sdf
 

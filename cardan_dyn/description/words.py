@@ -1,12 +1,12 @@
-"""Words: the elements and attributes that URDF, SDF and MJCF know, and misspelled ones.
+"""Words: the elements and attributes that URDF and SDF know, and misspelled ones.
 
 A misspelled word would be passed over without a message, and the mechanism would be another one: a
 loop left open, an axis along x. `words.json` lists the words of each notation by the element that
 they stand in; `parent/element` is an element in one parent alone. Elements that it does not list
 are not looked into; of those that have no list of one kind, anything of that kind is passed over.
 
-The words of SDF are those of SDFormat 1.12 and what versions from 1.4 on knew besides; those of
-MJCF are MuJoCo 4.0's (`mj_printSchema`) and what compilers from 2.1 on knew besides.
+The words of SDF are those of SDFormat 1.12 and what versions from 1.4 on knew besides.
+MuJoCo checks those of MJCF itself.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ def check_words(
     """Refuse unknown elements and attributes; return warnings about those that are passed over.
 
     In URDF, where other programs have words of their own, only those are refused that resemble a
-    known one; in MJCF all are, whatever `strict` says. What stands in a namespace belongs to
+    known one. What stands in a namespace belongs to
     another program.
 
     Args:
         root: outermost element of what is checked.
-        notation: `urdf`, `sdf` or `mjcf`.
+        notation: `urdf` or `sdf`.
         where: how messages name the source of the text.
         strict: whether to refuse any.
 
@@ -90,13 +90,13 @@ def check_words(
                 if word in listed or "}" in word:
                     continue
                 similar = similar_word(word.lower(), listed)
-                if notation == "mjcf" or (strict and (similar or notation == "sdf")):
+                if strict and (similar or notation == "sdf"):
                     name = f" {element.get('name')!r}" if element.get("name") else ""
                     raise ModelError(
                         f"{where}: <{element.tag}>{name}: {kind} {word!r} is unknown; "
                         + (f"did you mean {similar!r}? " if similar else "")
                         + f"{kind}s: {choices(listed, None if similar else word)}"
-                        + (f"; {_PASSED_OVER}" if notation != "mjcf" else "")
+                        + f"; {_PASSED_OVER}"
                     )
                 label = f"{kind} {word!r} of <{element.tag}>"
                 unknown[label] = unknown.get(label, 0) + 1

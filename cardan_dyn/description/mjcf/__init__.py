@@ -1,1 +1,1 @@
-"""MJCF: MuJoCo's notation to a description, by a reader of its own."""
+"""MJCF: MuJoCo's notation to a description, by MuJoCo's own parser and compiler, and back."""

@@ -1,23 +1,21 @@
-"""MJCF: a MuJoCo model to a checked description.
+"""MJCF: a MuJoCo model to a checked description, by MuJoCo's own parser and compiler.
 
-Bodies, joints, masses and rigid equalities of a model are read, and damping, friction and springs
-of joints, which scenes take as elements. Armatures and forces of other kinds would change wrenches
-as well: they are refused, or left out with a warning. An element that cannot be read exactly is
-refused, and the message names it.
+Bodies, joints, masses and rigid equalities of a compiled model are read, and damping, friction and
+springs of joints, which scenes take as elements. Forces of other kinds would change wrenches as
+well: they are refused, or left out with a warning.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Collection, Iterable, Mapping
+import math
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
-from xml.etree import ElementTree
 
 import numpy as np
 
 from ...arrays import Array, inverse
-from ...errors import ModelError, choices
+from ...errors import ModelError
 from ...frozen import frozen
 from ..description import (
     CouplingDescription,
@@ -28,646 +26,355 @@ from ..description import (
     LinkDescription,
     LoopDescription,
 )
-from ..elements import (
-    SINGLE_TYPES,
-    at_point,
-    check_size,
-    check_unique,
-    file_text,
-    numbers,
-    unique,
-    xml_root,
-)
+from ..elements import GREATEST, SINGLE_TYPES, at_point, check_size, unique
 from ..left_out import dynamics_left_out, forces_left_out
-from ..words import check_words
-from .elements import (
-    MOST_TERMS,
-    Attributes,
-    Compiler,
-    DefaultClasses,
-    flag,
-    keyword,
-    number,
-    pose,
-    rotation_of_quaternion,
-    several,
-    unit,
-)
-from .inertia import MassElement, frame_of, link, scaled_to
+from .compiled import Compiled, compiled, placement
 
-DEPTH = 300
-"""Greatest depth of elements within each other; the root counts as 1. Deeper models were never
-tested."""
-_TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "floating"}
-"""MJCF's word for a joint to its type."""
-_DYNAMICS = {"damping", "stiffness", "frictionloss"}
-"""Attributes of a joint of which elements can be made."""
-_FORCES = {
-    "joint": ("armature", "damping", "stiffness", "frictionloss", "springdamper"),
-    "body": ("gravcomp",),
-    "option": ("density", "viscosity"),
-    "tendon": ("armature", "damping", "stiffness", "frictionloss"),
-    "actuator": ("armature", "damping"),
-}
-"""Attributes that state a force, by what has them."""
-_LOOPS = ("connect", "weld")
-"""Kinds of <equality> that close loops."""
-_REFUSED = {
-    "attach": "write the attached model into the file",
-    "replicate": "write the copies into the file",
-    "composite": "write its bodies into the file",
-    "flexcomp": "deformable bodies have no joints",
-    "plugin": "forces that a plugin makes are unknown here",
-}
-"""Elements in <body> that change the mechanism and are not read, and what to do."""
-_Content = list[tuple[ElementTree.Element, Array, str]]
-"""Elements of a body, with the frame `(4, 4)` and the default class around each."""
-Named = TypeVar("Named")
+_TYPES = ("floating", "spherical", "prismatic", "revolute")
+"""Types of joints, in the order of MuJoCo's `mjtJoint`."""
+_EQUALITIES = {0: "connect", 1: "weld", 2: "joint", 3: "tendon"}
+"""Kinds of `mjtEq`; others are of deformable bodies."""
 
 
-def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
+def parse(text: str, name: str | None, where: str, path: Path | None, strict: bool) -> Description:
     """Read an MJCF model; equalities `connect` and `weld` become loops, `joint` couplings.
 
     Joints that share a body get massless links between them. All coordinates are zero in the
-    initial configuration, also those to which the file gives another value there (`ref`).
+    initial configuration, also those to which the file gives another value there (`ref`). A joint
+    that an equality holds is fixed.
 
     Args:
-        root: its outermost element; it stays as it is.
+        text: of the main file.
+        name: of the model.
         where: how messages name the source of the text.
-        path: the file, from which included ones are found; None for text.
-        strict: whether inertias that no body can have are refused, and forces that no wrench
-            considers.
+        path: the file, from which included ones and meshes are found; None for text.
+        strict: whether forces that no wrench considers are refused.
 
     Raises:
+        MissingExtraError: MuJoCo is not installed.
         ModelError: what is wrong, where, and the valid choices.
     """
-    root = with_includes(root, where, path)
-    check_size(1 + sum(1 for _ in root.iter("body")), where)
-    passed_over = check_words(root, "mjcf", where)
-    reader = MjcfReader(root, where, strict)
-    for world in root.findall("worldbody"):
-        reader.read(world)
-    links = reader.links
-    if reader.compiler.settotalmass > 0.0:
-        links[1:] = scaled_to(links[1:], reader.compiler.settotalmass, where)
-    loops, couplings = reader.equalities(root)
-    reader.note_forces(root)
-    joints = tuple(reader.joints.values())
+    found = compiled(text, path, where)
+    check_size(sum(map(len, found.links)), where)
+    reader = _Reader(found, where)
+    joints = tuple(reader.joints)
+    loops, couplings = reader.equalities()
     left_out = dynamics_left_out(joints, where)
-    left_out += forces_left_out(reader.forces, where, strict)
+    left_out += forces_left_out(list(reader.forces()), where, strict)
     return Description(
-        name=root.get("model") or "mechanism",
-        links=tuple(links),
+        name=name or "mechanism",
+        links=tuple(reader.links),
         joints=joints,
-        order=tuple(reader.joints),
+        order=tuple(joint.name for joint in joints),
         loops=tuple(loops),
         couplings=tuple(couplings),
-        independent_joints=_actuated(root, reader.joints),
+        independent_joints=reader.actuated(),
         notation="MJCF <equality>" if loops or couplings else "no loops",
-        warnings=(*passed_over, *reader.warnings, *left_out),
+        warnings=(*found.warnings, *reader.warnings, *left_out),
         frames=frozen(reader.sites),
     )
 
 
-def _actuated(root: ElementTree.Element, joints: Collection[str]) -> tuple[str, ...]:
-    """Return the joints of the tree that have an actuator, in the order of these."""
-    named = (item.get("joint", "") for section in root.findall("actuator") for item in section)
-    return tuple(name for name in dict.fromkeys(named) if name in joints)
-
-
-def with_includes(root: ElementTree.Element, where: str, path: Path | None) -> ElementTree.Element:
-    """Return a model in which included files' elements, and theirs in turn, replace `<include>`.
-
-    As in MuJoCo, a path is taken from beside the main file, or else from beside the including
-    one, and a file is included once.
-
-    Args:
-        root: outermost element of the main file; it stays as it is.
-        where: how messages name the main file.
-        path: the main file; None for text.
-
-    Raises:
-        ModelError: a file is missing, malformed or included twice, or elements are nested deeper
-            than `DEPTH`.
-    """
-    seen = set() if path is None else {path.resolve()}
-    main = None if path is None else path.parent
-    result = ElementTree.Element(root.tag, root.attrib)
-    waiting = [(root, result, main, 1)]
-    while waiting:
-        parent, resolved, beside, depth = waiting.pop()
-        if depth > DEPTH:
-            raise ModelError(
-                f"{where}: <{parent.tag}> is nested {depth} elements deep; the limit is {DEPTH}"
-            )
-        content = deque((child, beside) for child in parent)
-        while content:
-            child, folder = content.popleft()
-            if child.tag != "include":
-                copied = ElementTree.SubElement(resolved, child.tag, child.attrib)
-                waiting.append((child, copied, folder, depth + 1))
-                continue
-            included, file = _included(child, where, main, folder)
-            if file.resolve() in seen:
-                raise ModelError(
-                    f"{where}: <include file={child.get('file')!r}>: the file is included twice, "
-                    "or includes itself; include it once"
-                )
-            seen.add(file.resolve())
-            content.extendleft((item, file.parent) for item in reversed(included))
-    return result
-
-
-def _included(
-    element: ElementTree.Element, where: str, main: Path | None, beside: Path | None
-) -> tuple[ElementTree.Element, Path]:
-    name = element.get("file")
-    at = f"{where}: <include file={name!r}>"
-    check_words(element, "mjcf", where)
-    if not name:
-        raise ModelError(f'{where}: an <include> needs file="..."')
-    if len(element):
-        raise ModelError(f"{at}: it has elements of its own; an <include> has none")
-    if main is None or beside is None:
-        raise ModelError(f"{at}: text has no directory to find it in; load the file by its path")
-    try:
-        existing = [file for file in (main / name, beside / name) if file.is_file()]
-        if not existing:
-            raise ModelError(f"{at}: there is no file {str(main / name)!r}")
-    except (OSError, ValueError) as error:  # A name that is too long, or has a null character.
-        raise ModelError(f"{at}: cannot be read ({error})") from error
-    return xml_root(file_text(existing[0], at).strip(), at)[0], existing[0]
-
-
-class MjcfReader:
-    """Reads the bodies of a file.
+class _Reader:
+    """Reads a compiled model.
 
     Attributes:
-        compiler: settings.
-        links: those that were read, that of the world first.
-        joints: those of the tree by name.
-        classes: default attributes.
-        contents: elements of each body with its name, those of the world first.
-        forces: forces that no wrench considers.
-        warnings: what is wrong and was accepted.
+        links: those of all bodies, that of the world first.
+        joints: those of the tree.
         sites: name to the link that carries it, and its placement there.
+        warnings: what is wrong and was accepted.
     """
 
-    def __init__(self, root: ElementTree.Element, where: str, strict: bool) -> None:
-        self._where = where
-        self._strict = strict
-        self.compiler = Compiler.of(root, where)
-        self.classes = DefaultClasses(root, where)
-        self.contents: list[tuple[str, _Content]] = []
-        self.forces: list[str] = []
+    def __init__(self, found: Compiled, where: str) -> None:
+        import mujoco
+
+        self._mujoco, self._found, self._where = mujoco, found, where
+        self._model = model = found.model
         self.warnings: list[str] = []
-        self._names = {
-            "body": _given(root, ("body",), where),
-            "joint": _given(root, ("joint", "freejoint"), where),
+        self.links: list[LinkDescription] = []
+        self.joints: list[JointDescription] = []
+        # Joints as MuJoCo counts them; of bodies: their initial placement in the world.
+        self._of_index: list[JointDescription] = []
+        self._placements = [np.eye(4)]
+        for body in range(model.nbody):
+            if body:
+                self._read_joints(body)
+            self.links += map(LinkDescription, found.links[body][:-1])
+            self.links.append(self._link(body))
+        self.sites = {
+            site: (found.links[model.site_bodyid[k]][-1], self._site(k))
+            for k in range(model.nsite)
+            if (site := self._name("SITE", k))
         }
-        self._counts = {"body": 0, "joint": 0}
-        self._root = world = self._generated("world", "body")
-        self.links = [LinkDescription(world)]
-        self.joints: dict[str, JointDescription] = {}
-        # Of links: their initial placement in the world, and the first link of their rigid body.
-        self._placements = {world: np.eye(4)}
-        self._rigid = {world: world}
-        self.sites: dict[str, tuple[str, Array]] = {}
 
-    def read(self, world: ElementTree.Element) -> None:
-        """Read a `<worldbody>` and all bodies in it, depth first."""
-        waiting = [(world, self._root, np.eye(4), "main")]
-        while waiting:
-            element, parent, frame, childclass = waiting.pop()
-            if element is world:
-                name, at = parent, f"{self._where}: worldbody"
-            else:
-                name, at = self._body(element)
-            childclass = self.classes.known(element.get("childclass", childclass), at)
-            content = self._contents(element, childclass, at)
-            self.contents.append((name, content))
-            if element is not world:
-                attributes = element.attrib
-                origin = frame @ pose(attributes, self.compiler, at)
-                self._read_joints(content, name, parent, origin)
-                self._mass(content, name, at)
-                self._note_attributes(attributes, name, at)
-            elif any(child.tag in ("inertial", "joint", "freejoint") for child, *_ in content):
-                raise ModelError(
-                    f"{at}: the world has no joints and no mass; write them in a <body>"
-                )
-            self._read_sites(content, name, at)
-            waiting.extend(
-                (child, name, placement, inner_class)
-                for child, placement, inner_class in reversed(content)
-                if child.tag == "body"
+    def _name(self, kind: str, index: int) -> str:
+        """Return the name that the file gives something; empty if it gives none."""
+        return (
+            self._mujoco.mj_id2name(
+                self._model, getattr(self._mujoco.mjtObj, f"mjOBJ_{kind}"), index
             )
-
-    def _body(self, element: ElementTree.Element) -> tuple[str, str]:
-        """Return the name of a body, and how messages name it."""
-        self._counts["body"] += 1
-        name = element.get("name") or self._generated(f"body_{self._counts['body']}", "body")
-        return name, f"{self._where}: body {name!r}"
-
-    def _contents(self, element: ElementTree.Element, childclass: str, at: str) -> _Content:
-        """Return the elements of a body; those in a `<frame>` with their placement in the body."""
-        self._check_contents(element, at)
-        content: _Content = []
-        waiting = [(child, np.eye(4), childclass) for child in reversed(element)]
-        while waiting:
-            child, frame, inner_class = waiting.pop()
-            if child.tag != "frame":
-                content.append((child, frame, inner_class))
-                continue
-            inside = f"{at}: frame {child.get('name', '')!r}"
-            self._check_contents(child, inside)
-            frame = frame @ pose(child.attrib, self.compiler, inside)
-            inner_class = self.classes.known(child.get("childclass", inner_class), inside)
-            waiting.extend((item, frame, inner_class) for item in reversed(child))
-        return content
-
-    @staticmethod
-    def _check_contents(element: ElementTree.Element, at: str) -> None:
-        for child in element:
-            if child.tag in _REFUSED:
-                raise ModelError(f"{at}: <{child.tag}> is not supported: {_REFUSED[child.tag]}")
-
-    def _read_joints(self, content: _Content, body: str, parent: str, origin: Array) -> None:
-        """Add the joints of a body, and the links between them."""
-        elements = [item for item in content if item[0].tag in ("joint", "freejoint")]
-        if not elements:
-            self._fix(body, parent, origin)
-        for count, (element, frame, childclass) in enumerate(elements, start=1):
-            is_last = count == len(elements)
-            child = body if is_last else self._generated(f"{body}_{count}", "body")
-            described = self._joint(element, frame, childclass, (parent, child), origin)
-            if described.type == "floating" and (len(elements) > 1 or parent != self._root):
-                raise ModelError(
-                    f"{self._where}: joint {described.name!r}: a free joint is the only joint of "
-                    "a body in <worldbody>; write a ball and three slides"
-                )
-            self.joints[described.name] = described
-            self._placements[child] = self._placements[parent] @ origin
-            self._rigid[child] = child
-            if not is_last:
-                self.links.append(LinkDescription(child))
-            # The links between the joints of a body all stand where the body stands.
-            parent, origin = child, np.eye(4)
-
-    def _fix(self, body: str, parent: str, origin: Array) -> None:
-        name = self._generated(f"{body}_fixed", "joint")
-        axis = np.array([1.0, 0.0, 0.0])
-        self.joints[name] = JointDescription(name, "fixed", parent, body, origin, axis, axis)
-        self._placements[body] = self._placements[parent] @ origin
-        self._rigid[body] = self._rigid[parent]
-
-    def _joint(
-        self,
-        element: ElementTree.Element,
-        frame: Array,
-        childclass: str,
-        ends: tuple[str, str],
-        body: Array,
-    ) -> JointDescription:
-        self._counts["joint"] += 1
-        name = element.get("name") or self._generated(f"joint_{self._counts['joint']}", "joint")
-        at = f"{self._where}: joint {name!r}"
-        attributes: Attributes = {"type": "free"}
-        if element.tag == "joint":
-            attributes = self.classes.of(element, childclass, at)
-        kind = attributes.get("type", "hinge")
-        taken = _DYNAMICS - _untaken(attributes, kind, at)
-        self._note("joint", attributes, name, taken)
-        described, warning = joint(attributes, name, ends, body, frame, self.compiler, at)
-        if warning:
-            self.warnings.append(warning)
-        return described
-
-    def _mass(self, content: _Content, name: str, at: str) -> None:
-        """Add the link of a body.
-
-        The geoms of a body that cannot move are not read, since its mass has no effect: they may
-        be meshes, whose inertia is not computed here. Where a total mass is stated, they count.
-        """
-        is_immovable = self._rigid[name] == self._root
-        inertials: list[MassElement] = []
-        geoms: list[MassElement] = []
-        for element, frame, childclass in content:
-            if element.tag == "inertial":
-                inertials.append(MassElement(element.attrib, frame, f"{at}: inertial"))
-            elif element.tag == "geom":
-                label = f"{at}: geom {element.get('name') or len(geoms) + 1!r}"
-                attributes = self.classes.of(element, childclass, label)
-                geoms.append(MassElement(attributes, frame, label))
-        if len(inertials) > 1:
-            raise ModelError(f"{at}: there are {len(inertials)} <inertial>; a body has one mass")
-        inertial = inertials[0] if inertials else None
-        if is_immovable and self.compiler.settotalmass <= 0.0:
-            geoms = []
-        described, warnings = link(name, inertial, geoms, self.compiler, at, self._strict)
-        self.links.append(described)
-        self.warnings.extend(warnings)
-
-    def _note_attributes(self, attributes: Attributes, name: str, at: str) -> None:
-        """Note a force that compensates the weight of a body, and a `mocap` body."""
-        self._note("body", attributes, name)
-        if flag(attributes, "mocap", "false", at):
-            if self._rigid[name] != self._root:
-                raise ModelError(f"{at}: a mocap body stands in the world, without a joint")
-            self.warnings.append(f"{at}: mocap: it stands still")
-
-    def _read_sites(self, content: _Content, body: str, at: str) -> None:
-        for element, frame, childclass in content:
-            name = element.get("name")
-            if element.tag != "site" or not name:
-                continue
-            label = f"{at}: site {name!r}"
-            if name in self.sites:
-                raise ModelError(f"{label}: another site has this name")
-            attributes = self.classes.of(element, childclass, label)
-            self.sites[name] = body, frame @ frame_of(attributes, self.compiler, label)
-
-    def _generated(self, name: str, kind: str) -> str:
-        """Return a name, like `name`, for an element to which the file gives none."""
-        generated = unique(name, self._names[kind])
-        self._names[kind].add(generated)
-        return generated
-
-    def note_forces(self, root: ElementTree.Element) -> None:
-        """Note what tendons, actuators, fluids and deformable bodies exert."""
-        for option in root.findall("option"):
-            self._note("option", option.attrib)
-        for kind in ("tendon", "actuator"):
-            for element in root.iterfind(f"{kind}/*"):
-                name = element.get("name", element.tag)
-                default = "tendon" if kind == "tendon" else element.tag
-                at = f"{self._where}: {kind} {name!r}"
-                self._note(kind, self.classes.of(element, "main", at, default), name)
-        for element in root.iterfind("deformable/flex"):
-            self.forces.append(f"flex {element.get('name', '')!r}")
-
-    def _note(
-        self, kind: str, attributes: Attributes, name: str = "", taken: Iterable[str] = ()
-    ) -> None:
-        """Note attributes that state a force, but for those that are taken."""
-        owner = f"{kind} {name!r}" if name else kind
-        acting = [
-            f"{key} {attributes[key]}"
-            for key in _FORCES[kind]
-            if key not in taken
-            and np.any(several(attributes, key, 1, MOST_TERMS, f"{self._where}: {owner}"))
-        ]
-        if acting:
-            self.forces.append(f"{owner}: {', '.join(acting)}")
-
-    def equalities(
-        self, root: ElementTree.Element
-    ) -> tuple[list[LoopDescription], list[CouplingDescription]]:
-        """Return the loops and couplings; `connect` and `weld` are loops, `joint` a coupling."""
-        loops, couplings = [], []
-        taken = set(self.joints)
-        named = {name for item in root.iterfind("equality/*") if (name := item.get("name"))}
-        words, at = ("enable", "disable"), f"{self._where}: flag equality"
-        disabled = any(
-            keyword(item.get("equality", "enable"), words, at) == "disable"
-            for item in root.iterfind("option/flag")
+            or ""
         )
-        for count, element in enumerate(root.iterfind("equality/*"), start=1):
-            name = element.get("name")
-            at = f"{self._where}: <equality> <{element.tag}> {name or count!r}"
-            attributes = self.classes.of(element, "main", at, "equality")
-            if disabled or not flag(attributes, "active", "true", at):
+
+    def _site(self, index: int) -> Array:
+        return placement(self._model.site_pos[index], self._model.site_quat[index])
+
+    def _link(self, body: int) -> LinkDescription:
+        """Return the link of a body with its mass; it has none where MuJoCo gave it the least."""
+        model, name = self._model, self._found.links[body][-1]
+        at = f"{self._where}: body {name!r}"
+        mass, moments = float(model.body_mass[body]), model.body_inertia[body]
+        least = np.nextafter(self._mujoco.mjMINVAL, 1.0)
+        if model.body_mocapid[body] >= 0:
+            self.warnings.append(f"{at}: mocap: it stands still")
+        if mass <= least:
+            return LinkDescription(name)
+        turn = placement(np.zeros(3), model.body_iquat[body])[:3, :3]
+        moments = np.where(moments > least, moments, 0.0)
+        if not max(mass, *np.abs(model.body_ipos[body]), *moments) <= GREATEST:
+            raise ModelError(
+                f"{at}: its mass or inertia is beyond {GREATEST:.0e}; choose units in which "
+                "numbers are not so far from 1"
+            )
+        if not np.any(moments) and model.body_weldid[body]:
+            self.warnings.append(f"{at}: it has a mass and no inertia: a point mass")
+        inertia = (turn * moments) @ turn.T
+        return LinkDescription(name, mass, model.body_ipos[body].copy(), inertia)
+
+    def _read_joints(self, body: int) -> None:
+        """Add the joints of a body."""
+        model, found = self._model, self._found
+        names, links = found.joints[body], found.links[body]
+        origin = placement(model.body_pos[body], model.body_quat[body])
+        before = model.body_parentid[body]
+        parent, at_body = found.links[before][-1], self._placements[before]
+        axis = np.array([1.0, 0.0, 0.0])
+        for count, (name, link) in enumerate(zip(names, links, strict=True)):
+            joint = JointDescription(name, "fixed", parent, link, origin, axis, axis)
+            if model.body_jntnum[body]:
+                joint = self._joint(joint, model.body_jntadr[body] + count)
+                self._of_index.append(joint)
+            self.joints.append(joint)
+            at_body = at_body @ joint.origin @ joint.child_placement
+            # The links between the joints of a body all stand where the body stands.
+            parent, origin = link, np.eye(4)
+        self._placements.append(at_body)
+
+    def _joint(self, fixed: JointDescription, index: int) -> JointDescription:
+        """Return a joint of a body, whose frame is at its point and has the axes of the child."""
+        model, at = self._model, f"{self._where}: joint {fixed.name!r}"
+        kind = _TYPES[model.jnt_type[index]]
+        if kind == "floating":
+            return replace(fixed, type=kind)
+        point = model.jnt_pos[index]
+        origin, child_placement = fixed.origin @ at_point(point), at_point(-point)
+        joint = replace(fixed, type=kind, origin=origin, child_placement=child_placement)
+        if kind == "spherical":
+            return joint
+        axis, initial = model.jnt_axis[index].copy(), model.qpos0[model.jnt_qposadr[index]]
+        if initial:
+            shown = math.degrees(initial) if self._in_degrees(kind) else initial
+            self.warnings.append(
+                f"{at}: its coordinate is zero where the file counts {shown:g} (ref)"
+            )
+        if index in self._found.locked:
+            held = self._found.locked[index]
+            self.warnings.append(
+                f"{at}: an equality holds it at {held:g} {'m' if kind == 'prismatic' else 'rad'}: "
+                "it is fixed there"
+            )
+            return replace(joint, type="fixed", origin=origin @ _moved(kind, axis, held))
+        limits = Limits()
+        if model.jnt_limited[index]:
+            limits = Limits(*(model.jnt_range[index] - initial).tolist())
+        elif kind == "revolute":
+            kind = "continuous"
+        dynamics = self._dynamics(index)
+        return replace(joint, type=kind, axis=axis, axis_2=axis, limits=limits, dynamics=dynamics)
+
+    def _in_degrees(self, kind: str) -> bool:
+        return kind == "revolute" and bool(self._found.spec.compiler.degree)
+
+    def _dynamics(self, index: int) -> Dynamics:
+        """Return what rubs and springs along a hinge or slide, but what `_untaken` says.
+
+        The spring is at rest at `springref`, which counts as the file counts the joint; here the
+        initial configuration is zero.
+        """
+        model, dof, place = (
+            self._model,
+            *(addresses[index] for addresses in (self._model.jnt_dofadr, self._model.jnt_qposadr)),
+        )
+        stated = {
+            "damping": float(model.dof_damping[dof]),
+            "friction": float(model.dof_frictionloss[dof]),
+            "stiffness": float(model.jnt_stiffness[index]),
+        }
+        for left in dict(self._untaken(index)):
+            stated.pop({"frictionloss": "friction"}.get(left, left), None)
+        rest = 0.0
+        if stated.get("stiffness"):
+            rest = float(model.qpos_spring[place] - model.qpos0[place])
+        return Dynamics(**stated, rest=rest)
+
+    def _untaken(self, index: int) -> Iterator[tuple[str, str]]:
+        """Yield names and values of what acts along a joint and no element is made of.
+
+        Those are all of a joint with a ball, higher terms of a polynomial and negative values.
+        """
+        model, dof = self._model, self._model.jnt_dofadr[index]
+        yield from _stated("armature", model.dof_armature[dof])
+        is_single = _TYPES[model.jnt_type[index]] in SINGLE_TYPES
+        for what, first, more in (
+            ("damping", model.dof_damping[dof], model.dof_dampingpoly[dof]),
+            ("stiffness", model.jnt_stiffness[index], model.jnt_stiffnesspoly[index]),
+            ("frictionloss", model.dof_frictionloss[dof], ()),
+        ):
+            if not is_single or first < 0.0 or np.any(more):
+                yield from _stated(what, first, *more)
+        # Springs that yield came with MuJoCo 4.0.
+        if is_single and hasattr(model, "jnt_springyield"):
+            yield from _stated("springyield", model.jnt_springyield[index])
+
+    def forces(self) -> Iterator[str]:
+        """Yield what joints, bodies, fluids, tendons, actuators and flexes exert beside that."""
+        model = self._model
+        for index, joint in enumerate(self._of_index):
+            if joint.type != "fixed":
+                yield from _line(f"joint {joint.name!r}", self._untaken(index))
+        for body, links in enumerate(self._found.links):
+            yield from _line(f"body {links[-1]!r}", _stated("gravcomp", model.body_gravcomp[body]))
+            if model.body_plugin[body] >= 0:
+                yield f"body {links[-1]!r}: a plugin"
+        yield from _line(
+            "option",
+            [*_stated("density", model.opt.density), *_stated("viscosity", model.opt.viscosity)],
+        )
+        for kind, count, words in (
+            ("tendon", model.ntendon, ("armature", "damping", "stiffness", "frictionloss")),
+            ("actuator", model.nu, ("armature", "damping")),
+        ):
+            for index in range(count):
+                name = self._name(kind.upper(), index) or str(index + 1)
+                parts = [
+                    part
+                    for word in words
+                    for part in _stated(
+                        word,
+                        getattr(model, f"{kind}_{word}")[index],
+                        *getattr(model, f"{kind}_{word}poly", np.zeros((count, 0)))[index],
+                    )
+                ]
+                yield from _line(f"{kind} {name!r}", parts)
+        for index in range(model.nflex):
+            yield f"flex {self._name('FLEX', index)!r}"
+
+    def actuated(self) -> tuple[str, ...]:
+        """Return the joints of the tree that have an actuator, in the order of these."""
+        model, along = self._model, self._mujoco.mjtTrn
+        kinds = int(along.mjTRN_JOINT), int(along.mjTRN_JOINTINPARENT)
+        named = (
+            self._of_index[model.actuator_trnid[k][0]]
+            for k in range(model.nu)
+            if model.actuator_trntype[k] in kinds
+        )
+        return tuple(dict.fromkeys(joint.name for joint in named if joint.type != "fixed"))
+
+    def equalities(self) -> tuple[list[LoopDescription], list[CouplingDescription]]:
+        """Return the loops and couplings; `connect` and `weld` are loops, `joint` a coupling."""
+        model, loops, couplings = self._model, [], []
+        names = [self._name("EQUALITY", k) for k in range(model.neq)]
+        taken = {joint.name for joint in self.joints}
+        disabled = model.opt.disableflags & self._mujoco.mjtDisableBit.mjDSBL_EQUALITY
+        for index, name in enumerate(names):
+            kind = _EQUALITIES.get(model.eq_type[index], "flex")
+            at = f"{self._where}: <equality> <{kind}> {name or index + 1!r}"
+            if disabled or not model.eq_active0[index]:
                 self.warnings.append(f"{at}: left out, as it is not active")
                 continue
-            if element.tag not in (*_LOOPS, "joint"):
+            if kind in ("tendon", "flex"):
                 raise ModelError(
-                    f"{self._where}: <equality> <{element.tag}> is not supported; kinds: "
-                    f"{choices((*_LOOPS, 'joint'), element.tag)}; joint is a coupling"
+                    f"{at}: it is not supported; kinds: connect, joint, weld; joint is a coupling"
                 )
-            name = unique(name or f"equality_{count}", taken if name else taken | named)
+            name = unique(name or f"equality_{index + 1}", taken | (set() if name else set(names)))
+            if kind == "joint":
+                if model.eq_obj2id[index] >= 0:
+                    couplings.append(self._coupling(index, name, at))
+                    taken.add(name)
+                continue
+            if kind == "weld" and model.eq_data[index][10] == 0.0:
+                raise ModelError(f"{at}: a weld with torquescale 0 is a ball; write <connect>")
+            loops.append(self._loop(kind, index, name))
             taken.add(name)
-            if element.tag == "joint":
-                couplings.append(self._coupling(attributes, name, at))
-            else:
-                loops.append(self._loop(element.tag, attributes, name, at))
         # In the order of the joints, as a URDF lists them.
-        order = {name: index for index, name in enumerate(self.joints)}
+        order = {joint.name: index for index, joint in enumerate(self.joints)}
         couplings.sort(key=lambda coupling: order[coupling.successor])
         return loops, couplings
 
-    def _loop(self, kind: str, attributes: Attributes, name: str, at: str) -> LoopDescription:
+    def _loop(self, kind: str, index: int, name: str) -> LoopDescription:
         """Return the loop that a `connect` or a `weld` is.
 
         Its coordinates are zero in the initial configuration, save for a `weld` that states another
         relative pose.
         """
-        by_sites = [key for key in ("site1", "site2") if key in attributes]
-        by_bodies = [key for key in ("body1", "body2", "anchor", "relpose") if key in attributes]
-        if by_sites and by_bodies:
-            raise ModelError(f"{at}: {by_sites[0]} and {by_bodies[0]} exclude each other")
-        if kind == "weld" and number(attributes, "torquescale", "1", at) == 0.0:
-            raise ModelError(f"{at}: a weld with torquescale 0 is a ball; write <connect>")
-        if by_sites:
-            links, origins = self._of_sites(kind, attributes, at)
+        model = self._model
+        ends, data = (model.eq_obj1id[index], model.eq_obj2id[index]), model.eq_data[index]
+        if model.eq_objtype[index] == self._mujoco.mjtObj.mjOBJ_SITE:
+            origins = [self._site(site) for site in ends]
+            ends = tuple(model.site_bodyid[site] for site in ends)
+        elif kind == "connect":
+            origins = [at_point(data[:3]), at_point(data[3:6])]
         else:
-            links, origins = self._of_bodies(kind, attributes, at)
+            # MuJoCo holds the anchor, a point of the second body, at this point of the first.
+            origins = [placement(data[3:6], data[6:10]), at_point(data[:3])]
+        if kind == "connect":
+            # The frames of a ball joint may have any orientation: that of the second is chosen so
+            # that the coordinate is zero in the initial configuration.
+            across = inverse(self._placements[ends[1]]) @ self._placements[ends[0]]
+            origins[1][:3, :3] = across[:3, :3] @ origins[0][:3, :3]
+        first, second = (self._found.links[body][-1] for body in ends)
         axis = np.array([1.0, 0.0, 0.0])
         joint = "spherical" if kind == "connect" else "fixed"
-        return LoopDescription(name, joint, *links, *origins, axis, axis)
+        return LoopDescription(name, joint, first, second, origins[0], origins[1], axis, axis)
 
-    def _of_sites(
-        self, kind: str, attributes: Attributes, at: str
-    ) -> tuple[tuple[str, str], tuple[Array, Array]]:
-        """Return the links of the two sites of an equality, and `(4, 4)` placements there."""
-        (first, origin_1), (second, origin_2) = (
-            _named(attributes, key, self.sites, at) for key in ("site1", "site2")
-        )
-        _check_apart(first, second, at)
-        if kind == "connect":
-            # The sites of a ball joint may have any orientation: that of the second is replaced, so
-            # that the coordinate is zero in the initial configuration.
-            origin_2 = origin_2.copy()
-            origin_2[:3, :3] = self._across(first, second)[:3, :3].T @ origin_1[:3, :3]
-        return (first, second), (origin_1, origin_2)
-
-    def _of_bodies(
-        self, kind: str, attributes: Attributes, at: str
-    ) -> tuple[tuple[str, str], tuple[Array, Array]]:
-        """Return the links that an equality of bodies connects, and `(4, 4)` placements there."""
-        bodies = {link: link for link in self._placements}
-        bodies.setdefault("world", self._root)
-        first = _named(attributes, "body1", bodies, at)
-        second = _named(attributes, "body2", bodies, at) if "body2" in attributes else self._root
-        _check_apart(first, second, at)
-        across = self._across(first, second)
-        if kind == "connect":
-            if "anchor" not in attributes:
-                raise ModelError(f'{at}: anchor="..." is missing')
-            origin_1 = at_point(numbers(attributes["anchor"], 3, "", f"{at}: anchor"))
-            return (first, second), (origin_1, inverse(across) @ origin_1)
-        origin_2 = at_point(numbers(attributes.get("anchor"), 3, "0 0 0", f"{at}: anchor"))
-        origin_1 = across @ origin_2
-        relative_pose = numbers(attributes.get("relpose"), 7, "0 1 0 0 0 0 0", f"{at}: relpose")
-        # A quaternion of zeros stands for the pose in the initial configuration.
-        if np.any(relative_pose[3:]):
-            # MuJoCo holds the anchor, a point of the second body, at this point of the first.
-            origin_1 = at_point(relative_pose[:3])
-            origin_1[:3, :3] = rotation_of_quaternion(relative_pose[3:], f"{at}: relpose")
-        return (first, second), (origin_1, origin_2)
-
-    def _across(self, first: str, second: str) -> Array:
-        """Return the initial `(4, 4)` placement of the second link in the first."""
-        return inverse(self._placements[first]) @ self._placements[second]
-
-    def _coupling(self, attributes: Attributes, name: str, at: str) -> CouplingDescription:
+    def _coupling(self, index: int, name: str, at: str) -> CouplingDescription:
         """Return the coupling that an equality of two joints is, where its polynomial is linear.
 
         The polynomial counts both coordinates from the initial configuration, where those of a
         description are zero.
         """
-        driven = _named(attributes, "joint1", self.joints, at)
-        driving = None
-        if "joint2" in attributes:
-            driving = _named(attributes, "joint2", self.joints, at)
-        factors = numbers(attributes.get("polycoef"), 5, "0 1 0 0 0", f"{at}: polycoef")
-        if (
-            driving is None
-            or driven is driving
-            or not {driven.type, driving.type} <= SINGLE_TYPES
-            or factors[1] == 0.0
-            or np.any(factors[2:])
-        ):
+        model = self._model
+        driven, driving = (
+            self._of_index[ids[index]].name for ids in (model.eq_obj1id, model.eq_obj2id)
+        )
+        offset, ratio, *higher = model.eq_data[index][:5].tolist()
+        held = {self._of_index[k].name for k in self._found.locked} & {driven, driving}
+        if held or ratio == 0.0 or any(higher):
             raise ModelError(
-                f"{self._where}: <equality> <joint> is not supported except as a coupling: "
-                f'{name!r} needs two hinges or slides and polycoef="offset ratio 0 0 0", '
-                "the ratio not zero"
+                f"{at}: it is not supported except as a coupling of two joints that move: write "
+                'polycoef="offset ratio 0 0 0", the ratio not zero; a ratio that changes is a '
+                "mechanism of its own, which bodies and <connect> describe"
             )
-        offset, ratio = factors[:2].tolist()
-        return CouplingDescription(name, driving.name, driven.name, ratio, offset, of_joints=True)
+        return CouplingDescription(name, driving, driven, ratio, offset, of_joints=True)
 
 
-def _given(root: ElementTree.Element, tags: tuple[str, ...], where: str) -> set[str]:
-    """Return the names that a file gives to bodies or joints, each once."""
-    names = [
-        name
-        for world in root.findall("worldbody")
-        for element in world.iter()
-        if element.tag in tags and (name := element.get("name"))
-    ]
-    check_unique(names, tags[0], where)
-    return set(names)
+def _moved(kind: str, axis: Array, by: float) -> Array:
+    """Return the `(4, 4)` motion of a hinge or slide by an angle [rad] or a way [m]."""
+    if kind == "prismatic":
+        return at_point(by * axis)
+    half = 0.5 * by
+    return placement(np.zeros(3), np.array([math.cos(half), *(math.sin(half) * axis)]))
 
 
-def joint(
-    attributes: Attributes,
-    name: str,
-    ends: tuple[str, str],
-    body: Array,
-    frame: Array,
-    compiler: Compiler,
-    at: str,
-) -> tuple[JointDescription, str]:
-    """Return a joint of a body, and a warning where its zero is elsewhere than in the file.
-
-    Args:
-        attributes: those of its class included.
-        name: of the joint.
-        ends: names of its two links.
-        body: `(4, 4)` initial placement of the second link in the first.
-        frame: `(4, 4)` placement of the frame around the joint in the second link.
-        compiler: settings of the file.
-        at: how messages name the joint.
-
-    Raises:
-        ModelError: an attribute is malformed.
-    """
-    kind = keyword(attributes.get("type", "hinge"), _TYPES, f"{at}: type")
-    axis = np.array([1.0, 0.0, 0.0])
-    if kind == "free":
-        return JointDescription(name, _TYPES[kind], *ends, body, axis, axis), ""
-    # The joint's frame has the axes of the child link, and its origin at the joint's pos there.
-    joint_in_child, child_in_joint = np.eye(4), np.eye(4)
-    point = numbers(attributes.get("pos"), 3, "0 0 0", f"{at}: pos")
-    joint_in_child[:3, 3] = frame[:3, :3] @ point + frame[:3, 3]
-    child_in_joint[:3, 3] = -joint_in_child[:3, 3]
-    origin = body @ joint_in_child
-    if kind == "ball":
-        return JointDescription(name, _TYPES[kind], *ends, origin, axis, axis, child_in_joint), ""
-    stated = numbers(attributes.get("axis"), 3, "0 0 1", f"{at}: axis")
-    axis = frame[:3, :3] @ unit(stated, f"{at}: axis")
-    initial = number(attributes, "ref", "0", at)
-    limits = _limits(attributes, initial, compiler, at)
-    scale = compiler.angle if kind == "hinge" else 1.0
-    limits = Limits(limits.lower * scale, limits.upper * scale)
-    joint_type = "continuous" if kind == "hinge" and limits == Limits() else _TYPES[kind]
-    warning = f"{at}: its coordinate is zero where the file counts {initial:g} (ref)"
-    taken = _dynamics_of(attributes, kind, compiler, at)
-    described = JointDescription(
-        name, joint_type, *ends, origin, axis, axis, child_in_joint, limits, "", taken
-    )
-    return described, warning if initial else ""
+def _stated(word: str, *values: float) -> Iterator[tuple[str, str]]:
+    """Yield a word and its values, as a file states them, unless all are zero."""
+    if np.any(values):
+        last = int(np.flatnonzero(values)[-1]) + 1
+        yield word, " ".join(f"{float(value):g}" for value in values[:last])
 
 
-def _dynamics_of(attributes: Attributes, kind: str, compiler: Compiler, at: str) -> Dynamics:
-    """Return the damping, friction and spring that a joint states along its coordinate.
-
-    The spring is at rest at `springref`, which counts as the file counts the joint; here the
-    initial configuration is zero. What cannot be taken in is zero: see `_untaken`.
-    """
-    left = _untaken(attributes, kind, at)
-    damping, stiffness, friction = (
-        0.0 if key in left else float(several(attributes, key, 1, MOST_TERMS, at)[:1].sum())
-        for key in ("damping", "stiffness", "frictionloss")
-    )
-    if not stiffness:
-        return Dynamics(damping, friction)
-    initial = number(attributes, "ref", "0", at)
-    rest = number(attributes, "springref", "0", at) - initial
-    scale = compiler.angle if kind == "hinge" else 1.0
-    return Dynamics(damping, friction, stiffness, rest * scale)
-
-
-def _untaken(attributes: Attributes, kind: str, at: str) -> set[str]:
-    """Return which of the damping, stiffness and friction of a joint no element is made of.
-
-    Those are all of a joint with a ball, higher terms of a polynomial, negative values, and what
-    `springdamper` replaces.
-    """
-    if kind not in ("hinge", "slide"):
-        return set(_DYNAMICS)
-    left = set()
-    for key in _DYNAMICS:
-        terms = several(attributes, key, 1, MOST_TERMS, at)
-        if np.any(terms[1:]) or np.any(terms < 0.0):
-            left.add(key)
-    if np.any(several(attributes, "springdamper", 1, MOST_TERMS, at)):
-        left |= {"damping", "stiffness"}
-    return left
-
-
-def _limits(attributes: Attributes, initial: float, compiler: Compiler, at: str) -> Limits:
-    """Return the limits of a joint in the file's unit, counted from the initial configuration."""
-    lower, upper = numbers(attributes.get("range"), 2, "0 0", f"{at}: range").tolist()
-    words = ("false", "true", "auto")
-    limited = keyword(attributes.get("limited", "auto"), words, f"{at}: limited")
-    if limited == "auto" and lower < upper and not compiler.autolimits:
-        raise ModelError(f'{at}: without autolimits, a range needs limited="true" or "false"')
-    if limited == "false" or (limited == "auto" and lower >= upper):
-        return Limits()
-    if lower >= upper:
-        raise ModelError(f"{at}: range {lower:g} {upper:g} does not ascend")
-    return Limits(lower - initial, upper - initial)
-
-
-def _check_apart(first: str, second: str, at: str) -> None:
-    if first == second:
-        raise ModelError(f"{at}: both ends are on the body {first!r}")
-
-
-def _named(attributes: Attributes, key: str, known: Mapping[str, Named], at: str) -> Named:
-    name = attributes.get(key)
-    if name is None:
-        raise ModelError(f'{at}: {key}="..." is missing')
-    if name not in known:
-        raise ModelError(f"{at}: {key} {name!r} does not exist; names: {choices(known, name)}")
-    return known[name]
+def _line(owner: str, parts: Iterator[tuple[str, str]] | list[tuple[str, str]]) -> Iterator[str]:
+    """Yield what something states, if it does."""
+    listed = ", ".join(f"{word} {values}" for word, values in parts)
+    if listed:
+        yield f"{owner}: {listed}"

@@ -36,8 +36,6 @@ from ..description import (
     elementary,
 )
 from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, unique, words
-from .elements import rotation_of_quaternion
-from .inertia import Mass, total
 
 _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
@@ -398,19 +396,27 @@ class RigidGroups:
             mass = float(np.mean(masses)) if masses else 1.0
             return LinkDescription(name, mass, np.zeros(3), mass * np.eye(3))
         frame = self._placements[loop.successor] @ loop.successor_origin
-        parts = []
-        for link in self.members(loop.successor):
-            placement = inverse(frame) @ self._placements[link.name]
-            turn = placement[:3, :3]
-            centre = turn @ link.centre + placement[:3, 3]
-            parts.append(Mass(link.mass, centre, turn @ link.inertia @ turn.T))
-        whole, count = total(parts), self.shares(loop.successor)
-        if whole is None:
+        members = self.members(loop.successor)
+        mass, count = sum(link.mass for link in members), self.shares(loop.successor)
+        if mass == 0.0:
             raise ModelError(
                 f"loop {loop.name!r}: its successor {loop.successor!r} moves and has no mass, "
                 "which MuJoCo does not accept; give it one"
             )
-        return LinkDescription(name, whole.mass / count, whole.centre, whole.inertia / count)
+        seen = [inverse(frame) @ self._placements[link.name] for link in members]
+        centres = [
+            at[:3, :3] @ link.centre + at[:3, 3] for at, link in zip(seen, members, strict=True)
+        ]
+        centre = sum(
+            (link.mass / mass * own for link, own in zip(members, centres, strict=True)),
+            np.zeros(3),
+        )
+        inertia = np.zeros((3, 3))
+        for link, at, own in zip(members, seen, centres, strict=True):
+            turn, arm = at[:3, :3], own - centre
+            inertia += turn @ link.inertia @ turn.T
+            inertia += link.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        return LinkDescription(name, mass / count, centre, inertia / count)
 
     def path(self, link: str) -> list[JointDescription]:
         """Return the moving joints from a link to the root."""
@@ -480,8 +486,9 @@ def check_rotation(placement: Array, name: str) -> None:
         ModelError: it reflects or scales.
     """
     turn = placement[:3, :3]
-    written = rotation_of_quaternion(quaternion_of(turn), name)
-    if not np.allclose(written, turn, rtol=0.0, atol=ROTATION_TOLERANCE):
+    square = turn @ turn.T
+    is_turn = np.allclose(square, np.eye(3), rtol=0.0, atol=ROTATION_TOLERANCE)
+    if not is_turn or np.linalg.det(turn) < 0.0:
         raise ModelError(f"{name!r}: {turn.tolist()} is no rotation")
 
 

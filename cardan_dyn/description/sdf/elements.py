@@ -10,8 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ModelError
-from ..elements import numbers, only, rotation
-from ..mjcf.elements import rotation_of_quaternion
+from ..elements import numbers, only, rotation, rotation_of_quaternion
 
 _WORDS = {"true": True, "1": True, "false": False, "0": False}
 """Truth values, in small letters."""

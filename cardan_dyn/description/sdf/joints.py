@@ -12,8 +12,7 @@ import numpy as np
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import Dynamics, JointDescription, Limits, LoopDescription
-from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, numbers, only
-from ..mjcf.elements import unit
+from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, numbers, only, unit
 from .elements import acting, flag, limit, number, text
 from .frames import MODEL, WORLD, NamedFrames
 

@@ -193,8 +193,7 @@ def test_the_outermost_element_chooses_the_reader() -> None:
 
 @pytest.mark.parametrize("strict", [True, np.True_, False, np.False_])
 def test_strict_reaches_both_readers(strict: object) -> None:
-    inertial = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 5"/>'
-    mjcf = f"<mujoco>{BODY}</mujoco>".replace('<geom size="1"/>', inertial)
+    mjcf = f"<mujoco>{BODY}</mujoco>".replace('name="b"', 'name="b" gravcomp="1"')
     urdf = '<robot><link name="a"><inertial><mass value="0"/><inertia/></inertial></link></robot>'
     for source in (mjcf, urdf):
         if strict:

@@ -138,9 +138,10 @@ def test_loops_of_a_file_beside_the_urdf_keep_their_numbers(tmp_path: Path) -> N
 MJCF = '<mujoco><worldbody><body><joint/><geom size="1"/></body></worldbody></mujoco>'
 
 
-def test_mjcf_is_not_read_a_second_time() -> None:
-    description = disturbed(read(MJCF))
-    assert reread(description) is description
+def test_mjcf_is_read_from_where_mujoco_puts_its_bodies() -> None:
+    first = read(MJCF)
+    assert not disturbed(first).agrees(first, 1e-6)
+    assert reread(disturbed(first)).agrees(first, 1e-14)
 
 
 def test_a_description_without_a_text_stays_as_it_is() -> None:

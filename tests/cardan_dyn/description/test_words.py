@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from testkit.mjcf import of_body
 
 import cardan_dyn as cd
 from cardan_dyn.description.words import similar_word, unknown_keys
@@ -145,53 +144,6 @@ def test_what_other_programs_write_into_sdf_is_named() -> None:
     text = SDF.format("<d:gravity/><d:gravity/>").replace("<sdf ", '<sdf xmlns:d="drake" ')
     found = cd.load(text).warnings
     assert "SDF text: elements of the namespace 'drake' were passed over" in found
-
-
-@pytest.mark.parametrize("strict", [True, False])
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (of_body("", head='<compiler eulersec="xyz"/>'), "'eulersec' is unknown; did you mean 'eu"),
-        (of_body("", head="<equalities/>"), "<mujoco>: element 'equalities' is unknown; .*did you"),
-        (of_body("", head="<odd/>"), "<mujoco>: element 'odd' is unknown; elements: actuator, "),
-        (of_body("<link/>"), "<body>.*: element 'link' is unknown; .*elements: attach, body, cam"),
-        (of_body('<joint axes="0 0 1"/>'), "<joint>: attribute 'axes' is unknown; .*: actuator"),
-        (of_body("<freejoint axis='1 0 0'/>"), "<freejoint>: attribute 'axis' is unknown"),
-        (of_body('<geom odd="1"/>'), "<geom>: attribute 'odd' is unknown"),
-        (of_body('<site odd="1"/>'), "<site>: attribute 'odd' is unknown"),
-        (of_body('<frame odd="1"/>'), "<frame>: attribute 'odd' is unknown"),
-        (of_body('<frame><inertial odd="1"/></frame>'), "<inertial>: attribute 'odd' is unknown"),
-        (of_body("", head="<default><body/></default>"), "<default>: element 'body' is unknown"),
-        (
-            of_body("", head='<default><default class="a"><joint odd="1"/></default></default>'),
-            "<joint>: attribute 'odd' is unknown",
-        ),
-        (
-            of_body("", head='<equality><weld body1="a" relpos="0"/></equality>'),
-            "<weld>: attribute 'relpos' is unknown; did you mean 'relpose'",
-        ),
-        (
-            of_body("", head='<equality><joint joint1="a" axis="0 0 1"/></equality>'),
-            "<joint>: attribute 'axis' is unknown; .*attributes: active, class, joint1, joint2",
-        ),
-        (
-            of_body('<joint joint1="a"/>'),
-            "<joint>: attribute 'joint1' is unknown",
-        ),
-        (
-            of_body("", head='<default><equality joint1="a"/></default>'),
-            "<equality>: attribute 'joint1' is unknown",
-        ),
-    ],
-)
-def test_unknown_words_of_mjcf_are_refused(text: str, message: str, strict: bool) -> None:
-    with pytest.raises(cd.ModelError, match=f"^MJCF text: .*{message}"):
-        cd.load(text, strict=strict)
-
-
-def test_elements_of_mjcf_that_are_not_read_may_contain_anything() -> None:
-    text = of_body("", head='<visual odd="1"/><asset><mesh odd="1"/></asset>')
-    assert not any("unknown" in line for line in cd.load(text).warnings)
 
 
 KNOWN = ("closed_loop", "type", "name_mot")

@@ -150,7 +150,6 @@ def test_what_a_ball_of_mjcf_states_is_refused(attributes: str, noted: str) -> N
     [
         ('damping="0.5 1"', "damping 0.5 1"),
         ('damping="-0.5"', "damping -0.5"),
-        ('damping="0.5" springdamper="0.1 1"', "damping 0.5, stiffness 3 0, springdamper 0.1 1"),
     ],
 )
 def test_what_no_element_says_is_refused(attribute: str, noted: str) -> None:

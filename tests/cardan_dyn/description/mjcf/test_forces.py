@@ -25,7 +25,7 @@ def test_forces_that_wrenches_leave_out() -> None:
     assert str(caught.value).split(": ", 1)[1] == (
         "forces that wrenches leave out: joint 'a': damping 1 2; joint 'b': damping 1 2; "
         "joint 'd': damping 1 2; body 'rocker': gravcomp 1; option: density 1.2; "
-        "tendon 't': frictionloss 2; actuator 'motor': armature 0.1; load(..., strict=False) "
+        "tendon 't': frictionloss 2; actuator '1': armature 0.1; load(..., strict=False) "
         "accepts the file and leaves them out"
     )
     warnings = read(FORCES, strict=False).warnings
@@ -33,6 +33,9 @@ def test_forces_that_wrenches_leave_out() -> None:
     assert "springs of 1 joint (d) left out: Scene(..., elements=described" in warnings[0]
     assert "joint 'd': damping 1 2 left out of the wrenches" in warnings[3]
     same_as_urdf(cd.load(FORCES.replace(' stiffness="3"', ""), strict=False))
+
+
+TENDON = '<tendon><fixed name="t"{}><joint joint="j" coef="1"/></fixed></tendon>'
 
 
 def left_out(attributes: str = "", body: str = "", sections: str = "") -> list[str]:
@@ -69,7 +72,6 @@ def test_a_file_without_forces() -> None:
         ("armature='2'", "", "joint 'j': armature 2"),
         ("stiffness='1 2' damping='0 0 3'", "", "joint 'j': damping 0 0 3, stiffness 1 2"),
         ("frictionloss='-1'", "", "joint 'j': frictionloss -1"),
-        ("springdamper='1 1'", "", "joint 'j': springdamper 1 1"),
         ("damping='1' armature='2'", "", "joint 'j': armature 2"),
         ("", "gravcomp='0.5'", "body 'b': gravcomp 0.5"),
     ],
@@ -84,18 +86,17 @@ def test_forces_of_joints_and_bodies(attributes: str, body: str, force: str) -> 
     [
         ('<option viscosity="1"/>', "option: viscosity 1"),
         ('<option density="1" viscosity="2"/>', "option: density 1, viscosity 2"),
-        ('<tendon><spatial stiffness="3"/></tendon>', "tendon 'spatial': stiffness 3"),
-        ('<tendon><fixed name="t" damping="3"/></tendon>', "tendon 't': damping 3"),
+        (TENDON.format(' damping="3"'), "tendon 't': damping 3"),
+        (TENDON.format(' stiffness="3"'), "tendon 't': stiffness 3"),
         (
-            '<default><tendon armature="1"/></default><tendon><fixed name="t"/></tendon>',
+            '<default><tendon armature="1"/></default>' + TENDON.format(""),
             "tendon 't': armature 1",
         ),
         (
             '<default><default class="c"><motor damping="2"/></default></default>'
-            '<actuator><motor class="c" name="m"/></actuator>',
+            '<actuator><motor class="c" name="m" joint="j"/></actuator>',
             "actuator 'm': damping 2",
         ),
-        ('<deformable><flex name="f"/></deformable>', "flex 'f'"),
     ],
 )
 def test_forces_of_other_sections(sections: str, force: str) -> None:
@@ -113,7 +114,12 @@ def test_a_message_lists_eight_forces(count: int, more: str) -> None:
     assert len(read(text, strict=False).warnings) == count
 
 
-@pytest.mark.parametrize("value", ["", "1 2 3 4", "x"])
-def test_coefficients_that_are_no_numbers(value: str) -> None:
-    with pytest.raises(cd.ModelError, match=f"joint 'j': damping:? '{value}' is not "):
-        left_out(f"damping='{value}'")
+def test_a_spring_and_damper_by_their_times() -> None:
+    """MuJoCo's time constant t and damping ratio r: k = I / (t r)², d = 2 I / t."""
+    inertial = "<inertial pos='0 0 0' mass='1' diaginertia='2 2 2'/>"
+    joint = "<joint name='j' springdamper='0.5 0.25'/>"
+    mechanism = cd.load(f"<mujoco><worldbody><body>{joint}{inertial}</body></worldbody></mujoco>")
+    stiffness, _ = mechanism.joint_springs["j"]
+    damping, _ = mechanism.joint_dynamics["j"]
+    assert stiffness == pytest.approx(2.0 / (0.5 * 0.25) ** 2, rel=1e-12)
+    assert damping == pytest.approx(2.0 * 2.0 / 0.5, rel=1e-12)

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import JointDescription, Limits, LinkDescription
-from cardan_dyn.description.elements import words
-from cardan_dyn.description.mjcf.elements import rotation_of_quaternion
+from cardan_dyn.description.elements import rotation_of_quaternion, words
 from cardan_dyn.description.mjcf.writer import (
     check_kinds,
     check_rotation,
