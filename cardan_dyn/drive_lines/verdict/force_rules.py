@@ -12,10 +12,10 @@ from cardan_dyn.analytic import drive_line, support_forces
 from cardan_dyn.analytic.limits import Limit
 
 from ...arrays import Array
+from ...periodic import greatest
 from ..line.parts import Shaft
 from ..line.supports import supports
 from .case import Case
-from .extremes import greatest
 from .rows import Inverse, VerdictRow, opened
 
 

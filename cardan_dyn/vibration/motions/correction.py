@@ -146,7 +146,8 @@ def along(efforts: FreeEfforts, model: ReducedModel, course: Course, shift: floa
     """
     size, count, free = course.q.shape
     if shift:
-        course = Course(*(shifted(item, shift, 1) for item in course[:3]), course.speed)
+        q, rate, bend = (shifted(item, shift, 1) for item in course[:3])
+        course = Course(q, rate, bend, course.speed)
     drive = model.positions + shift * model.period / count
     position = np.concatenate([np.broadcast_to(drive[:, None], (size, count, 1)), course.q], axis=2)
     acceleration = np.concatenate([np.zeros((size, count, 1)), course.accelerations], axis=2)
