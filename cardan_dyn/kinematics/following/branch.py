@@ -28,8 +28,8 @@ _SAME = 1e-7
 is far above the closure tolerance, and far below any motion that a mechanism would miss its start
 by on purpose."""
 _STEEP = 100.0
-"""Derivative of a coordinate [per unit of the drive] from which on an end counts as near a dead
-point of the drive, where derivatives grow without bound."""
+"""Derivative of a coordinate [rad, or lengths of the mechanism, per unit of the drive] from which
+on an end counts as near a dead point of the drive, where derivatives grow without bound."""
 _GREATEST_GAP = 1e-4
 """Greatest distance [units of the drive] between the last node and the estimated limit. The last
 steps before a limit are much shorter, so a limit that lies farther away is a wrong estimate."""
@@ -261,7 +261,8 @@ class Branch:
         position = float(nodes[-1].x[0, self._column])
         if len(nodes) < 2:
             return position, False
-        slope, half_curvature = nodes[-1].first[0], nodes[-1].second[0]
+        scale = self.kinematics.coordinates.scale
+        slope, half_curvature = nodes[-1].first[0] * scale, nodes[-1].second[0] * scale
         steepest = int(np.argmax(np.abs(slope)))
         is_steep = bool(abs(slope[steepest]) >= _STEEP)
         if is_steep:
