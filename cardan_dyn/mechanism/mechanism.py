@@ -86,9 +86,10 @@ class Mechanism(Frozen):
         auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
             world. Their artificial inertia, without effect, keeps the inertia matrix regular.
         characteristic_length: greatest distance within a body [m]: between its joints and its
-            centre of mass, and the radius of gyration about that; for joints on the world, from
-            their middle. It weighs forces against moments and distances against angles wherever
-            both are compared, and does not depend on which joint of a ring is the loop.
+            centre of mass; for joints on the world, from their middle. Without loops, or where
+            there are no such distances, the radius of gyration about the centre counts as well. It
+            weighs forces against moments and distances against angles wherever both are compared,
+            and does not depend on which joint of a ring is the loop.
         coordinates: layout of joint coordinates and velocities.
         kept: what scenes of it found out, for other scenes.
     """

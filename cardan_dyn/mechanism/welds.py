@@ -21,6 +21,9 @@ LEAST_LENGTH = 1e-15
 """Greatest distance within a mechanism [m] below which it counts as none: sines of angles, and
 differences of lengths in metres, leave some 1e-17 to 1e-16 of zero. No mechanism is as small as an
 atom's nucleus."""
+_COINCIDENT = float(np.finfo(np.float32).eps)
+"""Part of a body's radius of gyration by which points of it may be apart and count as one: what
+numbers of single precision leave of it."""
 
 
 class Loop(NamedTuple):
@@ -93,8 +96,10 @@ def characteristic_length(model: pinocchio.Model, loops: Sequence[Loop]) -> floa
 def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
     """Return the greatest distance that occurs within a body of the mechanism [m], or zero.
 
-    Distances are those between its joints and its centre of mass, and its radius of gyration about
-    that. They do not depend on which joints of a ring are in the tree and which one is the loop.
+    Distances are those between its joints and its centre of mass. Where there are no loops, or no
+    such distances in any body, the radius of gyration about the centre counts as well; elsewhere
+    it does not, since what closes loops does not depend on how heavy bodies are. They do not
+    depend on which joints of a ring are in the tree and which one is the loop.
     """
     # What carries the joint of a loop to its successor is that one once more.
     welded = {loop.predecessor for loop in loops if model.names[loop.predecessor] == loop.joint}
@@ -107,13 +112,13 @@ def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
         points[loop.successor].append(loop.successor_placement.translation)
         if loop.predecessor not in welded:
             points[loop.predecessor].append(loop.predecessor_placement.translation)
-    lengths = [0.0]
+    lengths, gyration = [0.0], 0.0
     for body, inertia in enumerate(model.inertias):
         # What has mass in the world does not move.
         if body and body not in welded and inertia.mass > 0.0:
             points[body].append(inertia.lever)
             spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
-            lengths.append(float(np.sqrt(spread_of_mass)))
+            gyration = max(gyration, float(np.sqrt(spread_of_mass)))
     # The world's origin may be anywhere, so frames in the world are measured from their middle.
     on_world = np.asarray(points.pop(0))
     if len(on_world):
@@ -122,7 +127,8 @@ def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
         placed = np.asarray(in_body).reshape(-1, 3)
         spans = np.linalg.norm(placed[:, None] - placed, axis=2)
         lengths.append(float(np.max(spans, initial=0.0)))
-    return max(lengths)
+    longest = max(lengths)
+    return longest if loops and longest > _COINCIDENT * gyration else max(longest, gyration)
 
 
 class Coupling(NamedTuple):

@@ -12,6 +12,8 @@ from testkit.linkages import four_bar, loop, tilted_slider_crank
 from testkit.scaling import in_lengths
 
 import cardan_dyn as cd
+from cardan_dyn.scene.drives import drives_of
+from cardan_dyn.scene.presets import PRESETS
 
 POSITIONS = np.linspace(0.0, 6.0, 60)
 JOINTS = ("crank_bearing", "crank_pin", "piston_pin", "guide")
@@ -33,6 +35,90 @@ def test_forces_do_not_depend_on_the_unit_of_length(length: float, planar: bool)
         assert np.max(np.abs(one[name].moment - other[name].moment / length)) < allowed * size
         assert np.array_equal(one[name].unique, other[name].unique)
     assert np.max(other.condition) == pytest.approx(np.max(one.condition), rel=1e-6)
+
+
+def in_size(name: str, length: float, gyration: float | None) -> cd.Scene:
+    """Return the scene of a bundled mechanism of another size, under the same forces."""
+    mechanism, preset = cd.load(in_lengths(cd.load(name), length, gyration)), PRESETS[name]
+    slides = {name: item.slides for name, item in mechanism.drivable.items()}
+    loads = {on: load * (1.0 if slides[on] else length) for on, load in preset.loads.items()}
+    held = {joint: np.deg2rad(angle) for joint, angle in preset.held_deg.items()}
+    return cd.Scene(mechanism, drive=list(preset.drive), held=held, loads=loads)
+
+
+SIZES = pytest.mark.parametrize(
+    ("length", "gyration"),
+    [(1e-6, None), (1e-6, 1.0), (1e-3, None), (1e-3, 1.0), (1e3, None), (1.0, 1e4)],
+)
+"""Sizes of mechanisms; and of how far masses are spread in them, which closes no loops."""
+
+
+@SIZES
+@pytest.mark.parametrize("name", PRESETS)
+def test_similar_mechanisms_have_similar_results(
+    name: str, length: float, gyration: float | None
+) -> None:
+    one, other = in_size(name, 1.0, None), in_size(name, length, gyration)
+    drives = len(PRESETS[name].drive)
+    positions = POSITIONS[:42].reshape(-1, drives)
+    if drives > 1:  # Legs.
+        positions = 0.01 * np.sin(positions)
+    first = one.sweep(positions)
+    second = other.sweep(positions * length if drives > 1 else positions)
+    np.testing.assert_allclose(second.condition, first.condition, rtol=1e-9)
+    allowed = 100.0 * np.finfo(float).eps * np.max(first.condition)
+    wrenches = [np.abs([first[joint].force, first[joint].moment]) for joint in first.outputs]
+    size = float(np.max(wrenches))
+    for joint in first.outputs:
+        assert np.array_equal(first[joint].unique, second[joint].unique)
+        assert np.max(np.abs(first[joint].force - second[joint].force)) <= allowed * size
+        moment = second[joint].moment / length
+        assert np.max(np.abs(first[joint].moment - moment)) <= allowed * size
+    if drives == 1:
+        assert other.motion_range() == one.motion_range()
+
+
+@SIZES
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "universal_joint"])
+def test_similar_mechanisms_have_similar_dead_points_and_assembly_modes(
+    name: str, length: float, gyration: float | None
+) -> None:
+    one, other = in_size(name, 1.0, None), in_size(name, length, gyration)
+
+    def unit(joint: str) -> float:
+        return length if one.mechanism.drivable[joint].slides else 1.0
+
+    assert list(one.branches()) == list(other.branches())
+    for pose, positions in one.branches().items():
+        for joint, position in positions.items():
+            found = other.branches()[pose][joint] / unit(joint)
+            assert found == pytest.approx(position, abs=1e-9), (pose, joint)
+    first, second = drives_of(one.mechanism), drives_of(other.mechanism)
+    for joint, drive in first.items():
+        assert drive.problem == second[joint].problem
+        if drive.reach is not None:
+            reach = np.array(second[joint].reach) / unit(joint)
+            np.testing.assert_allclose(reach, drive.reach, atol=1e-8, err_msg=joint)
+
+
+@pytest.mark.parametrize("length", [1e-6, 1e-3, 1.0, 1e3, 1e6])
+def test_modes_meet_at_the_same_angle_in_any_size(length: float) -> None:
+    """With crank and rod of a length, the piston stands in the crank's bearing at a right angle."""
+    scene = cd.Scene(
+        cd.load(f"""<robot name="equal"><link name="base"/><link name="crank"/><link name="rod"/>
+      <link name="piston"/>
+      <joint name="a" type="continuous"><parent link="base"/><child link="crank"/>
+        <axis xyz="0 0 1"/></joint>
+      <joint name="b" type="continuous"><parent link="crank"/><child link="rod"/>
+        <origin xyz="{length!r} 0 0"/><axis xyz="0 0 1"/></joint>
+      <joint name="s" type="prismatic"><parent link="base"/><child link="piston"/>
+        <origin xyz="{2.0 * length!r} 0 0"/><axis xyz="1 0 0"/></joint>
+      <loop name="c" type="continuous"><predecessor link="rod"><origin xyz="{length!r} 0 0"/>
+        </predecessor><successor link="piston"/><axis xyz="0 0 1"/></loop></robot>"""),
+        drive="a",
+    )
+    right = 0.5 * np.pi
+    np.testing.assert_allclose(scene.motion_range(), [-right, right], atol=1e-9)
 
 
 @pytest.mark.parametrize("length", [1e-9, 1e-3, 1.0, 1e6, 1e9])
@@ -79,7 +165,8 @@ def test_what_stands_in_the_world_may_be_heavy_and_far_away(away: float) -> None
       </robot>"""
     scene = cd.Scene(cd.load(text), drive="a", gravity=(0.0, -9.81, 0.0))
     swept = scene.sweep([0.05])
-    assert swept.condition[0] == pytest.approx(15.3, rel=0.05)
+    # Of unit twists about the weld, in lengths of the coupler, 5.428; the fastest ratio is 1.255.
+    assert swept.condition[0] == pytest.approx(6.81, rel=0.05)
     # Placements 1e8 m away are rounded to 1e-8 m in the description itself.
     assert swept.drive_effort[0] == pytest.approx(0.97977401, rel=1e-7)
 

@@ -8,7 +8,7 @@ import pytest
 from testkit.mixed_chain import MIXED
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.welds import characteristic_length, constraint_models
+from cardan_dyn.mechanism.welds import constraint_models
 
 
 def test_loops_are_pinocchios_constraints() -> None:
@@ -23,14 +23,15 @@ def test_loops_are_pinocchios_constraints() -> None:
         assert model.type == pinocchio.ContactType.CONTACT_6D
 
 
-def test_welds_count_in_the_length_of_a_mechanism() -> None:
-    """The bolt is welded to the world 3 m from the hinge `turn`."""
-    mechanism = cd.load(MIXED)
-    ends = np.array([[1.0, 2.0, 3.0], [0.7, 1.5, 2.5]])
+@pytest.mark.parametrize("height", [2.5, -2.5])
+def test_welds_count_in_the_length_of_a_mechanism(height: float) -> None:
+    """The bolt is welded to the world far from the hinge `turn`."""
+    mechanism = cd.load(MIXED.replace("0.7 1.5 2.5", f"0.7 1.5 {height}"))
+    ends = np.array([[1.0, 2.0, 3.0], [0.7, 1.5, height]])
     apart = float(np.max(np.linalg.norm(ends - ends.mean(axis=0), axis=1)))
-    alone = characteristic_length(mechanism.model, ())
-    assert characteristic_length(mechanism.model, mechanism.loops) == max(alone, apart)
-    assert mechanism.characteristic_length == pytest.approx(max(alone, apart))
+    # From the slide of the platform to its hinge.
+    platform = float(np.linalg.norm([0.5, 0.3, -0.6]))
+    assert mechanism.characteristic_length == pytest.approx(max(platform, apart), rel=1e-14)
     # It is the same however the balls are written.
     variant = mechanism.variant(["ball"])
     assert variant.characteristic_length == mechanism.characteristic_length

@@ -34,15 +34,25 @@ def _times(factor: float, element: str) -> str:
     )
 
 
-def in_lengths(mechanism: cd.Mechanism, factor: float) -> str:
-    """Return a URDF text of the same mechanism with other lengths, and the same masses."""
+def in_lengths(mechanism: cd.Mechanism, factor: float, gyration: float | None = None) -> str:
+    """Return a URDF text of the same mechanism with other lengths, and the same masses.
+
+    Args:
+        mechanism: read from URDF.
+        factor: of lengths, limits of slides among them.
+        gyration: of radii of gyration; the same as that of lengths if None.
+    """
     root = ElementTree.fromstring(mechanism.description.source.text)
     for origin in root.iter("origin"):
         xyz = [factor * float(word) for word in origin.get("xyz", "0 0 0").split()]
         origin.set("xyz", " ".join(map(repr, xyz)))
     for inertia in root.iter("inertia"):
         for name, value in inertia.attrib.items():
-            inertia.set(name, repr(factor**2 * float(value)))
+            inertia.set(name, repr((gyration or factor) ** 2 * float(value)))
+    for joint in root.iter("joint"):
+        for limit in joint.findall("limit") if joint.get("type") == "prismatic" else ():
+            for name in ("lower", "upper"):
+                limit.set(name, repr(factor * float(limit.get(name, "0"))))
     for link in root.iter("link"):
         for visual in link.findall("visual") + link.findall("collision"):
             link.remove(visual)
