@@ -25,19 +25,8 @@ _TURNS_TRIED = 12
 """Turns of the drive after which a mechanism is tried for repetition. Velocity ratios of small
 whole numbers repeat within them."""
 _STEEP = 100.0
-<<<<<<< HEAD
-"""Derivative of a coordinate [per unit of the drive] from which on an end counts as near a dead
-point of the drive, where derivatives grow without bound."""
-=======
 """Derivative of a coordinate [rad, or lengths of the mechanism, per unit of the drive] from which
 on an end counts as near a dead point of the drive, where derivatives grow without bound."""
-_GREATEST_GAP = 1e-4
-"""Greatest distance [units of the drive] between the last node and the estimated limit. The last
-steps before a limit are much shorter, so a limit that lies farther away is a wrong estimate."""
-_AT_LIMIT = 1e-9
-"""Distance [units of the drive] from a limit within which a position is the singular one itself:
-nobody can tell on which side it lies."""
->>>>>>> faults
 _FIFTH, _AT_LEAST = 1e-6, 8.0
 """Fifth coefficient [rad] that what is interpolated between nodes shall have, see `quintic`, and
 how many times as much it has where a node is put between: it is off by some hundredth of it."""
