@@ -17,11 +17,11 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 ROOT = Path(__file__).resolve().parent
-SOURCES = ROOT / "cardan_dyn" / "compiled"
+SOURCES = ROOT / "cardan_dyn" / "core" / "compiled"
 
 
 def checksum() -> int:
-    """Return what tells these sources from others; `cardan_dyn.compiled` compares it."""
+    """Return what tells these sources from others; `cardan_dyn.core.compiled` compares it."""
     return zlib.crc32(b"".join(path.read_bytes() for path in sorted(SOURCES.glob("*.[ch]"))))
 
 
@@ -34,7 +34,7 @@ def build(folder: Path) -> Path:
     from setuptools import Distribution, Extension
 
     extension = Extension(
-        "cardan_dyn.compiled._kernel",
+        "cardan_dyn.core.compiled._kernel",
         sorted(str(path) for path in SOURCES.glob("*.c")),
         define_macros=[("Py_LIMITED_API", "0x030b0000"), ("SOURCES", f"{checksum()}LL")],
         # Sums of products are rounded alike on all processors. No names of files for debuggers.
@@ -84,7 +84,7 @@ class CompiledFunctions(BuildHookInterface):
         build_data["pure_python"] = False
         build_data["tag"] = f"cp311-abi3-{platform}"
         if version != "editable":
-            build_data["force_include"][str(built)] = f"cardan_dyn/compiled/{built.name}"
+            build_data["force_include"][str(built)] = f"cardan_dyn/core/compiled/{built.name}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         """Remove what is in the wheel now."""

@@ -19,7 +19,7 @@ import numpy as np
 
 import cardan_dyn as cd
 from cardan_dyn import studies
-from cardan_dyn.studies.study import local_client
+from cardan_dyn.practice.studies.study import local_client
 
 from .records import Record, markdown, save
 from .timing import least_seconds
@@ -122,7 +122,7 @@ import sys, tempfile
 from pathlib import Path
 import cardan_dyn as cd
 from cardan_dyn import studies
-from cardan_dyn.studies.study import local_client
+from cardan_dyn.practice.studies.study import local_client
 
 def peak():
     # Not `ru_maxrss`: that of a child begins with what its parent held.

@@ -237,7 +237,7 @@ def _import(words: str) -> Callable[[int], float]:
 
 
 def _command(*words: str, **environment: str) -> Callable[[int], float]:
-    main = "import sys; from cardan_dyn.command_line import main; sys.exit(main())"
+    main = "import sys; from cardan_dyn.practice.command_line import main; sys.exit(main())"
     return lambda repeats: _fresh(["-c", main, *words], repeats, **environment)
 
 

@@ -8,22 +8,32 @@ from typing import TYPE_CHECKING
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from . import analytic, clearance, drive_lines, figures, studies, vibration
-    from .description.read import bundled_names
-    from .dynamics.problem_solver import AssembledPositions
-    from .elements.bushing import Bushing
-    from .elements.contact_laws import (
+    from . import analytic, figures
+    from .core.description.read import bundled_names
+    from .core.dynamics.problem_solver import AssembledPositions
+    from .core.elements.bushing import Bushing
+    from .core.elements.contact_laws import (
         HuntCrossley,
         ImpactFunction,
         LankaraniNikravesh,
         LinearContact,
     )
-    from .elements.described import described_elements
-    from .elements.joint_elements import Actuator, JointFriction, JointSpring
-    from .elements.link_loads import Wrench
-    from .elements.pin_contact import PinContact
-    from .elements.point_spring import PointSpring
-    from .errors import (
+    from .core.elements.described import described_elements
+    from .core.elements.joint_elements import Actuator, JointFriction, JointSpring
+    from .core.elements.link_loads import Wrench
+    from .core.elements.pin_contact import PinContact
+    from .core.elements.point_spring import PointSpring
+    from .core.mechanics.exact import from_pinocchio, load
+    from .core.mechanism.configuration import Configuration
+    from .core.mechanism.joints import Joint
+    from .core.mechanism.mechanism import Mechanism
+    from .core.response.response import Response
+    from .core.results.motion import Motion
+    from .core.results.point_motion import PointMotion
+    from .core.results.rods import RodForce
+    from .core.results.sweep import Sweep
+    from .core.results.wrench import BearingForces, JointWrench
+    from .kit.errors import (
         AccuracyError,
         ArgumentError,
         AssemblyError,
@@ -38,17 +48,15 @@ if TYPE_CHECKING:
         SingularConfigurationError,
         VibrationError,
     )
-    from .mechanics.exact import from_pinocchio, load
-    from .mechanism.configuration import Configuration
-    from .mechanism.joints import Joint
-    from .mechanism.mechanism import Mechanism
-    from .report.reporting import Report
-    from .response.response import Response
-    from .results.motion import Motion
-    from .results.point_motion import PointMotion
-    from .results.rods import RodForce
-    from .results.sweep import Sweep
-    from .results.wrench import BearingForces, JointWrench
+    from .kit.time_left import progress
+    from .motion import clearance, vibration
+    from .motion.simulation.equilibrium import Equilibrium
+    from .motion.simulation.events import Event
+    from .motion.simulation.trajectory import Trajectory
+    from .practice import drive_lines, studies
+    from .practice.report.reporting import Report
+    from .practice.studies.study import study
+    from .practice.viewer.viewing import View, view
     from .scene.assembling import assemble, write
     from .scene.branches import Branches
     from .scene.describe import describe
@@ -56,69 +64,63 @@ if TYPE_CHECKING:
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
     from .scene.scene import Scene
-    from .simulation.equilibrium import Equilibrium
-    from .simulation.events import Event
-    from .simulation.trajectory import Trajectory
-    from .studies.study import study
-    from .time_left import progress
-    from .viewer.viewing import View, view
 
 _MODULES = {
-    "AccuracyError": ".errors",
-    "Actuator": ".elements.joint_elements",
-    "ArgumentError": ".errors",
-    "AssembledPositions": ".dynamics.problem_solver",
-    "AssemblyError": ".errors",
-    "BearingForces": ".results.wrench",
+    "AccuracyError": ".kit.errors",
+    "Actuator": ".core.elements.joint_elements",
+    "ArgumentError": ".kit.errors",
+    "AssembledPositions": ".core.dynamics.problem_solver",
+    "AssemblyError": ".kit.errors",
+    "BearingForces": ".core.results.wrench",
     "Branches": ".scene.branches",
-    "Bushing": ".elements.bushing",
-    "CardanError": ".errors",
-    "Configuration": ".mechanism.configuration",
+    "Bushing": ".core.elements.bushing",
+    "CardanError": ".kit.errors",
+    "Configuration": ".core.mechanism.configuration",
     "Drive": ".scene.drives",
     "Drives": ".scene.drives",
-    "Equilibrium": ".simulation.equilibrium",
-    "EquilibriumError": ".errors",
-    "Event": ".simulation.events",
-    "HuntCrossley": ".elements.contact_laws",
-    "ImmutableError": ".errors",
-    "ImpactFunction": ".elements.contact_laws",
-    "IndeterminateError": ".errors",
-    "Joint": ".mechanism.joints",
-    "JointFriction": ".elements.joint_elements",
-    "JointSpring": ".elements.joint_elements",
-    "JointWrench": ".results.wrench",
-    "LankaraniNikravesh": ".elements.contact_laws",
-    "LinearContact": ".elements.contact_laws",
-    "Mechanism": ".mechanism.mechanism",
+    "Equilibrium": ".motion.simulation.equilibrium",
+    "EquilibriumError": ".kit.errors",
+    "Event": ".motion.simulation.events",
+    "HuntCrossley": ".core.elements.contact_laws",
+    "ImmutableError": ".kit.errors",
+    "ImpactFunction": ".core.elements.contact_laws",
+    "IndeterminateError": ".kit.errors",
+    "Joint": ".core.mechanism.joints",
+    "JointFriction": ".core.elements.joint_elements",
+    "JointSpring": ".core.elements.joint_elements",
+    "JointWrench": ".core.results.wrench",
+    "LankaraniNikravesh": ".core.elements.contact_laws",
+    "LinearContact": ".core.elements.contact_laws",
+    "Mechanism": ".core.mechanism.mechanism",
     "MechanismReport": ".scene.mechanism_report",
-    "MissingExtraError": ".errors",
-    "MobilityError": ".errors",
-    "ModelError": ".errors",
-    "Motion": ".results.motion",
-    "PinContact": ".elements.pin_contact",
+    "MissingExtraError": ".kit.errors",
+    "MobilityError": ".kit.errors",
+    "ModelError": ".kit.errors",
+    "Motion": ".core.results.motion",
+    "PinContact": ".core.elements.pin_contact",
     "Plan": ".scene.plan",
-    "PointMotion": ".results.point_motion",
-    "PointSpring": ".elements.point_spring",
-    "Report": ".report.reporting",
-    "Response": ".response.response",
-    "RodForce": ".results.rods",
+    "PointMotion": ".core.results.point_motion",
+    "PointSpring": ".core.elements.point_spring",
+    "Report": ".practice.report.reporting",
+    "Response": ".core.response.response",
+    "RodForce": ".core.results.rods",
     "Scene": ".scene.scene",
-    "SimulationError": ".errors",
-    "SingularConfigurationError": ".errors",
-    "Sweep": ".results.sweep",
-    "Trajectory": ".simulation.trajectory",
-    "VibrationError": ".errors",
-    "View": ".viewer.viewing",
-    "Wrench": ".elements.link_loads",
+    "SimulationError": ".kit.errors",
+    "SingularConfigurationError": ".kit.errors",
+    "Sweep": ".core.results.sweep",
+    "Trajectory": ".motion.simulation.trajectory",
+    "VibrationError": ".kit.errors",
+    "View": ".practice.viewer.viewing",
+    "Wrench": ".core.elements.link_loads",
     "assemble": ".scene.assembling",
-    "bundled_names": ".description.read",
+    "bundled_names": ".core.description.read",
     "describe": ".scene.describe",
-    "described_elements": ".elements.described",
-    "from_pinocchio": ".mechanics.exact",
-    "load": ".mechanics.exact",
-    "progress": ".time_left",
-    "study": ".studies.study",
-    "view": ".viewer.viewing",
+    "described_elements": ".core.elements.described",
+    "from_pinocchio": ".core.mechanics.exact",
+    "load": ".core.mechanics.exact",
+    "progress": ".kit.time_left",
+    "study": ".practice.studies.study",
+    "view": ".practice.viewer.viewing",
     "write": ".scene.assembling",
 }
 """Where each public name comes from: imported when it is first asked for, so that commands which

@@ -13,7 +13,7 @@ PACKAGES = (
     "cardan_dyn",
     "cardan_dyn.analytic",
     "cardan_dyn.clearance",
-    "cardan_dyn.clearance.drawing",
+    "cardan_dyn.motion.clearance.drawing",
     "cardan_dyn.drive_lines",
     "cardan_dyn.figures",
     "cardan_dyn.studies",

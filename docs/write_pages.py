@@ -142,7 +142,7 @@ def interface() -> str:
     for name in modules:
         module = import_module(f"cardan_dyn.{name}")
         lines += ["", f"## `cd.{name}`", "", *_listed(module, module.__all__)]
-    module = import_module("cardan_dyn.clearance.drawing")
+    module = import_module("cardan_dyn.motion.clearance.drawing")
     lines += ["", "## `cd.clearance.drawing`", "", *_listed(module, module.__all__)]
     return "\n".join(lines) + "\n"
 

@@ -21,7 +21,7 @@ def pytest_sessionstart() -> None:
     """Refuse to test compiled functions that were made of other sources."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        from cardan_dyn import compiled  # noqa: F401
+        from cardan_dyn.core import compiled  # noqa: F401
     for warning in caught:
         pytest.exit(str(warning.message))
 

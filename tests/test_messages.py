@@ -14,7 +14,7 @@ from typing import Any
 import click
 import pytest
 
-from cardan_dyn.command_line.commands import main
+from cardan_dyn.practice.command_line.commands import main
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
@@ -24,7 +24,7 @@ PACKAGES = (
     "cardan_dyn.drive_lines",
     "cardan_dyn.figures",
     "cardan_dyn.studies",
-    "cardan_dyn.tape",
+    "cardan_dyn.core.tape",
     "cardan_dyn.vibration",
 )
 OTHERS = {"np", "plt", "axes", "stats", "data", "dir", "cos", "atan2", "max", "abs", "dict"}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..kit.arrays import Array
 from .peaks import label_peaks
 from .style import Abscissa, Figure, Into, Size, curve_style, plain, settle, sheet
 from .wrenches import MARK

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
-from ..checks import numbers
-from ..errors import ArgumentError, choices
+from ..kit.arrays import Array
+from ..kit.checks import numbers
+from ..kit.errors import ArgumentError, choices
 from .style import (
     PER_MINUTE,
     SMALL,

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
-from ..errors import ArgumentError
+from ..kit.arrays import Array
+from ..kit.errors import ArgumentError
 from .style import (
     SMALL,
     Figure,

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import NOTHING, Array
-from ..errors import ArgumentError
-from ..periodic import amplitudes
+from ..kit.arrays import NOTHING, Array
+from ..kit.errors import ArgumentError
+from ..kit.periodic import amplitudes
 from .style import Figure, Into, Size, in_look, line_style, plain, sheet
 
 _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import ArgumentError
+from ..kit.arrays import Array
+from ..kit.errors import ArgumentError
 from .style import (
     Figure,
     Into,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import NOTHING, Array
+from ..kit.arrays import NOTHING, Array
 from .style import SMALL, Axes
 
 _MOST_LINES = 2

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from ..arrays import NOTHING, Array
-from ..errors import ArgumentError
+from ..kit.arrays import NOTHING, Array
+from ..kit.errors import ArgumentError
 from .style import (
     SMALL,
     Axes,

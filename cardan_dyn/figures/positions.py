@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import ArgumentError
+from ..kit.arrays import Array
+from ..kit.errors import ArgumentError
 from .style import Axes, Figure, Into, Size, Swept, in_look, line_style, refuse_grid, sheet
 
 # Sizes of the drawing, in lengths of an arm of the cross.

@@ -13,10 +13,10 @@ from weakref import WeakSet
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import NOTHING, Array
-from ..checks import described, file_path, writing
-from ..checks import names as checked_names
-from ..errors import ArgumentError, MissingExtraError
+from ..kit.arrays import NOTHING, Array
+from ..kit.checks import described, file_path, writing
+from ..kit.checks import names as checked_names
+from ..kit.errors import ArgumentError, MissingExtraError
 
 Figure = Any
 """A `matplotlib.figure.Figure`."""

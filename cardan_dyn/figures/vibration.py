@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import NOTHING
-from ..errors import ArgumentError
+from ..kit.arrays import NOTHING
+from ..kit.errors import ArgumentError
 from .critical_speeds import interval_style
 from .style import (
     PER_MINUTE,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ArgumentError
+from ..kit.errors import ArgumentError
 from .style import Axes, Figure, Into, Size, in_look, line_style, point_style, sheet
 
 FIELDS = ("method", "task", "error", "microseconds")

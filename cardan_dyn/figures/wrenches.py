@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import NOTHING, ROUNDED, Array
-from ..errors import ArgumentError, choices
+from ..kit.arrays import NOTHING, ROUNDED, Array
+from ..kit.errors import ArgumentError, choices
 from .peaks import label_peaks
 from .style import SIGN, Abscissa, Figure, Into, Size, Swept, curve_style, plain, settle, sheet
 

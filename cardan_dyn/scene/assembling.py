@@ -8,20 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import Array
-from ..description.write import write as write_description
-from ..dynamics.problem_solver import ProblemSolver
-from ..errors import ArgumentError, AssemblyError, MobilityError
-from ..kinematics.assembly_modes import without_turns
-from ..kinematics.closing.far import assembled_near
-from ..kinematics.closing.group_solver import GroupSolver
-from ..kinematics.loops.groups import independent_groups
-from ..kinematics.loops.structure import Structure
-from ..kinematics.tolerances import CLOSURE_TOLERANCE
-from ..mechanism.configuration import Configuration
-from ..mechanism.mechanism import Mechanism
-from ..mechanism.rezero import is_closed, rezeroed
-from ..problem.arguments import near_positions, starting, with_named
+from ..core.description.write import write as write_description
+from ..core.dynamics.problem_solver import ProblemSolver
+from ..core.kinematics.assembly_modes import without_turns
+from ..core.kinematics.closing.far import assembled_near
+from ..core.kinematics.closing.group_solver import GroupSolver
+from ..core.kinematics.loops.groups import independent_groups
+from ..core.kinematics.loops.structure import Structure
+from ..core.kinematics.tolerances import CLOSURE_TOLERANCE
+from ..core.mechanism.configuration import Configuration
+from ..core.mechanism.mechanism import Mechanism
+from ..core.mechanism.rezero import is_closed, rezeroed
+from ..core.problem.arguments import near_positions, starting, with_named
+from ..kit.arrays import Array
+from ..kit.errors import ArgumentError, AssemblyError, MobilityError
 
 _STEP = 0.1
 """Greatest part of a turn [rad], or of the characteristic length, by which the joints of `near`
@@ -139,7 +139,9 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
     x = without_turns(mechanism, (*problem.independent, *problem.held, *problem.near), x)
     residual = closure_error(structure, x)
     if not residual < CLOSURE_TOLERANCE:
-        from ..kinematics.diagnosis.reach import unclosed  # Imported here: only errors need it.
+        from ..core.kinematics.diagnosis.reach import (
+            unclosed,  # Imported here: only errors need it.
+        )
 
         raise unclosed(mechanism, residual)
     return Configuration(mechanism, x, residual, zero_residual, problem.branch)
@@ -182,7 +184,9 @@ def _closed(
         pinned.append(coordinates.named[name].rate)
     closed, residual = assembled_near(structure, moved, np.setdiff1d(every, pinned), every)
     if not residual < CLOSURE_TOLERANCE:
-        from ..kinematics.diagnosis.reach import unclosed  # Imported here: only errors need it.
+        from ..core.kinematics.diagnosis.reach import (
+            unclosed,  # Imported here: only errors need it.
+        )
 
         raise unclosed(mechanism, residual, wanted)
     return closed

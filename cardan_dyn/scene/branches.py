@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..errors import ArgumentError, choices
-from ..frozen import Frozen, frozen
-from ..kinematics.assembly_modes import AssemblyModes, mode_name, positions_of
-from ..mechanism.mechanism import Mechanism
+from ..core.kinematics.assembly_modes import AssemblyModes, mode_name, positions_of
+from ..core.mechanism.mechanism import Mechanism
+from ..kit.errors import ArgumentError, choices
+from ..kit.frozen import Frozen, frozen
 
 
 class Branches(Frozen, Mapping[str, Mapping[str, float]]):

@@ -6,22 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Array
-from ..dynamics.inverse_dynamics import UNIQUE_TOLERANCE
-from ..errors import ArgumentError
-from ..kinematics.closing.far import GenericStates, generic_states
-from ..kinematics.closing.stacked import ranks
-from ..kinematics.loops.idle_rods import rods_by_name
-from ..kinematics.loops.structure import Structure
-from ..kinematics.tolerances import RANK_TOLERANCE
-from ..mechanics import closure
-from ..mechanics.bodies import Tree, tree_of
-from ..mechanics.placements import Placed, placed
-from ..mechanics.reactions import Closed
-from ..mechanics.vectors import seen, times
-from ..mechanism.configuration import Configuration
-from ..mechanism.mechanism import Mechanism
-from ..results.left_open import named_components
+from ..core.dynamics.inverse_dynamics import UNIQUE_TOLERANCE
+from ..core.kinematics.closing.far import GenericStates, generic_states
+from ..core.kinematics.closing.stacked import ranks
+from ..core.kinematics.loops.idle_rods import rods_by_name
+from ..core.kinematics.loops.structure import Structure
+from ..core.kinematics.tolerances import RANK_TOLERANCE
+from ..core.mechanics import closure
+from ..core.mechanics.bodies import Tree, tree_of
+from ..core.mechanics.placements import Placed, placed
+from ..core.mechanics.reactions import Closed
+from ..core.mechanics.vectors import seen, times
+from ..core.mechanism.configuration import Configuration
+from ..core.mechanism.mechanism import Mechanism
+from ..core.results.left_open import named_components
+from ..kit.arrays import Array
+from ..kit.errors import ArgumentError
 from .drives import MOST_COORDINATES
 from .mechanism_report import ComponentReport, LoopReport, MechanismReport
 

@@ -8,21 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, cardan_angles
-from ..errors import (
+from ..core.kinematics.closing.far import GenericStates, generic_states
+from ..core.kinematics.loops.idle_rods import rods_by_name
+from ..core.kinematics.loops.structure import Structure
+from ..core.kinematics.tolerances import MOVES
+from ..core.mechanism.configuration import Configuration
+from ..core.mechanism.mechanism import Mechanism
+from ..kit.arrays import Array, cardan_angles
+from ..kit.errors import (
     ArgumentError,
     CardanError,
     MobilityError,
     SingularConfigurationError,
     choices,
 )
-from ..frozen import Frozen, frozen
-from ..kinematics.closing.far import GenericStates, generic_states
-from ..kinematics.loops.idle_rods import rods_by_name
-from ..kinematics.loops.structure import Structure
-from ..kinematics.tolerances import MOVES
-from ..mechanism.configuration import Configuration
-from ..mechanism.mechanism import Mechanism
+from ..kit.frozen import Frozen, frozen
 from .assembling import assemble, closure_error
 from .presets import preset_of
 from .scene import Scene

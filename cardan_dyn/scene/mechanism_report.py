@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ..errors import ArgumentError, choices
-from ..mechanism.configuration import Configuration
-from ..mechanism.mechanism import Mechanism
-from ..mechanism.undescribed import REMEDY
+from ..core.mechanism.configuration import Configuration
+from ..core.mechanism.mechanism import Mechanism
+from ..core.mechanism.undescribed import REMEDY
+from ..kit.errors import ArgumentError, choices
 from .drives import Drives, drives_of
 
 
@@ -162,7 +162,7 @@ class MechanismReport:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        from ..markup import element, listed, table  # Imported here: only notebooks show it.
+        from ..kit.markup import element, listed, table  # Imported here: only notebooks show it.
 
         title = element("p", f"{self.name}: mobility {self._mobility}")
         facts = listed(

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dynamics.problem_solver import ProblemSolver
-from ..kinematics.loops.groups import Group
-from ..mechanism.mechanism import Mechanism
+from ..core.dynamics.problem_solver import ProblemSolver
+from ..core.kinematics.loops.groups import Group
+from ..core.mechanism.mechanism import Mechanism
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,7 +36,7 @@ class Plan:
         return str(self)
 
     def _repr_html_(self) -> str:
-        from ..markup import element, listed  # Imported here: only notebooks show it.
+        from ..kit.markup import element, listed  # Imported here: only notebooks show it.
 
         skipped = element("p", "skipped:") + listed("ul", self.skipped) if self.skipped else ""
         how = element("p", f"simulated by: {self.simulation}")

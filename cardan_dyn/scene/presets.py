@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..mechanism.mechanism import Mechanism
+from ..core.mechanism.mechanism import Mechanism
 
 
 @dataclass(frozen=True)

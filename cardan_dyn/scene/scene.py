@@ -10,27 +10,27 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arrays import Array
-from ..checks import flag, mapping, names
-from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
-from ..elements.link_loads import Wrench
-from ..errors import ArgumentError, MobilityError, choices, hinting
-from ..frozen import frozen
-from ..mechanism.mechanism import Mechanism
-from ..problem.arguments import checked
-from ..problem.coordinate_names import check_single
-from ..problem.samples import acting_on, common_shape, targets_of
-from ..results.prescribed import Prescribed
+from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..core.elements.link_loads import Wrench
+from ..core.mechanism.mechanism import Mechanism
+from ..core.problem.arguments import checked
+from ..core.problem.coordinate_names import check_single
+from ..core.problem.samples import acting_on, common_shape, targets_of
+from ..core.results.prescribed import Prescribed
+from ..kit.arrays import Array
+from ..kit.checks import flag, mapping, names
+from ..kit.errors import ArgumentError, MobilityError, choices, hinting
+from ..kit.frozen import frozen
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..elements.element import Element
-    from ..mechanism.configuration import Configuration
-    from ..response.response import Response
-    from ..results.sweep import Sweep
-    from ..simulation.equilibrium import Equilibrium
-    from ..simulation.trajectory import Trajectory
+    from ..core.elements.element import Element
+    from ..core.mechanism.configuration import Configuration
+    from ..core.response.response import Response
+    from ..core.results.sweep import Sweep
+    from ..motion.simulation.equilibrium import Equilibrium
+    from ..motion.simulation.trajectory import Trajectory
     from .branches import Branches
     from .plan import Plan
 
@@ -447,7 +447,7 @@ class Scene(Prescribed):
 
     def plan(self) -> Plan:
         """Return what sweeps and simulations do, and what they leave out; `print` shows it."""
-        from ..simulation.simulate import planned
+        from ..motion.simulation.simulate import planned
         from .plan import plan_of
 
         return plan_of(self._solver, planned(self._solver))
@@ -538,7 +538,7 @@ class Scene(Prescribed):
             MobilityError: a coordinate of the scene is free.
         """
         self._problem.refuse_free("a response")
-        from ..response.build import build
+        from ..core.response.build import build
 
         return build(self._solver, tolerance, interval)
 
@@ -563,7 +563,7 @@ class Scene(Prescribed):
             CardanError: see `response`; the message names the design where it is that of one.
         """
         self._problem.refuse_free("a response")
-        from ..response.build import build
+        from ..core.response.build import build
 
         return build(self._solver, tolerance, interval, {} if held is None else held)
 
@@ -580,9 +580,9 @@ class Scene(Prescribed):
             CardanError: the file cannot be read, is damaged, or is the response of another scene.
         """
         self._problem.refuse_free("a response")
-        from ..response.build import refuse_elements
-        from ..response.file import read
-        from ..response.response import Response
+        from ..core.response.build import refuse_elements
+        from ..core.response.file import read
+        from ..core.response.response import Response
 
         refuse_elements(self._solver.problem)
         return Response(self._solver, (), frozen({}), (read(path, self._solver),))
@@ -636,7 +636,7 @@ class Scene(Prescribed):
             rtol: relative tolerance of each step.
             atol: absolute tolerance [rad, fractions of the characteristic length, and of the
                 greatest speed at the start]; like `rtol` if None.
-            method: see `cardan_dyn.simulation`; the first of them that suits if None.
+            method: see `cardan_dyn.motion.simulation`; the first of them that suits if None.
             step: length of all steps [s], instead of tolerances.
             settle: start where the fast modes of stiff springs rest, near the given start.
             events: `Event`, or functions like those of loads that pass through zero.
@@ -654,7 +654,7 @@ class Scene(Prescribed):
             SingularConfigurationError: driven and free coordinates do not decide the motion there.
             SimulationError: it could not go on; with the trajectory up to there.
         """
-        from ..simulation.simulate import simulated  # Most scripts simulate nothing.
+        from ..motion.simulation.simulate import simulated  # Most scripts simulate nothing.
 
         return simulated(
             self._solver,
@@ -697,7 +697,7 @@ class Scene(Prescribed):
             MobilityError: nothing is free.
             CardanError: as `sweep`, at the start.
         """
-        from ..simulation.equilibrium import equilibrium  # Most scripts ask for none.
+        from ..motion.simulation.equilibrium import equilibrium  # Most scripts ask for none.
 
         with np.errstate(over="ignore", invalid="ignore"):  # What overflows is no equilibrium.
             return equilibrium(self._solver, position, loads, gravity)
@@ -722,7 +722,7 @@ def _merged(
 @cache
 def _collecting() -> Callable[..., Sweep]:
     """Return what makes a sweep of a solution; scenes that are simulated do without."""
-    from ..results.collect import sweep_of
+    from ..core.results.collect import sweep_of
 
     return sweep_of
 

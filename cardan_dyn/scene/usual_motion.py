@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
-from ..errors import MobilityError
-from ..mechanism.mechanism import Mechanism
-from ..results.sweep import Sweep
+from ..core.mechanism.mechanism import Mechanism
+from ..core.results.sweep import Sweep
+from ..kit.arrays import Array
+from ..kit.errors import MobilityError
 from .drives import Drives, described_limits, drives_of
 from .presets import Preset, preset_of
 from .scene import Scene

@@ -16,7 +16,7 @@ from testkit.exploding import Exploding, ExplodingMapping
 
 import cardan_dyn as cd
 from cardan_dyn import figures
-from cardan_dyn.problem import arguments
+from cardan_dyn.core.problem import arguments
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

@@ -15,11 +15,11 @@ from testkit.scenes import double
 
 import cardan_dyn as cd
 import cardan_dyn.drive_lines as dl
-from cardan_dyn import compiled
-from cardan_dyn.dynamics.tape import Tape
-from cardan_dyn.dynamics.taped import TapedSolver
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.threads import on_cores
+from cardan_dyn.core import compiled
+from cardan_dyn.core.dynamics.tape import Tape
+from cardan_dyn.core.dynamics.taped import TapedSolver
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.kit.threads import on_cores
 
 
 def known(shaft: cd.Mechanism) -> cd.Scene:

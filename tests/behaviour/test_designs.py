@@ -10,7 +10,7 @@ import pytest
 from testkit.design_line import design_line, designs, nominal
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
 from cardan_dyn.scene.presets import PRESETS
 
 pytestmark = pytest.mark.usefixtures("loaded_once")

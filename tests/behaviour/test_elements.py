@@ -16,7 +16,7 @@ from testkit.many_drives import cranks, on_arms
 from testkit.scenes import relative
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element_forces import ElementForces
+from cardan_dyn.core.elements.element_forces import ElementForces
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

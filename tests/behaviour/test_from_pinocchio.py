@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.second_reading import reread
-from cardan_dyn.mechanism.tree import joint_model
+from cardan_dyn.core.description.second_reading import reread
+from cardan_dyn.core.mechanism.tree import joint_model
 from cardan_dyn.scene.presets import PRESETS
 
 WEIGHT = np.array([0.3, -0.2, -9.0])

@@ -9,7 +9,7 @@ from testkit.linkages import POSITIONS, RATES, four_bar, loop
 from testkit.other_notations import TREE
 
 import cardan_dyn as cd
-from cardan_dyn.description.second_reading import reread
+from cardan_dyn.core.description.second_reading import reread
 
 SCENE = {"drive": "a", "loads": {"d": -3.0}, "gravity": (0.0, -9.81, 0.0)}
 PIN = """<gazebo><joint name="c" type="revolute"><parent>coupler</parent><child>rocker</child>

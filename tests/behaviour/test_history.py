@@ -15,7 +15,7 @@ from testkit.ball_rods import WAYS
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
-from cardan_dyn import compiled
+from cardan_dyn.core import compiled
 from cardan_dyn.scene.usual_motion import usual_motion
 
 LOAD = 100.0

@@ -8,7 +8,7 @@ import pytest
 from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls, link
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
 
 POSITIONS = np.linspace(-1.0, 1.0, 21)
 OPTIONS = {"drive": "a", "loads": {"d": -3.0}, "gravity": [0.0, 0.0, -9.81]}

@@ -12,7 +12,7 @@ from testkit.accessibility import grave, violations
 from testkit.browser import Page, open_page, running_browser
 
 import cardan_dyn as cd
-from cardan_dyn.report import comparisons, report
+from cardan_dyn.practice.report import comparisons, report
 from cardan_dyn.scene.usual_motion import usual_motion
 
 # Hues of the bundled descriptions' materials: channel that leads, channel that trails.
@@ -129,7 +129,7 @@ def test_served_page_is_the_exported_one(opened: Opener, joint_turn: cd.Sweep) -
 def test_without_visuals_rods_and_axes_are_shown(opened: Opener, tmp_path: Path) -> None:
     from xml.etree import ElementTree
 
-    from cardan_dyn.description.read import bundled_directory
+    from cardan_dyn.core.description.read import bundled_directory
 
     root = ElementTree.parse(bundled_directory() / "four_bar.urdf").getroot()
     for link in root.findall("link"):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics import problem_solver
+from cardan_dyn.core.dynamics import problem_solver
 
 COUNT = 10_000
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, COUNT)

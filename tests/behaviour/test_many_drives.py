@@ -10,7 +10,7 @@ import pytest
 from testkit.many_drives import cranks, on_arms, stacked, tree
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics import loop_system
+from cardan_dyn.core.kinematics import loop_system
 
 GRAVITY = (1.0, -2.0, -9.0)
 

@@ -112,7 +112,7 @@ def test_a_response_knows_mimics() -> None:
 
 
 def test_offsets_change_what_responses_belong_to(tmp_path: object) -> None:
-    from cardan_dyn.response.identity import digest
+    from cardan_dyn.core.response.identity import digest
 
     hashes = {
         digest(cd.load(wheels(mimic("a", ratio, offset))).description)

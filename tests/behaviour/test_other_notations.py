@@ -22,7 +22,7 @@ from testkit.other_notations import (
 from testkit.scenes import relative
 
 import cardan_dyn as cd
-from cardan_dyn.description.second_reading import reread
+from cardan_dyn.core.description.second_reading import reread
 
 NOTATIONS = ("constraint", "closures", "pins", "closing frames")
 

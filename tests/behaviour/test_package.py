@@ -17,7 +17,7 @@ import pytest
 from pages import followed
 
 import cardan_dyn as cd
-from cardan_dyn import compiled
+from cardan_dyn.core import compiled
 
 ROOT = Path(__file__).parents[2]
 
@@ -35,7 +35,7 @@ assert {"double_shaft_z", "universal_joint"} <= set(cd.bundled_names())
 scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.5},
                  loads={"bearing_out": -1.0})
 assert scene.sweep([0.0]).loop_residual < 1e-14
-from cardan_dyn.command_line import commands as cli
+from cardan_dyn.practice.command_line import commands as cli
 cli.main(["compare", "--out", sys.argv[2]], standalone_mode=False)
 """
 
@@ -64,7 +64,7 @@ def package(tmp_path: Path) -> Path:
 
 def said_by(package: Path) -> str:
     """Return what the command says of its version, and warnings behind it."""
-    code = "from cardan_dyn.command_line import main; main(['--version'])"
+    code = "from cardan_dyn.practice.command_line import main; main(['--version'])"
     ran = python("-c", code, cwd=package, path=package)
     assert ran.returncode == 0, ran.stderr
     return ran.stdout + ran.stderr
@@ -91,8 +91,8 @@ def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
         names = archive.namelist()
         archive.extractall(tmp_path / "site")
     assert "cardan_dyn/urdf/universal_joint.urdf" in names
-    assert "cardan_dyn/report/templates/report.html" in names
-    assert "cardan_dyn/description/words.json" in names
+    assert "cardan_dyn/practice/report/templates/report.html" in names
+    assert "cardan_dyn/core/description/words.json" in names
     assert "cardan_dyn/AGENTS.md" in names
     assert "cardan_dyn/analytic/grossmann.py" in names
     assert not [name for name in names if name.startswith(("tests/", "urdf/", "analytic/"))]
@@ -118,7 +118,7 @@ def test_the_version_says_whether_compiled_functions_are_used(
     monkeypatch.setenv("CARDAN_DYN_COMPILED", "0")
     assert "compiled functions: no, switched off by CARDAN_DYN_COMPILED=0" in said_by(package)
     monkeypatch.delenv("CARDAN_DYN_COMPILED")
-    for built in package.glob("cardan_dyn/compiled/*.so"):
+    for built in package.glob("cardan_dyn/core/compiled/*.so"):
         built.unlink()
     assert "compiled functions: no, this installation has none" in said_by(package)
 
@@ -139,7 +139,7 @@ def test_functions_compiled_of_other_sources_are_not_used(package: Path, source:
 def test_without_functions_that_cannot_be_loaded_numpy_does_it_all(
     package: Path, content: bytes
 ) -> None:
-    (built,) = package.glob("cardan_dyn/compiled/*.so")
+    (built,) = package.glob("cardan_dyn/core/compiled/*.so")
     built.write_bytes(content)
     said = said_by(package)
     assert "RuntimeWarning: without compiled functions, they cannot be loaded: " in said
@@ -162,10 +162,10 @@ def test_a_wheel_leaves_the_sources_as_they_are(package: Path) -> None:
     shutil.copytree(ROOT / "analytic", package / "analytic")
     for name in ("pyproject.toml", "hatch_build.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, package / name)
-    for built in package.glob("cardan_dyn/compiled/*.so"):
+    for built in package.glob("cardan_dyn/core/compiled/*.so"):
         built.unlink()
     # Where what is compiled goes does not depend on what it is, which would take a minute.
-    for source in package.glob("cardan_dyn/compiled/*.c"):
+    for source in package.glob("cardan_dyn/core/compiled/*.c"):
         source.write_text("", encoding="utf-8")
     before = files_of(package)
     to = package.parent / "wheels"
@@ -177,9 +177,11 @@ def test_a_wheel_leaves_the_sources_as_they_are(package: Path) -> None:
     assert files_of(package) == before
     (wheel,) = to.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
-        built = [name for name in archive.namelist() if name.startswith("cardan_dyn/compiled/")]
-    assert sorted(built) == ["cardan_dyn/compiled/__init__.py"] + (
-        ["cardan_dyn/compiled/_kernel.abi3.so"] if "-abi3-" in wheel.name else []
+        built = [
+            name for name in archive.namelist() if name.startswith("cardan_dyn/core/compiled/")
+        ]
+    assert sorted(built) == ["cardan_dyn/core/compiled/__init__.py"] + (
+        ["cardan_dyn/core/compiled/_kernel.abi3.so"] if "-abi3-" in wheel.name else []
     )
 
 
@@ -203,8 +205,8 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
         "scene.sweep([0.1, 0.2], speed=3.0)['bearing_out'].bending; "
         "print(len(set(sys.modules) - before)); "
         "print(*sorted({'numpy.random', 'numpy.ma', 'numpy.typing', 'scipy', 'tempfile', "
-        "'difflib', 'cardan_dyn.response.response', 'cardan_dyn.kinematics.diagnosis', "
-        "'cardan_dyn.description.mjcf.reader'} & set(sys.modules)))"
+        "'difflib', 'cardan_dyn.core.response.response', 'cardan_dyn.core.kinematics.diagnosis', "
+        "'cardan_dyn.core.description.mjcf.reader'} & set(sys.modules)))"
     )
     ran = python("-c", code, cwd=tmp_path, path=ROOT)
     assert ran.returncode == 0, ran.stderr
@@ -220,8 +222,8 @@ def test_what_makes_a_scene_imports_no_more(tmp_path: Path) -> None:
         "import sys, pinocchio; before = set(sys.modules); from cardan_dyn import Scene, load; "
         "scene = Scene(load('universal_joint'), drive='bearing_in', held={'joint_angle': 0.0}); "
         "print(len(set(sys.modules) - before)); "
-        "print(*sorted({'cardan_dyn.results.sweep', 'cardan_dyn.dynamics.inverse_dynamics', "
-        "'cardan_dyn.proof.residuals', 'cardan_dyn.kinematics.following.lines'} "
+        "print(*sorted({'cardan_dyn.core.results.sweep', 'cardan_dyn.core.dynamics.inverse_dynamics', "
+        "'cardan_dyn.core.proof.residuals', 'cardan_dyn.core.kinematics.following.lines'} "
         "& set(sys.modules)))"
     )
     ran = python("-c", code, cwd=tmp_path, path=ROOT)

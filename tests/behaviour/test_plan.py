@@ -20,7 +20,7 @@ def operations(mechanism: cd.Mechanism) -> int:
 def test_a_line_solved_in_groups_equals_the_line_solved_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from cardan_dyn.kinematics import loop_system
+    from cardan_dyn.core.kinematics import loop_system
 
     mechanism = cd.load(drive_line(4))
     options = {

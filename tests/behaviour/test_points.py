@@ -18,8 +18,8 @@ from testkit.drive_lines import two_lines
 from testkit.mixed_chain import link, rows
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.frames import Alike
-from cardan_dyn.results.point_motion import PointMotion
+from cardan_dyn.core.mechanism.frames import Alike
+from cardan_dyn.core.results.point_motion import PointMotion
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
 POINT = np.array([0.13, -0.21, 0.34])

@@ -11,8 +11,8 @@ from scenes import draw
 from testkit import linkages, sdf
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description
-from cardan_dyn.mechanism.rezero import rezeroed
+from cardan_dyn.core.description.description import Description
+from cardan_dyn.core.mechanism.rezero import rezeroed
 from cardan_dyn.scene.presets import PRESETS
 from cardan_dyn.scene.usual_motion import usual_motion
 

@@ -23,7 +23,7 @@ from testkit.simulated import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.constrained_model import ConstrainedModel
+from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

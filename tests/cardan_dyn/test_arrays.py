@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardan_dyn.arrays import consecutive, cross, generic, inverse, quaternion_product
+from cardan_dyn.kit.arrays import consecutive, cross, generic, inverse, quaternion_product
 
 INTEGERS = st.integers(-1000, 1000)
 

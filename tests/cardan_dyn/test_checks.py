@@ -14,7 +14,7 @@ import pytest
 from testkit.exploding import Exploding, ExplodingMapping
 
 import cardan_dyn as cd
-from cardan_dyn import checks
+from cardan_dyn.kit import checks
 
 
 class ExplodingError(Exception):

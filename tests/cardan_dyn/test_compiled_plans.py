@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from testkit.compiled_functions import needs_kernel
 
-from cardan_dyn.compiled import Plan
-from cardan_dyn.elements import stepping
+from cardan_dyn.core.compiled import Plan
+from cardan_dyn.core.elements import stepping
 
 pytestmark = needs_kernel
 

@@ -10,8 +10,8 @@ import re
 import numpy as np
 import pytest
 
-from cardan_dyn import errors
-from cardan_dyn.errors import (
+from cardan_dyn.kit import errors
+from cardan_dyn.kit.errors import (
     AccuracyError,
     ArgumentError,
     AssemblyError,

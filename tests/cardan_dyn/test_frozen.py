@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from cardan_dyn import errors
-from cardan_dyn.errors import ImmutableError
-from cardan_dyn.frozen import Frozen, FrozenDict, frozen, read_only
+from cardan_dyn.kit import errors
+from cardan_dyn.kit.errors import ImmutableError
+from cardan_dyn.kit.frozen import Frozen, FrozenDict, frozen, read_only
 
 
 class Point(Frozen):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html.parser import HTMLParser
 
-from cardan_dyn.markup import element, listed, table
+from cardan_dyn.kit.markup import element, listed, table
 
 ODD = "<script>alert('x')</script> & \"quoted\" &amp;"
 

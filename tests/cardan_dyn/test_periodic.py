@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.periodic import (
+from cardan_dyn.kit.periodic import (
     MOST_NODES,
     amplitudes,
     derivatives,

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.arrays import LARGE_BLOCK
-from cardan_dyn.threads import cores, in_threads, in_turn, on_cores
+from cardan_dyn.kit.arrays import LARGE_BLOCK
+from cardan_dyn.kit.threads import cores, in_threads, in_turn, on_cores
 
 NUMBERS = [1, 2, 8]
 

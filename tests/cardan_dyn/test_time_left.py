@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn import time_left
-from cardan_dyn.threads import on_cores
-from cardan_dyn.time_left import Task, duration
+from cardan_dyn.kit import time_left
+from cardan_dyn.kit.threads import on_cores
+from cardan_dyn.kit.time_left import Task, duration
 
 
 @pytest.fixture

@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from cardan_dyn import ModelError, units
+from cardan_dyn import ModelError
+from cardan_dyn.kit import units
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import numpy as np
 import oddities
 
 import cardan_dyn as cd
-from cardan_dyn.response import file as response_file
+from cardan_dyn.core.response import file as response_file
 
 OPTIONS: dict[str, str] = {
     "four_bar": "drive='crank_bearing', gravity=[0.0, 0.0, -9.81]",

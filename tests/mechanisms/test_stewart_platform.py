@@ -15,7 +15,7 @@ from testkit.jets import Jet, spin
 from testkit.urdf_reader import Body, Reader, rotation, text, vector
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
 
 READER = Reader(text("stewart_platform"))
 NUMBERS = range(1, 7)

@@ -13,8 +13,8 @@ from testkit.alone import without_tapes
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics import tape, taped
-from cardan_dyn.dynamics.inverse_dynamics import InverseDynamics
+from cardan_dyn.core.dynamics import tape, taped
+from cardan_dyn.core.dynamics.inverse_dynamics import InverseDynamics
 from cardan_dyn.scene.usual_motion import usual_motion
 
 ROUNDING = 2e-14

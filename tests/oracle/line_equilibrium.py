@@ -13,7 +13,7 @@ import numpy as np
 from testkit.line_statics import meeting, pins
 
 from cardan_dyn.drive_lines import DriveLine
-from cardan_dyn.drive_lines.line.supports import supports
+from cardan_dyn.practice.drive_lines.line.supports import supports
 
 Array = np.ndarray
 Key = tuple[str, str]

@@ -16,7 +16,7 @@ from testkit.pin_rigs import THETA, rig, scene
 from cardan_dyn import clearance
 from cardan_dyn.analytic import single_joint
 from cardan_dyn.clearance import JointScan, scan
-from cardan_dyn.clearance.opened_scene import OpenPin, opened
+from cardan_dyn.motion.clearance.opened_scene import OpenPin, opened
 
 BETA, SPEED, RADIUS, STIFFNESS, TIGHT = np.radians(20.0), 150.0, 0.05, 1e8, 1.5e8
 MASS, DISC, COMPACT = 0.5, (1.5e-4, 1.5e-4, 3e-4), (3e-4, 3e-4, 3e-4)

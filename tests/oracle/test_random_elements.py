@@ -8,7 +8,7 @@ from compare import misjudged
 from scenes import Case, draw
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element import Element
+from cardan_dyn.core.elements.element import Element
 
 
 def random_elements(case: Case, mechanism: cd.Mechanism, seed: int) -> list[Element]:

@@ -29,7 +29,7 @@ from cardan_dyn.drive_lines import (
     Spline,
     Tube,
 )
-from cardan_dyn.drive_lines.line.supports import supports
+from cardan_dyn.practice.drive_lines.line.supports import supports
 
 Array = np.ndarray
 RPM, HOUR = np.pi / 30, 3600.0

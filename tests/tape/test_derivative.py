@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from testkit import arithmetic
 
-from cardan_dyn import errors, tape
-from cardan_dyn.tape import Program, Trace, Variable, derivatives, gradient
+from cardan_dyn.core import tape
+from cardan_dyn.core.tape import Program, Trace, Variable, derivatives, gradient
+from cardan_dyn.kit import errors
 
 SMOOTH = ["add", "subtract", "multiply", "divide", "negative", "sin", "cos", "tanh", "arctan2"]
 FUNCTIONS = {**arithmetic.EXACT, **arithmetic.LIBRARY}

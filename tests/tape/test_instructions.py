@@ -12,11 +12,11 @@ import pytest
 from testkit import arithmetic
 from testkit.machine import OPERATIONS, RESULTS, ROUNDED, needs_machine
 
-from cardan_dyn import compiled, tape
-from cardan_dyn.compiled import kernel
-from cardan_dyn.tape import Program, Trace
-from cardan_dyn.tape.on_machine import Code
-from cardan_dyn.tape.operations import NAMES
+from cardan_dyn.core import compiled, tape
+from cardan_dyn.core.compiled import kernel
+from cardan_dyn.core.tape import Program, Trace
+from cardan_dyn.core.tape.on_machine import Code
+from cardan_dyn.core.tape.operations import NAMES
 
 pytestmark = needs_machine
 

@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 from testkit.machine import OPERATIONS, RESULTS, ROUNDED, needs_machine
 
-from cardan_dyn import tape as tapes
-from cardan_dyn.compiled import kernel
+from cardan_dyn.core import tape as tapes
+from cardan_dyn.core.compiled import kernel
 
 pytestmark = needs_machine
 

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from testkit import arithmetic
 
-from cardan_dyn import errors, tape
-from cardan_dyn.tape import Program, Trace, as_c
+from cardan_dyn.core import tape
+from cardan_dyn.core.tape import Program, Trace, as_c
+from cardan_dyn.kit import errors
 
 needs_compiler = pytest.mark.skipif(not shutil.which("cc"), reason="there is no compiler")
 

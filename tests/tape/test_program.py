@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from testkit import arithmetic
 
-from cardan_dyn import compiled, errors, tape
-from cardan_dyn.tape import Program, Trace
+from cardan_dyn.core import compiled, tape
+from cardan_dyn.core.tape import Program, Trace
+from cardan_dyn.kit import errors
 
 
 def random_program(seed: int, outputs: int = 12) -> tuple[Program, dict[str, np.ndarray]]:

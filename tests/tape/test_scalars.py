@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from testkit import arithmetic
 
-from cardan_dyn import tape
-from cardan_dyn.tape import Program, Trace
+from cardan_dyn.core import tape
+from cardan_dyn.core.tape import Program, Trace
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -3.0, 1e-320, 1e300, math.inf, -math.inf, math.nan]
 FUNCTIONS = {

@@ -7,8 +7,9 @@ import pickle
 import numpy as np
 import pytest
 
-from cardan_dyn import compiled, errors, tape
-from cardan_dyn.tape import Program, Stage, Stages, Trace
+from cardan_dyn.core import compiled, tape
+from cardan_dyn.core.tape import Program, Stage, Stages, Trace
+from cardan_dyn.kit import errors
 
 COUNTS = [1, 3, 4, 5, 32, 33, 100]
 

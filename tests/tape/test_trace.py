@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from testkit import arithmetic
 
-from cardan_dyn import errors, tape
-from cardan_dyn.tape import Program, Trace, Variable
+from cardan_dyn.core import tape
+from cardan_dyn.core.tape import Program, Trace, Variable
+from cardan_dyn.kit import errors
 
 
 @pytest.fixture

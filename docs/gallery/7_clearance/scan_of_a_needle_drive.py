@@ -11,7 +11,7 @@ import numpy as np
 
 import cardan_dyn as cd
 from cardan_dyn import clearance
-from cardan_dyn.clearance import drawing
+from cardan_dyn.motion.clearance import drawing
 
 needles = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
 found = clearance.scan(needles, speed=300.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.25)

@@ -9,7 +9,7 @@ import pytest
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError
 from cardan_dyn.clearance import PinGeometry
-from cardan_dyn.clearance.arguments import (
+from cardan_dyn.motion.clearance.arguments import (
     clearance_of,
     damping_ratio_of,
     drive_of,

@@ -10,7 +10,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn import IndeterminateError, clearance
-from cardan_dyn.clearance.opened_joint import what_is_open
+from cardan_dyn.motion.clearance.opened_joint import what_is_open
 
 CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
 URDF = Path(__file__).parents[3] / "urdf" / "slider_crank.urdf"

@@ -11,8 +11,8 @@ from scipy.optimize import minimize_scalar
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError
 from cardan_dyn.clearance import scan
-from cardan_dyn.clearance.forces import ForceCourse, ForceSource
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.motion.clearance.forces import ForceCourse, ForceSource
 
 CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
 LOADED: dict[str, Any] = {"loads": {"piston_guide": -40.0}, "gravity": (0.0, -9.81, 0.0)}

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from cardan_dyn import ArgumentError
 from cardan_dyn.analytic.damped_impact import damped_peak
 from cardan_dyn.clearance import ImpactModel, PinGeometry
-from cardan_dyn.clearance.impact_model import estimates
+from cardan_dyn.motion.clearance.impact_model import estimates
 
 PAPER = ImpactModel(3.6, 1e7, 1e-4, 360e3, start="rest")
 PIN = PinGeometry(0.02, 0.01, seat_stiffness=3e7)

@@ -11,10 +11,10 @@ from testkit.pin_rigs import compound, displaced, scene
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, ModelError
 from cardan_dyn.clearance import PinGeometry
-from cardan_dyn.clearance.joint_arguments import opened_joints
-from cardan_dyn.clearance.opened_joint import OpenedJoint
-from cardan_dyn.clearance.pin_geometry import StiffnessLaw
-from cardan_dyn.clearance.universal_joint import cross_places, universal_pins
+from cardan_dyn.motion.clearance.joint_arguments import opened_joints
+from cardan_dyn.motion.clearance.opened_joint import OpenedJoint
+from cardan_dyn.motion.clearance.pin_geometry import StiffnessLaw
+from cardan_dyn.motion.clearance.universal_joint import cross_places, universal_pins
 
 GIVEN = {
     "radius": {"pin_in": 0.05, "pin_out": 0.04},

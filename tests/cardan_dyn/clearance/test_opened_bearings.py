@@ -8,8 +8,8 @@ from testkit.pin_rigs import THETA, compound, rig, scene
 
 import cardan_dyn as cd
 from cardan_dyn import ModelError
-from cardan_dyn.clearance.joint_arguments import opened_joints
-from cardan_dyn.clearance.opened_joint import Mobility
+from cardan_dyn.motion.clearance.joint_arguments import opened_joints
+from cardan_dyn.motion.clearance.opened_joint import Mobility
 
 BETA, RADIUS = np.radians(20.0), 0.05
 PHI = [0.3, 1.7, 4.0]

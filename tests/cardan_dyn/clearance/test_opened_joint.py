@@ -8,8 +8,8 @@ from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
 from cardan_dyn import ModelError
-from cardan_dyn.clearance.opened_joint import Mobility, OpenedJoint
-from cardan_dyn.simulation.constrained_model import ConstrainedModel
+from cardan_dyn.motion.clearance.opened_joint import Mobility, OpenedJoint
+from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
 
 CRANK, ROD = 0.045, 0.15
 """Lengths of the bundled slider-crank [m]."""

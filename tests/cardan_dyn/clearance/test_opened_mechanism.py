@@ -6,7 +6,7 @@ import numpy as np
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.clearance.opened_mechanism import OpenedMechanism, across
+from cardan_dyn.motion.clearance.opened_mechanism import OpenedMechanism, across
 
 
 def test_axes_across() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.clearance.opened_joint import OpenedJoint
-from cardan_dyn.clearance.opened_scene import Opened, OpenPin, opened
+from cardan_dyn.motion.clearance.opened_joint import OpenedJoint
+from cardan_dyn.motion.clearance.opened_scene import Opened, OpenPin, opened
 
 LAW = cd.LinearContact(1e8)
 

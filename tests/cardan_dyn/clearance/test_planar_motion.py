@@ -8,10 +8,10 @@ from testkit.loose_slider_crank import LooseSliderCrank
 
 import cardan_dyn as cd
 from cardan_dyn.analytic.damped_impact import damped_peak, flight
-from cardan_dyn.clearance.forces import ForceSource
-from cardan_dyn.clearance.opened_joint import OpenedJoint, Plane
-from cardan_dyn.clearance.planar_motion import PinContactNumbers, PlanarModel
-from cardan_dyn.response.operating_points import solved_motion
+from cardan_dyn.core.response.operating_points import solved_motion
+from cardan_dyn.motion.clearance.forces import ForceSource
+from cardan_dyn.motion.clearance.opened_joint import OpenedJoint, Plane
+from cardan_dyn.motion.clearance.planar_motion import PinContactNumbers, PlanarModel
 
 PERIOD = 2.0 * np.pi
 PHI = PERIOD / 240 * np.arange(240)

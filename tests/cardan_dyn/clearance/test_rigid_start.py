@@ -7,9 +7,9 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn import clearance
-from cardan_dyn.clearance.opened_joint import OpenedJoint
-from cardan_dyn.clearance.opened_scene import OpenPin, opened
-from cardan_dyn.clearance.simulating import RigidStart
+from cardan_dyn.motion.clearance.opened_joint import OpenedJoint
+from cardan_dyn.motion.clearance.opened_scene import OpenPin, opened
+from cardan_dyn.motion.clearance.simulating import RigidStart
 
 
 def scene() -> cd.Scene:

@@ -10,7 +10,7 @@ import pytest
 
 from cardan_dyn.analytic import damped_impact, peak_exponents
 from cardan_dyn.clearance import ForceReversal, ImpactModel, JointScan, PinGeometry, Scan
-from cardan_dyn.clearance.planar_motion import Passages
+from cardan_dyn.motion.clearance.planar_motion import Passages
 
 MODEL = ImpactModel(2.0, 1e8, 1e-4, 1e6, damping_ratio=0.2)
 

@@ -307,7 +307,7 @@ def test_ctrl_c_ends_all_simulations_and_keeps_the_estimates(
         count += 1
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cardan_dyn.simulation.progress.Progress.step", press)
+    monkeypatch.setattr("cardan_dyn.motion.simulation.progress.Progress.step", press)
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
     found = cd.clearance.scan(scene, 300.0, clearance=1e-4, stiffness=1e8, verify=True)
     assert count == 1

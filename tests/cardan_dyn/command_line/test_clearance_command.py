@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 import cardan_dyn as cd
 from cardan_dyn.clearance import PinGeometry, scan
-from cardan_dyn.command_line import commands as cli
+from cardan_dyn.practice.command_line import commands as cli
 
 CONTACT = ("--clearance", "1e-4", "--stiffness", "1e8")
 
@@ -229,7 +229,7 @@ def test_ctrl_c_while_joints_are_simulated_is_told_by_the_exit_code(
     def press(progress: object, time: float) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cardan_dyn.simulation.progress.Progress.step", press)
+    monkeypatch.setattr("cardan_dyn.motion.simulation.progress.Progress.step", press)
     found = run("needle_drive", "--speed", "3000", *CONTACT, "--verify")
     assert found.exit_code == 130
     assert "Clearance at" in found.output and "interrupted; not simulated: " in found.output

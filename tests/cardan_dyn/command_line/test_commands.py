@@ -21,12 +21,12 @@ pytest.importorskip("matplotlib", reason="the report has figures")
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
 import cardan_dyn as cd
-from cardan_dyn import compiled
-from cardan_dyn.command_line import commands as cli
-from cardan_dyn.report import comparisons
+from cardan_dyn.core import compiled
+from cardan_dyn.practice.command_line import commands as cli
+from cardan_dyn.practice.report import comparisons
+from cardan_dyn.practice.viewer.commands import meshcat
+from cardan_dyn.practice.viewer.viewing import View
 from cardan_dyn.scene.presets import PRESETS
-from cardan_dyn.viewer.commands import meshcat
-from cardan_dyn.viewer.viewing import View
 
 
 def invoke(*arguments: str) -> Result:
@@ -151,7 +151,7 @@ def test_command_prints_its_address_and_ends_with_its_process(tmp_path: Path) ->
         [
             sys.executable,
             "-c",
-            "from cardan_dyn.command_line.commands import main; main()",
+            "from cardan_dyn.practice.command_line.commands import main; main()",
             "view",
             "four_bar",
         ],
@@ -203,7 +203,7 @@ def test_printed_table_has_a_line_per_quantity(
 def test_json_goes_to_the_output_and_paths_beside_it(
     monkeypatch: pytest.MonkeyPatch, made: comparisons.Comparisons, tmp_path: Path
 ) -> None:
-    from cardan_dyn.report import report as reporting
+    from cardan_dyn.practice.report import report as reporting
 
     monkeypatch.setattr(comparisons, "run", lambda: made)
     monkeypatch.setattr(reporting, "write", lambda compared, directory: directory / "page")

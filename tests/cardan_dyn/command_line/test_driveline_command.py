@@ -17,9 +17,9 @@ pytest.importorskip("meshcat", reason="the command writes scenes")
 
 from testkit.line_data import FAN, random_line
 
-from cardan_dyn.command_line import commands as cli
 from cardan_dyn.drive_lines import DriveLine
-from cardan_dyn.viewer.viewing import View
+from cardan_dyn.practice.command_line import commands as cli
+from cardan_dyn.practice.viewer.viewing import View
 
 
 def run(*arguments: str) -> Result:

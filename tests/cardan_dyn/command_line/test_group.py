@@ -14,10 +14,10 @@ import pytest
 from click.testing import CliRunner
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main
-from cardan_dyn.command_line.group import Commands
+from cardan_dyn.practice.command_line import main
+from cardan_dyn.practice.command_line.group import Commands
 
-COMMAND = [sys.executable, "-c", "from cardan_dyn.command_line import main; main()"]
+COMMAND = [sys.executable, "-c", "from cardan_dyn.practice.command_line import main; main()"]
 
 
 @click.group(cls=Commands)

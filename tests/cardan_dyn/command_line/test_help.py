@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main
-from cardan_dyn.command_line.names import about, joints, limits, lines, mechanisms
-from cardan_dyn.drive_lines.verdict.case import KNOWN
+from cardan_dyn.practice.command_line import main
+from cardan_dyn.practice.command_line.names import about, joints, limits, lines, mechanisms
+from cardan_dyn.practice.drive_lines.verdict.case import KNOWN
 
 SCRIPT = """
 import sys
-from cardan_dyn.command_line import main
+from cardan_dyn.practice.command_line import main
 try:
     main(prog_name="cardan-dyn")
 finally:

@@ -13,9 +13,9 @@ from testkit.ball_rods import as_balls
 from testkit.planar_linkages import described, joint, link, loop
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main
-from cardan_dyn.command_line.names import lines, mechanisms
 from cardan_dyn.drive_lines import examples
+from cardan_dyn.practice.command_line import main
+from cardan_dyn.practice.command_line.names import lines, mechanisms
 
 
 def run(*arguments: object) -> Result:

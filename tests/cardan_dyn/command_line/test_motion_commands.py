@@ -18,7 +18,7 @@ from testkit.linkages import coupling, gears
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main, motion_command
+from cardan_dyn.practice.command_line import main, motion_command
 
 
 def run(*arguments: object) -> Result:
@@ -180,7 +180,9 @@ def test_outputs_that_cannot_be_written_are_refused_before_anything_is_read(
 def test_what_a_file_needs_is_asked_for_before_anything_is_read(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("cardan_dyn.command_line.motion_command.find_spec", lambda name: None)
+    monkeypatch.setattr(
+        "cardan_dyn.practice.command_line.motion_command.find_spec", lambda name: None
+    )
     found = run("sweep", "no such mechanism", "--parquet", tmp_path / "out.parquet")
     assert found.exit_code == 2 and "pandas is missing" in found.output
     real = builtins.__import__
@@ -254,7 +256,7 @@ def test_a_simulation_that_is_interrupted_prints_and_writes_what_it_found(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The third step is where Ctrl-C comes."""
-    from cardan_dyn.simulation.progress import Progress
+    from cardan_dyn.motion.simulation.progress import Progress
 
     count = 0
 

@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from cardan_dyn.command_line import main, options
+from cardan_dyn.practice.command_line import main, options
 
 
 @click.command()

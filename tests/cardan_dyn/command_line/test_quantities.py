@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.quantities import assigned, by_joint, efforts, limits, positions
+from cardan_dyn.practice.command_line.quantities import (
+    assigned,
+    by_joint,
+    efforts,
+    limits,
+    positions,
+)
 
 NAMES = st.text("ab_1=ä", min_size=1, max_size=6)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from cardan_dyn.command_line.commands import main
+from cardan_dyn.practice.command_line.commands import main
 
 
 def run(*arguments: object) -> Result:
@@ -29,7 +29,7 @@ def test_numbers_are_printed_and_saved(tmp_path: Path) -> None:
 def test_page_has_what_was_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib", reason="the page has figures")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("cardan_dyn.report.page.image", lambda figure: "data:,")
+    monkeypatch.setattr("cardan_dyn.practice.report.page.image", lambda figure: "data:,")
     head = ("--project", "P 7", "--author", "A. B.", "--date", "2026-02-03", "--revision", "C")
     case = ("--speed", "600rpm", "--gravity", 0, 0, -9.81, "--load", "rocker_bearing=-5")
     found = run("four_bar", "--no-scene", "--samples", 91, *head, *case)

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.showing import export, serve
-from cardan_dyn.viewer.viewing import View
+from cardan_dyn.practice.command_line.showing import export, serve
+from cardan_dyn.practice.viewer.viewing import View
 
 PAGE = cd.view(cd.assemble(cd.load("four_bar")))
 

@@ -12,8 +12,8 @@ import xarray
 from click.testing import CliRunner, Result
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main
-from cardan_dyn.command_line.study_command import read
+from cardan_dyn.practice.command_line import main
+from cardan_dyn.practice.command_line.study_command import read
 
 TEXT = """
 mechanism = "universal_joint"
@@ -118,7 +118,7 @@ parameters = { "loads.bearing_out" = { normal = ["-100 N·m", "5 N·m"] } }
 
 def test_help_imports_nothing_that_a_study_needs() -> None:
     code = (
-        "import sys\nfrom cardan_dyn.command_line import main\n"
+        "import sys\nfrom cardan_dyn.practice.command_line import main\n"
         "try:\n    main(['study', '--help'])\nexcept SystemExit:\n    pass\n"
         "print(sorted({'dask', 'zarr', 'xarray', 'cardan_dyn.studies'} & set(sys.modules)))"
     )

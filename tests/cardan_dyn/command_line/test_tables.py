@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 from rich.cells import cell_len
 
-from cardan_dyn.command_line import main
-from cardan_dyn.command_line.tables import show
+from cardan_dyn.practice.command_line import main
+from cardan_dyn.practice.command_line.tables import show
 
 HEADINGS = ("joint", "force\nN", "ends at")
 ROWS = [

@@ -12,8 +12,8 @@ from click.testing import CliRunner, Result
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main, vibration_command
-from cardan_dyn.command_line.vibration_command import (
+from cardan_dyn.practice.command_line import main, vibration_command
+from cardan_dyn.practice.command_line.vibration_command import (
     RigOptions,
     chart_of,
     found_speeds,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from click.testing import CliRunner
 
-from cardan_dyn.command_line import main
+from cardan_dyn.practice.command_line import main
 
 
 def test_help_lists_the_options() -> None:

@@ -12,8 +12,8 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 pytest.importorskip("jinja2", reason="the page needs Jinja")
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import view_command
-from cardan_dyn.command_line.view_command import scene_of
+from cardan_dyn.practice.command_line import view_command
+from cardan_dyn.practice.command_line.view_command import scene_of
 from cardan_dyn.scene.usual_motion import usual_motion
 
 KINDS = ("visuals", "moments", "forces", "axes", "traces", "labels")

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.beside import (
+from cardan_dyn.core.description.beside import (
     Beside,
     list_of_names,
     unknown_joints,
     yaml_content,
 )
-from cardan_dyn.description.elements import file_text
+from cardan_dyn.core.description.elements import file_text
 
 
 def test_files_are_read_as_unicode(tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ from testkit.linkages import loop
 from testkit.other_notations import FRAME, TREE, closing_frames
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.description import Description
+from cardan_dyn.core.description.read import read
 
 
 def framed(text: str) -> Description:

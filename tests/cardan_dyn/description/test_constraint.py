@@ -7,9 +7,9 @@ import pytest
 from testkit.other_notations import CONSTRAINT, PLUS, TREE
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description
-from cardan_dyn.description.read import read
-from cardan_dyn.description.second_reading import reread
+from cardan_dyn.core.description.description import Description
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.description.second_reading import reread
 
 UNIVERSAL = CONSTRAINT.format(kind="universal", more='<child_axis xyz="0 0.5 0"/>')
 

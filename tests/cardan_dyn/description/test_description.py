@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import (
+from cardan_dyn.core.description.description import (
     CouplingDescription,
     Description,
     Dynamics,
@@ -21,7 +21,7 @@ from cardan_dyn.description.description import (
     Mesh,
     SourceText,
 )
-from cardan_dyn.response.identity import digest
+from cardan_dyn.core.response.identity import digest
 
 X, Y, Z = np.eye(3)
 

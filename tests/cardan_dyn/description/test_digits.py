@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.digits import precision_of
+from cardan_dyn.core.description.digits import precision_of
 
 
 def precision(xyz: str = "0 0 0", rpy: str = "0 0 0", axis: str = "0 0 1") -> tuple[float, float]:

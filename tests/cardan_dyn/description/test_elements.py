@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from testkit import scenes
 
 import cardan_dyn as cd
-from cardan_dyn.description import elements
+from cardan_dyn.core.description import elements
 
 LINKS = {"a": None, "b": None}
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.mjcf.writer import to_mjcf
-from cardan_dyn.description.read import read
-from cardan_dyn.description.write import to_urdf, write
+from cardan_dyn.core.description.mjcf.writer import to_mjcf
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.description.write import to_urdf, write
 
 
 @pytest.mark.parametrize("name", ["a.urdf", "a.URDF", "b c.xml", "ü.mjcf"])

@@ -10,7 +10,7 @@ import pytest
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.description.beside import Beside, gepetto, unread_files
+from cardan_dyn.core.description.beside import Beside, gepetto, unread_files
 
 PLUS = four_bar(loop("continuous"))
 TREE = PLUS[: PLUS.index("<loop")] + "</robot>"

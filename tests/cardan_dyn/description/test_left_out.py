@@ -8,9 +8,9 @@ import pytest
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import JointDescription, Limits
-from cardan_dyn.description.left_out import limits_left_out
-from cardan_dyn.description.read import bundled_directory
+from cardan_dyn.core.description.description import JointDescription, Limits
+from cardan_dyn.core.description.left_out import limits_left_out
+from cardan_dyn.core.description.read import bundled_directory
 
 PLUS = four_bar(loop("continuous"))
 

@@ -12,8 +12,8 @@ from testkit.mimicking import mimic
 from testkit.other_notations import CLOSURES, PINS, PLUS, TREE, written
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
-from cardan_dyn.description.second_reading import reread
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.description.second_reading import reread
 
 BALLS = PINS.replace("pin_loops", "ball_loops").replace("    axis: [0.0, 0.0, 2.0]\n", "")
 TURNED = TREE.format("").replace('<origin xyz="2 0 0"/>', '<origin xyz="2 0 0" rpy="0.3 0.2 0.1"/>')

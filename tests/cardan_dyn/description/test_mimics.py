@@ -7,10 +7,10 @@ from testkit.linkages import gears
 from testkit.mimicking import finger, mimic
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import CouplingDescription
-from cardan_dyn.description.mimics import check_mimics
-from cardan_dyn.description.read import read
-from cardan_dyn.description.second_reading import reread
+from cardan_dyn.core.description.description import CouplingDescription
+from cardan_dyn.core.description.mimics import check_mimics
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.description.second_reading import reread
 
 
 def test_numbers_have_defaults() -> None:

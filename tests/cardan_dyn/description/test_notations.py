@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.beside import Beside
-from cardan_dyn.description.notations import agreed
+from cardan_dyn.core.description.beside import Beside
+from cardan_dyn.core.description.notations import agreed
 
 LINKS = ("a", "b", "c")
 URDF_PLUS = '<loop name="{}" type="{}"><predecessor link="{}"/><successor link="{}"/></loop>'

@@ -11,8 +11,8 @@ import pytest
 from testkit.scenes import text
 
 import cardan_dyn as cd
-from cardan_dyn.description.elements import MOST_LINKS
-from cardan_dyn.description.read import bundled_directory, bundled_names, read
+from cardan_dyn.core.description.elements import MOST_LINKS
+from cardan_dyn.core.description.read import bundled_directory, bundled_names, read
 
 JOINT = text("universal_joint")
 

@@ -16,10 +16,10 @@ from testkit.linkages import coupling, four_bar, gears, loop
 from testkit.mimicking import finger, mimic
 from testkit.mixed_chain import MIXED
 
-from cardan_dyn.description import second_reading
-from cardan_dyn.description.description import Description, SourceText
-from cardan_dyn.description.read import bundled_names, read
-from cardan_dyn.description.second_reading import reread
+from cardan_dyn.core.description import second_reading
+from cardan_dyn.core.description.description import Description, SourceText
+from cardan_dyn.core.description.read import bundled_names, read
+from cardan_dyn.core.description.second_reading import reread
 
 ROUNDING = 1e-15
 """Rotations are multiplied in another order than by the first reader; it showed 1e-16 at most."""
@@ -184,5 +184,5 @@ def test_the_second_reader_uses_nothing_of_the_first() -> None:
         for item in vars(second_reading).values()
         if getattr(item, "__module__", "").startswith("cardan_dyn.")
     }
-    others = {"cardan_dyn.description.description", "cardan_dyn.errors"}
+    others = {"cardan_dyn.core.description.description", "cardan_dyn.kit.errors"}
     assert taken == {*others, second_reading.__name__}

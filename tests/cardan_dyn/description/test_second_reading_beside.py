@@ -10,8 +10,8 @@ import pytest
 from testkit.other_notations import CLOSURES, PINS, TREE, written
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
-from cardan_dyn.description.second_reading import reread_beside
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.description.second_reading import reread_beside
 
 TURNED = TREE.format("").replace('<origin xyz="2 0 0"/>', '<origin xyz="2 0 0" rpy="0.3 0.2 0.1"/>')
 BALLS = PINS.replace("pin_loops", "ball_loops").replace("    axis: [0.0, 0.0, 2.0]\n", "")

@@ -11,8 +11,8 @@ import pytest
 from testkit import scenes
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description, Limits
-from cardan_dyn.description.urdf import check_inertia, check_tree, parse, tensor_of
+from cardan_dyn.core.description.description import Description, Limits
+from cardan_dyn.core.description.urdf import check_inertia, check_tree, parse, tensor_of
 
 ROBOT = """<robot name="r"><link name="a"/><link name="b"><inertial>
 <origin xyz="1 2 3" rpy="0 0 {quarter}"/><mass value="4"/>

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.visual import Visual
-from cardan_dyn.description.visuals import visuals_of
+from cardan_dyn.core.description.visual import Visual
+from cardan_dyn.core.description.visuals import visuals_of
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 

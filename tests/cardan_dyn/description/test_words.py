@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.words import similar_word, unknown_keys
+from cardan_dyn.core.description.words import similar_word, unknown_keys
 
 LOOPED = (
     '<robot name="r"><link name="a"/><link name="b"/>'

@@ -15,15 +15,15 @@ from hypothesis import strategies as st
 from scenes import draw
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import (
+from cardan_dyn.core.description.description import (
     Description,
     JointDescription,
     Limits,
     LinkDescription,
     LoopDescription,
 )
-from cardan_dyn.description.read import read
-from cardan_dyn.description.write import angles_of, to_urdf, with_links_at_joints
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.description.write import angles_of, to_urdf, with_links_at_joints
 from cardan_dyn.scene.usual_motion import usual_motion
 
 ROUNDING = 1e-15

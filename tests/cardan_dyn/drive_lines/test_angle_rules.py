@@ -7,7 +7,7 @@ import pytest
 from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.drive_lines import DriveLine, Shaft, ShaftJoint, VerdictRow
-from cardan_dyn.drive_lines.verdict.angle_rules import inertia_ratio
+from cardan_dyn.practice.drive_lines.verdict.angle_rules import inertia_ratio
 
 RPM = np.pi / 30
 

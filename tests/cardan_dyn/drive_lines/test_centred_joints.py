@@ -20,9 +20,9 @@ from cardan_dyn.drive_lines import (
     Tube,
     arrangements,
 )
-from cardan_dyn.drive_lines.design.support_loads import support_loads
-from cardan_dyn.drive_lines.line.supports import supports
-from cardan_dyn.errors import ArgumentError, ModelError
+from cardan_dyn.kit.errors import ArgumentError, ModelError
+from cardan_dyn.practice.drive_lines.design.support_loads import support_loads
+from cardan_dyn.practice.drive_lines.line.supports import supports
 
 HALF_PIECE = 0.06
 

@@ -6,7 +6,7 @@ from testkit.line_data import double_shaft, end_bearings, random_line
 import cardan_dyn as cd
 from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, Spline
-from cardan_dyn.drive_lines.line.closed_chain import urdf
+from cardan_dyn.practice.drive_lines.line.closed_chain import urdf
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 49)
 

@@ -16,8 +16,8 @@ from cardan_dyn.drive_lines import (
     Variants,
     examples,
 )
-from cardan_dyn.drive_lines.verdict.coordinates import coordinates
-from cardan_dyn.drive_lines.verdict.solving import closed_near
+from cardan_dyn.practice.drive_lines.verdict.coordinates import coordinates
+from cardan_dyn.practice.drive_lines.verdict.solving import closed_near
 
 POSITIONS = np.array([0.0, 0.7, 2.0, 9.0, -30.0])
 ROUNDING = 1e-13

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cardan_dyn.drive_lines.design.fork_search import descended
+from cardan_dyn.practice.drive_lines.design.fork_search import descended
 
 
 def parabolas(x: np.ndarray) -> np.ndarray:

@@ -10,16 +10,9 @@ pytest.importorskip("matplotlib", reason="figures need it")
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from cardan_dyn.drive_lines import (
-    Bearing,
-    DriveLine,
-    Shaft,
-    ShaftJoint,
-    Tube,
-    drawing,
-    examples,
-)
-from cardan_dyn.drive_lines.wording import Wording
+from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Tube, examples
+from cardan_dyn.practice.drive_lines import drawing
+from cardan_dyn.practice.drive_lines.wording import Wording
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cardan_dyn.drive_lines import DriveLine, examples
-from cardan_dyn.errors import ModelError
+from cardan_dyn.kit.errors import ModelError
 
 FAILED = {
     "paper_machine": set(),

@@ -8,8 +8,8 @@ from testkit.line_data import end_bearings, random_line
 
 from cardan_dyn.analytic import grossmann
 from cardan_dyn.drive_lines import DriveLine, DutyPoint, Shaft
-from cardan_dyn.drive_lines.verdict.extremes import greatest_over
-from cardan_dyn.periodic import greatest
+from cardan_dyn.kit.periodic import greatest
+from cardan_dyn.practice.drive_lines.verdict.extremes import greatest_over
 
 SHAPES = np.linspace(-0.9, 0.9, 7)
 

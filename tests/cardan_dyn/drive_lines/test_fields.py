@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cardan_dyn import ModelError
-from cardan_dyn.drive_lines.line import fields
-from cardan_dyn.units import DIMENSIONS
+from cardan_dyn.kit.units import DIMENSIONS
+from cardan_dyn.practice.drive_lines.line import fields
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cardan_dyn.analytic import drive_line
-from cardan_dyn.drive_lines.design import fork_choice as forks
+from cardan_dyn.practice.drive_lines.design import fork_choice as forks
 
 
 def test_teeth() -> None:

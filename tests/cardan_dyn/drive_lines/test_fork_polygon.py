@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cardan_dyn.analytic import drive_line
-from cardan_dyn.drive_lines.design import fork_polygon as polygon
+from cardan_dyn.practice.drive_lines.design import fork_polygon as polygon
 
 
 def cases() -> list[tuple[np.ndarray, list[int]]]:

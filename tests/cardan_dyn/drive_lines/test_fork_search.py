@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cardan_dyn.drive_lines.design.fork_search import minima
+from cardan_dyn.practice.drive_lines.design.fork_search import minima
 
 
 def valleys(offsets: np.ndarray) -> np.ndarray:

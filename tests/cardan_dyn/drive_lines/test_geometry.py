@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from cardan_dyn import ModelError
 from cardan_dyn.analytic import compound_angle
-from cardan_dyn.arrays import Array
 from cardan_dyn.drive_lines import Shaft
-from cardan_dyn.drive_lines.line.geometry import Geometry, geometry
+from cardan_dyn.kit.arrays import Array
+from cardan_dyn.practice.drive_lines.line.geometry import Geometry, geometry
 
 
 def line(*slopes: tuple[float, float], offsets: tuple[float, ...] = ()) -> list[Shaft]:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from testkit.line_data import Array, random_line
 
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.problem.samples import Targets
 from cardan_dyn.drive_lines import Analysis, DriveLine, ShaftJoint, Spline
-from cardan_dyn.drive_lines.verdict.half_turn import HalfTurn
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.problem.samples import Targets
+from cardan_dyn.practice.drive_lines.verdict.half_turn import HalfTurn
 
 FIRST = np.array([0.2, -1.0, 2.9, 40.0])
 POSITIONS = np.concatenate([FIRST, FIRST[::-1] + np.pi, FIRST - 4.0 * np.pi, FIRST[:2] + np.pi])

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
-from cardan_dyn.drive_lines.line.closed_chain import cross_inertia, shaft_bodies
+from cardan_dyn.practice.drive_lines.line.closed_chain import cross_inertia, shaft_bodies
 
 TUBE = Tube(outer_diameter=0.1, wall=0.006)
 

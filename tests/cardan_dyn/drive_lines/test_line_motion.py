@@ -6,8 +6,8 @@ from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import DriveLine, Shaft
-from cardan_dyn.drive_lines.line.geometry import zero
-from cardan_dyn.drive_lines.verdict.line_motion import mean_leads
+from cardan_dyn.practice.drive_lines.line.geometry import zero
+from cardan_dyn.practice.drive_lines.verdict.line_motion import mean_leads
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 4096, endpoint=False)
 

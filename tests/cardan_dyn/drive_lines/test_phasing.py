@@ -11,7 +11,7 @@ from testkit.line_data import double_shaft, random_line
 from cardan_dyn import ArgumentError, ModelError
 from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import DriveLine, Shaft, arrangements
-from cardan_dyn.drive_lines.design.phasing import with_forks
+from cardan_dyn.practice.drive_lines.design.phasing import with_forks
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from testkit.line_data import double_shaft, random_line
 from cardan_dyn import ModelError
 from cardan_dyn.analytic import support_forces
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft
-from cardan_dyn.drive_lines.design.support_loads import moments, support_loads
+from cardan_dyn.practice.drive_lines.design.support_loads import moments, support_loads
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -2,7 +2,7 @@ import pytest
 
 from cardan_dyn import ModelError
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, Spline
-from cardan_dyn.drive_lines.line.supports import spline_distance, supports
+from cardan_dyn.practice.drive_lines.line.supports import spline_distance, supports
 
 ENDS = [Bearing(distance=0.1), Bearing(distance=0.3)]
 

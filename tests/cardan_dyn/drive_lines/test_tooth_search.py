@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cardan_dyn.analytic import drive_line
-from cardan_dyn.drive_lines.design.fork_choice import StepSearch
+from cardan_dyn.practice.drive_lines.design.fork_choice import StepSearch
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -3,7 +3,7 @@ import pytest
 from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn import ArgumentError, ModelError
-from cardan_dyn.drive_lines.verdict.variants import adjustables
+from cardan_dyn.practice.drive_lines.verdict.variants import adjustables
 
 LINE = double_shaft((0.0, 0.2, 0.1))
 THREE = random_line(3, seed=0)

@@ -8,9 +8,9 @@ from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.analytic.limits import LIMITS, Limit
 from cardan_dyn.drive_lines import DriveLine, DutyPoint, ShaftJoint
-from cardan_dyn.drive_lines.verdict.case import Case
-from cardan_dyn.drive_lines.verdict.solving import LineSolver
-from cardan_dyn.errors import ArgumentError
+from cardan_dyn.kit.errors import ArgumentError
+from cardan_dyn.practice.drive_lines.verdict.case import Case
+from cardan_dyn.practice.drive_lines.verdict.solving import LineSolver
 
 
 def case(line: DriveLine, **limits: object) -> Case:

@@ -8,7 +8,14 @@ import pytest
 
 from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.drive_lines import DriveLine, Inverse, VerdictRow
-from cardan_dyn.drive_lines.verdict.rows import HEADINGS, as_text, judged, opened, stated, withheld
+from cardan_dyn.practice.drive_lines.verdict.rows import (
+    HEADINGS,
+    as_text,
+    judged,
+    opened,
+    stated,
+    withheld,
+)
 
 MOST, LEAST = Limit(2.0, "m", "someone"), Limit(2.0, "m", "someone", "least")
 

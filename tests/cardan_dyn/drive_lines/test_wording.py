@@ -12,8 +12,9 @@ from testkit.line_data import random_line
 from cardan_dyn import ArgumentError
 from cardan_dyn.analytic import limits
 from cardan_dyn.analytic.rules import RULES
-from cardan_dyn.drive_lines import DriveLine, examples, wording
-from cardan_dyn.drive_lines.wording import BY_UNIT, Wording
+from cardan_dyn.drive_lines import DriveLine, examples
+from cardan_dyn.practice.drive_lines import wording
+from cardan_dyn.practice.drive_lines.wording import BY_UNIT, Wording
 
 PLACES = re.compile(r"\{(\w+)\}")
 

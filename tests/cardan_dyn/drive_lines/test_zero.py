@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from testkit.line_data import random_line
 
-from cardan_dyn.drive_lines.line.geometry import lead, zero
+from cardan_dyn.practice.drive_lines.line.geometry import lead, zero
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -10,12 +10,12 @@ import pytest
 from testkit.claims import acting, four_bar, positions
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics import problem_solver
-from cardan_dyn.dynamics.collected import Evidence, Rows, kept
-from cardan_dyn.dynamics.inverse_dynamics import Solution
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.problem.samples import Targets
-from cardan_dyn.threads import on_cores
+from cardan_dyn.core.dynamics import problem_solver
+from cardan_dyn.core.dynamics.collected import Evidence, Rows, kept
+from cardan_dyn.core.dynamics.inverse_dynamics import Solution
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.problem.samples import Targets
+from cardan_dyn.kit.threads import on_cores
 
 COUNT = 30
 

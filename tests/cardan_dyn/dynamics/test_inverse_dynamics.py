@@ -9,10 +9,10 @@ from testkit.linkages import coupling, gears
 from testkit.scenes import double
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
-from cardan_dyn.frozen import frozen
-from cardan_dyn.kinematics.closing.all_groups import ClosedState
-from cardan_dyn.problem.samples import Targets, acting_on, targets_of
+from cardan_dyn.core.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
+from cardan_dyn.core.kinematics.closing.all_groups import ClosedState
+from cardan_dyn.core.problem.samples import Targets, acting_on, targets_of
+from cardan_dyn.kit.frozen import frozen
 
 COUNT = 4
 SPEED, ACCELERATION = 1.5, -0.7

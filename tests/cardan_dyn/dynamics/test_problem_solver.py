@@ -14,12 +14,12 @@ from testkit.claims import acting, coupled_wheels, four_bar, positions, universa
 from testkit.planar_linkages import three_cranks
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics import problem_solver
-from cardan_dyn.dynamics.inverse_dynamics import Solution
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.dynamics.taped import TapedSolver
-from cardan_dyn.elements.link_loads import WRENCH_COMPONENTS
-from cardan_dyn.problem.samples import Targets
+from cardan_dyn.core.dynamics import problem_solver
+from cardan_dyn.core.dynamics.inverse_dynamics import Solution
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.dynamics.taped import TapedSolver
+from cardan_dyn.core.elements.link_loads import WRENCH_COMPONENTS
+from cardan_dyn.core.problem.samples import Targets
 
 
 def solver(scene: cd.Scene) -> ProblemSolver:

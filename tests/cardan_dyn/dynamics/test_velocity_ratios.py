@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 
-from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
+from cardan_dyn.core.dynamics.velocity_ratios import VelocityRatios
 
 COUNT, COORDINATES, DRIVES = 4, 5, 3
 DEPENDS = np.array(

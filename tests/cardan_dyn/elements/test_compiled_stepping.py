@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cardan_dyn import compiled
-from cardan_dyn.elements.stepping import Step, Stepper, Traced
-from cardan_dyn.tape import Program, Trace, machine_is_at_hand, sin
+from cardan_dyn.core import compiled
+from cardan_dyn.core.elements.stepping import Step, Stepper, Traced
+from cardan_dyn.core.tape import Program, Trace, machine_is_at_hand, sin
 
 pytestmark = pytest.mark.skipif(
     compiled.kernel is None, reason="the compiled functions are not built"

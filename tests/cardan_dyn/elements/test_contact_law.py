@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.elements.contact_law import ContactLaw, ranged
-from cardan_dyn.elements.contact_laws import LinearContact
-from cardan_dyn.errors import ArgumentError
+from cardan_dyn.core.elements.contact_law import ContactLaw, ranged
+from cardan_dyn.core.elements.contact_laws import LinearContact
+from cardan_dyn.kit.errors import ArgumentError
 
 
 def test_restitutions_lie_from_a_least_one_to_1() -> None:

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cardan_dyn.elements.contact_laws import (
+from cardan_dyn.core.elements.contact_laws import (
     ContactLaw,
     HuntCrossley,
     ImpactFunction,
     LankaraniNikravesh,
     LinearContact,
 )
-from cardan_dyn.errors import ArgumentError
+from cardan_dyn.kit.errors import ArgumentError
 
 LAWS = [
     LinearContact(1e7),

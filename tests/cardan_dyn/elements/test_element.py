@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element import Element
+from cardan_dyn.core.elements.element import Element
 
 ELEMENTS = [
     cd.JointSpring("pin", 3.0, damping=1.0, rest=0.2, name="coil"),

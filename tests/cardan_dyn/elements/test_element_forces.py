@@ -9,7 +9,7 @@ from testkit.element_work import energy_of, generalised, slopes
 from testkit.mixed_chain import MIXED, moved, rows
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element_forces import ElementForces
+from cardan_dyn.core.elements.element_forces import ElementForces
 
 RNG = np.random.default_rng(5)
 ROOT = RNG.uniform(-1.0, 1.0, (6, 6))

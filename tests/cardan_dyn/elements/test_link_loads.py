@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.elements.link_loads import LinkLoad, Wrench
+from cardan_dyn.core.elements.link_loads import LinkLoad, Wrench
 
 FORCE = np.arange(12.0).reshape(4, 3)
 

@@ -8,7 +8,7 @@ import pytest
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.elements.link_motions import LinkMotions
+from cardan_dyn.core.elements.link_motions import LinkMotions
 
 
 @pytest.mark.parametrize("cardan", [(), ("ball",)])

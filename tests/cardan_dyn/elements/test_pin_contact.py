@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.elements.pin_contact import ContactMotion
+from cardan_dyn.core.elements.pin_contact import ContactMotion
 
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 LAW = cd.LinearContact(1e5, damping=10.0)

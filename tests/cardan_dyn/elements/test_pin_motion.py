@@ -7,9 +7,9 @@ import pinocchio
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element_forces import ElementForces
-from cardan_dyn.elements.one_state import OneState
-from cardan_dyn.simulation.turning_model import turning_model
+from cardan_dyn.core.elements.element_forces import ElementForces
+from cardan_dyn.core.elements.one_state import OneState
+from cardan_dyn.motion.simulation.turning_model import turning_model
 
 
 def contact(friction: float = 0.0) -> cd.PinContact:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cardan_dyn.elements.restitutions import (
+from cardan_dyn.core.elements.restitutions import (
     loss_of_restitution,
     restitution_of_damping_ratio,
     restitution_of_loss,

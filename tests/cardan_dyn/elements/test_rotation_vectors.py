@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from cardan_dyn.elements.rotation_vectors import (
+from cardan_dyn.core.elements.rotation_vectors import (
     greatest_angle,
     left_jacobian_inverse_transposed,
     rotation_vector,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
-from cardan_dyn.elements.stepping import Stepper, advance, first_fall, on_step
-from cardan_dyn.errors import SimulationError
+from cardan_dyn.core.elements.stepping import Stepper, advance, first_fall, on_step
+from cardan_dyn.kit.errors import SimulationError
 
 TIGHT = {"rtol": 1e-13, "atol": np.full(2, 1e-15)}
 

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.report.comparisons import POSITIONS, double_shaft_turn, universal_joint_turn
+from cardan_dyn.practice.report.comparisons import (
+    POSITIONS,
+    double_shaft_turn,
+    universal_joint_turn,
+)
 
 BETA = float(np.deg2rad(50.0))
 

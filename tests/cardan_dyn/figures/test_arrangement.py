@@ -10,7 +10,7 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.line_data import random_line
 
 from cardan_dyn.drive_lines import DriveLine, Shaft
-from cardan_dyn.drive_lines.drawing import line_points
+from cardan_dyn.practice.drive_lines.drawing import line_points
 
 
 def test_views_say_angles_forks_and_names() -> None:

@@ -15,7 +15,7 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_units_and_files
 
 from cardan_dyn import figures
-from cardan_dyn.report import closed_forms
+from cardan_dyn.practice.report import closed_forms
 
 CLOSED = ("torque_ratio", "thoma_bending", "speed_ratio", "bending_polar")
 ODD_SWEEPS = {

@@ -14,7 +14,8 @@ from testkit.drawings import check_units_and_files
 from testkit.loose_needle_drive import JOINT, SPEED, scanned, simulated
 
 import cardan_dyn as cd
-from cardan_dyn.clearance import drawing, scan
+from cardan_dyn.clearance import scan
+from cardan_dyn.motion.clearance import drawing
 
 
 @pytest.mark.slow

@@ -13,7 +13,8 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_units_and_files
 
 import cardan_dyn as cd
-from cardan_dyn.clearance import Scan, drawing, scan
+from cardan_dyn.clearance import Scan, scan
+from cardan_dyn.motion.clearance import drawing
 
 
 @pytest.fixture(scope="module")

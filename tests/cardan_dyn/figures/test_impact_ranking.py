@@ -15,8 +15,9 @@ from matplotlib.axes import Axes
 
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, figures
-from cardan_dyn.arrays import Array
-from cardan_dyn.clearance import Scan, drawing, scan
+from cardan_dyn.clearance import Scan, scan
+from cardan_dyn.kit.arrays import Array
+from cardan_dyn.motion.clearance import drawing
 
 
 def test_bars_are_forces_and_points_what_less_would_buy(tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_units_and_files
 
 import cardan_dyn as cd
-from cardan_dyn.clearance import ImpactModel, drawing, scan
+from cardan_dyn.clearance import ImpactModel, scan
+from cardan_dyn.motion.clearance import drawing
 
 
 @pytest.mark.slow

@@ -13,7 +13,8 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_units_and_files
 
 from cardan_dyn import ArgumentError
-from cardan_dyn.clearance import ImpactModel, drawing, influence
+from cardan_dyn.clearance import ImpactModel, influence
+from cardan_dyn.motion.clearance import drawing
 
 PAPER = ImpactModel(3.6, 1e7, 1e-4, 360e3, start="rest")
 UNITS = {"speed": 1.0, "slope": 1e-3, "clearance": 1e6, "mass": 1.0, "stiffness": 1e-6}

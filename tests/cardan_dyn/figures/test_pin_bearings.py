@@ -13,7 +13,8 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.pin_rigs import scene
 
 from cardan_dyn import ArgumentError, figures
-from cardan_dyn.clearance import drawing, scan, scan_map
+from cardan_dyn.clearance import scan, scan_map
+from cardan_dyn.motion.clearance import drawing
 
 GIVEN: dict[str, Any] = {"radius": 0.018, "clearance": 2e-5, "stiffness": 5e7, "bearings": "pin_in"}
 HELD = {"joint_angle": np.radians([10.0, 30.0])}

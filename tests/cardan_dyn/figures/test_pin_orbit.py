@@ -13,7 +13,7 @@ from testkit.drawings import check_units_and_files
 from testkit.loose_needle_drive import JOINT, PLAY, simulated
 
 import cardan_dyn as cd
-from cardan_dyn.clearance import drawing
+from cardan_dyn.motion.clearance import drawing
 
 RADIUS = 0.5e6 * PLAY
 

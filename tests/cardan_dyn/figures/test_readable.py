@@ -16,8 +16,8 @@ from testkit.drawings import check_texts
 
 import cardan_dyn as cd
 from cardan_dyn import clearance, drive_lines, figures
-from cardan_dyn.drive_lines import drawing as line_drawing
 from cardan_dyn.figures import critical_speeds, designs, style, vibration
+from cardan_dyn.practice.drive_lines import drawing as line_drawing
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 73)
 SPEEDS = np.linspace(10.0, 300.0, 40)

@@ -9,10 +9,10 @@ from testkit.many_drives import cranks, stacked
 from testkit.planar_linkages import five_bar, four_bar, solver, values
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.problem.samples import Targets
+from cardan_dyn.core.kinematics.assembly import Assembly
+from cardan_dyn.core.kinematics.closing.all_groups import ClosedState, Kinematics
+from cardan_dyn.core.problem.arguments import checked
+from cardan_dyn.core.problem.samples import Targets
 
 STEP = 1e-4
 SCENES: dict[str, dict[str, object]] = {

@@ -22,9 +22,9 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.problem.samples import Targets
+from cardan_dyn.core.kinematics.assembly import Assembly
+from cardan_dyn.core.problem.arguments import checked
+from cardan_dyn.core.problem.samples import Targets
 
 TURN = 2.0 * np.pi
 

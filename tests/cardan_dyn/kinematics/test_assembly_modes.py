@@ -8,8 +8,8 @@ from testkit.ball_rods import WAYS
 from testkit.planar_linkages import BASE, COUPLER, CRANK, ROCKER, four_bar, geared, solver, values
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics import assembly_modes as module
-from cardan_dyn.kinematics.assembly_modes import assembly_modes, mode_name
+from cardan_dyn.core.kinematics import assembly_modes as module
+from cardan_dyn.core.kinematics.assembly_modes import assembly_modes, mode_name
 
 
 def passives_of(mechanism: object, drive: str) -> np.ndarray:

@@ -17,8 +17,8 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.following.branch import Branch
-from cardan_dyn.kinematics.following.lines import Lines
+from cardan_dyn.core.kinematics.following.branch import Branch
+from cardan_dyn.core.kinematics.following.lines import Lines
 
 TURN = 2.0 * np.pi
 

@@ -10,12 +10,12 @@ from testkit.mixed_chain import MIXED, moved, rows
 from testkit.planar_linkages import four_bar, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.equations import ClosureEquations
-from cardan_dyn.kinematics.loops.groups import Group
-from cardan_dyn.mechanics import closure
-from cardan_dyn.mechanics.bodies import End, Loop, tree_of
-from cardan_dyn.mechanics.placements import Placed
-from cardan_dyn.mechanics.vectors import ZERO
+from cardan_dyn.core.kinematics.closing.equations import ClosureEquations
+from cardan_dyn.core.kinematics.loops.groups import Group
+from cardan_dyn.core.mechanics import closure
+from cardan_dyn.core.mechanics.bodies import End, Loop, tree_of
+from cardan_dyn.core.mechanics.placements import Placed
+from cardan_dyn.core.mechanics.vectors import ZERO
 
 COUNT = 4
 STEP = 1e-4

@@ -10,10 +10,10 @@ import pytest
 from testkit.planar_linkages import COUPLER, CRANK, ROCKER, four_bar, geared, pin_distance
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.far import closed_from
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.kinematics.loops.groups import independent_groups
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.closing.far import closed_from
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.loops.groups import independent_groups
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 
 def solver_of(mechanism: cd.Mechanism) -> GroupSolver:

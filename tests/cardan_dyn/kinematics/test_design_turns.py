@@ -50,7 +50,7 @@ def test_many_designs_come_back_as_each_alone(
     frames = np.linspace(-0.375, 0.19, 1200)
     found = turned(scene, frames)
     monkeypatch.setattr(
-        "cardan_dyn.kinematics.following.taped_lines.TapedLines.ends",
+        "cardan_dyn.core.kinematics.following.taped_lines.TapedLines.ends",
         lambda self, positions: (
             np.tile(self._start * self._units, (len(positions), 1)),
             np.zeros(len(positions), dtype=bool),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.kinematics.following.drive_motion import TURN, turned_back
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.following.drive_motion import TURN, turned_back
 
 
 def test_whole_turns_are_taken_off_exactly() -> None:

@@ -11,9 +11,14 @@ from testkit.planar_linkages import described, four_bar, joint, link, solver
 from testkit.scenes import relative
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.loop_system import LoopSystem, _refuted_around, _refuted_at, finer_groups
-from cardan_dyn.kinematics.loops.groups import Group, partition
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.loop_system import (
+    LoopSystem,
+    _refuted_around,
+    _refuted_at,
+    finer_groups,
+)
+from cardan_dyn.core.kinematics.loops.groups import Group, partition
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 TURN = 2.0 * np.pi
 

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from testkit.planar_linkages import described, four_bar, joint, link, loop
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description, JointDescription
-from cardan_dyn.kinematics.closing.far import assembled_near, closed_from
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.kinematics.loops.groups import independent_groups
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.description.description import Description, JointDescription
+from cardan_dyn.core.kinematics.closing.far import assembled_near, closed_from
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.loops.groups import independent_groups
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 
 def displaced(description: Description, rng: np.random.Generator, length: float) -> Description:

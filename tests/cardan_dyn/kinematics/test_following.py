@@ -7,7 +7,7 @@ import pytest
 from testkit.planar_linkages import ARM, five_bar, meeting_points, solver, tips, values
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.following.lines import follow
+from cardan_dyn.core.kinematics.following.lines import follow
 
 
 def followed(positions: np.ndarray) -> tuple[cd.Mechanism, np.ndarray]:

@@ -7,8 +7,8 @@ from testkit.ball_rods import as_balls
 from testkit.planar_linkages import five_bar, four_bar, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.diagnosis.imbalance import Freedoms, Surroundings
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.diagnosis.imbalance import Freedoms, Surroundings
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 
 def columns(mechanism: cd.Mechanism, names: str) -> list[int]:

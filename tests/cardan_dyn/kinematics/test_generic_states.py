@@ -9,9 +9,9 @@ from testkit.hinge_loops import bennett, description, hinge, robot
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.far import GenericStates, generic_states
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.closing.far import GenericStates, generic_states
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 
 def states_of(text: str) -> list[GenericStates | GroupSolver]:

@@ -6,7 +6,7 @@ import numpy as np
 from testkit.compound_joints import body, joint, robot
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.diagnosis.singularities import gimbal_note
+from cardan_dyn.core.kinematics.diagnosis.singularities import gimbal_note
 
 PLAIN = cd.load(
     robot(

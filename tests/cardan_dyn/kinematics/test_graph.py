@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
-from cardan_dyn.kinematics.loops.groups import components, matched
+from cardan_dyn.core.kinematics.loops.groups import components, matched
 
 ROWS = st.lists(st.lists(st.integers(0, 8), unique=True, max_size=5), max_size=10)
 

@@ -11,8 +11,8 @@ from testkit.planar_linkages import (
     values,
 )
 
-from cardan_dyn.kinematics.closing.stacked import same_side
-from cardan_dyn.kinematics.following.branch import Branch
+from cardan_dyn.core.kinematics.closing.stacked import same_side
+from cardan_dyn.core.kinematics.following.branch import Branch
 
 ANGLES = np.linspace(-0.6, 0.6, 7)
 

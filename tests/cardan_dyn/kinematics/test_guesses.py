@@ -22,12 +22,12 @@ from testkit.planar_linkages import (
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.following.branch import Branch
-from cardan_dyn.kinematics.following.drive_motion import DriveMotion
-from cardan_dyn.kinematics.following.guesses import Guess, Guesses
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.problem.samples import Targets
+from cardan_dyn.core.kinematics.assembly import Assembly
+from cardan_dyn.core.kinematics.following.branch import Branch
+from cardan_dyn.core.kinematics.following.drive_motion import DriveMotion
+from cardan_dyn.core.kinematics.following.guesses import Guess, Guesses
+from cardan_dyn.core.problem.arguments import checked
+from cardan_dyn.core.problem.samples import Targets
 
 TURN = 2.0 * np.pi
 

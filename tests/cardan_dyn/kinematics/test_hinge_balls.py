@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly_modes import hinges_in_balls
+from cardan_dyn.core.kinematics.assembly_modes import hinges_in_balls
 
 DIRECTIONS = ("1 0 0", "0 1 0", "0 0 1", "1 1 0", "0 1 1", "1 0 1")
 

@@ -7,8 +7,8 @@ import pytest
 from testkit.ball_rods import ALONG, WAYS, as_balls, base, hinge, words
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.kinematics.loops.idle_rods import idle_rods, rods_by_name
+from cardan_dyn.core.kinematics.loop_system import LoopSystem
+from cardan_dyn.core.kinematics.loops.idle_rods import idle_rods, rods_by_name
 from cardan_dyn.scene.presets import PRESETS
 
 

@@ -7,7 +7,7 @@ import pytest
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from testkit.planar_linkages import ARM, five_bar, meeting_points, solver, tips, values
 
-from cardan_dyn.kinematics.following.lines import (
+from cardan_dyn.core.kinematics.following.lines import (
     allowed_error,
     along_lines,
 )

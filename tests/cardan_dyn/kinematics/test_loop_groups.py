@@ -8,8 +8,8 @@ from testkit.linkages import coupling, gears
 from testkit.planar_linkages import described, joint, link
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.loops.groups import Group, partition
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.loops.groups import Group, partition
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 
 def loop(name: str, first: str, second: str, on_first: str, on_second: str) -> str:

@@ -16,8 +16,8 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.following.branch import Branch
-from cardan_dyn.kinematics.loop_system import LoopSystem
+from cardan_dyn.core.kinematics.following.branch import Branch
+from cardan_dyn.core.kinematics.loop_system import LoopSystem
 
 
 @pytest.fixture(scope="module")

@@ -18,10 +18,10 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.stacked import ranks
-from cardan_dyn.kinematics.division import Division
-from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.problem.arguments import checked
+from cardan_dyn.core.kinematics.closing.stacked import ranks
+from cardan_dyn.core.kinematics.division import Division
+from cardan_dyn.core.kinematics.loop_system import LoopSystem
+from cardan_dyn.core.problem.arguments import checked
 
 
 def division(mechanism: cd.Mechanism, *drives: str, held: tuple[str, ...] = ()) -> Division:

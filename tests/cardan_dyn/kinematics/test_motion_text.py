@@ -7,7 +7,7 @@ import pytest
 from testkit.mixed_chain import joint
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.diagnosis.imbalance import motion_text
+from cardan_dyn.core.kinematics.diagnosis.imbalance import motion_text
 
 
 def link(name: str) -> str:

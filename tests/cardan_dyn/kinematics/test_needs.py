@@ -8,9 +8,14 @@ from testkit.linkages import coupling, gears
 from testkit.planar_linkages import described, joint, link
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.loops.groups import Group, partition
-from cardan_dyn.kinematics.loops.needs import columns_of, needs, needs_of_finer, solved_couplings
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.loops.groups import Group, partition
+from cardan_dyn.core.kinematics.loops.needs import (
+    columns_of,
+    needs,
+    needs_of_finer,
+    solved_couplings,
+)
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 COUNT = 3
 

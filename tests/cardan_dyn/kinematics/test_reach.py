@@ -7,7 +7,7 @@ import pytest
 from testkit.planar_linkages import five_bar, four_bar, rocker_range
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.diagnosis.reach import degrees_hint, out_of_reach
+from cardan_dyn.core.kinematics.diagnosis.reach import degrees_hint, out_of_reach
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

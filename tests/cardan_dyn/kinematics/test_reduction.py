@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.kinematics.closing.equations import axis_aligned
+from cardan_dyn.core.kinematics.closing.equations import axis_aligned
 
 
 def rotated(axes: list[int], seed: int = 0) -> np.ndarray:

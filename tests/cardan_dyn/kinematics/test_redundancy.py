@@ -19,11 +19,11 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.all_groups import Kinematics
-from cardan_dyn.kinematics.division import Division
-from cardan_dyn.kinematics.following.branch import Branch
-from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.problem.arguments import checked
+from cardan_dyn.core.kinematics.closing.all_groups import Kinematics
+from cardan_dyn.core.kinematics.division import Division
+from cardan_dyn.core.kinematics.following.branch import Branch
+from cardan_dyn.core.kinematics.loop_system import LoopSystem
+from cardan_dyn.core.problem.arguments import checked
 
 
 class Subject(NamedTuple):

@@ -9,11 +9,11 @@ import pytest
 from testkit import tongs
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.all_groups import Kinematics
-from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.kinematics.loops.groups import Group, partition
-from cardan_dyn.kinematics.loops.needs import needs
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.closing.all_groups import Kinematics
+from cardan_dyn.core.kinematics.loop_system import LoopSystem
+from cardan_dyn.core.kinematics.loops.groups import Group, partition
+from cardan_dyn.core.kinematics.loops.needs import needs
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 COUNTS = (5, 10, 20, 40)
 

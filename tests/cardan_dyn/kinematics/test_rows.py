@@ -7,8 +7,8 @@ import pytest
 from numpy.polynomial import Polynomial
 from testkit.planar_linkages import four_bar, solver
 
-from cardan_dyn.kinematics.following.branch import Branch
-from cardan_dyn.kinematics.following.lines import Rows, quintic
+from cardan_dyn.core.kinematics.following.branch import Branch
+from cardan_dyn.core.kinematics.following.lines import Rows, quintic
 
 
 def polynomials(degree: int) -> list[Polynomial]:

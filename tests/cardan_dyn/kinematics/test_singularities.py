@@ -6,7 +6,7 @@ import numpy as np
 from testkit.planar_linkages import four_bar, rocker_range, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.diagnosis.singularities import Singularity, singularity_at
+from cardan_dyn.core.kinematics.diagnosis.singularities import Singularity, singularity_at
 
 
 def in_line(mechanism: cd.Mechanism) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.kinematics.closing.stacked import (
+from cardan_dyn.core.kinematics.closing.stacked import (
     condition_numbers,
     factorised,
     refined,

@@ -24,11 +24,11 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.diagnosis.reach import unclosed
-from cardan_dyn.kinematics.division import Division
-from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.kinematics.start import states_to_start
-from cardan_dyn.problem.arguments import checked
+from cardan_dyn.core.kinematics.diagnosis.reach import unclosed
+from cardan_dyn.core.kinematics.division import Division
+from cardan_dyn.core.kinematics.loop_system import LoopSystem
+from cardan_dyn.core.kinematics.start import states_to_start
+from cardan_dyn.core.problem.arguments import checked
 
 AT_ZERO = np.arctan2(BASE, ROCKER - CRANK)
 """Angle from the coupler's line of pins to the crank with B at zero."""

@@ -10,7 +10,7 @@ from testkit.mixed_chain import MIXED
 from testkit.planar_linkages import four_bar as four_bar_of
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.loops.structure import Structure
+from cardan_dyn.core.kinematics.loops.structure import Structure
 
 
 def ranks_of(mechanism: cd.Mechanism, *resting: str) -> list[int]:

@@ -9,11 +9,11 @@ from testkit.compiled_functions import without_kernel
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.following.joint_motion import JointMotion
-from cardan_dyn.kinematics.following.lines import Reached
-from cardan_dyn.mechanics.following import Line, Place
-from cardan_dyn.problem.arguments import checked
+from cardan_dyn.core.kinematics.assembly import Assembly
+from cardan_dyn.core.kinematics.following.joint_motion import JointMotion
+from cardan_dyn.core.kinematics.following.lines import Reached
+from cardan_dyn.core.mechanics.following import Line, Place
+from cardan_dyn.core.problem.arguments import checked
 
 LEGS = [f"leg_{k}" for k in range(1, 7)]
 

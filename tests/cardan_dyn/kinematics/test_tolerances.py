@@ -7,16 +7,16 @@ import pytest
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.closing.all_groups import ClosedState
-from cardan_dyn.kinematics.tolerances import (
+from cardan_dyn.core.kinematics.assembly import Assembly
+from cardan_dyn.core.kinematics.closing.all_groups import ClosedState
+from cardan_dyn.core.kinematics.tolerances import (
     CLOSURE_TOLERANCE,
     RANK_TOLERANCE,
     SAFE_CORRECTION,
     SINGULAR_CONDITION,
 )
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.problem.samples import Targets
+from cardan_dyn.core.problem.arguments import checked
+from cardan_dyn.core.problem.samples import Targets
 
 MARGIN = 1e3
 """How far, at least, values have to stay away from a tolerance on either side of it."""

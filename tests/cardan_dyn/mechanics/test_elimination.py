@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.mechanics.elimination import (
+from cardan_dyn.core.mechanics.elimination import (
     NOTHING,
     THRESHOLD,
     UnsuitableError,

@@ -12,10 +12,10 @@ from scenes import draw
 from testkit.scenes import forward_accelerations
 
 import cardan_dyn as cd
-from cardan_dyn.mechanics.bodies import Tree, tree_of
-from cardan_dyn.mechanics.placements import Placed, moving, placed, stepped
-from cardan_dyn.mechanics.reactions import momentum_rates
-from cardan_dyn.mechanics.vectors import seen
+from cardan_dyn.core.mechanics.bodies import Tree, tree_of
+from cardan_dyn.core.mechanics.placements import Placed, moving, placed, stepped
+from cardan_dyn.core.mechanics.reactions import momentum_rates
+from cardan_dyn.core.mechanics.vectors import seen
 
 BOUND = 1e-13
 GRAVITY = np.array([0.4, -1.5, -9.6])

@@ -9,12 +9,12 @@ import pytest
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.loops.closure_blocks import closure_blocks
-from cardan_dyn.mechanics import closure
-from cardan_dyn.mechanics.bodies import Tree, tree_of
-from cardan_dyn.mechanics.elimination import Eliminated, eliminated
-from cardan_dyn.mechanics.placements import Placed, placed
-from cardan_dyn.mechanics.reactions import (
+from cardan_dyn.core.kinematics.loops.closure_blocks import closure_blocks
+from cardan_dyn.core.mechanics import closure
+from cardan_dyn.core.mechanics.bodies import Tree, tree_of
+from cardan_dyn.core.mechanics.elimination import Eliminated, eliminated
+from cardan_dyn.core.mechanics.placements import Placed, placed
+from cardan_dyn.core.mechanics.reactions import (
     Closed,
     Compliance,
     SelfStresses,
@@ -22,8 +22,8 @@ from cardan_dyn.mechanics.reactions import (
     Wrenches,
     closed,
 )
-from cardan_dyn.mechanics.sample import Roles, passive_rows
-from cardan_dyn.mechanics.vectors import seen
+from cardan_dyn.core.mechanics.sample import Roles, passive_rows
+from cardan_dyn.core.mechanics.vectors import seen
 from cardan_dyn.scene.usual_motion import usual_motion
 
 NAMES = ["four_bar", "universal_joint", "thoma_rig"]

@@ -7,7 +7,7 @@ import pytest
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.welds import shown
+from cardan_dyn.core.mechanism.welds import shown
 
 
 def mimicking(*mimics: str) -> cd.Mechanism:

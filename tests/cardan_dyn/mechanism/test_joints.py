@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import elementary
-from cardan_dyn.mechanism.joints import Joint, Part, named_coordinates
+from cardan_dyn.core.description.description import elementary
+from cardan_dyn.core.mechanism.joints import Joint, Part, named_coordinates
 
 AXIS = np.array([0.0, 0.6, 0.8])
 AXIS_2 = np.array([1.0, 0.0, 0.0])

@@ -11,10 +11,10 @@ import pytest
 from testkit import tongs
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics import loop_system
-from cardan_dyn.kinematics.following.lines import Lines
-from cardan_dyn.kinematics.loops.groups import partition
-from cardan_dyn.mechanism.kept import MOST, Kept
+from cardan_dyn.core.kinematics import loop_system
+from cardan_dyn.core.kinematics.following.lines import Lines
+from cardan_dyn.core.kinematics.loops.groups import partition
+from cardan_dyn.core.mechanism.kept import MOST, Kept
 
 LEGS = [f"leg_{index}" for index in range(1, 7)]
 

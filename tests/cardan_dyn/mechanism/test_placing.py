@@ -7,7 +7,7 @@ import pinocchio
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.frames import Alike, Frames, Offset, Turn, rotations, stepped
+from cardan_dyn.core.mechanism.frames import Alike, Frames, Offset, Turn, rotations, stepped
 
 CORNER = np.array([0.3, -0.2, 0.1])
 SAMPLES = 4

@@ -15,9 +15,9 @@ from testkit.mixed_chain import rows
 from testkit.sdf import compare
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Limits
-from cardan_dyn.description.read import read
-from cardan_dyn.mechanism.rezero import rezeroed
+from cardan_dyn.core.description.description import Limits
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.mechanism.rezero import rezeroed
 from cardan_dyn.scene.presets import PRESETS
 from cardan_dyn.scene.usual_motion import usual_motion
 

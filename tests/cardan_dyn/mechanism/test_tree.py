@@ -8,7 +8,7 @@ import pytest
 from testkit.mixed_chain import MIXED, joint, link
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.tree import TreeBuilder, ancestors, se3
+from cardan_dyn.core.mechanism.tree import TreeBuilder, ancestors, se3
 
 
 def test_parts_are_joints_of_the_model_and_the_last_has_the_name() -> None:

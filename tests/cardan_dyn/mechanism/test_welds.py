@@ -8,7 +8,7 @@ import pytest
 from testkit.mixed_chain import MIXED
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.welds import constraint_models
+from cardan_dyn.core.mechanism.welds import constraint_models
 
 
 def test_loops_are_pinocchios_constraints() -> None:

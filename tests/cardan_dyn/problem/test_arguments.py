@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.problem import arguments
+from cardan_dyn.core.problem import arguments
 
 
 @pytest.fixture(scope="module")

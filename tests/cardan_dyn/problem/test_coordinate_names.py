@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.problem.coordinate_names import check_single, coordinates_of
+from cardan_dyn.core.problem.coordinate_names import check_single, coordinates_of
 
 CHAIN = (
     '<robot name="chain"><link name="ground"/><link name="a"/><link name="b"/><link name="c"/>'

@@ -9,8 +9,8 @@ import pytest
 from testkit.mixed_chain import MIXED
 
 import cardan_dyn as cd
-from cardan_dyn.elements.joint_elements import JointElement, JointForce
-from cardan_dyn.problem.element_arguments import elements_on, listed
+from cardan_dyn.core.elements.joint_elements import JointElement, JointForce
+from cardan_dyn.core.problem.element_arguments import elements_on, listed
 
 ORIGIN = (0.0, 0.0, 0.0)
 GOOD = cd.JointSpring("crank_bearing", 1.0)

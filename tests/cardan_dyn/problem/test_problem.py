@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.problem.problem import Problem
+from cardan_dyn.core.problem.arguments import checked
+from cardan_dyn.core.problem.problem import Problem
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,10 @@ from testkit.exploding import ExplodingMapping
 from testkit.scenes import double, universal
 
 import cardan_dyn as cd
-from cardan_dyn.frozen import frozen
-from cardan_dyn.problem import samples
-from cardan_dyn.problem.problem import Problem
-from cardan_dyn.problem.samples import Acting, Targets, acting_on, targets_of
+from cardan_dyn.core.problem import samples
+from cardan_dyn.core.problem.problem import Problem
+from cardan_dyn.core.problem.samples import Acting, Targets, acting_on, targets_of
+from cardan_dyn.kit.frozen import frozen
 
 ANGLES = {"joint_angle_1": 0.5, "joint_angle_2": 0.4}
 

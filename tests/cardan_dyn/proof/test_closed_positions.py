@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.description.description import LoopDescription
-from cardan_dyn.description.elements import LOOP_TYPES
-from cardan_dyn.proof.closed_positions import loop_deviation
+from cardan_dyn.core.description.description import LoopDescription
+from cardan_dyn.core.description.elements import LOOP_TYPES
+from cardan_dyn.core.proof.closed_positions import loop_deviation
 
 START = np.vstack([np.eye(3), [0.3, -0.2, 0.5]])
 AXIS, AXIS_2 = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])

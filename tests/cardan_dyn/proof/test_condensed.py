@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cardan_dyn.proof.condensed import condensed
-from cardan_dyn.proof.residuals import Residuals
+from cardan_dyn.core.proof.condensed import condensed
+from cardan_dyn.core.proof.residuals import Residuals
 
 COUNT = 2000
 

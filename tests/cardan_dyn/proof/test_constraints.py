@@ -11,13 +11,13 @@ from testkit.kinematics import frames_of
 from testkit.planar_linkages import BASE, ROCKER, described, four_bar, joint, link, solver
 
 import cardan_dyn as cd
-from cardan_dyn.description.second_reading import reread
-from cardan_dyn.proof.constraints import Constraints, Motion
-from cardan_dyn.proof.placing import Frame
-from cardan_dyn.proof.residuals import Claim
-from cardan_dyn.proof.samples import Rows, Sample
-from cardan_dyn.proof.screws import Screws
-from cardan_dyn.proof.vectors import ratio
+from cardan_dyn.core.description.second_reading import reread
+from cardan_dyn.core.proof.constraints import Constraints, Motion
+from cardan_dyn.core.proof.placing import Frame
+from cardan_dyn.core.proof.residuals import Claim
+from cardan_dyn.core.proof.samples import Rows, Sample
+from cardan_dyn.core.proof.screws import Screws
+from cardan_dyn.core.proof.vectors import ratio
 
 LENGTH = 0.4
 END = np.array([BASE, ROCKER])

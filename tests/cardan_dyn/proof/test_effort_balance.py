@@ -9,8 +9,8 @@ from testkit.kinematics import frames_of
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.proof.effort_balance import EffortBalance
-from cardan_dyn.proof.screws import Screw, Screws, in_world, power
+from cardan_dyn.core.proof.effort_balance import EffortBalance
+from cardan_dyn.core.proof.screws import Screw, Screws, in_world, power
 
 COUNT = 4
 

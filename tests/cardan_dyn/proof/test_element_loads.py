@@ -11,13 +11,13 @@ from testkit.claims import claimed, four_bar, refused, spatial
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.description.second_reading import reread
-from cardan_dyn.elements.element import Element
-from cardan_dyn.elements.element_forces import ElementForces
-from cardan_dyn.mechanism.frames import Frames
-from cardan_dyn.proof.element_loads import ProvenElements
-from cardan_dyn.proof.placing import stacked
-from cardan_dyn.proof.screws import Screws
+from cardan_dyn.core.description.second_reading import reread
+from cardan_dyn.core.elements.element import Element
+from cardan_dyn.core.elements.element_forces import ElementForces
+from cardan_dyn.core.mechanism.frames import Frames
+from cardan_dyn.core.proof.element_loads import ProvenElements
+from cardan_dyn.core.proof.placing import stacked
+from cardan_dyn.core.proof.screws import Screws
 
 ROOT = np.random.default_rng(8).uniform(-1.0, 1.0, (6, 6))
 K = ROOT @ ROOT.T

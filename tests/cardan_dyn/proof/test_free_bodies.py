@@ -22,11 +22,11 @@ from testkit.kinematics import frames_of
 from testkit.scenes import text
 
 import cardan_dyn as cd
-from cardan_dyn.description.second_reading import reread
-from cardan_dyn.elements.link_loads import LinkLoad
-from cardan_dyn.proof.constraints import Motion
-from cardan_dyn.proof.free_bodies import FreeBodies, Setup
-from cardan_dyn.proof.residuals import Claim
+from cardan_dyn.core.description.second_reading import reread
+from cardan_dyn.core.elements.link_loads import LinkLoad
+from cardan_dyn.core.proof.constraints import Motion
+from cardan_dyn.core.proof.free_bodies import FreeBodies, Setup
+from cardan_dyn.core.proof.residuals import Claim
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

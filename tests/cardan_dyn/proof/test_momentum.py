@@ -9,9 +9,9 @@ from testkit.kinematics import frames_of
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.proof.momentum import Massive
-from cardan_dyn.proof.placing import Frame, stacked
-from cardan_dyn.proof.screws import Screw, Screws
+from cardan_dyn.core.proof.momentum import Massive
+from cardan_dyn.core.proof.placing import Frame, stacked
+from cardan_dyn.core.proof.screws import Screw, Screws
 
 GRAVITY = (1.0, -2.0, -9.81)
 COUNT = 3

@@ -9,7 +9,7 @@ from testkit.compound_joints import X, Y, Z, body, crank_and_slider, joint, plat
 from testkit.kinematics import frames_of
 
 import cardan_dyn as cd
-from cardan_dyn.proof.named_motions import named_motions
+from cardan_dyn.core.proof.named_motions import named_motions
 
 FLOATING = robot(
     body("a", 1.0),

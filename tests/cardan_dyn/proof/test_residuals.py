@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.proof.residuals import (
+from cardan_dyn.core.proof.residuals import (
     BALANCE_TOLERANCE,
     CHECK_ROUNDING,
     Residuals,

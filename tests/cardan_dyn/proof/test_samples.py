@@ -20,16 +20,16 @@ from testkit.linkages import coupling, gears
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.description.second_reading import reread
-from cardan_dyn.elements.link_loads import LinkLoad
-from cardan_dyn.mechanism.frames import Frames
-from cardan_dyn.proof.constraints import Motion
-from cardan_dyn.proof.free_bodies import FreeBodies, Setup
-from cardan_dyn.proof.named_motions import named_motions
-from cardan_dyn.proof.residuals import BALANCE_TOLERANCE, Claim, Residuals
-from cardan_dyn.proof.traced import Programs
+from cardan_dyn.core.description.second_reading import reread
+from cardan_dyn.core.elements.link_loads import LinkLoad
+from cardan_dyn.core.mechanism.frames import Frames
+from cardan_dyn.core.proof.constraints import Motion
+from cardan_dyn.core.proof.free_bodies import FreeBodies, Setup
+from cardan_dyn.core.proof.named_motions import named_motions
+from cardan_dyn.core.proof.residuals import BALANCE_TOLERANCE, Claim, Residuals
+from cardan_dyn.core.proof.traced import Programs
+from cardan_dyn.core.tape import Program
 from cardan_dyn.scene.usual_motion import usual_motion
-from cardan_dyn.tape import Program
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

@@ -11,8 +11,8 @@ from testkit.kinematics import frames_of
 from testkit.mixed_chain import MIXED, moved, rows
 
 import cardan_dyn as cd
-from cardan_dyn.proof.placing import Frame, stacked
-from cardan_dyn.proof.screws import Screw, Screws, about, in_world, power, velocity_at
+from cardan_dyn.core.proof.placing import Frame, stacked
+from cardan_dyn.core.proof.screws import Screw, Screws, about, in_world, power, velocity_at
 
 COUNT = 3
 STEP = 1e-4

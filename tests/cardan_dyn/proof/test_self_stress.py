@@ -9,9 +9,9 @@ from testkit.linkages import coupling, gears, tilted_slider_crank
 from testkit.planar_linkages import BASE, CRANK, ROCKER, four_bar
 
 import cardan_dyn as cd
-from cardan_dyn.proof import self_stress
-from cardan_dyn.proof.screws import Screws
-from cardan_dyn.proof.self_stress import SelfStressProof, prove_flags
+from cardan_dyn.core.proof import self_stress
+from cardan_dyn.core.proof.screws import Screws
+from cardan_dyn.core.proof.self_stress import SelfStressProof, prove_flags
 
 LENGTH = 0.4
 OUT_OF_PLANE = [False, False, True, True, True, False]

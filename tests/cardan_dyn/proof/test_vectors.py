@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cardan_dyn.proof.vectors import (
+from cardan_dyn.core.proof.vectors import (
     ZERO,
     Vector,
     add,

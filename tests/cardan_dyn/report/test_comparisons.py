@@ -7,7 +7,7 @@ import pytest
 from testkit.scenes import CrossGeometry
 
 import cardan_dyn as cd
-from cardan_dyn.report import comparisons
+from cardan_dyn.practice.report import comparisons
 
 
 @pytest.fixture(scope="module")

@@ -19,12 +19,12 @@ pytest.importorskip("meshcat", reason="the page has a scene")
 
 from testkit.line_data import FAN, double_shaft, random_line
 
-from cardan_dyn.command_line.driveline_command import as_json
 from cardan_dyn.drive_lines import DriveLine, ShaftJoint, TitleBlock
-from cardan_dyn.drive_lines.verdict.analysis import LineForces
-from cardan_dyn.drive_lines.wording import Wording
-from cardan_dyn.report import drive_line_page as page
-from cardan_dyn.report import line_tables
+from cardan_dyn.practice.command_line.driveline_command import as_json
+from cardan_dyn.practice.drive_lines.verdict.analysis import LineForces
+from cardan_dyn.practice.drive_lines.wording import Wording
+from cardan_dyn.practice.report import drive_line_page as page
+from cardan_dyn.practice.report import line_tables
 
 STYLES = [(language, units) for language in ("en", "de") for units in ("si", "imperial")]
 # What one of these is in SI units and radians, from the definitions of NIST SP 811.

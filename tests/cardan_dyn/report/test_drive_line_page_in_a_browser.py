@@ -15,8 +15,8 @@ from testkit.browser import running_browser
 from testkit.line_data import random_line
 
 from cardan_dyn.drive_lines import DriveLine, Shaft, TitleBlock
-from cardan_dyn.report import drive_line_page as page
-from cardan_dyn.report.line_tables import best_forks
+from cardan_dyn.practice.report import drive_line_page as page
+from cardan_dyn.practice.report.line_tables import best_forks
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.report.extremes import Extreme, extremes
-from cardan_dyn.results.wrench import JointWrench
+from cardan_dyn.core.results.wrench import JointWrench
+from cardan_dyn.practice.report.extremes import Extreme, extremes
 from cardan_dyn.scene.usual_motion import usual_motion
 
 DENSE = 36_001

@@ -11,7 +11,7 @@ import pytest
 from testkit.linkages import LINK, coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.report.reporting import Report
+from cardan_dyn.practice.report.reporting import Report
 
 
 @pytest.mark.usefixtures("without_pictures")

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("jinja2", reason="pages are made by Jinja")
 
-from cardan_dyn.report import page
+from cardan_dyn.practice.report import page
 
 
 def written(path: Path, title: str) -> str:

@@ -17,8 +17,8 @@ pytest.importorskip("matplotlib", reason="the report has figures")
 pytest.importorskip("meshcat", reason="the report has scenes")
 pytest.importorskip("jinja2", reason="the report is a page made by Jinja")
 
-from cardan_dyn.report import report
-from cardan_dyn.report.verdicts import Comparison, Comparisons
+from cardan_dyn.practice.report import report
+from cardan_dyn.practice.report.verdicts import Comparison, Comparisons
 
 PASSED = Comparison("shaft", "torque <T>", "theory (1)", 10.0, 1.25e-15, 1e-13)
 FAILED = Comparison("shaft", "speed & angle", "theory (2)", 10.0, 2e-13, 1e-13)
@@ -98,7 +98,7 @@ def test_page_holds_both_scenes_and_needs_no_network(page: str) -> None:
 def test_without_an_extra_no_page_is_written(
     missing: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    from cardan_dyn.viewer.commands import meshcat
+    from cardan_dyn.practice.viewer.commands import meshcat
 
     real: Callable[..., object] = builtins.__import__
 

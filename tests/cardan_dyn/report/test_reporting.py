@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.report.case import case_of
-from cardan_dyn.report.grids import Grid, place
-from cardan_dyn.report.mechanism_page import bearings
-from cardan_dyn.report.reporting import Report
+from cardan_dyn.practice.report.case import case_of
+from cardan_dyn.practice.report.grids import Grid, place
+from cardan_dyn.practice.report.mechanism_page import bearings
+from cardan_dyn.practice.report.reporting import Report
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

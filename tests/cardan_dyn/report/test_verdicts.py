@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardan_dyn.report.verdicts import Comparison, Comparisons
+from cardan_dyn.practice.report.verdicts import Comparison, Comparisons
 
 FIRST = Comparison("shaft", "torque <T>", "theory (1)", 10.0, 1e-15, 1e-13)
 OTHER_ANGLE = dataclasses.replace(FIRST, beta_deg=20.0, error=5e-14)

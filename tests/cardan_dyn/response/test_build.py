@@ -11,9 +11,9 @@ from testkit.linkages import coupling, four_bar, gears, loop
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.response import build as build_module
-from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.sampling import Sampled
+from cardan_dyn.core.response import build as build_module
+from cardan_dyn.core.response.domain import Domain
+from cardan_dyn.core.response.sampling import Sampled
 
 Function = Callable[[np.ndarray], np.ndarray]
 

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
+from cardan_dyn.core.response.columns import (
+    ACCELERATION,
+    GRAVITY,
+    SPEED_SQUARED,
+    Acts,
+    Column,
+    Layout,
+)
 
 COLUMNS = (SPEED_SQUARED, Column(Acts.JOINT_LOAD, "gravity x"), *GRAVITY)
 

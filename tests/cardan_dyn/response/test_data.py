@@ -10,11 +10,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cardan_dyn.frozen import frozen
-from cardan_dyn.response.columns import ACCELERATION, SPEED_SQUARED, Layout
-from cardan_dyn.response.data import Proof, ResponseData
-from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.series import Series
+from cardan_dyn.core.response.columns import ACCELERATION, SPEED_SQUARED, Layout
+from cardan_dyn.core.response.data import Proof, ResponseData
+from cardan_dyn.core.response.domain import Domain
+from cardan_dyn.core.response.series import Series
+from cardan_dyn.kit.frozen import frozen
 
 PROOF = Proof(
     tolerance=1e-9,

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
-from cardan_dyn.response.domain import Domain
+from cardan_dyn.core.response.domain import Domain
 
 modest = settings(max_examples=60, deadline=None, derandomize=True)
 

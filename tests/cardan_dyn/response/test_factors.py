@@ -7,10 +7,10 @@ import pytest
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.problem.acting import Acting
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column
-from cardan_dyn.response.operating_points import checked_acting, column_factors
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.problem.acting import Acting
+from cardan_dyn.core.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column
+from cardan_dyn.core.response.operating_points import checked_acting, column_factors
 
 POSITIONS = np.linspace(-3.0, 9.0, 40)
 LOAD = Column(Acts.JOINT_LOAD, "bearing_out")

@@ -10,9 +10,9 @@ from testkit.bars_of_lengths import four_bar_of_lengths
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.response import build as build_module
-from cardan_dyn.response.operating_points import OfDesign
+from cardan_dyn.core.kinematics.assembly import Assembly
+from cardan_dyn.core.response import build as build_module
+from cardan_dyn.core.response.operating_points import OfDesign
 
 ANGLES = np.array([0.1, 0.4, 0.9, 1.2])
 POSITIONS = np.linspace(-4.0, 9.0, 31)

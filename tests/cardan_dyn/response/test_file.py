@@ -11,7 +11,7 @@ import pytest
 from testkit.scenes import text, universal
 
 import cardan_dyn as cd
-from cardan_dyn.response import file as response_file
+from cardan_dyn.core.response import file as response_file
 
 POSITIONS = np.linspace(-3.0, 9.0, 40)
 PUSH = {"shaft_out": cd.Wrench(force=(0.0, 3.0, 10.0), moment=(1.0, 0.0, 0.0))}
@@ -125,7 +125,7 @@ def test_a_strict_scene_another_branch_and_another_order_of_held_joints_are_told
 def test_another_version_of_the_package_is_refused(
     joint: cd.Mechanism, saved: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cardan_dyn.response.identity.__version__", "0.0.7")
+    monkeypatch.setattr("cardan_dyn.core.response.identity.__version__", "0.0.7")
     assert refused(saved, scene(joint)) == "version of the package"
 
 

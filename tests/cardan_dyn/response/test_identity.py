@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from testkit.scenes import text, universal
 
 import cardan_dyn as cd
-from cardan_dyn.response.identity import digest, identity
+from cardan_dyn.core.response.identity import digest, identity
 
 modest = settings(max_examples=150, deadline=None, derandomize=True)
 
@@ -176,7 +176,7 @@ def test_the_version_and_the_description_belong_to_it(
     changed = cd.load(urdf.replace('<mass value="', '<mass value="1', 1))
     different = identity(universal(changed, 0.5).solver.problem)
     assert {name for name in expected if expected[name] != different[name]} == {"description"}
-    monkeypatch.setattr("cardan_dyn.response.identity.__version__", "0.0.7")
+    monkeypatch.setattr("cardan_dyn.core.response.identity.__version__", "0.0.7")
     later = identity(universal(joint, 0.5).solver.problem)
     assert later == replace_version(expected, later["version of the package"])
     assert later != expected

@@ -10,20 +10,20 @@ from testkit.linkages import coupling, gears
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.frozen import frozen
-from cardan_dyn.problem.samples import acting_on
-from cardan_dyn.proof.residuals import Proven
-from cardan_dyn.response.columns import ACCELERATION, SPEED_SQUARED, Acts, Column, Layout
-from cardan_dyn.response.data import Proof, ResponseData
-from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.operating_points import (
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.problem.samples import acting_on
+from cardan_dyn.core.proof.residuals import Proven
+from cardan_dyn.core.response.columns import ACCELERATION, SPEED_SQUARED, Acts, Column, Layout
+from cardan_dyn.core.response.data import Proof, ResponseData
+from cardan_dyn.core.response.domain import Domain
+from cardan_dyn.core.response.operating_points import (
     CouplingMoments,
     OfDesign,
     OperatingPoints,
     solved_motion,
 )
-from cardan_dyn.response.series import Series
+from cardan_dyn.core.response.series import Series
+from cardan_dyn.kit.frozen import frozen
 
 LOAD = Column(Acts.JOINT_LOAD, "bearing_out")
 COLUMNS = (SPEED_SQUARED, ACCELERATION, LOAD)

@@ -12,7 +12,7 @@ from testkit.linkages import coupling, gears
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.response import response as response_module
+from cardan_dyn.core.response import response as response_module
 
 POSITIONS = np.linspace(-3.0, 9.0, 40)
 NOT_NUMBERS = ("a", 1j, [None], ["a"], [1j], {}, {"a": 1.0}, object(), np.array("a"), True, b"x")

@@ -9,9 +9,16 @@ from testkit.linkages import LINK, coupling, four_bar, gears, loop
 from testkit.scenes import double
 
 import cardan_dyn as cd
-from cardan_dyn.problem.samples import Targets
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
-from cardan_dyn.response.sampling import FunctionSampler, Sampled, layout_of
+from cardan_dyn.core.problem.samples import Targets
+from cardan_dyn.core.response.columns import (
+    ACCELERATION,
+    GRAVITY,
+    SPEED_SQUARED,
+    Acts,
+    Column,
+    Layout,
+)
+from cardan_dyn.core.response.sampling import FunctionSampler, Sampled, layout_of
 
 POSITIONS = np.array([0.0, 0.4, 1.0, 2.9, -5.0])
 PUSH = cd.Wrench(force=(0.0, 3.0, 10.0), moment=(1.0, 0.0, 0.0))

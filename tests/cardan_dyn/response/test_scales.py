@@ -7,8 +7,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
-from cardan_dyn.response.scales import Scales
+from cardan_dyn.core.response.columns import (
+    ACCELERATION,
+    GRAVITY,
+    SPEED_SQUARED,
+    Acts,
+    Column,
+    Layout,
+)
+from cardan_dyn.core.response.scales import Scales
 
 EPS = float(np.finfo(float).eps)
 LENGTH, MASS = 0.5, 3.0

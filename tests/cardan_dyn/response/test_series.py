@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
-from cardan_dyn.response import series as series_module
-from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.series import Series
+from cardan_dyn.core.response import series as series_module
+from cardan_dyn.core.response.domain import Domain
+from cardan_dyn.core.response.series import Series
 
 modest = settings(max_examples=60, deadline=None, derandomize=True)
 

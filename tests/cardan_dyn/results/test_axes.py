@@ -10,10 +10,10 @@ import pytest
 from testkit.mixed_chain import MIXED, joint, link, rows
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
-from cardan_dyn.results.axes import turned
-from cardan_dyn.results.motion import Motion
-from cardan_dyn.results.wrench import StoredComponents
+from cardan_dyn.core.dynamics.velocity_ratios import VelocityRatios
+from cardan_dyn.core.results.axes import turned
+from cardan_dyn.core.results.motion import Motion
+from cardan_dyn.core.results.wrench import StoredComponents
 
 COUNT = 5
 TYPES = ("continuous", "prismatic", "planar", "cylindrical", "spherical", "universal", "floating")

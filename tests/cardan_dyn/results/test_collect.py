@@ -10,10 +10,10 @@ from testkit.linkages import coupling, gears
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.problem.samples import Targets
-from cardan_dyn.results.collect import motion_at, sweep_of
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.problem.arguments import checked
+from cardan_dyn.core.problem.samples import Targets
+from cardan_dyn.core.results.collect import motion_at, sweep_of
 
 COUNT = 5
 POSITIONS = np.linspace(0.0, 1.0, COUNT)[:, None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.results.lost_digits import WELL, digits, lost_part, near_singular
+from cardan_dyn.core.results.lost_digits import WELL, digits, lost_part, near_singular
 
 EPS = np.finfo(float).eps
 

@@ -13,8 +13,8 @@ from testkit.mixed_chain import MIXED, moved, rows
 from testkit.planar_linkages import four_bar
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
-from cardan_dyn.results.motion import Motion
+from cardan_dyn.core.dynamics.velocity_ratios import VelocityRatios
+from cardan_dyn.core.results.motion import Motion
 
 COUNT = 4
 DRIVES = ("turn", "slide")

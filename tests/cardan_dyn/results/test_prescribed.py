@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.results.prescribed import Prescribed
+from cardan_dyn.core.problem.arguments import checked
+from cardan_dyn.core.results.prescribed import Prescribed
 
 
 class Item(Prescribed):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from testkit.planar_linkages import four_bar
 
-from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
-from cardan_dyn.results.motion import Motion
-from cardan_dyn.results.source import SolvedSource
+from cardan_dyn.core.dynamics.velocity_ratios import VelocityRatios
+from cardan_dyn.core.results.motion import Motion
+from cardan_dyn.core.results.source import SolvedSource
 
 
 def source() -> SolvedSource:

@@ -39,9 +39,9 @@ def test_a_sweep_imports_tables_and_axes_only_when_asked() -> None:
         "import sys, cardan_dyn as cd; "
         "turn = cd.Scene(cd.load('four_bar'), drive='crank_bearing').sweep([0.0]); "
         "print(*sorted(name for name in sys.modules if name.startswith(('xarray', 'pandas')) or "
-        "name.startswith('cardan_dyn.results.') and name.endswith('axes')))"
+        "name.startswith('cardan_dyn.core.results.') and name.endswith('axes')))"
         "; turn._repr_html_(); turn.wrench('crank_pin', 'world'); "
-        "print('cardan_dyn.results.axes' in sys.modules)"
+        "print('cardan_dyn.core.results.axes' in sys.modules)"
     )
     ran = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True

@@ -12,8 +12,8 @@ from testkit.linkages import coupling, gears
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.results.sweep import Sweep
-from cardan_dyn.results.wrench import JointWrench
+from cardan_dyn.core.results.sweep import Sweep
+from cardan_dyn.core.results.wrench import JointWrench
 
 POSITIONS = np.linspace(0.0, 6.0, 25)
 

@@ -10,7 +10,7 @@ from testkit.planar_linkages import five_bar
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.results.table import Variable
+from cardan_dyn.core.results.table import Variable
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import cardan_dyn as cd
-from cardan_dyn.results.left_open import named_components
-from cardan_dyn.results.rods import RodForce
-from cardan_dyn.results.wrench import JointWrench, StoredComponents
+from cardan_dyn.core.results.left_open import named_components
+from cardan_dyn.core.results.rods import RodForce
+from cardan_dyn.core.results.wrench import JointWrench, StoredComponents
 
 AXES = {
     "x": (1.0, 0.0, 0.0),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.response.response import Response
+from cardan_dyn.core.response.response import Response
 
 
 def test_a_scene_has_responses_of_itself_and_of_designs(joint: cd.Mechanism) -> None:

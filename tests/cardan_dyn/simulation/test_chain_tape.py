@@ -11,9 +11,9 @@ from testkit.linkages import four_bar, loop
 from testkit.rows_of_loops import parallelograms, spatial, tower
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.constrained_model import ConstrainedModel
-from cardan_dyn.simulation.system import System
-from cardan_dyn.simulation.turning_model import turning_model
+from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
+from cardan_dyn.motion.simulation.system import System
+from cardan_dyn.motion.simulation.turning_model import turning_model
 
 Array = np.ndarray
 GRAVITY = np.array([0.3, -9.81, 0.2])

@@ -8,7 +8,7 @@ from testkit.linkages import coupling, four_bar, gears, loop
 from testkit.many import in_one
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.constrained_model import Chain, chains_of
+from cardan_dyn.motion.simulation.constrained_model import Chain, chains_of
 
 
 def joints_of(mechanism: cd.Mechanism, chain: Chain) -> set[str]:

@@ -10,7 +10,7 @@ from testkit.linkages import four_bar, loop
 from testkit.many import in_one
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.constrained_model import ConstrainedChain, chains_of
+from cardan_dyn.motion.simulation.constrained_model import ConstrainedChain, chains_of
 
 LINKS = "".join(
     f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
@@ -69,7 +69,7 @@ def test_what_does_not_converge_is_not_returned(
     x, v = np.array([1e-3, -2e-3, 3e-3, 1e-3]), np.array([1.0, 0.2, 0.3, -0.4])
     closed, _ = second.closed(x, v)
     assert second.closure_error(closed) < 1e-14
-    monkeypatch.setattr(f"cardan_dyn.simulation.{module}._MOST_STEPS", 1)
+    monkeypatch.setattr(f"cardan_dyn.motion.simulation.{module}._MOST_STEPS", 1)
     close = second._by_rank.closed if way == "rank" else second.closed
     with pytest.raises(cd.SingularConfigurationError, match=r"closing them leaves \d"):
         close(x, v)

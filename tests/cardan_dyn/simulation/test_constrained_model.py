@@ -13,10 +13,10 @@ from testkit.scaling import in_lengths
 from testkit.scenes import forward_accelerations, universal
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.chain_tape import ChainTape
-from cardan_dyn.simulation.constrained_model import ConstrainedModel
-from cardan_dyn.simulation.turning_model import turning_model
-from cardan_dyn.tape import machine_is_at_hand
+from cardan_dyn.core.tape import machine_is_at_hand
+from cardan_dyn.motion.simulation.chain_tape import ChainTape
+from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
+from cardan_dyn.motion.simulation.turning_model import turning_model
 
 GRAVITY = np.array([0.3, -9.81, 0.2])
 

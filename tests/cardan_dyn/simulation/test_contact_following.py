@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.elements.contact_laws import ContactLaw
+from cardan_dyn.core.elements.contact_laws import ContactLaw
 
 MASS = 2.0
 BALL = f"""<robot name="ball"><link name="world"/><link name="pin"><inertial>

@@ -18,9 +18,9 @@ from testkit.simulated import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element_forces import ElementForces
-from cardan_dyn.simulation.energy import WeightEnergy, element_power, gained, open_efforts
-from cardan_dyn.simulation.turning_model import turning_model
+from cardan_dyn.core.elements.element_forces import ElementForces
+from cardan_dyn.motion.simulation.energy import WeightEnergy, element_power, gained, open_efforts
+from cardan_dyn.motion.simulation.turning_model import turning_model
 
 X, V, A = np.array([[0.4], [2.0]]), np.array([[3.0], [-1.0]]), np.array([[5.0], [0.0]])
 

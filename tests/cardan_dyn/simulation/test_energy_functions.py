@@ -10,9 +10,9 @@ from testkit.scenes import universal
 from testkit.simulated import GRAVITY, WEIGHT, SpinningJoint, pendulum
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver
-from cardan_dyn.simulation.energy_functions import NotSuitableError, energy_functions
-from cardan_dyn.simulation.forces import Forces
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
+from cardan_dyn.motion.simulation.energy_functions import NotSuitableError, energy_functions
+from cardan_dyn.motion.simulation.forces import Forces
 
 POINTS = np.linspace(-5.0, 9.0, 60)
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from cardan_dyn.periodic import Fourier
-from cardan_dyn.simulation.energy_functions import EnergyFunctions, NotSuitableError
-from cardan_dyn.simulation.energy_integral import EnergyIntegral
+from cardan_dyn.kit.periodic import Fourier
+from cardan_dyn.motion.simulation.energy_functions import EnergyFunctions, NotSuitableError
+from cardan_dyn.motion.simulation.energy_integral import EnergyIntegral
 
 RATE = 3.0
 """Angular frequency of small swings [rad/s]; the inertia is 2."""

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.events import EventSearch, Happened, watched
-from cardan_dyn.simulation.forces import Named
+from cardan_dyn.motion.simulation.events import EventSearch, Happened, watched
+from cardan_dyn.motion.simulation.forces import Named
 
 
 def reading(times: list[float]) -> list[tuple[Named, Named]]:

@@ -12,10 +12,10 @@ from testkit.element_work import generalised
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element_forces import Acted, LinkWrench
-from cardan_dyn.problem.arguments import split_loads
-from cardan_dyn.simulation.forces import Forces, Named, StateNames, state_function
-from cardan_dyn.simulation.turning_model import turning_model
+from cardan_dyn.core.elements.element_forces import Acted, LinkWrench
+from cardan_dyn.core.problem.arguments import split_loads
+from cardan_dyn.motion.simulation.forces import Forces, Named, StateNames, state_function
+from cardan_dyn.motion.simulation.turning_model import turning_model
 
 MECHANISM = cd.load(four_bar(loop("continuous")))
 SIZE = MECHANISM.coordinates.size

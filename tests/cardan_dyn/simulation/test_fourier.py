@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.periodic import Fourier
+from cardan_dyn.kit.periodic import Fourier
 
 PERIOD = 3.0
 FREQUENCY = 2.0 * np.pi / PERIOD

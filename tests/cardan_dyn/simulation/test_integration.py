@@ -9,7 +9,7 @@ import pickle
 import numpy as np
 import pytest
 
-from cardan_dyn.simulation.integration import Equations, Integration
+from cardan_dyn.motion.simulation.integration import Equations, Integration
 
 
 class Circle(Equations):

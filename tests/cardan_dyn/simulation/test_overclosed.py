@@ -22,8 +22,8 @@ from testkit.hinge_loops import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.constrained_model import ConstrainedModel
-from cardan_dyn.simulation.turning_model import turning_model
+from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
+from cardan_dyn.motion.simulation.turning_model import turning_model
 
 GRAVITY = np.array([0.5, -9.81, 2.0])
 Maker = Callable[[], list[Hinge]]

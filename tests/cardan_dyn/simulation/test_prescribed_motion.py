@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.prescribed_motion import (
+from cardan_dyn.motion.simulation.prescribed_motion import (
     begun_at,
     prescribed_motion,
     prescribed_motions,

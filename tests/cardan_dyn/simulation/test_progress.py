@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn import time_left
-from cardan_dyn.simulation.progress import Progress
+from cardan_dyn.kit import time_left
+from cardan_dyn.motion.simulation.progress import Progress
 
 
 def test_a_function_gets_the_fraction_done() -> None:

@@ -10,7 +10,7 @@ import pytest
 from testkit.simulated import GRAVITY, integrated, parallelogram_law, parallelograms, pendulum
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.runs import ConstrainedRun, OneCoordinateRun
+from cardan_dyn.motion.simulation.runs import ConstrainedRun, OneCoordinateRun
 
 TIMES = np.linspace(0.0, 2.0, 21)
 

@@ -7,9 +7,9 @@ import pytest
 from testkit.linkages import coupling, four_bar, gears, loop
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.energy_functions import energy_functions
-from cardan_dyn.simulation.forces import Forces, state_function
-from cardan_dyn.simulation.scalar_equation import ScalarEquation
+from cardan_dyn.motion.simulation.energy_functions import energy_functions
+from cardan_dyn.motion.simulation.forces import Forces, state_function
+from cardan_dyn.motion.simulation.scalar_equation import ScalarEquation
 
 
 def equation_of(scene: cd.Scene, functions: dict[str, object]) -> ScalarEquation:

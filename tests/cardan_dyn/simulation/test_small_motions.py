@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.simulation.equilibrium import small_motions
+from cardan_dyn.motion.simulation.equilibrium import small_motions
 
 
 def test_springs_and_masses_apart() -> None:

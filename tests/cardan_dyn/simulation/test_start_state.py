@@ -7,7 +7,7 @@ import pytest
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.start_state import closed_start, drive_positions
+from cardan_dyn.motion.simulation.start_state import closed_start, drive_positions
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from testkit.simulated import link
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.stiffness import judged, modes, settled
+from cardan_dyn.motion.simulation.stiffness import judged, modes, settled
 
 SLOW, FAST = 3.0, 3e4
 
@@ -108,7 +108,7 @@ def test_a_start_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -
     settled_one = scene.simulate(5e-3, position=start, rtol=1e-8, settle=True)
     assert not any("oscillatory" in note for note in settled_one.notes)
     assert "note" not in repr(settled_one)
-    monkeypatch.setattr("cardan_dyn.simulation.stiffness._SETTLING_STEPS", 0)
+    monkeypatch.setattr("cardan_dyn.motion.simulation.stiffness._SETTLING_STEPS", 0)
     left = scene.simulate(5e-3, position=start, rtol=1e-8, settle=True)
     (note,) = left.notes
     assert repr(left).endswith("; 1 note>")

@@ -8,10 +8,10 @@ from scipy.spatial.transform import Rotation
 from testkit.linkages import coupling, four_bar, gears, loop
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.constrained_model import ConstrainedModel
-from cardan_dyn.simulation.forces import Forces
-from cardan_dyn.simulation.prescribed_motion import Uniform
-from cardan_dyn.simulation.system import System
+from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
+from cardan_dyn.motion.simulation.forces import Forces
+from cardan_dyn.motion.simulation.prescribed_motion import Uniform
+from cardan_dyn.motion.simulation.system import System
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
 BALL = """<robot name="ball"><link name="base"/><link name="top"><inertial>

@@ -8,7 +8,7 @@ import pytest
 from testkit.ball_rods import as_balls
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.turning_model import turning_model
+from cardan_dyn.motion.simulation.turning_model import turning_model
 
 
 @pytest.mark.parametrize("name", ["double_shaft_z", "needle_drive", "balls"])

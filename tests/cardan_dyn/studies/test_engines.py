@@ -18,8 +18,8 @@ from scipy.stats import norm
 
 import cardan_dyn as cd
 from cardan_dyn import studies
-from cardan_dyn.studies.engines import Finished, Here
-from cardan_dyn.studies.study import local_client
+from cardan_dyn.practice.studies.engines import Finished, Here
+from cardan_dyn.practice.studies.study import local_client
 
 TURN = np.linspace(0.0, 6.0, 12)
 
@@ -108,7 +108,7 @@ def test_cases_that_only_waited_at_lost_workers_are_no_failures(
                 yield task, KilledWorker("compute", None, 3)  # type: ignore[arg-type]
 
     given_up: list[list[int]] = []
-    monkeypatch.setattr("cardan_dyn.studies.study.Here", Lost)
+    monkeypatch.setattr("cardan_dyn.practice.studies.study.Here", Lost)
     found = cd.study(lambda x: x, {"x": np.arange(8.0)}, workers=1, chunk=1).run()
     assert given_up == [[0, 1, 2], [1]]
     assert found.failures.x.tolist() == [1.0]

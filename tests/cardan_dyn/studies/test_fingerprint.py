@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.studies.fingerprint import differences, fingerprint
+from cardan_dyn.practice.studies.fingerprint import differences, fingerprint
 
 FUNCTION = '''
 FACTOR = 2.0
@@ -180,7 +180,7 @@ def test_fingerprints_are_the_same_in_every_process() -> None:
     code = (
         "import cardan_dyn as cd, numpy as np\n"
         "from cardan_dyn import studies\n"
-        "from cardan_dyn.studies.fingerprint import fingerprint\n"
+        "from cardan_dyn.practice.studies.fingerprint import fingerprint\n"
         "words = {'a', 'b', 'c', 'd'}\n"
         "scene = cd.Scene(cd.load('elastic_thoma_rig'), drive='bearing_in', free='tilt_z',\n"
         "                 held={'joint_angle': 0.1, 'tilt_y': 0.0},\n"

@@ -9,7 +9,7 @@ from scipy.stats import norm, qmc, uniform
 
 import cardan_dyn as cd
 from cardan_dyn import studies
-from cardan_dyn.studies.parameters import METHODS, checked_parameters
+from cardan_dyn.practice.studies.parameters import METHODS, checked_parameters
 
 LAWS = {"a": norm(1.0, 0.2), "b": (uniform(2.0, 3.0), "m")}
 

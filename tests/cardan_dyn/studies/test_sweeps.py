@@ -10,7 +10,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn import studies
-from cardan_dyn.studies.chunking import chunk_shape
+from cardan_dyn.practice.studies.chunking import chunk_shape
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

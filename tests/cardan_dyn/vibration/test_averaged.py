@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.periodic import nodes
-from cardan_dyn.vibration.model.modes import averaged, modes
-from cardan_dyn.vibration.model.reduced_model import LocalEquation
+from cardan_dyn.kit.periodic import nodes
+from cardan_dyn.motion.vibration.model.modes import averaged, modes
+from cardan_dyn.motion.vibration.model.reduced_model import LocalEquation
 
 
 def of(mass: object, damping: object, stiffness: object) -> tuple:

@@ -8,10 +8,10 @@ from continuation import Branch as OwnBranch
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-from cardan_dyn.periodic import amplitudes
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.continuation import Branch, Point
-from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.kit.periodic import amplitudes
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.continuation import Branch, Point
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 BETA, RATIO = np.radians(20.0), 4e-3
 

@@ -9,8 +9,8 @@ from testkit import elastic_rigs
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.analytic.whirl import whirl_frequencies
+from cardan_dyn.motion.vibration.results.campbell import followed
 from cardan_dyn.vibration import Campbell
-from cardan_dyn.vibration.results.campbell import followed
 
 POLAR = 0.1
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cardan_dyn import ArgumentError
-from cardan_dyn.vibration.motions.driven import Characteristic
+from cardan_dyn.motion.vibration.motions.driven import Characteristic
 
 
 def test_a_constant_torque() -> None:

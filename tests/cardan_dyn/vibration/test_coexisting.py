@@ -9,8 +9,8 @@ from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 BETA = np.radians(15.0)
 

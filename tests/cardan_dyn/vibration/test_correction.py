@@ -9,12 +9,12 @@ import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn import AccuracyError, VibrationError
-from cardan_dyn.periodic import resampled
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.correction import _refuse_singular, along, corrected
-from cardan_dyn.vibration.motions.harmonic_balance import course_of, solved
-from cardan_dyn.vibration.motions.models import Motions
-from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.kit.periodic import resampled
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.correction import _refuse_singular, along, corrected
+from cardan_dyn.motion.vibration.motions.harmonic_balance import course_of, solved
+from cardan_dyn.motion.vibration.motions.models import Motions
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 
 @pytest.fixture(scope="module")

@@ -16,8 +16,8 @@ from testkit import elastic_rigs
 
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, vibration
+from cardan_dyn.motion.vibration.motions import continuation
 from cardan_dyn.vibration import CriticalSpeeds
-from cardan_dyn.vibration.motions import continuation
 
 PER_MINUTE = 30.0 / np.pi
 
@@ -470,7 +470,7 @@ def test_a_resonance_beyond_fine_models_is_held_against_sweeps() -> None:
 def test_a_resonance_that_sweeps_do_not_put_right_is_remarked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("cardan_dyn.vibration.motions.continuation._MOST_SWEEPS", 0)
+    monkeypatch.setattr("cardan_dyn.motion.vibration.motions.continuation._MOST_SWEEPS", 0)
     rig = stiffening(2.0, 100.0, 0.3, 0.5, 10.0**-1.8, 4.0)
     found = vibration.critical_speeds(
         rig.scene, [rig.low, rig.high], orders=1.0, instabilities=False, **rig.options

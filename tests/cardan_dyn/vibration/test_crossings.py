@@ -9,10 +9,10 @@ import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn.analytic.whirl import critical_speed, whirl_frequencies
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.results.campbell import campbell_of
-from cardan_dyn.vibration.results.resonance import between, crossings
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.results.campbell import campbell_of
+from cardan_dyn.motion.vibration.results.resonance import between, crossings
 
 
 def test_a_crossing_at_a_speed_of_the_modes_is_one() -> None:

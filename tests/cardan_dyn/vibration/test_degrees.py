@@ -7,9 +7,9 @@ import pytest
 from testkit import elastic_rigs
 
 from benchmarks.waiting import _rig
-from cardan_dyn.vibration.model.build import TermSamples, needed_degrees
-from cardan_dyn.vibration.model.polynomials import polynomials, size_of
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.model.build import TermSamples, needed_degrees
+from cardan_dyn.motion.vibration.model.polynomials import polynomials, size_of
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
 
 DRIVE = np.array([0.4, 1.3, 2.9])
 

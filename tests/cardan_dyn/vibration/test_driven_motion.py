@@ -9,10 +9,10 @@ from testkit import elastic_rigs
 
 import cardan_dyn as cd
 from cardan_dyn import VibrationError
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.driven import Characteristic, Driven, DrivenMotions
-from cardan_dyn.vibration.motions.models import Motions
-from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.driven import Characteristic, Driven, DrivenMotions
+from cardan_dyn.motion.vibration.motions.models import Motions
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 BETA = np.radians(25.0)
 

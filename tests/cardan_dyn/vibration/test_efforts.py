@@ -8,8 +8,8 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 
 import cardan_dyn as cd
-from cardan_dyn.vibration.model.efforts import FreeEfforts, Terms
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.model.efforts import FreeEfforts, Terms
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
 
 BETA = np.radians(20.0)
 

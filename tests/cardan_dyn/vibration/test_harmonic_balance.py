@@ -8,10 +8,15 @@ from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-from cardan_dyn.vibration.model.build import ModelBuild
-from cardan_dyn.vibration.model.reduced_model import ReducedModel
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.harmonic_balance import course_of, jacobian, resolved, solved
+from cardan_dyn.motion.vibration.model.build import ModelBuild
+from cardan_dyn.motion.vibration.model.reduced_model import ReducedModel
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.harmonic_balance import (
+    course_of,
+    jacobian,
+    resolved,
+    solved,
+)
 
 BETA = np.radians(30.0)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
-from cardan_dyn.periodic import amplitudes
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.linear import at_mean, averaged_motions, linear_motions
-from cardan_dyn.vibration.motions.models import Motions
-from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.kit.periodic import amplitudes
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.linear import at_mean, averaged_motions, linear_motions
+from cardan_dyn.motion.vibration.motions.models import Motions
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 
 def found(urdf: str, beta: float, speed: float) -> Motions:

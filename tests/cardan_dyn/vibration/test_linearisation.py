@@ -10,9 +10,9 @@ from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
 from cardan_dyn import ArgumentError, vibration
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.results.linearisation import _derivative_error
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.results.linearisation import _derivative_error
 
 BETA = np.radians(20.0)
 

@@ -10,11 +10,11 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 
 from cardan_dyn import AccuracyError
-from cardan_dyn.periodic import interpolation, nodes
-from cardan_dyn.vibration.model.build import FINE, ROUGH, ModelBuild
-from cardan_dyn.vibration.model.reduced_model import ReducedModel
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.harmonic_balance import course_of
+from cardan_dyn.kit.periodic import interpolation, nodes
+from cardan_dyn.motion.vibration.model.build import FINE, ROUGH, ModelBuild
+from cardan_dyn.motion.vibration.model.reduced_model import ReducedModel
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.harmonic_balance import course_of
 
 RIG = elastic_rigs.elastic_rig()
 

@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.special import mathieu_a, mathieu_b
 
-from cardan_dyn.periodic import nodes
-from cardan_dyn.vibration.model.reduced_model import LocalEquation
-from cardan_dyn.vibration.motions.stability import first_order, gauss, monodromy
+from cardan_dyn.kit.periodic import nodes
+from cardan_dyn.motion.vibration.model.reduced_model import LocalEquation
+from cardan_dyn.motion.vibration.motions.stability import first_order, gauss, monodromy
 
 
 def test_gauss_points_integrate_to_their_order() -> None:

@@ -12,16 +12,16 @@ from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
 from benchmarks.waiting import _rig
-from cardan_dyn.errors import AccuracyError
-from cardan_dyn.vibration.model.build import ModelBuild
-from cardan_dyn.vibration.model.efforts import FreeEfforts, Terms
-from cardan_dyn.vibration.model.reduced_model import ReducedModel
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.harmonic_balance import course_of
-from cardan_dyn.vibration.motions.linear import linear_motions
-from cardan_dyn.vibration.motions.models import FIRST_RANGE
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.results.periodic_motion import periodic_motion
+from cardan_dyn.kit.errors import AccuracyError
+from cardan_dyn.motion.vibration.model.build import ModelBuild
+from cardan_dyn.motion.vibration.model.efforts import FreeEfforts, Terms
+from cardan_dyn.motion.vibration.model.reduced_model import ReducedModel
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.harmonic_balance import course_of
+from cardan_dyn.motion.vibration.motions.linear import linear_motions
+from cardan_dyn.motion.vibration.motions.models import FIRST_RANGE
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.results.periodic_motion import periodic_motion
 
 BETA = np.radians(15.0)
 

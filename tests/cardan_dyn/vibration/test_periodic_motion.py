@@ -14,8 +14,8 @@ from tilting_shaft import TiltingShaft
 
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, VibrationError, vibration
+from cardan_dyn.motion.vibration.results.periodic_motion import _collected, search_of
 from cardan_dyn.vibration import PeriodicMotion
-from cardan_dyn.vibration.results.periodic_motion import _collected, search_of
 
 SPEED = 0.51303
 LINE = elastic_rigs.torsional_line(damping_in=0.1)

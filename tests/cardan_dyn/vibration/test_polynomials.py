@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.vibration.model.polynomials import Polynomials, polynomials, size_of
+from cardan_dyn.motion.vibration.model.polynomials import Polynomials, polynomials, size_of
 
 
 @pytest.mark.parametrize("degrees", [(6,), (5, 5), (8, 2), (4, 3, 2)])

@@ -7,10 +7,10 @@ import pytest
 from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 
-from cardan_dyn.vibration.model.build import ModelBuild
-from cardan_dyn.vibration.model.reduced_model import Course, ReducedModel
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.harmonic_balance import course_of
+from cardan_dyn.motion.vibration.model.build import ModelBuild
+from cardan_dyn.motion.vibration.model.reduced_model import Course, ReducedModel
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.harmonic_balance import course_of
 
 BETA, SPEED = np.radians(20.0), 0.8
 SYSTEM = TiltingShaft(BETA, SPEED, 0.3, 1.2, 1.5, 0.02)

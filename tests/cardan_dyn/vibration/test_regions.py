@@ -11,10 +11,10 @@ from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
 from cardan_dyn import vibration
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.regions import StabilityOverSpeed, regions
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.motions.stability import FOLD, NONE, STABLE, stability
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.regions import StabilityOverSpeed, regions
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.motions.stability import FOLD, NONE, STABLE, stability
 
 
 def test_first_region_of_a_spring_in_front() -> None:

@@ -8,9 +8,9 @@ from testkit import elastic_rigs
 
 import cardan_dyn as cd
 from cardan_dyn import vibration
-from cardan_dyn.vibration.model.efforts import FreeEfforts
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.search import resting_place
+from cardan_dyn.motion.vibration.model.efforts import FreeEfforts
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.search import resting_place
 
 BETA = 0.2
 LINE = elastic_rigs.torsional_line(0.5, 0.3, 1.0, 2.0)

@@ -13,8 +13,8 @@ import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn import ArgumentError, CardanError, vibration
-from cardan_dyn.results.table import Table
-from cardan_dyn.vibration.results.result import VibrationResult
+from cardan_dyn.core.results.table import Table
+from cardan_dyn.motion.vibration.results.result import VibrationResult
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from testkit import elastic_rigs
 
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, MobilityError, ModelError, VibrationError, vibration
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene, speeds_of
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene, speeds_of
 
 LINE = elastic_rigs.torsional_line()
 

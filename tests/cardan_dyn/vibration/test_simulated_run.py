@@ -7,10 +7,10 @@ import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn import VibrationError
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.driven import Characteristic
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.results.run_up import Rising, SimulatedRun, windows_of
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.driven import Characteristic
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.results.run_up import Rising, SimulatedRun, windows_of
 
 
 def run(

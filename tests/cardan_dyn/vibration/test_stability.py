@@ -8,9 +8,9 @@ from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.motions.stability import _kinds, separation, stability
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.motions.stability import _kinds, separation, stability
 
 
 def test_names_of_multipliers() -> None:

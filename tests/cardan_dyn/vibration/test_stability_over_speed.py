@@ -8,11 +8,11 @@ from testkit import elastic_rigs
 
 from benchmarks.waiting import _rig
 from cardan_dyn import Scene, vibration
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions import regions as module
-from cardan_dyn.vibration.motions.regions import StabilityOverSpeed
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.motions.stability import NONE, Stability, stability
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions import regions as module
+from cardan_dyn.motion.vibration.motions.regions import StabilityOverSpeed
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.motions.stability import NONE, Stability, stability
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_a_table_of_four_freedoms_takes_few_motions_and_models(
     looked_at: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One model serves small motions, one the resonance, in which one coordinate moves most."""
-    from cardan_dyn.vibration.model.build import ModelBuild, TermSamples
+    from cardan_dyn.motion.vibration.model.build import ModelBuild, TermSamples
 
     sizes: list[np.ndarray] = []
     samples: list[int] = []

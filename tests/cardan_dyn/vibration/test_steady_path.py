@@ -9,9 +9,9 @@ from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
 from cardan_dyn import VibrationError, vibration
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.motions.steady_path import SteadyPath, steady_path, together
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.motions.steady_path import SteadyPath, steady_path, together
 
 STEEP = np.radians(45.0)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
-from cardan_dyn.vibration.model.build import TermSamples
-from cardan_dyn.vibration.model.efforts import Terms
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.model.build import TermSamples
+from cardan_dyn.motion.vibration.model.efforts import Terms
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,11 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 
 from cardan_dyn import vibration
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.vibration.motions.driven import Characteristic
-from cardan_dyn.vibration.motions.search import MotionSearch
-from cardan_dyn.vibration.motions.steady_path import steady_path
-from cardan_dyn.vibration.results.torque_curve import TorqueCurve, half_swings
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.driven import Characteristic
+from cardan_dyn.motion.vibration.motions.search import MotionSearch
+from cardan_dyn.motion.vibration.motions.steady_path import steady_path
+from cardan_dyn.motion.vibration.results.torque_curve import TorqueCurve, half_swings
 
 BETA = np.radians(20.0)
 

@@ -7,8 +7,8 @@ import pytest
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from cardan_dyn.vibration.model.modes import WhirlSense, clear_senses, sense_name
-from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.model.modes import WhirlSense, clear_senses, sense_name
+from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
 
 SHAPES = np.array([[1.0, 1.0, 1.0, 2.0], [-1j, 1j, 0.5, -1j]])
 """Circles in both senses, a line and an ellipse of y and z."""

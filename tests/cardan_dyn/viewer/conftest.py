@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.report import comparisons
+from cardan_dyn.practice.report import comparisons
 
 BETA = 0.6
 SAMPLES = np.arange(0, 25, 2)

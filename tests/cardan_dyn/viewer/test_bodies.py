@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from testkit.drawn import placed
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.bodies import GROUND, PALETTE, Bodies
-from cardan_dyn.viewer.commands import Drawing
+from cardan_dyn.practice.viewer.bodies import GROUND, PALETTE, Bodies
+from cardan_dyn.practice.viewer.commands import Drawing
 
 SAMPLES = np.arange(0, 25, 2)
 

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
-from cardan_dyn.viewer.commands import (
+from cardan_dyn.practice.viewer.commands import (
     STEADY,
     Arrays,
     Color,

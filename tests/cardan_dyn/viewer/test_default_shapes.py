@@ -10,10 +10,10 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 from testkit.scaling import in_lengths
 
 import cardan_dyn as cd
-from cardan_dyn.viewer import shapes as forms
-from cardan_dyn.viewer.bodies import Bodies
-from cardan_dyn.viewer.commands import Drawing
-from cardan_dyn.viewer.default_shapes import (
+from cardan_dyn.practice.viewer import shapes as forms
+from cardan_dyn.practice.viewer.bodies import Bodies
+from cardan_dyn.practice.viewer.commands import Drawing
+from cardan_dyn.practice.viewer.default_shapes import (
     Attachment,
     Body,
     Travel,
@@ -25,7 +25,7 @@ from cardan_dyn.viewer.default_shapes import (
     telescope,
     travel_of,
 )
-from cardan_dyn.viewer.still import Still
+from cardan_dyn.practice.viewer.still import Still
 
 X, Y, Z = np.eye(3)
 ROD = 0.01

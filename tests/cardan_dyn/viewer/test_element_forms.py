@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cardan_dyn.viewer import shapes as forms
+from cardan_dyn.practice.viewer import shapes as forms
 
 Surface = tuple[np.ndarray, np.ndarray]
 SOLIDS: dict[str, tuple[Callable[[], Surface], float]] = {

@@ -10,8 +10,8 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 from testkit.drawn import placed
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.commands import Drawing
-from cardan_dyn.viewer.element_shapes import ARC_RADIUS, draw_elements
+from cardan_dyn.practice.viewer.commands import Drawing
+from cardan_dyn.practice.viewer.element_shapes import ARC_RADIUS, draw_elements
 
 ELEMENTS = [
     cd.PointSpring("crank", (0.1, 0.0, 0.0), "base", (0.1, 0.2, 0.0), 500.0, name="coil"),

@@ -10,12 +10,12 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 from testkit.drawn import placed
 
 import cardan_dyn as cd
-from cardan_dyn.elements.joint_elements import JointElement
-from cardan_dyn.elements.link_motions import LinkMotion
-from cardan_dyn.mechanism.joints import Part
-from cardan_dyn.viewer import element_shapes as shapes
-from cardan_dyn.viewer.commands import Drawing
-from cardan_dyn.viewer.shapes import ARROW
+from cardan_dyn.core.elements.joint_elements import JointElement
+from cardan_dyn.core.elements.link_motions import LinkMotion
+from cardan_dyn.core.mechanism.joints import Part
+from cardan_dyn.practice.viewer import element_shapes as shapes
+from cardan_dyn.practice.viewer.commands import Drawing
+from cardan_dyn.practice.viewer.shapes import ARROW
 
 TIMES = np.array([0.0, 1.0])
 X = np.array([0.3, -0.5])

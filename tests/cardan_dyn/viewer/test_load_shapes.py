@@ -10,8 +10,8 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 from testkit.drawn import placed
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.commands import Color, Drawing
-from cardan_dyn.viewer.load_shapes import draw_loads
+from cardan_dyn.practice.viewer.commands import Color, Drawing
+from cardan_dyn.practice.viewer.load_shapes import draw_loads
 
 RED = Color.of("#b71c1c")
 SAMPLES = np.arange(5)

@@ -16,8 +16,15 @@ import pytest
 pytest.importorskip("trimesh", reason="the viewer reads meshes with trimesh")
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.meshes import Surface, creased, find_mesh, read_mesh, searched, thinned
-from cardan_dyn.viewer.visuals import shapes_of
+from cardan_dyn.practice.viewer.meshes import (
+    Surface,
+    creased,
+    find_mesh,
+    read_mesh,
+    searched,
+    thinned,
+)
+from cardan_dyn.practice.viewer.visuals import shapes_of
 
 POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])

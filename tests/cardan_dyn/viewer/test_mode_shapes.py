@@ -7,7 +7,7 @@ import pytest
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.mode_shapes import mode_sweep
+from cardan_dyn.practice.viewer.mode_shapes import mode_sweep
 
 RIG = elastic_rigs.scene(elastic_rigs.elastic_rig(), 0.2)
 

@@ -13,9 +13,9 @@ import pytest
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 pytest.importorskip("jinja2", reason="the page needs Jinja")
 
-from cardan_dyn.viewer.commands import Color, Drawing, Pose
-from cardan_dyn.viewer.scenery import Meaning, Scale, Scenery
-from cardan_dyn.viewer.viewing import Server, render
+from cardan_dyn.practice.viewer.commands import Color, Drawing, Pose
+from cardan_dyn.practice.viewer.scenery import Meaning, Scale, Scenery
+from cardan_dyn.practice.viewer.viewing import Server, render
 
 
 def scenery(label: str) -> Scenery:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.commands import Arrays, Place
-from cardan_dyn.viewer.mode_shapes import mode_sweep
-from cardan_dyn.viewer.readings import course, readings
-from cardan_dyn.viewer.still import Still
+from cardan_dyn.practice.viewer.commands import Arrays, Place
+from cardan_dyn.practice.viewer.mode_shapes import mode_sweep
+from cardan_dyn.practice.viewer.readings import course, readings
+from cardan_dyn.practice.viewer.still import Still
 
 FOUR_BAR = cd.load("four_bar")
 

@@ -14,7 +14,7 @@ from testkit.drawn import placed
 from testkit.kinematics import at_zero
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.scenery import (
+from cardan_dyn.practice.viewer.scenery import (
     BENDING,
     FORCE,
     LOAD,
@@ -25,7 +25,7 @@ from cardan_dyn.viewer.scenery import (
     build,
     has_axis,
 )
-from cardan_dyn.viewer.still import Still
+from cardan_dyn.practice.viewer.still import Still
 
 SAMPLES = np.arange(25)
 BODIES = {"mechanism", "bearings"}

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardan_dyn.viewer import shapes
+from cardan_dyn.practice.viewer import shapes
 
 
 def volume(surface: tuple[np.ndarray, np.ndarray]) -> float:

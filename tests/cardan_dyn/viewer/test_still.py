@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.still import Still
+from cardan_dyn.practice.viewer.still import Still
 
 
 def test_a_still_has_one_sample_without_wrenches() -> None:

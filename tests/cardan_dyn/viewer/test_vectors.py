@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.vectors import Vectors, collect
+from cardan_dyn.practice.viewer.vectors import Vectors, collect
 
 SAMPLES = np.arange(0, 25, 2)
 RADIUS = 0.5

@@ -21,9 +21,9 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 pytest.importorskip("jinja2", reason="the page needs Jinja")
 
 import cardan_dyn as cd
-from cardan_dyn.viewer import commands, viewing
-from cardan_dyn.viewer.scenery import Parts, Scenery
-from cardan_dyn.viewer.viewing import View
+from cardan_dyn.practice.viewer import commands, viewing
+from cardan_dyn.practice.viewer.scenery import Parts, Scenery
+from cardan_dyn.practice.viewer.viewing import View
 
 
 def test_a_720_frame_double_shaft_stays_small(shaft_turn: cd.Sweep, tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_without_the_extra_the_install_command_is_named(
 def test_importing_the_package_loads_no_viewer() -> None:
     script = (
         "import sys, cardan_dyn\n"
-        "assert not {'meshcat', 'jinja2', 'cardan_dyn.viewer'} & set(sys.modules)\n"
+        "assert not {'meshcat', 'jinja2', 'cardan_dyn.practice.viewer'} & set(sys.modules)\n"
         "cardan_dyn.view\n"
         "assert 'meshcat' not in sys.modules"
     )

@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.meshes import read_mesh
-from cardan_dyn.viewer.visuals import Shape, few_enough, shapes_of
+from cardan_dyn.practice.viewer.meshes import read_mesh
+from cardan_dyn.practice.viewer.visuals import Shape, few_enough, shapes_of
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 STL = "solid t\nfacet normal 0 0 1\nouter loop\n{}endloop\nendfacet\nendsolid t\n"
@@ -229,6 +229,6 @@ def test_a_file_is_read_once_however_often_it_is_shown(
         read.append(path)
         return read_mesh(path, part)
 
-    monkeypatch.setattr("cardan_dyn.viewer.visuals.read_mesh", counted)
+    monkeypatch.setattr("cardan_dyn.practice.viewer.visuals.read_mesh", counted)
     shapes, _ = shapes_of(described(5 * visual(f'<mesh filename="{file}"/>')))
     assert len(shapes) == 5 and read == [file]

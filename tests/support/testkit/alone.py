@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cardan_dyn.dynamics.taped import TapedSolver
+from cardan_dyn.core.dynamics.taped import TapedSolver
 
 
 def without_tapes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from cardan_dyn import tape
-from cardan_dyn.tape.graph import Graph
+from cardan_dyn.core import tape
+from cardan_dyn.core.tape.graph import Graph
 
 DIGITS = 50
 

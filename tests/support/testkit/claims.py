@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.problem.samples import Acting, acting_on
-from cardan_dyn.proof.free_bodies import FreeBodies
-from cardan_dyn.proof.residuals import Claim, Residuals
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.problem.samples import Acting, acting_on
+from cardan_dyn.core.proof.free_bodies import FreeBodies
+from cardan_dyn.core.proof.residuals import Claim, Residuals
 from testkit.many_drives import cranks, on_arms
 
 POSITIONS = np.linspace(0.2, 1.4, 30)

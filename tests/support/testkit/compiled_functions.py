@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from cardan_dyn import compiled
+from cardan_dyn.core import compiled
 
 needs_kernel = pytest.mark.skipif(compiled.kernel is None, reason="nothing is compiled here")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cardan_dyn.viewer.commands import Drawing
+from cardan_dyn.practice.viewer.commands import Drawing
 
 
 def placed(drawing: Drawing, path: str) -> dict[str, np.ndarray]:

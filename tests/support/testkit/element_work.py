@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element_forces import Acted, ElementForces
+from cardan_dyn.core.elements.element_forces import Acted, ElementForces
 
 
 def generalised(mechanism: cd.Mechanism, x: np.ndarray, acted: Acted) -> np.ndarray:

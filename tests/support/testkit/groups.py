@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.equations import Reduction
-from cardan_dyn.kinematics.closing.group_solver import GroupSolver, GroupState
+from cardan_dyn.core.kinematics.closing.equations import Reduction
+from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver, GroupState
 from testkit.planar_linkages import described, joint, link, solver
 
 

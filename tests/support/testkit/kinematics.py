@@ -5,7 +5,7 @@ from __future__ import annotations
 import pinocchio as pin
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.frames import Frames
+from cardan_dyn.core.mechanism.frames import Frames
 
 
 def frames_of(mechanism: cd.Mechanism) -> Frames:

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from cardan_dyn.description.read import bundled_directory
+from cardan_dyn.core.description.read import bundled_directory
 
 
 class LooseSliderCrank(NamedTuple):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cardan_dyn.compiled import kernel
+from cardan_dyn.core.compiled import kernel
 
 Array = NDArray[np.float64]
 

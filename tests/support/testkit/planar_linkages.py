@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.closing.all_groups import Kinematics
-from cardan_dyn.kinematics.loop_system import LoopSystem
+from cardan_dyn.core.kinematics.closing.all_groups import Kinematics
+from cardan_dyn.core.kinematics.loop_system import LoopSystem
 
 CRANK, ROCKER, BASE = 0.3, 0.8, 1.0
 COUPLER = float(np.hypot(BASE, ROCKER - CRANK))

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description, JointDescription, LoopDescription
+from cardan_dyn.core.description.description import Description, JointDescription, LoopDescription
 
 WORDS = {
     **{kind: kind for kind in ("revolute", "continuous", "prismatic", "fixed", "universal")},

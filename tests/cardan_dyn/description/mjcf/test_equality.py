@@ -8,8 +8,8 @@ import pytest
 from testkit.mjcf import CONNECTS, HALVES, ROCKER, placed
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import LoopDescription
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.description import LoopDescription
+from cardan_dyn.core.description.read import read
 
 
 def test_inactive_equalities_are_left_out() -> None:

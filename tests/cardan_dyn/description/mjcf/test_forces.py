@@ -6,7 +6,7 @@ import pytest
 from testkit.mjcf import CONNECTS, HALVES, ROCKER, same_as_urdf
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.read import read
 
 FORCES = HALVES.format(
     rocker=ROCKER.replace('name="d"', 'name="d" stiffness="3"').replace(

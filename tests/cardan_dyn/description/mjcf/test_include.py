@@ -8,7 +8,7 @@ import pytest
 from testkit.mjcf import CONNECTS, HALVES, ROCKER, same_as_urdf
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.read import read
 
 
 def test_includes(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from testkit.mjcf import INERTIAL, of_body
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.read import read
 
 
 def link_of(text: str, strict: bool = True) -> tuple[float, list[float], np.ndarray]:

@@ -10,8 +10,8 @@ import pytest
 from testkit.mjcf import INERTIAL, of_body
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import JointDescription, Limits
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.description import JointDescription, Limits
+from cardan_dyn.core.description.read import read
 
 BODY_IN_PARENT = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.4, 0.5), np.array([1.0, 2.0, 3.0]))
 FRAME_IN_BODY = pin.SE3(pin.rpy.rpyToMatrix(-0.2, 0.1, 0.7), np.array([0.1, -0.2, 0.3]))

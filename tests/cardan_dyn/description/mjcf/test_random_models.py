@@ -16,8 +16,8 @@ import pinocchio as pin
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description
-from cardan_dyn.description.second_reading import reread
+from cardan_dyn.core.description.description import Description
+from cardan_dyn.core.description.second_reading import reread
 
 HEAD = """<mujoco><compiler angle="{angle}" eulerseq="{sequence}" inertiafromgeom="{inertia}"/>
 <default><geom density="700"/><joint damping="0.1"/><default class="k"><joint axis="0 3 4"

@@ -11,7 +11,7 @@ import pytest
 from testkit.mjcf import INERTIAL, of_body, placed
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.read import read
 
 BALL = '<geom size="1"/>'
 HEAD = '<mujoco><compiler angle="{angle}" eulerseq="{sequence}"/>'

@@ -7,9 +7,9 @@ import pinocchio as pin
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Description
-from cardan_dyn.description.mjcf.writer import RigidGroups
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.description import Description
+from cardan_dyn.core.description.mjcf.writer import RigidGroups
+from cardan_dyn.core.description.read import read
 
 LINK = """<link name="{}"><inertial><origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><mass value="{}"/>
 <inertia ixx="1" iyy="1.5" izz="2"/></inertial></link>"""

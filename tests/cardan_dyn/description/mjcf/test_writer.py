@@ -16,10 +16,10 @@ from testkit.mjcf import placed
 from testkit.sdf import compare
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import CouplingDescription, LinkDescription
-from cardan_dyn.description.mjcf.writer import to_mjcf
-from cardan_dyn.description.read import read
-from cardan_dyn.mechanism.rezero import link_placements, rezeroed
+from cardan_dyn.core.description.description import CouplingDescription, LinkDescription
+from cardan_dyn.core.description.mjcf.writer import to_mjcf
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.mechanism.rezero import link_placements, rezeroed
 from cardan_dyn.scene.presets import PRESETS
 from cardan_dyn.scene.usual_motion import usual_motion
 

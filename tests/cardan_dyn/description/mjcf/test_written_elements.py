@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import JointDescription, Limits, LinkDescription
-from cardan_dyn.description.elements import rotation_of_quaternion, words
-from cardan_dyn.description.mjcf.writer import (
+from cardan_dyn.core.description.description import JointDescription, Limits, LinkDescription
+from cardan_dyn.core.description.elements import rotation_of_quaternion, words
+from cardan_dyn.core.description.mjcf.writer import (
     check_kinds,
     check_rotation,
     inertial_of,

@@ -7,7 +7,7 @@ import pytest
 from testkit.sdf import massive, model
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.read import read
 
 LINKS = "".join(
     f'<link name="{name}"><pose>{x} 0 0 0 0 0.2</pose>{massive(1.0, "0 0 0")}</link>'

@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.description.sdf.elements import flag, limit, number, pose, text
+from cardan_dyn.core.description.sdf.elements import flag, limit, number, pose, text
 
 
 def element(content: str) -> ElementTree.Element:

@@ -6,7 +6,7 @@ import pytest
 from testkit.sdf import massive, model
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.read import read
 
 TEXT = model(
     '<link name="a"><inertial><mass>1</mass>{inertial}<inertia><ixx>1</ixx><iyy>1</iyy>'

@@ -10,7 +10,7 @@ import pytest
 from testkit.sdf import model
 
 import cardan_dyn as cd
-from cardan_dyn.description.sdf.frames import MODEL, WORLD, NamedFrames
+from cardan_dyn.core.description.sdf.frames import MODEL, WORLD, NamedFrames
 
 CONTENT = """<pose>1 0 0 0 0 0.5</pose>
 <frame name="f" attached_to="j"><pose>0 0 2 0 0 0</pose></frame>

@@ -11,9 +11,9 @@ import pytest
 from testkit.sdf import model
 
 import cardan_dyn as cd
-from cardan_dyn.description.description import Limits
-from cardan_dyn.description.sdf.frames import NamedFrames
-from cardan_dyn.description.sdf.joints import Edge, edge
+from cardan_dyn.core.description.description import Limits
+from cardan_dyn.core.description.sdf.frames import NamedFrames
+from cardan_dyn.core.description.sdf.joints import Edge, edge
 
 LINKS = """<pose>0 0 0 0 0 0.7</pose><link name="a"><pose>1 0 0 0.3 0 0</pose></link>
 <link name="b"><pose>0 1 0 0 0.5 0</pose></link><frame name="f" attached_to="b"/>"""

@@ -12,7 +12,7 @@ import pytest
 from testkit.sdf import four_bar, massive, model
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
+from cardan_dyn.core.description.read import read
 
 LINK = f'<link name="a">{massive(1.0, "0 0 0")}</link>'
 STAND = '<joint name="s" type="fixed"><parent>world</parent><child>a</child></joint>'

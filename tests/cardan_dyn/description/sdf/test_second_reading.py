@@ -10,9 +10,9 @@ from testkit import sdf
 from testkit.disturbing import disturbed
 
 import cardan_dyn as cd
-from cardan_dyn.description.read import read
-from cardan_dyn.description.second_reading import reread
-from cardan_dyn.mechanism.rezero import rezeroed
+from cardan_dyn.core.description.read import read
+from cardan_dyn.core.description.second_reading import reread
+from cardan_dyn.core.mechanism.rezero import rezeroed
 from cardan_dyn.scene.usual_motion import usual_motion
 
 ROUNDING = 1e-14
@@ -110,7 +110,7 @@ def test_ratios() -> None:
 
 def test_a_wrong_number_of_the_first_reader_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The proof of a sweep fails if the first reader takes a wrong mass."""
-    from cardan_dyn.description.sdf import reader
+    from cardan_dyn.core.description.sdf import reader
 
     scene = {"drive": "a", "gravity": (0.0, -9.0, 0.0)}
     assert cd.Scene(cd.load(sdf.four_bar()), **scene).sweep([0.1]).balance_residual < 1e-12

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.description.description import Limits
-from cardan_dyn.description.sdf.joints import Edge, spanning_tree
+from cardan_dyn.core.description.description import Limits
+from cardan_dyn.core.description.sdf.joints import Edge, spanning_tree
 
 
 def edge(words: str) -> Edge:

@@ -1,0 +1,80 @@
+"""Compiled: the machine that runs what was traced, and steps of an integrator, in C.
+
+NumPy does both where the extension is not at hand: it is built while the package is installed, if
+there is a compiler. Setting the environment variable `CARDAN_DYN_COMPILED=0` does without it.
+Results agree but for rounding. `cardan-dyn --version` says whether it is used, and why not.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+import zlib
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ...kit.arrays import Array
+
+
+def _found() -> tuple[Any, str]:
+    """Return the module of compiled functions and an empty text, or None and why there is none."""
+    if os.environ.get("CARDAN_DYN_COMPILED") == "0":
+        return None, "switched off by CARDAN_DYN_COMPILED=0"
+    try:
+        found = import_module("._kernel", __name__)
+    except ModuleNotFoundError:
+        return None, "this installation has none"
+    except ImportError as error:
+        return None, _missed(f"they cannot be loaded: {error}; install the package again")
+    # A checkout has the sources, which may have changed since; a wheel has not.
+    sources = sorted(Path(__file__).parent.glob("*.[ch]"))
+    checksum = zlib.crc32(b"".join(path.read_bytes() for path in sources))
+    if sources and getattr(found, "sources", None) != checksum:
+        why = "they were made of other sources; compile them again: python hatch_build.py"
+        return None, _missed(why)
+    return found, ""
+
+
+def _missed(why: str) -> str:
+    warnings.warn(f"without compiled functions, {why}", RuntimeWarning, stacklevel=2)
+    return why
+
+
+kernel: Any
+"""The module of compiled functions; None where they are not at hand."""
+absent: str
+"""Why they are not at hand; empty if they are."""
+kernel, absent = _found()
+
+
+class Plan:
+    """Index arrays and constants that a compiled function works along.
+
+    It is made once per scene, and again where a scene was copied or sent to another process.
+    """
+
+    def __init__(self, kind: str, integers: Sequence[Any], numbers: Sequence[Any]) -> None:
+        """Keep tables, row by row, in the order that the C file of the kind defines.
+
+        Args:
+            kind: what the plan is of; functions take plans of their kind alone.
+            integers: tables of integers, of any shapes.
+            numbers: tables of numbers.
+
+        Raises:
+            ValueError: tables have other sizes, or indices in them are beyond what they count.
+        """
+        import numpy as np  # `cardan-dyn --version` needs nothing that computes.
+
+        self._given: tuple[str, list[Array], list[Array]] = (
+            kind,
+            [np.array(table, dtype=np.int64).ravel() for table in integers],
+            [np.array(table, dtype=float).ravel() for table in numbers],
+        )
+        self.handle: Any = kernel and kernel.plan(*self._given)
+
+    def __reduce__(self) -> tuple[type[Plan], tuple[str, list[Array], list[Array]]]:
+        return Plan, self._given

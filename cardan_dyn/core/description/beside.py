@@ -1,0 +1,492 @@
+"""Beside: YAML files beside a URDF that list its loops.
+
+Gepetto's file has the name of the URDF. The robots of its `example-parallel-robots` have pairs of
+frames, `closed_loop`, with their types, 6d or 3d; motors, `name_mot`; and joints of another type
+than in the URDF.
+
+The file `loop_closures.yaml` comes from two programs. scikit-robot's `RobotAssembly` and its
+relative sw2robot (SolidWorks, Inventor) list `closures`, hinges that the tree had to cut:
+
+    closures: [{link_a: crank, link_b: rod, point: [0.1, 0, 0], axis: [0, 0, 1]}]
+    dependent: [elbow]      # joints that the loops decide; their <mimic>, if any, is approximate
+    independent: [motor]
+
+with point and axis in the root's frame at zero. The humanoid RoboNex (Fusion 360) lists
+
+    pin_loops: [{name: knee, parent: crank, child: rod, parent_xyz: [...], child_xyz: [...],
+                 axis: [0, 1, 0]}]
+    ball_loops: [{name: ankle, parent: rod, child: foot, parent_xyz: [...], child_xyz: [...]}]
+    ball_upgrades: [joint]  # hinges of the URDF that are balls
+    actuated_joints: [motor]
+
+where all links have parallel axes at zero. scikit-robot writes the file beside the URDF, the others
+one directory above it, where the URDF is in a directory `urdf`, or in `config` there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.errors import ModelError, choices
+from .description import LoopDescription
+from .elements import GREATEST, JOINT_TYPES, at_point, check_unique, file_text, names, placement
+from .words import unknown_keys
+
+LOOP_CLOSURES = "loop_closures.yaml"
+"""Name of the file in which several programs list loops, whatever the URDF is called."""
+GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
+"""Gepetto's word for a closure to the type of the loop that it is."""
+_GEPETTO_KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+_UNIVERSAL = re.compile(r"ujoint_([xyz])([xyz])", re.IGNORECASE)
+"""Gepetto's word for a universal joint, with the axes of its parent's and its child's side."""
+_READ_AHEAD = 100_000
+"""Bytes of a file in which loops are looked for, so that no large file is read in vain."""
+_LISTS = ("closures", "pin_loops", "ball_loops")
+"""Keys of `loop_closures.yaml` that list loops."""
+_CLOSURE_KEYS = {
+    "": {*_LISTS, "dependent", "independent", "ball_upgrades", "ball_limit_deg", "actuated_joints"},
+    "closures": {"name", "link_a", "link_b", "point", "axis"},
+    "pin_loops": {"name", "parent", "child", "parent_xyz", "child_xyz", "axis"},
+    "ball_loops": {"name", "parent", "child", "parent_xyz", "child_xyz"},
+}
+"""Keys of that file, and of the entries of its lists, that are known."""
+_PARALLEL = 1e-6
+"""Greatest difference between the axes of two links that count as parallel: what angles written
+with six digits have."""
+YamlContent = dict[object, object]
+"""What a YAML file says, by key."""
+_Entry = Mapping[object, object]
+
+
+@dataclass(frozen=True, eq=False)
+class ChangedType:
+    """The type that a file beside a URDF gives to a joint.
+
+    Attributes:
+        type: one of `elements.TREE_TYPES`.
+        axes: `(3,)` unit axes of a universal joint; none where the URDF's own axis counts.
+    """
+
+    type: str
+    axes: tuple[np.ndarray, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What a YAML file adds to a URDF.
+
+    Attributes:
+        path: the file.
+        notation: who writes such files.
+        text: its text, from which the proof reads the numbers again.
+        loops: the closures.
+        motors: names of the driven joints.
+        joint_types: joints whose type it changes.
+        solved: joints that its loops decide, whatever they mimic.
+        warnings: what in it does not belong to the URDF, and was passed over.
+    """
+
+    path: Path
+    notation: str
+    text: str | bytes
+    loops: tuple[LoopDescription, ...]
+    motors: tuple[str, ...] = ()
+    joint_types: dict[str, ChangedType] = field(default_factory=dict)
+    solved: frozenset[str] = frozenset()
+    warnings: tuple[str, ...] = ()
+
+
+def file_beside(robot: ElementTree.Element, where: str, path: Path, strict: bool) -> Beside | None:
+    """Return what a YAML file says about a URDF, None where there is no such file.
+
+    Args:
+        robot: outermost element of the URDF.
+        where: how messages name it.
+        path: of the URDF.
+        strict: whether names that do not exist are refused; else what names them is passed over.
+
+    Raises:
+        ModelError: a file is malformed, names a frame, link or joint that does not exist, or there
+            are two.
+    """
+    joints = set(names(robot, "joint", where))
+    named = gepetto(path, robot, joints, strict)
+    places = [path.parent]
+    if path.parent.name == "urdf":
+        places += [path.parent.parent, path.parent.parent / "config"]
+    files = (place / LOOP_CLOSURES for place in places)
+    file = next((file for file in files if file.is_file()), None)
+    found = None if file is None else _loop_closures(path, file, robot, joints, strict)
+    if named and found:
+        raise ModelError(
+            f"{where}: both {named.path} and {found.path} list its loops; keep one of them"
+        )
+    return named or found
+
+
+def yaml_content(text: str | bytes, where: str) -> YamlContent:
+    """Return the content of a YAML text; none where it is no mapping.
+
+    Raises:
+        ModelError: it is malformed, or contains a key twice.
+    """
+    import yaml
+
+    try:
+        loader = yaml.SafeLoader(text)
+        try:
+            node = loader.get_single_node()
+            content = None if node is None else loader.construct_document(node)
+        finally:
+            loader.dispose()
+    except Exception as error:
+        # PyYAML raises errors of many types, on malformed scalars and deep nesting for instance.
+        detail = " ".join(str(error).split()) or type(error).__name__
+        raise ModelError(f"{where}: cannot be read as YAML: {detail}") from error
+    if not isinstance(content, dict):
+        return {}
+    # The dictionary silently keeps the last of equal keys, so the keys of the text are checked.
+    keys = node.value if isinstance(node, yaml.MappingNode) else []
+    check_unique([key.value for key, _ in keys if isinstance(key, yaml.ScalarNode)], "key", where)
+    return content
+
+
+def list_of_names(value: object, at: str) -> list[str]:
+    """Return a value of the file that has to be a list of names."""
+    if not isinstance(value, list):
+        raise ModelError(f"{at} is not a list of names")
+    for item in value:
+        if not isinstance(item, str):
+            raise ModelError(
+                f"{at}: {type(item).__name__} is not a name; what YAML takes for something else, "
+                "like 1 or no, needs quotes"
+            )
+    return value
+
+
+def unknown_joints(names: list[str], joints: set[str], where: str, strict: bool) -> list[str]:
+    """Return warnings about names of joints that do not exist.
+
+    Raises:
+        ModelError: there are some, and `strict` refuses them.
+    """
+    unknown = [name for name in dict.fromkeys(names) if name not in joints]
+    if strict and unknown:
+        raise ModelError(
+            f"{where}: joint {unknown[0]!r} does not exist; joints: "
+            f"{choices(joints, unknown[0])}; load(..., strict=False) passes it over"
+        )
+    return [f"{where}: joint {name!r} does not exist and was passed over" for name in unknown]
+
+
+def gepetto(
+    path: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
+) -> Beside | None:
+    """Read Gepetto's YAML file of the same name beside a URDF, if there is one.
+
+    Args:
+        path: of the URDF.
+        robot: its outermost element.
+        joints: names of its joints.
+        strict: whether names of joints that do not exist are refused; else they are passed over.
+
+    Raises:
+        ModelError: the file is malformed, or names a frame or joint that does not exist.
+    """
+    candidates = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
+    existing = [candidate for candidate in candidates if candidate.is_file()]
+    if not existing:
+        return None
+    where = str(existing[0])
+    text = file_text(existing[0], where)
+    content = yaml_content(text, where)
+    unknown = unknown_keys(content, _GEPETTO_KEYS, where, strict)
+    if "closed_loop" not in content:
+        return None
+    loops = _gepetto_loops(content, robot, where)
+    motors = list_of_names(content.get("name_mot", []), f"{where}: name_mot")
+    joint_types = _joint_types(content, where)
+    check_unique(motors, "name_mot", where)
+    named = [*motors, *joint_types]
+    unknown += unknown_joints(named, joints, where, strict)
+    return Beside(
+        path=existing[0],
+        notation=f"Gepetto {existing[0].name}",
+        text=text,
+        loops=loops,
+        motors=tuple(name for name in motors if name in joints),
+        joint_types={name: changed for name, changed in joint_types.items() if name in joints},
+        warnings=tuple(unknown),
+    )
+
+
+def unread_files(path: Path) -> list[str]:
+    """Return warnings about files beside a URDF that list loops, but belong to no URDF by name.
+
+    Args:
+        path: of the URDF.
+    """
+    return [
+        f"{path}: {file.name} beside it lists loops and is not read, since it has another name; "
+        f"rename it to {path.stem}.yaml if the loops are those of this URDF"
+        for file in sorted(path.parent.glob("*.y*ml"))
+        if not file.with_suffix(".urdf").exists() and _lists_loops(file)
+    ]
+
+
+def _lists_loops(file: Path) -> bool:
+    try:
+        with file.open("rb") as stream:
+            return b"closed_loop" in stream.read(_READ_AHEAD)
+    except OSError:
+        return False
+
+
+def _gepetto_loops(
+    content: YamlContent, robot: ElementTree.Element, where: str
+) -> tuple[LoopDescription, ...]:
+    """Return the closures that a file lists, welds where it does not state their types."""
+    pairs = content["closed_loop"]
+    if not isinstance(pairs, list):
+        raise ModelError(f"{where}: closed_loop is not a list of pairs of names")
+    types = list_of_names(content.get("type", ["6d"] * len(pairs)), f"{where}: type")
+    if len(types) != len(pairs):
+        raise ModelError(f"{where}: {len(pairs)} closed_loop but {len(types)} type entries")
+    frames = _frames(robot)
+    return tuple(
+        _gepetto_loop(
+            count, list_of_names(pair, f"{where}: closed_loop entry {count}"), kind, frames, where
+        )
+        for count, (pair, kind) in enumerate(zip(pairs, types, strict=True), start=1)
+    )
+
+
+def _joint_types(content: YamlContent, where: str) -> dict[str, ChangedType]:
+    """Return the joints to which a file gives another type than the URDF, and those types."""
+    names = list_of_names(content.get("joint_name", []), f"{where}: joint_name")
+    kinds = list_of_names(content.get("joint_type", []), f"{where}: joint_type")
+    check_unique(names, "joint_name", where)
+    if len(names) != len(kinds):
+        raise ModelError(f"{where}: {len(names)} joint_name but {len(kinds)} joint_type entries")
+    return {
+        name: _changed_type(kind, f"{where}: joint_type")
+        for name, kind in zip(names, kinds, strict=True)
+    }
+
+
+def _changed_type(word: str, at: str) -> ChangedType:
+    """Return what a word for a type of joints means."""
+    known = JOINT_TYPES | {"spherical"}
+    if word.lower() in known:
+        return ChangedType(word.lower())
+    universal = _UNIVERSAL.fullmatch(word)
+    if not universal:
+        listed = choices((*known, "UJOINT_XY and so on"), word)
+        raise ModelError(f"{at} {word!r} is unknown; types: {listed}")
+    first, second = ("xyz".index(axis.lower()) for axis in universal.groups())
+    if first == second:
+        raise ModelError(f"{at} {word!r} has the same axis twice")
+    return ChangedType("universal", (np.eye(3)[first], np.eye(3)[second]))
+
+
+def _gepetto_loop(
+    count: int, pair: list[str], kind: str, frames: dict[str, set[str]], where: str
+) -> LoopDescription:
+    if kind.lower() not in GEPETTO_TYPES:
+        raise ModelError(
+            f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES, kind)}"
+        )
+    if len(pair) != 2:
+        raise ModelError(f"{where}: closed_loop entry {pair} is not a pair of frames")
+    links: list[str] = []
+    for frame in pair:
+        if frame not in frames:
+            raise ModelError(
+                f"{where}: frame {frame!r} does not exist; frames: {choices(frames, frame)}"
+            )
+        if len(frames[frame]) > 1:
+            raise ModelError(
+                f"{where}: frame {frame!r} is a link and a joint, which move different links: "
+                f"{choices(frames[frame])}; rename one of them"
+            )
+        links += frames[frame]
+    if links[0] == links[1]:
+        raise ModelError(
+            f"{where}: closed_loop entry {pair}: both frames are on the link {links[0]!r}"
+        )
+    axis = np.array([1.0, 0.0, 0.0])
+    name, kind = f"loop_{count}", GEPETTO_TYPES[kind.lower()]
+    return LoopDescription(name, kind, links[0], links[1], np.eye(4), np.eye(4), axis, axis)
+
+
+def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
+    """Return the names of Pinocchio's frames, those of links and joints, with the links they move.
+
+    A link and a joint of the same name may belong to different links.
+    """
+    frames = {link.get("name", ""): {link.get("name", "")} for link in robot.findall("link")}
+    for joint in robot.findall("joint"):
+        child = joint.find("child")
+        if child is not None:
+            frames.setdefault(joint.get("name", ""), set()).add(child.get("link", ""))
+    return frames
+
+
+def _loop_closures(
+    path: Path, file: Path, robot: ElementTree.Element, joints: set[str], strict: bool
+) -> Beside | None:
+    """Read a file of loop closures; return None where it lists none."""
+    where = str(file)
+    text = file_text(file, where)
+    content = yaml_content(text, where)
+    warnings = _unknown_closure_keys(content, where, strict)
+    if strict and not any(key in _CLOSURE_KEYS[""] for key in content):
+        raise ModelError(f"{where}: it lists no loops; keys: {choices(_CLOSURE_KEYS[''])}")
+    if not any(content.get(key) for key in _LISTS):
+        return None
+    at_zero = placements_at_zero(robot, where)
+    loops = []
+    for name, entry, kind in _entries(content, where):
+        unknown = [link for link in _ends(entry, kind) if link not in at_zero]
+        if unknown and strict:
+            raise ModelError(
+                f"{where}: {name}: link {unknown[0]!r} does not exist in {path.name}; links: "
+                f"{choices(at_zero, unknown[0])}; load(..., strict=False) passes the loop over"
+            )
+        if unknown:
+            warnings.append(f"{where}: {name}: no link {unknown[0]!r}; the loop was passed over")
+        else:
+            loops.append(_closure(name, entry, kind, at_zero, f"{where}: {name}"))
+    named = {
+        key: list_of_names(content.get(key) or [], f"{where}: {key}")
+        for key in ("dependent", "independent", "ball_upgrades", "actuated_joints")
+    }
+    # Where all loops were passed over, nothing but their mimics decides these joints.
+    solved = frozenset(named["dependent"]) & joints if loops else frozenset()
+    every = [name for names in named.values() for name in names]
+    unknown_names = unknown_joints(every, joints, where, strict)
+    motors = [*named["independent"], *named["actuated_joints"]]
+    if "ball_limit_deg" in content:
+        warnings.append(f"{where}: ball_limit_deg left out: limits play no part")
+    return Beside(
+        path=file,
+        notation=LOOP_CLOSURES,
+        text=text,
+        loops=tuple(loops),
+        motors=tuple(name for name in dict.fromkeys(motors) if name in joints),
+        joint_types={
+            name: ChangedType("spherical") for name in named["ball_upgrades"] if name in joints
+        },
+        solved=solved,
+        warnings=(*warnings, *unknown_names),
+    )
+
+
+def placements_at_zero(robot: ElementTree.Element, where: str) -> dict[str, Array]:
+    """Return the `(4, 4)` placements of all links in the root, with every joint at zero.
+
+    Links that no chain of joints connects to a root, which the check of the tree refuses later, are
+    at the root.
+    """
+    children: dict[str, list[tuple[str, Array]]] = {}
+    carried = set()
+    for joint in robot.findall("joint"):
+        parent, child = joint.find("parent"), joint.find("child")
+        if parent is None or child is None:
+            continue  # The reader of joints says what is missing.
+        origin = placement(joint, f"{where}: joint {joint.get('name')!r}")
+        children.setdefault(parent.get("link", ""), []).append((child.get("link", ""), origin))
+        carried.add(child.get("link", ""))
+    placed = {
+        link.get("name", ""): np.eye(4)
+        for link in robot.findall("link")
+        if link.get("name") not in carried
+    }
+    waiting = list(placed)
+    while waiting:
+        parent_link = waiting.pop()
+        for link, origin in children.get(parent_link, []):
+            if link not in placed:
+                placed[link] = placed[parent_link] @ origin
+                waiting.append(link)
+    return {link.get("name", ""): np.eye(4) for link in robot.findall("link")} | placed
+
+
+def _entries(content: YamlContent, where: str) -> list[tuple[str, _Entry, str]]:
+    """Return the loops of a file: names, what it says of them, and the keys of their lists."""
+    result = []
+    for key in _LISTS:
+        listed = content.get(key) or []
+        if not isinstance(listed, list) or not all(isinstance(item, dict) for item in listed):
+            raise ModelError(f"{where}: {key} is not a list of loops, each with its links")
+        for count, entry in enumerate(listed, start=1):
+            name = entry.get("name") or (f"loop_{count}" if key == "closures" else f"{key}_{count}")
+            if not isinstance(name, str):
+                raise ModelError(f"{where}: {key}: {name!r} is not a name; it needs quotes")
+            result.append((name, entry, key))
+    return result
+
+
+def _unknown_closure_keys(content: YamlContent, where: str, strict: bool) -> list[str]:
+    warnings = unknown_keys(content, _CLOSURE_KEYS[""], where, strict)
+    for _, entry, kind in _entries(content, where):
+        warnings += unknown_keys(entry, _CLOSURE_KEYS[kind], f"{where}: {kind}", strict)
+    return list(dict.fromkeys(warnings))
+
+
+def _ends(entry: _Entry, kind: str) -> list[str]:
+    """Return the links that an entry names, empty where it names none."""
+    keys = ("link_a", "link_b") if kind == "closures" else ("parent", "child")
+    return [str(entry.get(key, "")) for key in keys]
+
+
+def _closure(
+    name: str, entry: _Entry, kind: str, at_zero: Mapping[str, Array], at: str
+) -> LoopDescription:
+    links = _ends(entry, kind)
+    first, second = links
+    if first == second:
+        raise ModelError(f"{at}: both links are {first!r}")
+    axis = np.array([1.0, 0.0, 0.0]) if kind == "ball_loops" else _axis(entry, at)
+    if kind == "closures":
+        point = at_point(_vector(entry, "point", at))
+        ends = [np.linalg.solve(at_zero[link], point) for link in links]
+    else:
+        ends = [at_point(_vector(entry, key, at)) for key in ("parent_xyz", "child_xyz")]
+    turned = at_zero[first][:3, :3] - at_zero[second][:3, :3]
+    if kind == "pin_loops" and np.max(np.abs(turned)) > _PARALLEL:
+        raise ModelError(
+            f"{at}: the frames of {first!r} and {second!r} are not parallel at zero, so it is open "
+            "in which of them the axis is meant; write <loop>"
+        )
+    loop_type = "spherical" if kind == "ball_loops" else "revolute"
+    return LoopDescription(name, loop_type, first, second, ends[0], ends[1], axis, axis)
+
+
+def _axis(entry: _Entry, at: str) -> Array:
+    axis = _vector(entry, "axis", at)
+    length = float(np.linalg.norm(axis))
+    if length < 1.0 / GREATEST:
+        raise ModelError(f"{at}: the axis {axis.tolist()} has no direction")
+    return axis / length
+
+
+def _vector(entry: _Entry, key: str, at: str) -> Array:
+    value = entry.get(key)
+    # YAML takes 1e-3 for a text, since it has no point; true and false are numbers to Python.
+    if not isinstance(value, list) or any(isinstance(item, (bool, list)) for item in value):
+        raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)")
+    try:
+        vector = np.array([float(item) for item in value])
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)") from error
+    if vector.shape != (3,) or not np.all(np.abs(vector) <= GREATEST):
+        raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)")
+    return vector

@@ -1,0 +1,66 @@
+"""Coupled forces: what `<coupling>` and `<mimic>` say of the forces that they exert on links.
+
+URDF and URDF+ say how two joints move, not by what: teeth, a belt, a control. `forces="none"` says
+that nothing but moments about the joints' axes acts (forces along slides), between the two links of
+each joint: a control, or coaxial wheels in a housing whose teeth are in balance. `forces="mesh"`
+says that two gears on parallel axes touch, with `pressure_angle`, `helix_angle` and `along`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...kit.errors import ModelError, choices
+from .description import CouplingDescription, Mesh
+from .elements import number, words
+
+FORCES = ("none", "mesh")
+"""Values of `forces`."""
+
+
+def with_forces(
+    coupling: CouplingDescription, element: ElementTree.Element, at: str
+) -> CouplingDescription:
+    """Return a coupling with the forces that its element states.
+
+    Raises:
+        ModelError: what is wrong with them.
+    """
+    forces = element.get("forces")
+    stated = [name for name in Mesh._fields if element.get(name) is not None]
+    if forces is not None and forces not in FORCES:
+        raise ModelError(
+            f"{at}: forces {forces!r} is unknown; forces: {choices(FORCES, forces)}; without it, "
+            "what the coupling exerts on the bearings of its joints counts as open"
+        )
+    if forces != "mesh":
+        if stated:
+            raise ModelError(f'{at}: {stated[0]} is one of teeth: write forces="mesh" as well')
+        return replace(coupling, forces=forces or "")
+    usual = Mesh()
+    pressure, helix = (
+        number(element.get(name), repr(default), f"{at}: {name}")
+        for name, default in zip(Mesh._fields[:2], usual[:2], strict=True)
+    )
+    if not 0.0 <= pressure < 0.5 * np.pi:
+        raise ModelError(
+            f"{at}: pressure_angle is {pressure:g} rad; it has to lie between 0 and π/2"
+        )
+    if not abs(helix) < 0.5 * np.pi:
+        raise ModelError(f"{at}: helix_angle is {helix:g} rad; it has to lie between -π/2 and π/2")
+    along = element.get("along")
+    place = None if along is None else number(along, "", f"{at}: along")
+    return replace(coupling, forces="mesh", mesh=Mesh(pressure, helix, place))
+
+
+def forces_words(coupling: CouplingDescription) -> dict[str, str]:
+    """Return the attributes that state the forces of a coupling."""
+    stated = {"forces": coupling.forces} if coupling.forces else {}
+    if coupling.mesh is not None:
+        for name, value in coupling.mesh._asdict().items():
+            if value is not None:
+                stated[name] = words([value])
+    return stated

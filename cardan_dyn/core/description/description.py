@@ -1,0 +1,479 @@
+"""Description: what a file says about a mechanism, checked, as plain data.
+
+The model is built from these numbers alone. Records that say the same about a mechanism are equal,
+whatever notation they were read from: `==` compares contents, arrays included, to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+
+from ...kit.frozen import FrozenDict, Value
+
+if TYPE_CHECKING:
+    import pinocchio
+
+PRESSURE_ANGLE = np.pi / 9.0
+"""Pressure angle of the usual basic rack [rad]. Source: ISO 53:1998."""
+
+
+@dataclass(frozen=True, eq=False)
+class SourceText:
+    """Where a description comes from, for what is read only when it is shown or proven.
+
+    Attributes:
+        text: the whole text.
+        path: the file, beside which meshes are found; None for text.
+        beside: the YAML file that lists loops of a URDF, as it was read; empty without one.
+        model: name of the one of an SDF text that was asked for; None where there is only one.
+    """
+
+    text: str
+    path: Path | None
+    beside: str | bytes = ""
+    model: str | None = None
+
+
+class SourceModel(NamedTuple):
+    """The `pin.Model` that a description was read from, and its constraints."""
+
+    model: pinocchio.Model
+    constraint_models: tuple[object, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LinkDescription(Value):
+    """A link and its mass.
+
+    Attributes:
+        name: its name.
+        mass: [kg]; 0 for a massless link.
+        centre: `(3,)` centre of mass in the link's frame [m].
+        inertia: `(3, 3)` about the centre, in the link's axes [kg·m²].
+    """
+
+    name: str
+    mass: float = 0.0
+    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+
+    def __repr__(self) -> str:
+        return f"<LinkDescription {self.name!r}: {self.mass:g} kg>"
+
+
+class Dynamics(NamedTuple):
+    """What rubs and springs along each coordinate of a joint.
+
+    No wrench considers it, unless a scene takes it for an element.
+
+    Attributes:
+        damping: viscous [N·m·s/rad or N·s/m].
+        friction: dry [N·m or N].
+        stiffness: of a spring [N·m/rad or N/m].
+        rest: position at which the spring is without effort [rad or m].
+    """
+
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether any effort comes of it."""
+        return bool(self.damping or self.friction or self.stiffness)
+
+
+@dataclass(frozen=True, eq=False)
+class Limits(Value):
+    """Limits of a joint's coordinate; they are kept for Pinocchio's functions only.
+
+    Attributes:
+        lower, upper: position [rad or m].
+        velocity: [rad/s or m/s].
+        effort: [N·m or N].
+    """
+
+    lower: float = -np.inf
+    upper: float = np.inf
+    velocity: float = np.inf
+    effort: float = np.inf
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JointDescription(Value):
+    """A joint of the spanning tree.
+
+    Attributes:
+        name: its name.
+        type: one of `elements.TREE_TYPES`.
+        parent, child: names of the two links.
+        origin: `(4, 4)` placement of the joint's frame in the parent [m].
+        axis: `(3,)` unit axis in the joint frame.
+        axis_2: `(3,)` second axis of a joint of `TWO_AXES`; else the first.
+        child_placement: `(4, 4)` placement of the child link in the joint's frame [m]. In a URDF
+            both frames coincide; MJCF places them independently.
+        limits: of its coordinate.
+        adjustable: what a `fixed` joint becomes in a scene that holds or drives it: `revolute` or
+            `prismatic` along `axis`, where its place is zero; empty if it stays fixed.
+        dynamics: what rubs and springs along its coordinates.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: np.ndarray
+    axis: np.ndarray
+    axis_2: np.ndarray
+    child_placement: np.ndarray = field(default_factory=lambda: np.eye(4))
+    limits: Limits = field(default_factory=Limits)
+    adjustable: str = ""
+    dynamics: Dynamics = field(default_factory=Dynamics)
+
+    def __repr__(self) -> str:
+        return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoopDescription(Value):
+    """A closure between two links, in URDF+ notation.
+
+    Attributes:
+        name: name of the joint that the loop is.
+        type: one of `elements.LOOP_TYPES`.
+        predecessor, successor: names of the two links.
+        predecessor_origin, successor_origin: `(4, 4)` placements of the joint frame in the links
+            [m]. The coordinate is zero where both coincide.
+        axis: `(3,)` unit vector in the joint frame.
+        axis_2: `(3,)` second axis of a joint of `TWO_AXES`; else the first.
+        dynamics: what rubs and springs along its coordinates.
+    """
+
+    name: str
+    type: str
+    predecessor: str
+    successor: str
+    predecessor_origin: np.ndarray
+    successor_origin: np.ndarray
+    axis: np.ndarray
+    axis_2: np.ndarray
+    dynamics: Dynamics = field(default_factory=Dynamics)
+
+    def __repr__(self) -> str:
+        ends = f"{self.predecessor!r} -> {self.successor!r}"
+        return f"<LoopDescription {self.name!r}: {self.type}, {ends}>"
+
+
+JointOrLoop: TypeAlias = JointDescription | LoopDescription
+
+TWO_AXES = frozenset({"universal"})
+"""Types of joints that have two axes, at right angles."""
+
+
+class Mesh(NamedTuple):
+    """The teeth of two gears on parallel axes.
+
+    Attributes:
+        pressure_angle: between their line of action and the tangent of the pitch circles, across
+            the axes [rad].
+        helix_angle: of the predecessor's teeth to its axis at the pitch circle, positive for a
+            right-hand helix [rad].
+        along: way along the predecessor's axis from its joint's origin to the middle of the teeth
+            [m]; None where both joints have their origins in this plane.
+    """
+
+    pressure_angle: float = PRESSURE_ANGLE
+    helix_angle: float = 0.0
+    along: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class CouplingDescription(Value):
+    """A coupling of two motions, either of links, as URDF+ has it, or of joints.
+
+    The motion of the successor is `ratio` times that of the predecessor plus `offset`. The motion
+    of a link is its angle or slide, summed up over the joints from the nearest common ancestor of
+    both links; that of a joint is its coordinate.
+
+    Attributes:
+        name: its name.
+        predecessor, successor: names of the two links, or of the two joints of the tree.
+        ratio: motion of the successor per motion of the predecessor.
+        offset: motion of the successor while the predecessor is at zero [rad or m].
+        of_joints: whether it couples joints, as `<mimic>` does.
+        forces: what it exerts on the links: `none` but moments about turning axes and forces along
+            slides, between the two links of each joint; those of a `mesh` of teeth; or empty where
+            nothing says so.
+        mesh: the teeth; None without.
+    """
+
+    name: str
+    predecessor: str
+    successor: str
+    ratio: float
+    offset: float = 0.0
+    of_joints: bool = False
+    forces: str = ""
+    mesh: Mesh | None = None
+
+
+class Displacement(NamedTuple):
+    """How the frame of a joint, or the successor's end of a loop, was displaced.
+
+    Attributes:
+        joint: name of the joint or loop.
+        is_end: whether it is the successor's end of a loop.
+        matrix: `(4, 4)` displacement in the frame's own axes [m].
+        before: `(4, 4)` placement of the frame in its link before.
+    """
+
+    joint: str
+    is_end: bool
+    matrix: np.ndarray
+    before: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Description(Value):
+    """A checked description.
+
+    Two descriptions are equal (`==`) where they say the same about the mechanism, limits, drives
+    and the order of joints included. How it was written does not count: source text, notation and
+    warnings may differ. `print` shows a summary.
+
+    Attributes:
+        name: name of the mechanism.
+        links: in file order; one of them, the root, is the child of no joint.
+        joints: those of the spanning tree, in file order.
+        order: names of the tree joints in the order in which Pinocchio's own reader of the
+            format would take them, so that its users find the indices that they know.
+        loops: the closures in file order.
+        couplings: the couplings in file order.
+        independent_joints: names of the joints that its author drives.
+        notation: how the loops were written, and what else was found.
+        warnings: what is wrong with it and was accepted.
+        source: its text and file.
+        given: the model of Pinocchio that it was read from, if it was.
+        frames: further frames by name, such as the sites of MJCF: the link that carries each, and
+            its `(4, 4)` placement there [m].
+        displacements: what was changed about the numbers of its text, see `displaced`.
+        remedy: what would let loops close all along their motion, where its numbers miss that;
+            empty where nothing is known.
+    """
+
+    name: str
+    links: tuple[LinkDescription, ...]
+    joints: tuple[JointDescription, ...]
+    order: tuple[str, ...]
+    loops: tuple[LoopDescription, ...]
+    couplings: tuple[CouplingDescription, ...] = ()
+    independent_joints: tuple[str, ...] = ()
+    notation: str = field(default="URDF+", compare=False)
+    warnings: tuple[str, ...] = field(default=(), compare=False)
+    source: SourceText | None = field(default=None, compare=False)
+    given: SourceModel | None = field(default=None, compare=False)
+    frames: Mapping[str, tuple[str, np.ndarray]] = field(
+        default_factory=lambda: FrozenDict({}), compare=False
+    )
+    displacements: tuple[Displacement, ...] = field(default=(), compare=False)
+    remedy: str = field(default="", compare=False)
+
+    def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
+        """Return the description with frames of joints and ends of loops elsewhere.
+
+        Args:
+            by: name of a joint or loop, and whether its successor's end is meant, to the `(4, 4)`
+                displacement in the frame's own axes [m].
+        """
+        frames = {
+            **{(joint.name, False): joint.origin for joint in self.joints},
+            **{(loop.name, False): loop.predecessor_origin for loop in self.loops},
+            **{(loop.name, True): loop.successor_origin for loop in self.loops},
+        }
+        changed = tuple(Displacement(*key, matrix, frames[key]) for key, matrix in by.items())
+        frames.update({(*item[:2],): item.before @ item.matrix for item in changed})
+        return self._with_frames(frames, changed)
+
+    def undisplaced(self) -> Description:
+        """Return the description with the numbers of its text."""
+        return self._with_frames({item[:2]: item.before for item in self.displacements}, ())
+
+    def _with_frames(
+        self, frames: Mapping[tuple[str, bool], np.ndarray], changed: tuple[Displacement, ...]
+    ) -> Description:
+        """Return the description with some frames elsewhere, and what was changed about them."""
+        return replace(
+            self,
+            joints=tuple(
+                replace(joint, origin=frames.get((joint.name, False), joint.origin))
+                for joint in self.joints
+            ),
+            loops=tuple(
+                replace(
+                    loop,
+                    predecessor_origin=frames.get((loop.name, False), loop.predecessor_origin),
+                    successor_origin=frames.get((loop.name, True), loop.successor_origin),
+                )
+                for loop in self.loops
+            ),
+            displacements=changed,
+        )
+
+    def with_moving(self, joints: Collection[str]) -> Description:
+        """Return the description in which some adjustable joints are what they become."""
+        return replace(
+            self,
+            joints=tuple(
+                replace(joint, type=joint.adjustable, adjustable="")
+                if joint.name in joints
+                else joint
+                for joint in self.joints
+            ),
+        )
+
+    def with_types(self, types: Mapping[str, str]) -> Description:
+        """Return the description in which some joints and loops are of other types.
+
+        Springs and friction of theirs, limits and the motion that an author gives them are left
+        out: they were those of the type that it was.
+        """
+        return replace(
+            self,
+            joints=tuple(
+                replace(joint, type=types[joint.name], limits=Limits(), dynamics=Dynamics())
+                if joint.name in types
+                else joint
+                for joint in self.joints
+            ),
+            loops=tuple(
+                replace(loop, type=types[loop.name], dynamics=Dynamics())
+                if loop.name in types
+                else loop
+                for loop in self.loops
+            ),
+            independent_joints=tuple(name for name in self.independent_joints if name not in types),
+        )
+
+    @property
+    def joints_and_loops(self) -> tuple[JointOrLoop, ...]:
+        """The joints of the tree, then the loops, in file order."""
+        return (*self.joints, *self.loops)
+
+    @property
+    def root(self) -> str:
+        """Name of the link that stands in the world."""
+        children = {joint.child for joint in self.joints}
+        return next(link.name for link in self.links if link.name not in children)
+
+    def __repr__(self) -> str:
+        counts = (
+            f"{len(items)} {name}{'s' * (len(items) != 1)}"
+            for name in ("link", "joint", "loop", "coupling")
+            if (items := getattr(self, f"{name}s"))
+        )
+        return f"<Description {self.name!r}: {', '.join(counts)}>"
+
+    def __str__(self) -> str:
+        """Return a summary: links with masses, joints with axes, loops, couplings and drives."""
+        sections: dict[str, list[tuple[str, ...]]] = {
+            "links": [_of_link(link) for link in self.links],
+            "joints": [
+                _of_joint(joint, joint.parent, joint.child, joint.name in self.independent_joints)
+                for joint in self.joints
+            ],
+            "loops": [_of_joint(loop, loop.predecessor, loop.successor) for loop in self.loops],
+            "couplings": [
+                (
+                    item.name,
+                    shown_ratio(item.ratio, item.offset),
+                    f"{item.predecessor} -> {item.successor}",
+                )
+                for item in self.couplings
+            ],
+        }
+        lines = [self.name]
+        for title, rows in sections.items():
+            if rows:
+                lines += [f"{title}:", *_aligned(rows)]
+        return "\n".join(lines)
+
+
+def elementary(
+    kind: str, axis: np.ndarray, axis_2: np.ndarray, cardan: bool = False
+) -> list[tuple[str, np.ndarray]]:
+    """Return kinds and axes of a joint type's parts, from the parent outwards.
+
+    Args:
+        kind: a joint type of URDF, or `spherical`, `universal`, `cylindrical`.
+        axis: unit axis; the normal of a `planar` joint, the first axis of a `universal` one.
+        axis_2: second axis of a `universal` joint.
+        cardan: write a ball as three turns, whose angles are then coordinates.
+    """
+    alone = {
+        "fixed": [],
+        "revolute": [("revolute", axis)],
+        "continuous": [("revolute", axis)],
+        "prismatic": [("prismatic", axis)],
+        "cylindrical": [("prismatic", axis), ("revolute", axis)],
+        "universal": [("revolute", axis), ("revolute", axis_2)],
+    }
+    if kind in alone:
+        return alone[kind]
+    if kind in ("spherical", "floating"):
+        x, y, z = np.eye(3)
+        slides = [("prismatic", x), ("prismatic", y), ("prismatic", z)]
+        ball = [("spherical", axis if kind == "spherical" else x)]
+        if cardan:
+            ball = [("revolute", x), ("revolute", y), ("revolute", z)]
+        return ball if kind == "spherical" else [*slides, *ball]
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    further = np.cross(axis, across)
+    slides = [("prismatic", across), ("prismatic", further)]
+    turns = [("revolute", across), ("revolute", further), ("revolute", axis)]
+    return {"planar": [*slides, turns[-1]], "loose": [*slides, *turns]}[kind]
+
+
+def shown_ratio(ratio: float, offset: float) -> str:
+    """Return the ratio of a coupling, and its offset where there is one, as a text."""
+    return f"ratio {ratio:g}, offset {offset:g}" if offset else f"ratio {ratio:g}"
+
+
+def _of_link(link: LinkDescription) -> tuple[str, ...]:
+    """Return the columns that a summary shows of a link."""
+    if link.mass == 0.0:
+        return link.name, "massless"
+    return link.name, f"{link.mass:g} kg", f"centre {_vector(link.centre)} m"
+
+
+def _of_joint(joint: JointOrLoop, parent: str, child: str, driven: bool = False) -> tuple[str, ...]:
+    """Return the columns that a summary shows of a joint or loop between two links."""
+    axes = ""
+    if joint.type in TWO_AXES:
+        axes = f"axes {_vector(joint.axis)} and {_vector(joint.axis_2)}"
+    elif joint.type not in ("fixed", "spherical", "floating"):
+        axes = f"axis {_vector(joint.axis)}"
+    return joint.name, joint.type, f"{parent} -> {child}", axes, "independent" if driven else ""
+
+
+def _vector(values: np.ndarray) -> str:
+    # Adding zero removes the sign of negative zeros.
+    return f"({', '.join(f'{value:.6g}' for value in values + 0.0)})"
+
+
+def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+    """Return rows of texts as lines whose columns stand below each other."""
+    count = max(len(row) for row in rows)
+    padded = [row + ("",) * (count - len(row)) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*padded, strict=True)]
+    lines = []
+    for row in padded:
+        columns = (text.ljust(width) for text, width in zip(row, widths, strict=True))
+        lines.append(f"  {'  '.join(columns)}".rstrip())
+    return lines

@@ -1,0 +1,424 @@
+"""Elements: what URDF-like XML elements say, read and checked."""
+
+from __future__ import annotations
+
+import codecs
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Collection, Iterable
+from contextlib import suppress
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...kit.errors import ModelError, choices
+from .description import TWO_AXES, Dynamics, LoopDescription
+
+JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
+"""Types of tree joints that URDF has."""
+ADDED_TYPES = frozenset({"spherical", "universal", "cylindrical"})
+"""Types that this package adds to those of URDF, for loops and for tree joints."""
+TREE_TYPES = JOINT_TYPES | ADDED_TYPES
+"""Types of tree joints that can be loaded."""
+SINGLE_TYPES = frozenset({"revolute", "continuous", "prismatic"})
+"""Types of joints that have one coordinate."""
+ADJUSTABLE_TYPES = frozenset({"revolute", "prismatic"})
+"""What fixed joints may become in scenes that hold or drive them."""
+LOOP_TYPES = TREE_TYPES - {"floating"}
+"""Types of loops that can be closed."""
+
+MOST_LINKS = 2000
+"""Greatest number of links of a description: larger ones were never tested."""
+GREATEST = 1e50
+"""Greatest number in a description: products of several of them are still far from overflow."""
+LEAST_MASS = 1e-50
+"""Least positive mass [kg]; `GREATEST` bounds its reciprocal as well."""
+_LEAST = 1e-150
+"""Smaller numbers are read as zero: their squares would vanish (1e-300 is about the least double),
+so that a vector of them had components but no length."""
+DIRECTION_TOLERANCE = 1e-9
+"""Greatest sine between axes of one direction, and greatest cosine between those at right angles:
+what axes written with ten digits have."""
+ROTATION_TOLERANCE = 1e-9
+"""Greatest difference between a matrix and the rotation that is written for it. Rotations that were
+read differ by some 1e-15; whatever is no rotation (a reflection, a scaled one) by much more."""
+_MULTIBYTE = frozenset(
+    {
+        *("utf-8", "gb2312", "gbk", "gb18030", "big5", "big5hkscs", "cp932", "cp949", "cp950"),
+        *("shift_jis", "shift_jis_2004", "shift_jisx0213"),
+        *("euc_jp", "euc_jis_2004", "euc_jisx0213", "euc_kr", "johab"),
+    }
+)
+"""Python's encodings of several bytes a letter that write ASCII as ASCII: expat knows UTF-8 by that
+name alone, and none of the others."""
+_BLANKS = re.compile(r"[ \t\r\n]+")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""A decimal number as XML Schema has it."""
+
+
+def check_size(links: int, where: str) -> None:
+    """Refuse a description that is larger than anything was tested with.
+
+    Raises:
+        ModelError: it has more than `MOST_LINKS` links.
+    """
+    if links > MOST_LINKS:
+        raise ModelError(
+            f"{where}: there are {links} links, the limit is {MOST_LINKS}; describe what moves "
+            "together as one link, or load parts of it"
+        )
+
+
+def file_text(path: Path, where: str) -> str | bytes:
+    """Return a file's text where it is in UTF-16 or UTF-32, or a byte order mark says what it is.
+
+    Else its bytes: the parsers of XML and YAML find out the rest from them.
+
+    Raises:
+        ModelError: it cannot be read, or is not what its first bytes say.
+    """
+    try:
+        data = path.read_bytes()
+        codec = json.detect_encoding(data)  # It goes by null bytes and marks, whatever follows.
+        return data if codec == "utf-8" else data.decode(codec)
+    except (OSError, MemoryError, ValueError) as error:
+        raise ModelError(f"{where}: cannot be read ({error})") from error
+
+
+def xml_root(source: str | bytes, where: str) -> tuple[ElementTree.Element, str]:
+    """Return the outermost element of an XML text or file, and the text.
+
+    Raises:
+        ModelError: it is malformed; or its DOCTYPE, or an entity that this defines, is in another
+            document, so that it would silently be read as nothing.
+    """
+    encoding, is_external = _prolog(source)
+    try:
+        if isinstance(source, bytes) and codecs.lookup(encoding).name in _MULTIBYTE:
+            source = source.decode(encoding)
+            is_external = _prolog(source)[1]
+        root = ElementTree.fromstring(source)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        hint = ""
+        if isinstance(source, bytes) and not source.isascii():
+            hint = "; is it in the encoding that it declares, UTF-8 where it declares none?"
+        raise ModelError(f"{where}: malformed XML: {error}{hint}") from error
+    if is_external:
+        raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
+    return root, source if isinstance(source, str) else source.decode(encoding)
+
+
+def _prolog(source: str | bytes) -> tuple[str, bool]:
+    """Return the encoding that XML declares, and whether its DOCTYPE refers to another document."""
+    from xml.parsers import expat
+
+    encoding, is_external = "utf-8", False
+
+    def declaration(_version: str, declared: str | None, _standalone: int) -> None:
+        nonlocal encoding
+        encoding = declared or encoding
+
+    def doctype(_name: str, system: str | None, public: str | None, _internal: bool) -> None:
+        nonlocal is_external
+        is_external |= system is not None or public is not None
+
+    def entity(*definition: object) -> None:
+        nonlocal is_external
+        is_external |= definition[2] is None  # It has no value here.
+
+    parser = expat.ParserCreate()
+    parser.XmlDeclHandler = declaration
+    parser.StartDoctypeDeclHandler = doctype
+    parser.EntityDeclHandler = entity
+    with suppress(expat.ExpatError, ValueError, LookupError):  # Whoever reads the elements tells.
+        parser.Parse(source, True)
+    return encoding, is_external
+
+
+def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element | None:
+    """Return the child element of a kind, None without one.
+
+    Raises:
+        ModelError: there are several, and it is open which of them counts.
+    """
+    children = element.findall(tag)
+    if len(children) > 1:
+        raise ModelError(f"{at}: there are {len(children)} <{tag}> in <{element.tag}>; keep one")
+    return children[0] if children else None
+
+
+DYNAMICS_WORDS = ("damping", "friction", "spring_stiffness", "spring_reference")
+"""Words of URDF and SDF for the fields of `Dynamics`; URDF itself has the first two."""
+
+
+def dynamics_of(joint: ElementTree.Element, at: str) -> Dynamics:
+    """Return what the `<dynamics>` of a `<joint>` or `<loop>` states, zero where it states none.
+
+    Raises:
+        ModelError: they are no numbers.
+    """
+    dynamics = only(joint, "dynamics", at)
+    if dynamics is None:
+        return Dynamics()
+    return Dynamics(
+        *(number(dynamics.get(key), "0", f"{at}: dynamics {key}") for key in DYNAMICS_WORDS)
+    )
+
+
+def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
+    """Return the names of all elements of a kind, each of which occurs once."""
+    listed = [name_of(element, where) for element in robot.findall(tag)]
+    check_unique(listed, tag, where)
+    return listed
+
+
+def check_unique(names: list[str], what: str, where: str) -> None:
+    """Refuse names that occur twice.
+
+    Raises:
+        ModelError: which ones do; `what` says in the message of what kind they are.
+    """
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise ModelError(f"{where}: {what} names that occur twice: {choices(repeated)}")
+
+
+def unique(name: str, taken: set[str]) -> str:
+    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
+    candidate, count = name, 1
+    while candidate in taken:
+        count += 1
+        candidate = f"{name}_{count}"
+    return candidate
+
+
+def name_of(element: ElementTree.Element, where: str) -> str:
+    """Return the name of an element, which must have one."""
+    name = element.get("name")
+    if not name:
+        raise ModelError(f"{where}: a <{element.tag}> has no name")
+    return name
+
+
+def link_of(element: ElementTree.Element, tag: str, links: Collection[str], at: str) -> str:
+    """Return the name of an existing link that a child element points to."""
+    child = only(element, tag, at)
+    if child is None or not child.get("link"):
+        raise ModelError(f'{at}: <{tag} link="..."/> is missing')
+    name = child.get("link", "")
+    if name not in links:
+        raise ModelError(f"{at}: {tag} link {name!r} does not exist; links: {choices(links, name)}")
+    return name
+
+
+def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
+    """Return the numbers `(count,)` that an attribute lists.
+
+    They are decimal numbers as XML knows them, with blanks between and around them. Python would
+    also accept `1_0` and digits of other scripts, which other programs read differently or not
+    at all.
+
+    Args:
+        text: the attribute's value; None where the element does not have the attribute.
+        count: how many numbers it has to list.
+        default: the text that counts without the attribute; empty where it must be there.
+        at: how messages name the attribute.
+
+    Raises:
+        ModelError: these are not `count` finite numbers up to `GREATEST`.
+    """
+    return np.array(_numbers(text, count, default, at))
+
+
+def _numbers(text: str | None, count: int, default: str, at: str) -> list[float]:
+    """Return what an attribute lists, see `numbers`; a description has hundreds of attributes."""
+    words = _BLANKS.split((default if text is None else text).strip(" \t\r\n"))
+    if len(words) != count or not all(map(_NUMBER.fullmatch, words)):
+        raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
+    values = [float(word) for word in words]
+    if not all(abs(value) <= GREATEST for value in values):
+        raise ModelError(
+            f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not so "
+            "far from 1"
+        )
+    return [0.0 if abs(value) < _LEAST else value for value in values]
+
+
+def words(values: Iterable[float]) -> str:
+    """Return numbers as text from which they are read back to the last bit."""
+    # Adding zero removes the sign of negative zeros.
+    return " ".join(repr(float(value) + 0.0) for value in values)
+
+
+def number(text: str | None, default: str, at: str) -> float:
+    """Return the number that an attribute states, see `numbers`."""
+    return _numbers(text, 1, default, at)[0]
+
+
+def at_point(point: np.ndarray) -> np.ndarray:
+    """Return the `(4, 4)` placement at a point `(3,)`, axes parallel."""
+    result = np.eye(4)
+    result[:3, 3] = point
+    return result
+
+
+def placement(element: ElementTree.Element, at: str) -> np.ndarray:
+    """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
+    origin = only(element, "origin", at)
+    return np.eye(4) if origin is None else pose(origin, at)
+
+
+def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
+    """Return the `(4, 4)` placement that an element's attributes xyz and rpy describe."""
+    if origin.get("quat_xyzw") is not None:
+        raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
+    result = np.eye(4)
+    result[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
+    result[:3, :3] = rotation(*_numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy"))
+    return result
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Return the `(3, 3)` rotation of angles [rad] about the fixed axes x, then y, then z."""
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def unit(vector: np.ndarray, at: str) -> np.ndarray:
+    """Return a vector scaled to the length 1.
+
+    Raises:
+        ModelError: it has no direction.
+    """
+    # The squares of very small components would vanish.
+    greatest = float(np.max(np.abs(vector)))
+    if greatest == 0.0:
+        raise ModelError(f"{at}: a vector of zeros has no direction")
+    scaled = vector / greatest
+    return scaled / np.linalg.norm(scaled)
+
+
+def rotation_of_quaternion(quaternion: np.ndarray, at: str) -> np.ndarray:
+    """Return the `(3, 3)` rotation of a quaternion w x y z of any length."""
+    w, x, y, z = unit(quaternion, at)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
+    """Return the `(3,)` unit axis of an element."""
+    child = only(element, tag, at)
+    if child is not None and child.get("xyz") is None:
+        raise ModelError(f'{at}: <{tag}> has no xyz; write <{tag} xyz="0 0 1"/>, or leave it out')
+    axis = numbers(None if child is None else child.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
+    length = float(np.linalg.norm(axis))
+    # The squares of the components of shorter axes lose digits, and so does their direction.
+    if length < 1.0 / GREATEST:
+        raise ModelError(
+            f"{at}: the {tag} {axis.tolist()} has no direction; its length is to be 1 and may be "
+            f"from {1.0 / GREATEST:.0e} to {GREATEST:.0e}"
+        )
+    return axis / length
+
+
+def axes_of(
+    element: ElementTree.Element, kind: str, at: str, tags: tuple[str, str] = ("axis", "axis2")
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return both `(3,)` unit axes of a joint of a kind, which are one but for `TWO_AXES`.
+
+    Args:
+        element: the joint.
+        kind: its type.
+        at: how messages name it.
+        tags: the elements that state its axes.
+
+    Raises:
+        ModelError: an axis has no direction, or two are not at right angles.
+    """
+    first, second = tags
+    axis = axis_of(element, at, first)
+    if kind not in TWO_AXES:
+        return axis, axis
+    axis_2 = axis_of(element, at, second)
+    if abs(float(axis @ axis_2)) > DIRECTION_TOLERANCE:
+        raise ModelError(
+            f"{at}: a {kind} joint needs <{first}> and <{second}> at right angles, not "
+            f"{axis.tolist()} and {axis_2.tolist()}"
+        )
+    return axis, axis_2
+
+
+def loop(
+    element: ElementTree.Element, sides: Iterable[str], links: Collection[str], where: str
+) -> LoopDescription:
+    """Return a loop from an element that names a link and a placement for each side.
+
+    Args:
+        element: with `name`, `type`, a child per side, and `<axis>`.
+        sides: tags of the predecessor's and the successor's child.
+        links: names of all links.
+        where: how messages name the source of the text.
+
+    Raises:
+        ModelError: what is wrong with it.
+    """
+    name = name_of(element, where)
+    at = f"{where}: {element.tag} {name!r}"
+    kind = element.get("type")
+    if kind not in LOOP_TYPES:
+        raise ModelError(
+            f"{at}: type {kind!r} is not supported; types: {choices(LOOP_TYPES, kind)}"
+        )
+    predecessor, successor = (link_of(element, side, links, at) for side in sides)
+    if predecessor == successor:
+        raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")
+    origins = [_end(only(element, side, at), at) for side in sides]
+    axis, axis_2 = axes_of(element, kind, at)
+    ends = predecessor, successor, origins[0], origins[1]
+    dynamics = dynamics_of(element, at) if element.tag == "loop" else Dynamics()
+    return LoopDescription(name, kind, *ends, axis, axis_2, dynamics)
+
+
+def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:
+    """Return the placement of a loop's frame in the link of a side."""
+    if side is None:
+        return np.eye(4)
+    # URDF+ has an <origin> in each side; Isaac writes its attributes on the side itself.
+    if side.find("origin") is None:
+        return pose(side, at)
+    if side.get("xyz") is not None or side.get("rpy") is not None:
+        raise ModelError(f"{at}: <{side.tag}> has attributes xyz or rpy and an <origin>; keep one")
+    return placement(side, at)
+
+
+def adjustable_type(element: ElementTree.Element, kind: str, at: str) -> str:
+    """Return what a fixed joint becomes where a scene holds or drives it; empty if it stays fixed.
+
+    Raises:
+        ModelError: the joint is not fixed, or cannot become that.
+    """
+    becomes = element.get("adjustable", "")
+    if becomes and kind != "fixed":
+        raise ModelError(f"{at}: only fixed joints are adjustable, and its type is {kind!r}")
+    if becomes and becomes not in ADJUSTABLE_TYPES:
+        raise ModelError(
+            f"{at}: a joint cannot be adjustable {becomes!r}; types: "
+            f"{choices(ADJUSTABLE_TYPES, becomes)}"
+        )
+    return becomes

@@ -1,0 +1,131 @@
+"""Gazebo: loops of a URDF as joints of SDF, `<joint>` in a `<gazebo>` without a reference.
+
+sdformat adds them to the model that it makes of the URDF, as they are. Links and joints of the URDF
+are the frames that they can name, and their own frame is placed in their child unless `<pose>`
+names another one. An axis is seen in the joint's frame, as of sdformat 9 on; a warning says where
+older versions, which see it in the model's frame, would make another joint of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.errors import ModelError, choices
+from .beside import placements_at_zero
+from .description import LoopDescription
+from .elements import DIRECTION_TOLERANCE
+from .left_out import forces_left_out
+from .sdf.frames import WORLD, NamedFrames
+from .sdf.joints import GEARBOX, Edge, edge, kind_of
+from .words import check_words
+
+NOTATION = "SDF <joint> in <gazebo>"
+"""What the notation is called."""
+_VERSION, _VERSION_OF_FLAGS = (1, 7), (1, 6)
+"""Version of SDF that sdformat 9 and later take a URDF for, and the last one that knows
+`<use_parent_model_frame>`, where a joint has it."""
+
+
+def gazebo_loops(
+    robot: ElementTree.Element, where: str, strict: bool
+) -> tuple[tuple[LoopDescription, ...], tuple[str, ...]]:
+    """Return the loops that `<gazebo>` elements add to a URDF, and warnings.
+
+    Warnings name what is left out, and what depends on Gazebo's version. A fixed joint between the
+    world and the root says what is so without it, and is left out.
+
+    Args:
+        robot: outermost element of the URDF.
+        where: how messages name the source of the text.
+        strict: whether unknown words are refused, and forces that no wrench considers.
+
+    Raises:
+        ModelError: what is wrong with them, or what cannot be read.
+    """
+    for item in robot.findall("gazebo"):
+        if item.get("reference") and item.find("joint") is not None:
+            raise ModelError(
+                f"{where}: <gazebo reference={item.get('reference')!r}>: a <joint> belongs to the "
+                "robot as a whole: write it in a <gazebo> without a reference"
+            )
+    joints = robot.findall("gazebo/joint")
+    placements, root = placements_at_zero(robot, where), _root(robot, where)
+    is_flagged = any(joint.find("*/use_parent_model_frame") is not None for joint in joints)
+    version = _VERSION_OF_FLAGS if is_flagged else _VERSION
+    frames = NamedFrames(_model(robot, root, is_flagged), version, where, placements)
+    warnings, forces, loops = list[str](), list[str](), list[LoopDescription]()
+    for joint in joints:
+        at = f"{where}: <gazebo>: joint {joint.get('name')!r}"
+        warnings += check_words(joint, "sdf", at, strict)
+        if kind_of(joint, at) == GEARBOX or joint.find("*/mimic") is not None:
+            raise ModelError(f"{at}: couplings are not read here: write <coupling> or <mimic>")
+        found = edge(joint, frames, version, f"{where}: <gazebo>")
+        warnings += found.warnings
+        forces += found.forces
+        found = replace(found, parent=root if found.parent == WORLD else found.parent)
+        if found.child == root:
+            if found.type == "fixed" and found.parent == root:
+                continue
+            raise ModelError(
+                f"{at}: its child is the root {root!r}, which stands still here: write it as a "
+                "<joint> of the URDF, or swap parent and child"
+            )
+        if not is_flagged:
+            warnings += _axis_notes(joint, found, at)
+        loops.append(found.loop(placements))
+    return tuple(loops), (*warnings, *forces_left_out(forces, where, strict))
+
+
+def _root(robot: ElementTree.Element, where: str) -> str:
+    """Return the name of the link that no joint carries."""
+    carried = {child.get("link") for child in robot.findall("joint/child")}
+    roots = [link.get("name", "") for link in robot.findall("link")]
+    roots = [name for name in roots if name not in carried]
+    if len(roots) != 1:
+        raise ModelError(f"{where}: a URDF has exactly one root link, not {choices(roots)}")
+    return roots[0]
+
+
+def _model(robot: ElementTree.Element, root: str, is_flagged: bool) -> ElementTree.Element:
+    """Return the model that sdformat makes of a URDF: its frames and the joints that are added."""
+    model = ElementTree.Element("model")
+    links = [link.get("name", "") for link in robot.findall("link")]
+    for name in links:
+        if name != WORLD:
+            ElementTree.SubElement(model, "link", name=name)
+    if root != WORLD:
+        model.set("canonical_link", root)
+    added = robot.findall("gazebo/joint")
+    taken = {*links, *(item.get("name") for item in added)}
+    if not is_flagged:
+        for joint in robot.findall("joint"):
+            child = joint.find("child")
+            name = joint.get("name", "")
+            if child is not None and name not in taken:
+                # The frame of a URDF's joint is that of its child.
+                ElementTree.SubElement(model, "frame", name=name, attached_to=child.get("link", ""))
+        model.extend(robot.findall("gazebo/frame"))
+    model.extend(added)
+    return model
+
+
+def _axis_notes(joint: ElementTree.Element, found: Edge, at: str) -> list[str]:
+    """Return a warning where older versions of Gazebo would make another joint of an axis."""
+    if found.type in ("fixed", "spherical"):
+        return []
+    turn: Array = found.placement[:3, :3]
+    stated = [("axis", found.axis), ("axis2", found.axis_2)]
+    notes = []
+    for tag, axis in stated[: 1 + (found.type == "universal")]:
+        xyz = joint.find(f"{tag}/xyz")
+        is_named = xyz is not None and bool(xyz.get("expressed_in"))
+        if not is_named and np.max(np.abs(turn @ axis - axis)) > DIRECTION_TOLERANCE:
+            notes.append(
+                f"{at}: <{tag}> is seen in the joint's frame, as of sdformat 9 on; older versions "
+                "see it in the model's frame, where it is another one: write expressed_in"
+            )
+    return notes

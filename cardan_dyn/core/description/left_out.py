@@ -1,0 +1,119 @@
+"""Left out: what a description says and no wrench considers, one line of warning per kind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple
+from xml.etree import ElementTree
+
+from ...kit.errors import ModelError, choices
+from .description import JointDescription, JointOrLoop
+
+_MOST_NAMED = 3
+"""Joints that a line names; it counts the others."""
+_MOST_FORCES = 8
+"""Forces that a message lists, so that it stays readable."""
+_OF_JOINTS = {
+    "safety_controller": "safety controllers",
+    "calibration": "calibrations",
+}
+"""Elements of joints that play no part, with what they are called."""
+_BALLS = ("spherical", "floating")
+"""Joint types with a ball, of which no single coordinate can rub."""
+_OF_PROGRAMS = ("transmission", "gazebo", "mujoco", "drake")
+"""Elements of `<robot>` that are for other programs."""
+
+
+def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
+    """Return warnings about elements of a URDF that wrenches are without.
+
+    Args:
+        robot: its outermost element.
+        where: how messages name the source of the text.
+    """
+    joints, lines = robot.findall("joint"), []
+    for tag, label in _OF_JOINTS.items():
+        named = [joint.get("name", "") for joint in joints if joint.find(tag) is not None]
+        lines.append(line_of(where, label, named, "no wrench considers them"))
+    touching = [
+        link.get("name", "") for link in robot.findall("link") if link.find("contact") is not None
+    ]
+    lines.append(line_of(where, "<contact>", touching, "no wrench considers it", "link"))
+    for tag in _OF_PROGRAMS:
+        count = sum(not _is_read(item) for item in robot.findall(tag))
+        if count:
+            times = f" ({count} times)" if count > 1 else ""
+            lines.append(f"{where}: <{tag}>{times} is for other programs and was passed over")
+    return [line for line in lines if line]
+
+
+def _is_read(element: ElementTree.Element) -> bool:
+    """Return whether an element for other programs holds nothing but loops, see `gazebo`."""
+    return (
+        bool(len(element))
+        and element.tag == "gazebo"
+        and ({part.tag for part in element} <= {"joint", "frame"})
+    )
+
+
+def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]:
+    """Return a warning about limits of joints, if there are any.
+
+    Args:
+        joints: of the tree.
+        where: how messages name the source of the text.
+    """
+    limited = [joint.name for joint in joints if any(map(math.isfinite, astuple(joint.limits)))]
+    line = line_of(where, "limits", limited, "what lies beyond them is computed like all else")
+    return [line] if line else []
+
+
+def dynamics_left_out(joints: Iterable[JointOrLoop], where: str) -> list[str]:
+    """Return warnings about damping, friction and springs of joints and loops.
+
+    Args:
+        joints: all of them.
+        where: how messages name the source of the text.
+    """
+    acting = [item for item in joints if item.dynamics.acts]
+    balls = [item.name for item in acting if item.type in _BALLS]
+    others = [item.name for item in acting if item.type not in _BALLS]
+    has_springs = any(item.dynamics.stiffness for item in acting)
+    what = "damping, friction or springs" if has_springs else "damping or friction"
+    taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
+    lines = [
+        line_of(where, what, others, taken),
+        line_of(where, what, balls, "wrenches are without it", "ball"),
+    ]
+    return [line for line in lines if line]
+
+
+def forces_left_out(forces: Sequence[str], where: str, strict: bool) -> list[str]:
+    """Return a warning for each force that a file states and no wrench considers.
+
+    Args:
+        forces: what they are and what states them.
+        where: how messages name the source of the text.
+        strict: whether they are refused.
+
+    Raises:
+        ModelError: there are some, and `strict` refuses them.
+    """
+    if strict and forces:
+        more = len(forces) - _MOST_FORCES
+        listed = "; ".join(forces[:_MOST_FORCES]) + (f"; and {more} more" if more > 0 else "")
+        raise ModelError(
+            f"{where}: forces that wrenches leave out: {listed}; load(..., strict=False) accepts "
+            "the file and leaves them out"
+        )
+    return [f"{where}: {force} left out of the wrenches" for force in forces]
+
+
+def line_of(where: str, what: str, names: list[str], result: str, owner: str = "joint") -> str:
+    """Return a warning about something of some joints or links; empty where there are none."""
+    if not names:
+        return ""
+    listed = choices(names, most=_MOST_NAMED)
+    owners = f"{len(names)} {owner}{'s' * (len(names) > 1)}"
+    return f"{where}: {what} of {owners} ({listed}) left out: {result}"

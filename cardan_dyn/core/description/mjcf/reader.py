@@ -1,0 +1,380 @@
+"""MJCF: a MuJoCo model to a checked description, by MuJoCo's own parser and compiler.
+
+Bodies, joints, masses and rigid equalities of a compiled model are read, and damping, friction and
+springs of joints, which scenes take as elements. Forces of other kinds would change wrenches as
+well: they are refused, or left out with a warning.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ....kit.arrays import Array, inverse
+from ....kit.errors import ModelError
+from ....kit.frozen import frozen
+from ..description import (
+    CouplingDescription,
+    Description,
+    Dynamics,
+    JointDescription,
+    Limits,
+    LinkDescription,
+    LoopDescription,
+)
+from ..elements import GREATEST, SINGLE_TYPES, at_point, check_size, unique
+from ..left_out import dynamics_left_out, forces_left_out
+from .compiled import Compiled, compiled, placement
+
+_TYPES = ("floating", "spherical", "prismatic", "revolute")
+"""Types of joints, in the order of MuJoCo's `mjtJoint`."""
+_EQUALITIES = {0: "connect", 1: "weld", 2: "joint", 3: "tendon"}
+"""Kinds of `mjtEq`; others are of deformable bodies."""
+
+
+def parse(text: str, name: str | None, where: str, path: Path | None, strict: bool) -> Description:
+    """Read an MJCF model; equalities `connect` and `weld` become loops, `joint` couplings.
+
+    Joints that share a body get massless links between them. All coordinates are zero in the
+    initial configuration, also those to which the file gives another value there (`ref`). A joint
+    that an equality holds is fixed.
+
+    Args:
+        text: of the main file.
+        name: of the model.
+        where: how messages name the source of the text.
+        path: the file, from which included ones and meshes are found; None for text.
+        strict: whether forces that no wrench considers are refused.
+
+    Raises:
+        MissingExtraError: MuJoCo is not installed.
+        ModelError: what is wrong, where, and the valid choices.
+    """
+    found = compiled(text, path, where)
+    check_size(sum(map(len, found.links)), where)
+    reader = _Reader(found, where)
+    joints = tuple(reader.joints)
+    loops, couplings = reader.equalities()
+    left_out = dynamics_left_out(joints, where)
+    left_out += forces_left_out(list(reader.forces()), where, strict)
+    return Description(
+        name=name or "mechanism",
+        links=tuple(reader.links),
+        joints=joints,
+        order=tuple(joint.name for joint in joints),
+        loops=tuple(loops),
+        couplings=tuple(couplings),
+        independent_joints=reader.actuated(),
+        notation="MJCF <equality>" if loops or couplings else "no loops",
+        warnings=(*found.warnings, *reader.warnings, *left_out),
+        frames=frozen(reader.sites),
+    )
+
+
+class _Reader:
+    """Reads a compiled model.
+
+    Attributes:
+        links: those of all bodies, that of the world first.
+        joints: those of the tree.
+        sites: name to the link that carries it, and its placement there.
+        warnings: what is wrong and was accepted.
+    """
+
+    def __init__(self, found: Compiled, where: str) -> None:
+        import mujoco
+
+        self._mujoco, self._found, self._where = mujoco, found, where
+        self._model = model = found.model
+        self.warnings: list[str] = []
+        self.links: list[LinkDescription] = []
+        self.joints: list[JointDescription] = []
+        # Joints as MuJoCo counts them; of bodies: their initial placement in the world.
+        self._of_index: list[JointDescription] = []
+        self._placements = [np.eye(4)]
+        for body in range(model.nbody):
+            if body:
+                self._read_joints(body)
+            self.links += map(LinkDescription, found.links[body][:-1])
+            self.links.append(self._link(body))
+        self.sites = {
+            site: (found.links[model.site_bodyid[k]][-1], self._site(k))
+            for k in range(model.nsite)
+            if (site := self._name("SITE", k))
+        }
+
+    def _name(self, kind: str, index: int) -> str:
+        """Return the name that the file gives something; empty if it gives none."""
+        return (
+            self._mujoco.mj_id2name(
+                self._model, getattr(self._mujoco.mjtObj, f"mjOBJ_{kind}"), index
+            )
+            or ""
+        )
+
+    def _site(self, index: int) -> Array:
+        return placement(self._model.site_pos[index], self._model.site_quat[index])
+
+    def _link(self, body: int) -> LinkDescription:
+        """Return the link of a body with its mass; it has none where MuJoCo gave it the least."""
+        model, name = self._model, self._found.links[body][-1]
+        at = f"{self._where}: body {name!r}"
+        mass, moments = float(model.body_mass[body]), model.body_inertia[body]
+        least = np.nextafter(self._mujoco.mjMINVAL, 1.0)
+        if model.body_mocapid[body] >= 0:
+            self.warnings.append(f"{at}: mocap: it stands still")
+        if mass <= least:
+            return LinkDescription(name)
+        turn = placement(np.zeros(3), model.body_iquat[body])[:3, :3]
+        moments = np.where(moments > least, moments, 0.0)
+        if not max(mass, *np.abs(model.body_ipos[body]), *moments) <= GREATEST:
+            raise ModelError(
+                f"{at}: its mass or inertia is beyond {GREATEST:.0e}; choose units in which "
+                "numbers are not so far from 1"
+            )
+        if not np.any(moments) and model.body_weldid[body]:
+            self.warnings.append(f"{at}: it has a mass and no inertia: a point mass")
+        inertia = (turn * moments) @ turn.T
+        return LinkDescription(name, mass, model.body_ipos[body].copy(), inertia)
+
+    def _read_joints(self, body: int) -> None:
+        """Add the joints of a body."""
+        model, found = self._model, self._found
+        names, links = found.joints[body], found.links[body]
+        origin = placement(model.body_pos[body], model.body_quat[body])
+        before = model.body_parentid[body]
+        parent, at_body = found.links[before][-1], self._placements[before]
+        axis = np.array([1.0, 0.0, 0.0])
+        for count, (name, link) in enumerate(zip(names, links, strict=True)):
+            joint = JointDescription(name, "fixed", parent, link, origin, axis, axis)
+            if model.body_jntnum[body]:
+                joint = self._joint(joint, model.body_jntadr[body] + count)
+                self._of_index.append(joint)
+            self.joints.append(joint)
+            at_body = at_body @ joint.origin @ joint.child_placement
+            # The links between the joints of a body all stand where the body stands.
+            parent, origin = link, np.eye(4)
+        self._placements.append(at_body)
+
+    def _joint(self, fixed: JointDescription, index: int) -> JointDescription:
+        """Return a joint of a body, whose frame is at its point and has the axes of the child."""
+        model, at = self._model, f"{self._where}: joint {fixed.name!r}"
+        kind = _TYPES[model.jnt_type[index]]
+        if kind == "floating":
+            return replace(fixed, type=kind)
+        point = model.jnt_pos[index]
+        origin, child_placement = fixed.origin @ at_point(point), at_point(-point)
+        joint = replace(fixed, type=kind, origin=origin, child_placement=child_placement)
+        if kind == "spherical":
+            return joint
+        axis, initial = model.jnt_axis[index].copy(), model.qpos0[model.jnt_qposadr[index]]
+        if initial:
+            shown = math.degrees(initial) if self._in_degrees(kind) else initial
+            self.warnings.append(
+                f"{at}: its coordinate is zero where the file counts {shown:g} (ref)"
+            )
+        if index in self._found.locked:
+            held = self._found.locked[index]
+            self.warnings.append(
+                f"{at}: an equality holds it at {held:g} {'m' if kind == 'prismatic' else 'rad'}: "
+                "it is fixed there"
+            )
+            return replace(joint, type="fixed", origin=origin @ _moved(kind, axis, held))
+        limits = Limits()
+        if model.jnt_limited[index]:
+            limits = Limits(*(model.jnt_range[index] - initial).tolist())
+        elif kind == "revolute":
+            kind = "continuous"
+        dynamics = self._dynamics(index)
+        return replace(joint, type=kind, axis=axis, axis_2=axis, limits=limits, dynamics=dynamics)
+
+    def _in_degrees(self, kind: str) -> bool:
+        return kind == "revolute" and bool(self._found.spec.compiler.degree)
+
+    def _dynamics(self, index: int) -> Dynamics:
+        """Return what rubs and springs along a hinge or slide, but what `_untaken` says.
+
+        The spring is at rest at `springref`, which counts as the file counts the joint; here the
+        initial configuration is zero.
+        """
+        model, dof, place = (
+            self._model,
+            *(addresses[index] for addresses in (self._model.jnt_dofadr, self._model.jnt_qposadr)),
+        )
+        stated = {
+            "damping": float(model.dof_damping[dof]),
+            "friction": float(model.dof_frictionloss[dof]),
+            "stiffness": float(model.jnt_stiffness[index]),
+        }
+        for left in dict(self._untaken(index)):
+            stated.pop({"frictionloss": "friction"}.get(left, left), None)
+        rest = 0.0
+        if stated.get("stiffness"):
+            rest = float(model.qpos_spring[place] - model.qpos0[place])
+        return Dynamics(**stated, rest=rest)
+
+    def _untaken(self, index: int) -> Iterator[tuple[str, str]]:
+        """Yield names and values of what acts along a joint and no element is made of.
+
+        Those are all of a joint with a ball, higher terms of a polynomial and negative values.
+        """
+        model, dof = self._model, self._model.jnt_dofadr[index]
+        yield from _stated("armature", model.dof_armature[dof])
+        is_single = _TYPES[model.jnt_type[index]] in SINGLE_TYPES
+        for what, first, more in (
+            ("damping", model.dof_damping[dof], model.dof_dampingpoly[dof]),
+            ("stiffness", model.jnt_stiffness[index], model.jnt_stiffnesspoly[index]),
+            ("frictionloss", model.dof_frictionloss[dof], ()),
+        ):
+            if not is_single or first < 0.0 or np.any(more):
+                yield from _stated(what, first, *more)
+        # Springs that yield came with MuJoCo 4.0.
+        if is_single and hasattr(model, "jnt_springyield"):
+            yield from _stated("springyield", model.jnt_springyield[index])
+
+    def forces(self) -> Iterator[str]:
+        """Yield what joints, bodies, fluids, tendons, actuators and flexes exert beside that."""
+        model = self._model
+        for index, joint in enumerate(self._of_index):
+            if joint.type != "fixed":
+                yield from _line(f"joint {joint.name!r}", self._untaken(index))
+        for body, links in enumerate(self._found.links):
+            yield from _line(f"body {links[-1]!r}", _stated("gravcomp", model.body_gravcomp[body]))
+            if model.body_plugin[body] >= 0:
+                yield f"body {links[-1]!r}: a plugin"
+        yield from _line(
+            "option",
+            [*_stated("density", model.opt.density), *_stated("viscosity", model.opt.viscosity)],
+        )
+        for kind, count, words in (
+            ("tendon", model.ntendon, ("armature", "damping", "stiffness", "frictionloss")),
+            ("actuator", model.nu, ("armature", "damping")),
+        ):
+            for index in range(count):
+                name = self._name(kind.upper(), index) or str(index + 1)
+                parts = [
+                    part
+                    for word in words
+                    for part in _stated(
+                        word,
+                        getattr(model, f"{kind}_{word}")[index],
+                        *getattr(model, f"{kind}_{word}poly", np.zeros((count, 0)))[index],
+                    )
+                ]
+                yield from _line(f"{kind} {name!r}", parts)
+        for index in range(model.nflex):
+            yield f"flex {self._name('FLEX', index)!r}"
+
+    def actuated(self) -> tuple[str, ...]:
+        """Return the joints of the tree that have an actuator, in the order of these."""
+        model, along = self._model, self._mujoco.mjtTrn
+        kinds = int(along.mjTRN_JOINT), int(along.mjTRN_JOINTINPARENT)
+        named = (
+            self._of_index[model.actuator_trnid[k][0]]
+            for k in range(model.nu)
+            if model.actuator_trntype[k] in kinds
+        )
+        return tuple(dict.fromkeys(joint.name for joint in named if joint.type != "fixed"))
+
+    def equalities(self) -> tuple[list[LoopDescription], list[CouplingDescription]]:
+        """Return the loops and couplings; `connect` and `weld` are loops, `joint` a coupling."""
+        model, loops, couplings = self._model, [], []
+        names = [self._name("EQUALITY", k) for k in range(model.neq)]
+        taken = {joint.name for joint in self.joints}
+        disabled = model.opt.disableflags & self._mujoco.mjtDisableBit.mjDSBL_EQUALITY
+        for index, name in enumerate(names):
+            kind = _EQUALITIES.get(model.eq_type[index], "flex")
+            at = f"{self._where}: <equality> <{kind}> {name or index + 1!r}"
+            if disabled or not model.eq_active0[index]:
+                self.warnings.append(f"{at}: left out, as it is not active")
+                continue
+            if kind in ("tendon", "flex"):
+                raise ModelError(
+                    f"{at}: it is not supported; kinds: connect, joint, weld; joint is a coupling"
+                )
+            name = unique(name or f"equality_{index + 1}", taken | (set() if name else set(names)))
+            if kind == "joint":
+                if model.eq_obj2id[index] >= 0:
+                    couplings.append(self._coupling(index, name, at))
+                    taken.add(name)
+                continue
+            if kind == "weld" and model.eq_data[index][10] == 0.0:
+                raise ModelError(f"{at}: a weld with torquescale 0 is a ball; write <connect>")
+            loops.append(self._loop(kind, index, name))
+            taken.add(name)
+        # In the order of the joints, as a URDF lists them.
+        order = {joint.name: index for index, joint in enumerate(self.joints)}
+        couplings.sort(key=lambda coupling: order[coupling.successor])
+        return loops, couplings
+
+    def _loop(self, kind: str, index: int, name: str) -> LoopDescription:
+        """Return the loop that a `connect` or a `weld` is.
+
+        Its coordinates are zero in the initial configuration, save for a `weld` that states another
+        relative pose.
+        """
+        model = self._model
+        ends, data = (model.eq_obj1id[index], model.eq_obj2id[index]), model.eq_data[index]
+        if model.eq_objtype[index] == self._mujoco.mjtObj.mjOBJ_SITE:
+            origins = [self._site(site) for site in ends]
+            ends = tuple(model.site_bodyid[site] for site in ends)
+        elif kind == "connect":
+            origins = [at_point(data[:3]), at_point(data[3:6])]
+        else:
+            # MuJoCo holds the anchor, a point of the second body, at this point of the first.
+            origins = [placement(data[3:6], data[6:10]), at_point(data[:3])]
+        if kind == "connect":
+            # The frames of a ball joint may have any orientation: that of the second is chosen so
+            # that the coordinate is zero in the initial configuration.
+            across = inverse(self._placements[ends[1]]) @ self._placements[ends[0]]
+            origins[1][:3, :3] = across[:3, :3] @ origins[0][:3, :3]
+        first, second = (self._found.links[body][-1] for body in ends)
+        axis = np.array([1.0, 0.0, 0.0])
+        joint = "spherical" if kind == "connect" else "fixed"
+        return LoopDescription(name, joint, first, second, origins[0], origins[1], axis, axis)
+
+    def _coupling(self, index: int, name: str, at: str) -> CouplingDescription:
+        """Return the coupling that an equality of two joints is, where its polynomial is linear.
+
+        The polynomial counts both coordinates from the initial configuration, where those of a
+        description are zero.
+        """
+        model = self._model
+        driven, driving = (
+            self._of_index[ids[index]].name for ids in (model.eq_obj1id, model.eq_obj2id)
+        )
+        offset, ratio, *higher = model.eq_data[index][:5].tolist()
+        held = {self._of_index[k].name for k in self._found.locked} & {driven, driving}
+        if held or ratio == 0.0 or any(higher):
+            raise ModelError(
+                f"{at}: it is not supported except as a coupling of two joints that move: write "
+                'polycoef="offset ratio 0 0 0", the ratio not zero; a ratio that changes is a '
+                "mechanism of its own, which bodies and <connect> describe"
+            )
+        return CouplingDescription(name, driving, driven, ratio, offset, of_joints=True)
+
+
+def _moved(kind: str, axis: Array, by: float) -> Array:
+    """Return the `(4, 4)` motion of a hinge or slide by an angle [rad] or a way [m]."""
+    if kind == "prismatic":
+        return at_point(by * axis)
+    half = 0.5 * by
+    return placement(np.zeros(3), np.array([math.cos(half), *(math.sin(half) * axis)]))
+
+
+def _stated(word: str, *values: float) -> Iterator[tuple[str, str]]:
+    """Yield a word and its values, as a file states them, unless all are zero."""
+    if np.any(values):
+        last = int(np.flatnonzero(values)[-1]) + 1
+        yield word, " ".join(f"{float(value):g}" for value in values[:last])
+
+
+def _line(owner: str, parts: Iterator[tuple[str, str]] | list[tuple[str, str]]) -> Iterator[str]:
+    """Yield what something states, if it does."""
+    listed = ", ".join(f"{word} {values}" for word, values in parts)
+    if listed:
+        yield f"{owner}: {listed}"

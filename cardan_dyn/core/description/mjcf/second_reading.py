@@ -1,0 +1,151 @@
+"""Second reading of MJCF: the numbers of a model from where MuJoCo's own kinematics put it.
+
+The first reader takes placements in parents from the compiled model. Here they come from those in
+the world, as MuJoCo computes them in the initial configuration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ....kit.arrays import Array, inverse
+from ..description import (
+    Description,
+    JointDescription,
+    LinkDescription,
+    LoopDescription,
+    SourceText,
+)
+from .compiled import Compiled, compiled
+
+
+def reread(description: Description, source: SourceText) -> Description:
+    """Return a description with the masses, placements, axes and ratios of MuJoCo's model."""
+    return _Placed(compiled(source.text, source.path, "MJCF")).reread(description)
+
+
+class _Placed:
+    """A model in its initial configuration."""
+
+    def __init__(self, found: Compiled) -> None:
+        import mujoco
+
+        self._found, self._model = found, found.model
+        self._data = data = mujoco.MjData(found.model)
+        for joint, held in found.locked.items():
+            data.qpos[found.model.jnt_qposadr[joint]] += held
+        mujoco.mj_kinematics(found.model, data)
+        self._least = 2.0 * mujoco.mjMINVAL
+        self._disabled = mujoco.mjtDisableBit.mjDSBL_EQUALITY
+        self._site, self._linear = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtEq.mjEQ_JOINT
+        self._bodies = {name: body for body, of in enumerate(found.links) for name in of}
+        self._joints = {
+            name: found.model.body_jntadr[body] + k
+            for body, of in enumerate(found.joints)
+            for k, name in enumerate(of)
+            if found.model.body_jntnum[body]
+        }
+        self._at = [_frame(*of) for of in zip(data.xpos, data.xmat, strict=True)]
+
+    def reread(self, description: Description) -> Description:
+        """See `reread`."""
+        model = self._model
+        active = [k for k in range(model.neq) if model.eq_active0[k]]
+        loops = [k for k in active if model.eq_type[k] != self._linear]
+        if model.opt.disableflags & self._disabled:
+            active, loops = [], []
+        ratios = {
+            (self._of_joint(model.eq_obj1id[k]), self._of_joint(model.eq_obj2id[k])): model.eq_data[
+                k
+            ]
+            for k in active
+            if model.eq_type[k] == self._linear and model.eq_obj2id[k] >= 0
+        }
+        return replace(
+            description,
+            links=tuple(self._link(link.name) for link in description.links),
+            joints=tuple(map(self._joint, description.joints)),
+            loops=tuple(
+                self._loop(loop, k) for loop, k in zip(description.loops, loops, strict=True)
+            ),
+            couplings=tuple(
+                replace(item, offset=float(of[0]), ratio=float(of[1]))
+                for item in description.couplings
+                for of in [ratios[item.successor, item.predecessor]]
+            ),
+        )
+
+    def _of_joint(self, index: int) -> str:
+        return next(name for name, k in self._joints.items() if k == index)
+
+    def _link(self, name: str) -> LinkDescription:
+        body = self._bodies[name]
+        mass = float(self._model.body_mass[body])
+        if name != self._found.links[body][-1] or mass < self._least:
+            return LinkDescription(name)
+        moments = self._model.body_inertia[body]
+        moments = np.diag(np.where(moments < self._least, 0.0, moments))
+        placed = inverse(self._at[body]) @ _frame(self._data.xipos[body], self._data.ximat[body])
+        tensor = np.einsum("ij,jk,lk->il", placed[:3, :3], moments, placed[:3, :3])
+        return LinkDescription(name, mass, placed[:3, 3], tensor)
+
+    def _joint(self, joint: JointDescription) -> JointDescription:
+        """Return a joint in the frame that has the axes of its child."""
+        child, index = self._at[self._bodies[joint.child]], self._joints.get(joint.name)
+        frame, axis = child.copy(), joint.axis
+        if index is not None and joint.type != "floating":
+            frame[:3, 3] = self._data.xanchor[index]
+            if joint.type not in ("spherical", "fixed"):
+                axis = frame[:3, :3].T @ self._data.xaxis[index]
+        # The links between the joints of a body stand where it stands, also before they move.
+        parent = child if joint.parent in self._between else self._at[self._bodies[joint.parent]]
+        return replace(
+            joint,
+            origin=inverse(parent) @ frame,
+            child_placement=inverse(frame) @ child,
+            axis=axis,
+            axis_2=axis,
+        )
+
+    @property
+    def _between(self) -> set[str]:
+        return {name for of in self._found.links for name in of[:-1]}
+
+    def _loop(self, loop: LoopDescription, index: int) -> LoopDescription:
+        model, data = self._model, self._model.eq_data[index]
+        ids = model.eq_obj1id[index], model.eq_obj2id[index]
+        if model.eq_objtype[index] == self._site:
+            places = [_frame(self._data.site_xpos[k], self._data.site_xmat[k]) for k in ids]
+            carriers = [self._at[model.site_bodyid[k]] for k in ids]
+            ends = [inverse(at) @ place for at, place in zip(carriers, places, strict=True)]
+        else:
+            carriers = [self._at[k] for k in ids]
+            ends = [np.eye(4), np.eye(4)]
+            is_ball = loop.type == "spherical"
+            ends[0][:3, 3], ends[1][:3, 3] = (
+                (data[:3], data[3:6]) if is_ball else (data[3:6], data[:3])
+            )
+            if not is_ball:
+                ends[0][:3, :3] = _turn(data[6:10])
+        if loop.type == "spherical":
+            ends[1][:3, :3] = carriers[1][:3, :3].T @ carriers[0][:3, :3] @ ends[0][:3, :3]
+        return replace(loop, predecessor_origin=ends[0], successor_origin=ends[1])
+
+
+def _frame(position: Array, rotation: Array) -> Array:
+    """Return the `(4, 4)` placement of a position and a rotation of nine numbers."""
+    result = np.eye(4)
+    result[:3, 3], result[:3, :3] = position, rotation.reshape(3, 3)
+    return result
+
+
+def _turn(quaternion: Any) -> Array:
+    """Return the `(3, 3)` rotation of a quaternion by MuJoCo."""
+    import mujoco
+
+    result = np.zeros(9)
+    mujoco.mju_quat2Mat(result, quaternion)
+    return result.reshape(3, 3)

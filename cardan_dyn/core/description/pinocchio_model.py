@@ -1,0 +1,303 @@
+"""Pinocchio's models: a `pin.Model` and its constraints to a description.
+
+A body is the link of the first frame of type `BODY` on it; all other frames go with that link. What
+Pinocchio writes as one joint and a description as several (a composite, a screw) is a chain with
+massless links between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from ...kit.arrays import Array, inverse
+from ...kit.errors import ModelError, choices
+from ...kit.frozen import frozen
+from .description import (
+    CouplingDescription,
+    Description,
+    Dynamics,
+    JointDescription,
+    Limits,
+    LinkDescription,
+    LoopDescription,
+    SourceModel,
+)
+from .elements import GREATEST, LEAST_MASS, check_size, unique
+from .left_out import dynamics_left_out, forces_left_out, limits_left_out
+from .mimics import default_name
+from .urdf import check_inertia
+
+_TYPES = {
+    "JointModelFreeFlyer": "floating",
+    "JointModelPlanar": "planar",
+    "JointModelSpherical": "spherical",
+    "JointModelSphericalZYX": "spherical",
+    "JointModelUniversal": "universal",
+    **{f"JointModelRUB{axis}": "continuous" for axis in "XYZ"},
+    "JointModelRevoluteUnboundedUnaligned": "continuous",
+    **{f"JointModelR{axis}": "revolute" for axis in "XYZ"},
+    "JointModelRevoluteUnaligned": "revolute",
+    **{f"JointModelP{axis}": "prismatic" for axis in "XYZ"},
+    "JointModelPrismaticUnaligned": "prismatic",
+    **{f"JointModelH{axis}": "screw" for axis in "XYZ"},
+    "JointModelHelicalUnaligned": "screw",
+}
+"""Pinocchio's names of joints, and ours; a `screw` becomes a hinge and a slide that follows it."""
+_LOOPS = {3: "spherical", 6: "fixed"}
+"""Rows of a constraint to the joint that it is."""
+
+
+def read_model(
+    model: pinocchio.Model,
+    constraint_models: Iterable[Any],
+    actuated: Iterable[str] | None,
+    strict: bool,
+) -> Description:
+    """Return the description of a model.
+
+    Args:
+        model: the tree.
+        constraint_models: what closes loops.
+        actuated: names of the joints that motors drive; None where nothing says so.
+        strict: whether inertias that no body can have are refused, and rotors.
+
+    Raises:
+        ModelError: what cannot be described, and what to write instead.
+    """
+    return _Reader(model, tuple(constraint_models), strict).description(actuated)
+
+
+class _Reader:
+    def __init__(self, model: pinocchio.Model, constraints: tuple[Any, ...], strict: bool) -> None:
+        self._model, self._constraints, self._strict = model, constraints, strict
+        self._where = f"pin.Model {model.name!r}"
+        check_size(model.njoints, self._where)
+        bodies: dict[int, Any] = {}
+        for frame in model.frames:
+            if frame.type == pinocchio.FrameType.BODY:
+                bodies.setdefault(frame.parentJoint, frame)
+        self._taken = {frame.name for frame in bodies.values()} | set(model.names)
+        self._links = {
+            index: (bodies[index].name, np.array(bodies[index].placement.homogeneous))
+            if index in bodies
+            else (self._unique(f"{model.names[index]}_link"), np.eye(4))
+            for index in range(model.njoints)
+        }
+        self._joints: list[JointDescription] = []
+        self._between: list[LinkDescription] = []
+        self._couplings: list[CouplingDescription] = []
+        self._warnings: list[str] = []
+
+    def _unique(self, name: str) -> str:
+        found = unique(name, self._taken)
+        self._taken.add(found)
+        return found
+
+    def description(self, actuated: Iterable[str] | None) -> Description:
+        """Return the description."""
+        model = self._model
+        links = [self._link(index) for index in range(model.njoints)]
+        for index in range(1, model.njoints):
+            self._add(index)
+        loops = tuple(
+            self._loop(number, constraint) for number, constraint in enumerate(self._constraints)
+        )
+        names = [joint.name for joint in self._joints]
+        motors = tuple(actuated or ())
+        for name in motors:
+            if name not in names:
+                raise ModelError(
+                    f"{self._where}: no joint {name!r}; joints: {choices(names, name)}"
+                )
+        rotors = model.armature + model.rotorInertia * model.rotorGearRatio**2
+        forces = [
+            f"joint {model.names[index]!r}: armature {values.max():g}"
+            for index in range(1, model.njoints)
+            if (values := rotors[model.idx_vs[index] :][: model.nvs[index]]).any()
+        ]
+        return Description(
+            name=model.name or "mechanism",
+            links=(*links, *self._between),
+            joints=tuple(self._joints),
+            order=tuple(names),
+            loops=loops,
+            couplings=tuple(self._couplings),
+            independent_joints=motors,
+            notation="Pinocchio's constraints" if loops else "no loops",
+            warnings=(
+                *self._warnings,
+                *limits_left_out(self._joints, self._where),
+                *dynamics_left_out(self._joints, self._where),
+                *forces_left_out(forces, self._where, self._strict),
+            ),
+            given=SourceModel(pinocchio.Model(model), self._constraints),
+            frames=frozen(
+                {
+                    frame.name: self._on_link(frame.parentJoint, frame.placement)
+                    for frame in model.frames
+                    if frame.name not in self._taken
+                }
+            ),
+        )
+
+    def _on_link(self, index: int, placement: pinocchio.SE3) -> tuple[str, Array]:
+        """Return the link that is the body of a joint, and a `(4, 4)` placement in it."""
+        name, link = self._links[index]
+        return name, inverse(link) @ placement.homogeneous
+
+    def _link(self, index: int) -> LinkDescription:
+        name, place = self._links[index]
+        inertia = self._model.inertias[index]
+        at = f"{self._where}: link {name!r}"
+        if inertia.mass == 0.0 and not inertia.inertia.any():
+            return LinkDescription(name)
+        if not inertia.mass >= LEAST_MASS:
+            raise ModelError(f"{at}: mass {inertia.mass:g} kg is not positive")
+        warning = check_inertia(np.array(inertia.inertia), at, self._strict)
+        if warning:
+            self._warnings.append(warning)
+        turn = place[:3, :3]
+        centre = turn.T @ (inertia.lever - place[:3, 3])
+        return LinkDescription(name, inertia.mass, centre, turn.T @ inertia.inertia @ turn)
+
+    def _add(self, index: int) -> None:
+        """Add the joint of an index, part by part from the parent outwards."""
+        model, name = self._model, self._model.names[index]
+        parent, place = self._links[model.parents[index]]
+        origin = inverse(place) @ model.jointPlacements[index].homogeneous
+        joint = model.joints[index].extract()
+        follows = joint.shortname() == "JointModelMimic"
+        parts = [self._mimicking(index)] if follows else list(_parts(joint, self._where, name))
+        is_screw = joint.shortname().startswith("JointModelH")
+        for number, (kind, axes, before) in enumerate(parts, start=1):
+            own, end = name, self._links[index]
+            if is_screw and number == 2:
+                own = self._unique(f"{name}_slide")
+            elif not is_screw and number < len(parts):
+                own = self._unique(f"{name}_{number}")
+            if number < len(parts):
+                end = self._unique(f"{name}:{number}"), np.eye(4)
+                self._between.append(LinkDescription(end[0]))
+            child, place = end
+            found = (own, kind, parent, child, origin @ before, axes[0], axes[-1], place)
+            self._joints.append(JointDescription(*found))
+            parent, origin = child, np.eye(4)
+        if len(parts) == 1:
+            self._joints[-1] = self._with_numbers(self._joints[-1], index)
+        if is_screw:
+            hinge, slide = self._joints[-2].name, self._joints[-1].name
+            self._couple(hinge, slide, _pitch(joint), 0.0)
+        if follows:
+            leader = model.mimicked_joints[list(model.mimicking_joints).index(index)]
+            self._couple(model.names[leader], name, joint.scaling, joint.offset)
+
+    def _mimicking(self, index: int) -> tuple[str, Sequence[Array], Array]:
+        """Return type, axis and placement of a joint that follows another, of whose rate it is."""
+        model, data = self._model, self._model.createData()
+        pinocchio.computeJointJacobians(model, data, pinocchio.neutral(model))
+        twist = np.array(data.joints[index].S).reshape(6)
+        ratio = model.joints[index].extract().scaling
+        if not ratio or (twist[:3].any() and twist[3:].any()):
+            name = model.names[index]
+            raise ModelError(
+                f"{self._where}: joint {name!r}: only hinges and slides follow others here, by a "
+                "ratio that is not zero"
+            )
+        kind = "prismatic" if twist[:3].any() else "revolute"
+        return kind, ((twist[:3] + twist[3:]) / ratio,), np.eye(4)
+
+    def _couple(self, first: str, second: str, ratio: float, offset: float) -> None:
+        name = self._unique(default_name(second))
+        self._couplings.append(
+            CouplingDescription(name, first, second, ratio, offset, of_joints=True)
+        )
+
+    def _with_numbers(self, joint: JointDescription, index: int) -> JointDescription:
+        """Return a joint of a single part with its limits, damping and friction."""
+        model, rate, place = self._model, self._model.idx_vs[index], self._model.idx_qs[index]
+        if model.nvs[index] != 1:
+            return joint
+        found = {"velocity": model.upperVelocityLimit[rate], "effort": model.upperEffortLimit[rate]}
+        if model.nqs[index] == 1:
+            found["lower"] = model.lowerPositionLimit[place]
+            found["upper"] = model.upperPositionLimit[place]
+        # Pinocchio's greatest double means none.
+        limits = Limits(**{key: float(x) for key, x in found.items() if abs(x) < GREATEST})
+        dynamics = Dynamics(float(model.damping[rate]), float(model.friction[rate]))
+        return replace(joint, limits=limits, dynamics=dynamics)
+
+    def _loop(self, number: int, constraint: Any) -> LoopDescription:
+        constraint = constraint.extract() if hasattr(constraint, "extract") else constraint
+        name = getattr(constraint, "name", "") or f"loop_{number + 1}"
+        at = f"{self._where}: constraint {name!r}"
+        kind = type(constraint).__name__
+        if kind == "RigidConstraintModel":
+            rows = 3 if constraint.type == pinocchio.ContactType.CONTACT_3D else 6
+        else:
+            rows = {"PointAnchorConstraintModel": 3, "FrameAnchorConstraintModel": 6}.get(kind, 0)
+        if not rows:
+            raise ModelError(
+                f"{at}: a {kind} closes no loop here; a RigidConstraintModel, a "
+                "PointAnchorConstraintModel or a FrameAnchorConstraintModel does"
+            )
+        ends = [
+            self._on_link(constraint.joint1_id, constraint.joint1_placement),
+            self._on_link(constraint.joint2_id, constraint.joint2_placement),
+        ]
+        if ends[0][0] == ends[1][0]:
+            raise ModelError(f"{at}: both of its ends are on {ends[0][0]!r}")
+        axis = np.array([1.0, 0.0, 0.0])
+        (first, before), (second, behind) = ends
+        found = self._unique(name)
+        return LoopDescription(found, _LOOPS[rows], first, second, before, behind, axis, axis)
+
+
+def _parts(joint: Any, where: str, name: str) -> Iterable[tuple[str, Sequence[Array], Array]]:
+    """Yield types, axes and `(4, 4)` placements in what is before, of the parts of a joint."""
+    kind = joint.shortname()
+    if kind == "JointModelComposite":
+        for part, placement in zip(joint.joints, joint.jointPlacements, strict=True):
+            before = placement.homogeneous
+            for inner, axes, own in _parts(part.extract(), where, name):
+                yield inner, axes, before @ own
+                before = np.eye(4)
+        return
+    if kind == "JointModelTranslation":
+        for axis in np.eye(3):
+            yield "prismatic", (axis,), np.eye(4)
+        return
+    if kind not in _TYPES:
+        raise ModelError(
+            f"{where}: joint {name!r}: a {kind} is not supported; joints: {choices(_TYPES, kind)}"
+        )
+    twists = _twists(joint)
+    if _TYPES[kind] == "screw":
+        (axis,) = twists[3:].T
+        yield "revolute", (axis,), np.eye(4)
+        yield "prismatic", (axis,), np.eye(4)
+    elif _TYPES[kind] == "planar":
+        yield "planar", (np.array([0.0, 0.0, 1.0]),), np.eye(4)
+    elif _TYPES[kind] in ("spherical", "floating"):
+        yield _TYPES[kind], (np.array([1.0, 0.0, 0.0]),), np.eye(4)
+    else:
+        yield _TYPES[kind], list((twists[:3] + twists[3:]).T), np.eye(4)
+
+
+def _pitch(joint: Any) -> float:
+    """Return how far a screw moves along its axis [m/rad]."""
+    twist = _twists(joint)[:, 0]
+    return float(twist[:3] @ twist[3:])
+
+
+def _twists(joint: Any) -> Array:
+    """Return the `(6, nv)` unit twists of a joint at its zero, linear parts first."""
+    alone = pinocchio.Model()
+    alone.addJoint(0, joint, pinocchio.SE3.Identity(), "joint")
+    data = alone.createData()
+    pinocchio.computeJointJacobians(alone, data, pinocchio.neutral(alone))
+    return np.array(data.joints[1].S).reshape(6, -1, order="F")

@@ -1,0 +1,135 @@
+"""Read: find a description, and choose the reader for its notation."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...kit.checks import described, flag, shortened
+from ...kit.errors import ArgumentError, ModelError, choices
+
+if TYPE_CHECKING:
+    from .description import Description
+
+_MOST_BUNDLED = 100
+"""Bundled descriptions that messages list: all of them, since nothing else names them."""
+_BLANK = "\ufeff \t\r\n"
+"""What may stand before a text's first element."""
+
+
+@cache
+def bundled_directory() -> Path:
+    """Return the directory of the bundled descriptions.
+
+    A wheel carries it inside the package; in a checkout it stands beside the package.
+    """
+    package = Path(__file__).parents[2]
+    inside = package / "urdf"
+    return inside if inside.is_dir() else package.parent / "urdf"
+
+
+def bundled_names() -> list[str]:
+    """Return the names of the bundled descriptions that `load` accepts."""
+    files = os.listdir(bundled_directory())  # noqa: PTH208  # A path for each takes ten times as long.
+    return sorted(name.removesuffix(".urdf") for name in files if name.endswith(".urdf"))
+
+
+def read(
+    source: str | os.PathLike[str], strict: bool = True, model: str | None = None
+) -> Description:
+    """Read a bundled description by name, a file by path, or text.
+
+    A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
+    Isaac (`<loop_joint>`), as `<constraint>` proposed for ROS, as closing frames of
+    onshape-to-robot, in Gepetto's YAML file of the same name beside the URDF, in a file
+    `loop_closures.yaml` there, as `<equality>` of an MJCF file, or as joints of an SDF file that
+    do not belong to its tree.
+
+    Args:
+        source: name in `bundled_names()`, path, or text that starts with `<`.
+        strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
+            words of a URDF or SDF file, forces in an MJCF or SDF file that no wrench considers.
+        model: name of the one to read of an SDF file that has several.
+
+    Raises:
+        ModelError: what is wrong, where, and the valid choices.
+        ArgumentError: `strict` is neither True nor False, or the name is no text.
+    """
+    strict = flag("strict", strict)
+    if model is not None and not isinstance(model, str):
+        raise ArgumentError(f"model is the name of one of an SDF text, not {described(model)}")
+    if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
+        return _parse(source.lstrip(_BLANK), "text", None, strict, model)
+    path = _find(_name(source))
+    from .elements import file_text
+
+    return _parse(file_text(path, str(path)), str(path), path, strict, model)
+
+
+def _parse(
+    source: str | bytes, where: str, path: Path | None, strict: bool, model: str | None
+) -> Description:
+    from . import urdf
+    from .description import SourceText
+    from .elements import xml_root
+    from .left_out import limits_left_out
+
+    root, text = xml_root(source, where)
+    if model is not None and root.tag != "sdf":
+        raise ArgumentError(f"{where}: only SDF has several models; leave out model=")
+    if root.tag == "mujoco":
+        from .mjcf import reader as mjcf
+
+        where = "MJCF text" if path is None else where
+        description = mjcf.parse(text, root.get("model"), where, path, strict)
+    elif root.tag == "sdf":
+        from .sdf import reader as sdf
+
+        where = "SDF text" if path is None else where
+        description = sdf.parse(root, where, strict, model)
+    elif root.tag == "robot":
+        where = "URDF text" if path is None else where
+        description = urdf.parse(root, where, path, strict)
+    else:
+        raise ModelError(
+            f"{where}: the outermost element is <{root.tag}>, expected <robot>, <mujoco> or <sdf>"
+        )
+    warnings = description.warnings
+    # The bundled files have limits only because URDF demands them of hinges and slides.
+    if path is None or path.parent != bundled_directory():
+        warnings += tuple(limits_left_out(description.joints, where))
+    beside = "" if description.source is None else description.source.beside
+    return replace(description, warnings=warnings, source=SourceText(text, path, beside, model))
+
+
+def _name(source: object) -> str:
+    """Return a name or path as a string."""
+    try:
+        name = os.fspath(source)  # type: ignore[call-overload]
+    except Exception:  # The path may be an object of any class, which may raise anything.
+        name = None
+    if isinstance(name, str):
+        return str(name)
+    raise ModelError(
+        f"load() takes a name, a path or text, not {type(source).__name__}; "
+        f"bundled descriptions: {choices(bundled_names(), most=_MOST_BUNDLED)}"
+    )
+
+
+def _find(name: str) -> Path:
+    if name in bundled_names():
+        return bundled_directory() / f"{name}.urdf"
+    path = Path(name)
+    try:
+        exists = path.is_file()
+    except (OSError, ValueError):  # A name that is too long, or contains a null character.
+        exists = False
+    if not exists:
+        raise ModelError(
+            f"no description {shortened(repr(name))}: it is neither a file nor a bundled name; "
+            f"bundled descriptions: {choices(bundled_names(), name, most=_MOST_BUNDLED)}"
+        )
+    return path

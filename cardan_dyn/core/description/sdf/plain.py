@@ -1,0 +1,253 @@
+"""Plain: the model of an SDF text that is read, without what versions of the format say otherwise.
+
+All readings of a text begin here. One model is chosen; models in it become frames with their links
+and joints, whose names say where they come from (`arm::hand`); what stands twice and says the same
+stands once; a screw becomes a hinge and a slide that follows it; joints that Gazebo's plugin
+`DetachableJoint` adds between links of the model are joints. Numbers stay as they are written.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from copy import deepcopy
+from xml.etree.ElementTree import Element, SubElement
+
+from ....kit.errors import ModelError, choices
+from ..elements import only
+from .elements import flag, number, text
+from .frames import FIRST_WITH_FRAMES, MODEL, WORLD
+
+_ZERO_BY_DEFAULT = ("velocity_decay", "dynamics")
+"""Elements in which numbers that are not there are zero."""
+
+
+def plain(
+    root: Element, version: tuple[int, int], where: str, strict: bool, model: str | None = None
+) -> tuple[Element, list[str]]:
+    """Return the model of a text, and warnings about what stands beside it.
+
+    Static models beside another one, as the ground in most worlds, touch nothing and are left out.
+
+    Args:
+        root: outermost element; it is not changed.
+        version: of the format.
+        where: how messages name the source of the text.
+        strict: whether what a world includes is refused.
+        model: name of the one to read; None where there is only one.
+
+    Raises:
+        ModelError: which model is meant is open, or it cannot be said in plain words.
+    """
+    chosen, warnings = _chosen(root, where, strict, model)
+    whole = deepcopy(chosen)
+    _merge(whole)
+    _flatten(whole, version, where)
+    _attach(whole, where)
+    for joint in whole.findall("joint"):
+        if (joint.get("type") or "").lower() == "screw":
+            _replace_screw(whole, joint, version, f"{where}: joint {joint.get('name')!r}")
+    return whole, warnings
+
+
+def is_static(model: Element, where: str) -> bool:
+    """Return whether a model stands still as a whole."""
+    at = f"{where}: model {model.get('name')!r}"
+    return flag(text(model, "static", "false", at), f"{at}: static")
+
+
+def _chosen(root: Element, where: str, strict: bool, name: str | None) -> tuple[Element, list[str]]:
+    scopes = [root, *root.findall("world")]
+    models = [model for scope in scopes for model in scope.findall("model")]
+    chosen = [model for model in models if not is_static(model, where)] or models
+    if name is not None:
+        chosen = [model for model in models if model.get("name") == name]
+        if not chosen:
+            known = [model.get("name", "") for model in models]
+            raise ModelError(f"{where}: no model {name!r}; models: {choices(known, name)}")
+    if len(chosen) != 1:
+        listed = choices([model.get("name", "") for model in chosen])
+        raise ModelError(
+            f"{where}: there are {len(chosen)} models ({listed}), expected one; models act on each "
+            'other by contact alone, which is not considered: load(..., model="NAME") reads one'
+        )
+    left = [model for model in models if model is not chosen[0]]
+    warnings = [
+        f"{where}: {'static ' * is_static(model, where)}model {model.get('name')!r} left out"
+        for model in left
+    ]
+    for tag in ("include", "frame", "joint"):
+        for world in root.findall("world"):
+            count = len(world.findall(tag))
+            if count and (strict or tag != "include"):
+                raise ModelError(
+                    f"{where}: <{tag}> in <world> is not read: write it into the <model>"
+                    + ("; load(..., strict=False) leaves it out" if tag == "include" else "")
+                )
+            if count:
+                warnings.append(f"{where}: {count} <include> of the world left out")
+    return chosen[0], warnings
+
+
+def _merge(element: Element) -> None:
+    """Remove children that stand twice, where the second says nothing else than the first."""
+    for child in element:
+        _merge(child)
+    first: dict[str, Element] = {}
+    for child in list(element):
+        if child.get("name") is not None:
+            continue
+        known = first.setdefault(child.tag, child)
+        if known is not child and _adds_nothing(child, known):
+            element.remove(child)
+
+
+def _adds_nothing(second: Element, first: Element) -> bool:
+    """Return whether all that an element says is said by another one, or zero by default."""
+    if second.attrib != first.attrib or _said(second) not in ("", _said(first)):
+        return False
+    for child in second:
+        known = first.find(child.tag)
+        if known is None:
+            if first.tag not in _ZERO_BY_DEFAULT or len(child) or not _is_zero(_said(child)):
+                return False
+        elif not _adds_nothing(child, known):
+            return False
+    return True
+
+
+def _said(element: Element) -> str:
+    return (element.text or "").strip()
+
+
+def _is_zero(word: str) -> bool:
+    try:
+        return not word or float(word) == 0.0
+    except ValueError:
+        return False
+
+
+def _flatten(model: Element, version: tuple[int, int], where: str) -> None:
+    """Make frames, links and joints of the models in a model."""
+    for inner in model.findall("model"):
+        name = inner.get("name") or ""
+        at = f"{where}: model {name!r} in {model.get('name')!r}"
+        if version < FIRST_WITH_FRAMES:
+            raise ModelError(
+                f"{at} is not read before SDF 1.7, where frames have names: write its links and "
+                "joints into the outer one"
+            )
+        if not name:
+            raise ModelError(f"{at}: it needs a name")
+        if inner.get("placement_frame"):
+            raise ModelError(f"{at}: placement_frame is not read there; write a <pose>")
+        if is_static(inner, where) and not is_static(model, where):
+            raise ModelError(f"{at}: a static model in one that moves; fix it to the world instead")
+        _flatten(inner, version, where)
+        links = [link.get("name", "") for link in inner.findall("link")]
+        if not links:
+            raise ModelError(f"{at}: it has no <link>")
+        model.remove(inner)
+        carrier = inner.get("canonical_link") or links[0]
+        frame = SubElement(model, "frame", name=name, attached_to=_within(carrier, name))
+        stated = only(inner, "pose", at)
+        place = Element("pose") if stated is None else stated
+        place.set("relative_to", place.get("relative_to") or MODEL)
+        frame.append(place)
+        for child in inner:
+            if child.tag in ("link", "joint", "frame"):
+                _rename(child, name)
+                model.append(child)
+            elif child.tag in ("include", "plugin", "gripper", "enable_wind"):
+                model.append(child)
+
+
+def _within(name: str, model: str) -> str:
+    """Return how a model names a frame of a model in it."""
+    if name in (WORLD, ""):
+        return name
+    return model if name == MODEL else f"{model}::{name}"
+
+
+def _rename(element: Element, model: str) -> None:
+    """Let a link, joint or frame of a model in the model stand in the outer one."""
+    for part, word in _names(element):
+        part.set(word, _within(part.get(word, ""), model))
+    for tag in ("parent", "child", "gearbox_reference_body"):
+        for part in element.findall(tag):
+            part.text = _within(_said(part), model)
+    if element.tag == "link" or (element.tag == "frame" and not element.get("attached_to")):
+        place = element.find("pose")
+        if place is None:
+            place = SubElement(element, "pose")
+        place.set("relative_to", place.get("relative_to") or model)
+    if element.tag == "frame":
+        element.set("attached_to", element.get("attached_to") or model)
+
+
+def _names(element: Element) -> Iterator[tuple[Element, str]]:
+    """Yield all attributes that name a frame or joint."""
+    yield element, "name"
+    for part in element.iter():
+        for word in ("relative_to", "attached_to", "expressed_in"):
+            if part.get(word):
+                yield part, word
+        if part.tag == "mimic":
+            yield part, "joint"
+
+
+def _attach(model: Element, where: str) -> None:
+    """Make joints of plugins that hold two links of the model together."""
+    names = {item.get("name", "") for item in model.findall("joint")}
+    for plugin in model.findall("plugin"):
+        at = f"{where}: plugin {plugin.get('name')!r}"
+        own = text(plugin, "child_model", "", at) in (MODEL, model.get("name"))
+        if not (own and (plugin.get("name") or "").endswith("DetachableJoint")):
+            continue
+        ends = [text(plugin, f"{end}_link", "", at) for end in ("parent", "child")]
+        name = "_to_".join(ends)
+        while name in names:
+            name += "_"
+        names.add(name)
+        joint = SubElement(model, "joint", name=name, type="fixed")
+        for tag, link in zip(("parent", "child"), ends, strict=True):
+            SubElement(joint, tag).text = link
+        model.remove(plugin)
+
+
+def _replace_screw(model: Element, joint: Element, version: tuple[int, int], at: str) -> None:
+    """Make a hinge of a screw, and a slide that follows it by the pitch of a turn."""
+    pitch, turns = only(joint, "screw_thread_pitch", at), only(joint, "thread_pitch", at)
+    if pitch is not None:
+        ratio = number(joint, "screw_thread_pitch", "", at) / (2.0 * math.pi)
+    elif turns is not None:
+        # As Gazebo had it: radians per metre of a left-handed thread.
+        turned = number(joint, "thread_pitch", "", at)
+        ratio = -1.0 / turned if turned else 0.0
+    else:
+        raise ModelError(f"{at}: <screw_thread_pitch> is missing: metres per turn")
+    if not ratio or not math.isfinite(ratio):
+        raise ModelError(f"{at}: a screw without a pitch is a hinge: type revolute")
+    name, nut = joint.get("name", ""), f"{joint.get('name')}_nut"
+    slide, child = deepcopy(joint), text(joint, "child", "", at)
+    joint.set("type", "revolute")
+    slide.set("type", "prismatic")
+    slide.set("name", f"{name}_slide")
+    for item, end in ((joint, "child"), (slide, "parent")):
+        for part in item.findall(end):
+            part.text = nut
+    axis = only(slide, "axis", at)
+    if axis is None:
+        raise ModelError(f"{at}: <axis><xyz>0 0 1</xyz></axis> is missing")
+    for part in [*axis.findall("mimic"), *axis.findall("dynamics"), *axis.findall("limit")]:
+        axis.remove(part)
+    SubElement(SubElement(axis, "mimic", joint=name), "multiplier").text = repr(ratio)
+    between = SubElement(model, "link", name=nut)
+    word = "relative_to" if version >= FIRST_WITH_FRAMES else "frame"
+    SubElement(between, "pose", {word: child})
+    massless = SubElement(between, "inertial")
+    SubElement(massless, "mass").text = "0"
+    inertia = SubElement(massless, "inertia")
+    for tag in ("ixx", "iyy", "izz"):
+        SubElement(inertia, tag).text = "0"
+    model.insert(list(model).index(joint) + 1, slide)

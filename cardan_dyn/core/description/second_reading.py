@@ -1,0 +1,297 @@
+"""Second reading: the numbers of a text, read once more for the proof.
+
+A proof that took its masses and lengths from where the solution has them could not detect an error
+that was made when they were read. So the text is read a second time, by code that shares nothing
+with the first reader; what the first reader checked is not checked again. Of the files beside a
+URDF, only `loop_closures.yaml` has numbers; Gepetto's names frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.errors import ModelError
+from .description import TWO_AXES, Description, LinkDescription, Mesh
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from .description import CouplingDescription, JointDescription, LoopDescription
+
+
+_VANISHING = 1e-150
+"""Mass [kg] below which a lenient reading takes a link as massless: its square is no double."""
+
+
+def reread(description: Description) -> Description:
+    """Return a description with the numbers of its text: masses, origins, axes, ratios.
+
+    Frames that were displaced are displaced again.
+    """
+    if not description.displacements:
+        return _reread(description)
+    by = {item[:2]: item.matrix for item in description.displacements}
+    return _reread(description.undisplaced()).displaced(by)
+
+
+def _reread(description: Description) -> Description:
+    """See `reread`."""
+    source = description.source
+    if description.given is not None:
+        from .model_again import reread_model
+
+        return reread_model(description, description.given)
+    if source is None:
+        return description
+    from xml.etree import ElementTree
+
+    robot = ElementTree.fromstring(source.text)
+    if robot.tag == "sdf":
+        from .sdf import second_reading as sdf
+
+        return sdf.reread(description, robot, source.model)
+    if robot.tag == "mujoco":
+        from .mjcf import second_reading as mjcf
+
+        return mjcf.reread(description, source)
+    links, joints, loops, couplings = (
+        {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
+        # Where notations close the same loops, the one that is used comes last and replaces others.
+        for tags in (
+            ("link",),
+            ("joint",),
+            ("constraint", "loop_joint", "loop"),
+            ("coupling",),
+        )
+    )
+    placed = tuple(_joint(joint, joints[joint.name]) for joint in description.joints)
+    beside: dict[str, LoopDescription] = {}
+    if source.beside:
+        others = [loop for loop in description.loops if loop.name not in loops]
+        beside = reread_beside(others, placed, source.beside)
+    if robot.find("gazebo/joint") is not None:
+        from .sdf.second_reading import loops_in_urdf
+
+        others = [loop for loop in description.loops if loop.name not in {**loops, **beside}]
+        beside |= loops_in_urdf(robot, others)
+    return replace(
+        description,
+        links=tuple(_link(link.name, links[link.name]) for link in description.links),
+        joints=placed,
+        loops=tuple(
+            _loop(loop, loops[loop.name]) if loop.name in loops else beside.get(loop.name, loop)
+            for loop in description.loops
+        ),
+        couplings=tuple(
+            _mimic(item, joints[item.successor])
+            if item.of_joints
+            else _coupling(item, couplings[item.name])
+            for item in description.couplings
+        ),
+    )
+
+
+def _coupling(coupling: CouplingDescription, element: Element) -> CouplingDescription:
+    """Return a coupling of links with the number of its element."""
+    ratio = float(_child(element, "ratio").attrib["value"])
+    return _with_teeth(replace(coupling, ratio=ratio, offset=0.0), element)
+
+
+def _mimic(coupling: CouplingDescription, joint: Element) -> CouplingDescription:
+    """Return a coupling of joints with the numbers of the joint that mimics the other."""
+    stated = _child(joint, "mimic")
+    ratio, offset = float(stated.get("multiplier", "1")), float(stated.get("offset", "0"))
+    return _with_teeth(replace(coupling, ratio=ratio, offset=offset), stated)
+
+
+def _with_teeth(coupling: CouplingDescription, element: Element) -> CouplingDescription:
+    """Return a coupling with the numbers that its element states of teeth."""
+    forces = element.get("forces", "")
+    if forces != "mesh":
+        return replace(coupling, forces=forces, mesh=None)
+    pressure, helix = (
+        float(element.get(f"{kind}_angle", default))
+        for kind, default in (("pressure", str(np.pi / 9.0)), ("helix", "0"))
+    )
+    along = element.get("along")
+    mesh = Mesh(pressure, helix, None if along is None else float(along))
+    return replace(coupling, forces=forces, mesh=mesh)
+
+
+def _link(name: str, element: Element) -> LinkDescription:
+    """Return a link with the mass and inertia of its element."""
+    inertial = element.find("inertial")
+    if inertial is None or float(_child(inertial, "mass").attrib["value"]) < _VANISHING:
+        return LinkDescription(name)
+    frame = _origin(inertial)
+    inertia = _child(inertial, "inertia")
+    rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+    tensor = np.array([[float(inertia.get(key, "0")) for key in row] for row in rows])
+    return LinkDescription(
+        name,
+        float(_child(inertial, "mass").attrib["value"]),
+        frame[:3, 3],
+        np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),
+    )
+
+
+def _joint(joint: JointDescription, element: Element) -> JointDescription:
+    """Return a joint with the placement and axes of its element."""
+    origin = _origin(element)
+    made_universal = joint.type == "universal" and element.get("type") != "universal"
+    stays_fixed = joint.type == "fixed" and not joint.adjustable
+    if stays_fixed or made_universal:
+        # A file beside the URDF that makes a joint universal states its axes as well.
+        return replace(joint, origin=origin)
+    axis = _axis(element, "axis")
+    axis_2 = _axis(element, "axis2") if joint.type in TWO_AXES else axis
+    return replace(joint, origin=origin, axis=axis, axis_2=axis_2)
+
+
+def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
+    """Return a loop with the placements and axes of its element."""
+    predecessor, successor = _ends(element)
+    is_constraint = element.tag == "constraint"
+    first, second = ("parent_axis", "child_axis") if is_constraint else ("axis", "axis2")
+    axis = _axis(element, first)
+    return replace(
+        loop,
+        predecessor_origin=predecessor,
+        successor_origin=successor,
+        axis=axis,
+        axis_2=_axis(element, second) if loop.type in TWO_AXES else axis,
+    )
+
+
+def _axis(element: Element, tag: str) -> Array:
+    """Return the `(3,)` unit vector that a child element states."""
+    axis = _triple(element.find(tag), "xyz", (1.0, 0.0, 0.0))
+    return axis / np.sqrt(axis @ axis)
+
+
+def _ends(loop: Element) -> tuple[Array, Array]:
+    """Return the `(4, 4)` placements of a loop's frame in its predecessor and its successor."""
+    if loop.tag == "constraint":
+        origins = (loop.find("parent_origin"), loop.find("child_origin"))
+        first, second = (np.eye(4) if end is None else _frame(end) for end in origins)
+        return first, second
+    sides = ("link1", "link2") if loop.tag == "loop_joint" else ("predecessor", "successor")
+    ends = [_child(loop, side) for side in sides]
+    predecessor, successor = (
+        _frame(end) if end.find("origin") is None else _origin(end) for end in ends
+    )
+    return predecessor, successor
+
+
+def _origin(element: Element) -> Array:
+    """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
+    origin = element.find("origin")
+    return np.eye(4) if origin is None else _frame(origin)
+
+
+def _frame(element: Element) -> Array:
+    """Return the `(4, 4)` placement of xyz and rpy: turns about fixed axes x, y, z in turn."""
+    frame = np.eye(4)
+    for axis, angle in enumerate(_triple(element, "rpy", (0.0, 0.0, 0.0))):
+        second, third = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.eye(4)
+        turn[second, second] = turn[third, third] = np.cos(angle)
+        turn[third, second], turn[second, third] = np.sin(angle), -np.sin(angle)
+        frame = turn @ frame
+    frame[:3, 3] = _triple(element, "xyz", (0.0, 0.0, 0.0))
+    return frame
+
+
+def _triple(element: Element | None, name: str, default: tuple[float, ...]) -> Array:
+    """Return the three numbers of an attribute, or those that count without it."""
+    words = None if element is None else element.get(name)
+    return np.array(default) if words is None else np.array(words.split(), dtype=float)
+
+
+def _child(element: Element, tag: str) -> Element:
+    """Return a child element, which the first reader has found there."""
+    child = element.find(tag)
+    if child is None:
+        raise ValueError(f"<{element.tag}> has no <{tag}>, which the first reader found")
+    return child
+
+
+def reread_beside(
+    loops: Iterable[LoopDescription], joints: Iterable[JointDescription], text: str | bytes
+) -> dict[str, LoopDescription]:
+    """Return the loops that a file states, by name, with the numbers of its text.
+
+    Args:
+        loops: those that the URDF itself does not state.
+        joints: those of the tree, with the numbers of the URDF.
+        text: of the file.
+
+    Raises:
+        ModelError: the file states loops, and not all of these.
+    """
+    import yaml
+
+    content: dict[str, Any] = yaml.safe_load(text)
+    hinges = {
+        entry.get("name") or f"loop_{index + 1}": entry
+        for index, entry in enumerate(content.get("closures") or [])
+    }
+    pins = {
+        entry.get("name") or f"{key}_{index + 1}": entry
+        for key in ("pin_loops", "ball_loops")
+        for index, entry in enumerate(content.get(key) or [])
+    }
+    carrier = {joint.child: joint for joint in joints}
+    result = {}
+    for loop in loops:
+        if loop.name in hinges:
+            result[loop.name] = _hinge(loop, hinges[loop.name], carrier)
+        elif loop.name in pins:
+            result[loop.name] = _pin(loop, pins[loop.name])
+        elif hinges or pins:
+            # Otherwise the first reader's numbers would prove themselves.
+            raise ModelError(f"loop {loop.name!r} is not found by the second reading of the file")
+    return result
+
+
+def _hinge(
+    loop: LoopDescription, entry: dict[str, Any], carrier: dict[str, JointDescription]
+) -> LoopDescription:
+    """Return a hinge whose point and axis are stated in the root's frame at zero."""
+    point = np.array([float(word) for word in entry["point"]])
+    ends = []
+    for link in (entry["link_a"], entry["link_b"]):
+        turn, place = np.eye(3), np.zeros(3)
+        while link in carrier:
+            joint = carrier[link]
+            place = joint.origin[:3, :3] @ place + joint.origin[:3, 3]
+            turn, link = joint.origin[:3, :3] @ turn, joint.parent
+        end = np.eye(4)
+        end[:3, :3], end[:3, 3] = turn.T, turn.T @ (point - place)
+        ends.append(end)
+    axis = _unit(entry)
+    return replace(
+        loop, predecessor_origin=ends[0], successor_origin=ends[1], axis=axis, axis_2=axis
+    )
+
+
+def _pin(loop: LoopDescription, entry: dict[str, Any]) -> LoopDescription:
+    """Return a pin or ball whose place is stated in each of its links."""
+    ends = [np.eye(4), np.eye(4)]
+    for end, key in zip(ends, ("parent_xyz", "child_xyz"), strict=True):
+        end[:3, 3] = [float(word) for word in entry[key]]
+    axis = _unit(entry) if loop.type == "revolute" else loop.axis
+    return replace(
+        loop, predecessor_origin=ends[0], successor_origin=ends[1], axis=axis, axis_2=axis
+    )
+
+
+def _unit(entry: dict[str, Any]) -> Array:
+    """Return the `(3,)` unit axis of an entry."""
+    axis = np.array([float(word) for word in entry["axis"]])
+    return axis / np.sqrt(axis @ axis)

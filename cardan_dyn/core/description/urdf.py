@@ -1,0 +1,343 @@
+"""URDF: text with loops to a checked description.
+
+Other readers accept a link with two parents, a negative mass or text in the place of a number, and
+compute wrong results from it without a message. All of that is refused here.
+
+Beyond URDF, the types of loops (`spherical`, `universal`, `cylindrical`) are read as types of tree
+joints too, a universal one with its second axis in `<axis2>`; and a limit may be infinite: `inf`
+for velocity, effort and upper, `-inf` for lower.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...kit.errors import ModelError, choices
+from .beside import ChangedType, file_beside, unread_files
+from .description import (
+    CouplingDescription,
+    Description,
+    JointDescription,
+    Limits,
+    LinkDescription,
+    SourceText,
+)
+from .elements import (
+    ADDED_TYPES,
+    JOINT_TYPES,
+    LEAST_MASS,
+    TREE_TYPES,
+    adjustable_type,
+    axes_of,
+    check_size,
+    check_unique,
+    dynamics_of,
+    link_of,
+    name_of,
+    names,
+    number,
+    only,
+    placement,
+)
+from .left_out import dynamics_left_out, elements_left_out
+from .notations import agreed
+from .words import check_words, known_elements
+
+_INERTIA_TOLERANCE = 1e-9
+"""Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
+a file with ten or more digits may cause."""
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Attributes of `<inertia>`, in the order in which `tensor_of` takes them."""
+_UNLIMITED = {"lower": "-inf", "upper": "inf", "velocity": "inf", "effort": "inf"}
+"""Attribute of `<limit>` to the word that says that there is no limit."""
+
+
+def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
+    """Check a URDF and the loops that belong to it.
+
+    Args:
+        robot: its outermost element.
+        where: how messages name the source of the text.
+        path: the file, beside which a YAML file may list its loops.
+        strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
+            words.
+
+    Raises:
+        ModelError: what is wrong, where, and the valid choices.
+    """
+    check_size(len(robot.findall("link")), where)
+    _check_namespaces(robot, where)
+    unknown = check_words(robot, "urdf", where, strict)
+    links, warnings = _links(robot, where, strict)
+    # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
+    # keeps the links in file order.
+    link_names = dict.fromkeys(link.name for link in links)
+    beside = None if path is None else file_beside(robot, where, path, strict)
+    changed_types: Mapping[str, ChangedType] = {} if beside is None else beside.joint_types
+    joints = [
+        _joint(element, link_names, changed_types, where) for element in robot.findall("joint")
+    ]
+    loops, notation, open_types = agreed(robot, link_names, beside, where, strict)
+    left_out = dynamics_left_out([*joints, *loops], where) + elements_left_out(robot, where)
+    if beside is not None:
+        left_out += beside.warnings
+    elif path is not None:
+        left_out += unread_files(path)
+    left_out += open_types
+    couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
+    taken = [item.name for items in (loops, couplings) for item in items]
+    solved = frozenset() if beside is None else beside.solved
+    if robot.find("joint/mimic") is not None:
+        from .mimics import mimics  # Most descriptions have none.
+
+        mimicking, without = mimics(robot, joints, taken, where, solved)
+        couplings += mimicking
+        left_out += without
+    named = [item.name for items in (joints, loops, couplings) for item in items]
+    check_unique(named, "joint or loop", where)
+    independent = _independent(robot, where)
+    if beside is not None and not independent:
+        independent = beside.motors
+    check_tree(list(link_names), joints, where)
+    return Description(
+        name=robot.get("name") or "mechanism",
+        links=tuple(links),
+        joints=tuple(joints),
+        order=tuple(sorted(joint.name for joint in joints)),
+        loops=loops,
+        couplings=tuple(couplings),
+        independent_joints=independent,
+        notation=notation,
+        warnings=(*unknown, *warnings, *left_out),
+        source=None if beside is None else SourceText("", path, beside.text),
+    )
+
+
+def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
+    """Refuse elements of URDF in a namespace, which would be passed over, and unprocessed xacro.
+
+    Extensions by other programs, in their own namespace or in none, are left alone.
+    """
+    read, waiting = known_elements("urdf"), [robot]
+    while waiting:
+        for element in waiting.pop():
+            if element.tag in read:
+                waiting.append(element)
+            space, _, name = element.tag.rpartition("}")
+            if "xacro" in space:
+                raise ModelError(
+                    f"{where}: <xacro:{name}> is to be processed first: xacro FILE > FILE.urdf"
+                )
+            if space and name in read:
+                raise ModelError(
+                    f"{where}: <{name}> stands in the namespace {space[1:]!r}, where no reader of "
+                    "URDF looks for it; take it out of there"
+                )
+
+
+def check_tree(links: list[str], joints: list[JointDescription], where: str) -> None:
+    """Refuse joints that do not connect all links as a tree.
+
+    Raises:
+        ModelError: two parents, a ring, or several roots.
+    """
+    parent_joint: dict[str, str] = {}
+    children: dict[str, list[str]] = {link: [] for link in links}
+    for joint in joints:
+        if joint.child in parent_joint:
+            raise ModelError(
+                f"{where}: joint {joint.name!r}: link {joint.child!r} has two parents, joints "
+                f"{parent_joint[joint.child]!r} and {joint.name!r}; a URDF is a tree: write one "
+                "of them as <loop>"
+            )
+        parent_joint[joint.child] = joint.name
+        children[joint.parent].append(joint.child)
+    roots = [link for link in links if link not in parent_joint]
+    if len(roots) != 1:
+        detail = f"links without a parent: {choices(roots)}" if roots else "the joints form a ring"
+        raise ModelError(f"{where}: a URDF has exactly one root link; {detail}")
+    reached = {roots[0]}
+    waiting = [roots[0]]
+    while waiting:
+        carried = children[waiting.pop()]
+        reached.update(carried)
+        waiting.extend(carried)
+    if len(reached) != len(links):
+        unreached = choices(set(links) - reached)
+        raise ModelError(
+            f"{where}: not connected to the root {roots[0]!r}: {unreached}; "
+            "their joints form a ring: write one of them as <loop>"
+        )
+
+
+def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
+    """Return why no body can have an inertia; an empty text where one can.
+
+    Args:
+        tensor: the inertia `(3, 3)` about the centre of mass [kg·m²].
+        at: how messages name it.
+        strict: whether an inertia that no body can have is refused.
+
+    Raises:
+        ModelError: no body can have it, and `strict` refuses that; or it has no principal moments.
+    """
+    try:
+        if not np.all(np.isfinite(tensor)):
+            raise ValueError("it is not finite")
+        small, middle, large = np.linalg.eigvalsh(tensor)
+    except ValueError as error:  # NumPy's LinAlgError is one of them.
+        raise ModelError(f"{at}: the inertia has no principal moments ({error})") from error
+    rounding = _INERTIA_TOLERANCE * abs(large)
+    fault = ""
+    if small < -rounding:
+        fault = f"{at}: the inertia has a negative principal moment {small:g} kg·m²"
+    elif small + middle < large - rounding:
+        fault = (
+            f"{at}: principal moments {small:g}, {middle:g}, {large:g} kg·m² violate the triangle "
+            "inequality: the greatest exceeds the sum of the other two, which no body can have"
+        )
+    if fault and strict:
+        raise ModelError(f"{fault}; load(..., strict=False) accepts it")
+    return fault
+
+
+def _links(
+    robot: ElementTree.Element, where: str, strict: bool
+) -> tuple[list[LinkDescription], list[str]]:
+    if not names(robot, "link", where):
+        raise ModelError(f"{where}: there is no <link>")
+    links, warnings = [], []
+    for element in robot.findall("link"):
+        link, warning = _link(element, where, strict)
+        links.append(link)
+        if warning:
+            warnings.append(warning)
+    return links, warnings
+
+
+def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
+    name = element.get("name", "")
+    at = f"{where}: link {name!r}"
+    inertial = only(element, "inertial", at)
+    if inertial is None:
+        return LinkDescription(name), ""
+    frame = placement(inertial, at)
+    mass_element, inertia_element = only(inertial, "mass", at), only(inertial, "inertia", at)
+    if mass_element is None or inertia_element is None:
+        raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
+    mass = number(mass_element.get("value"), "", f"{at}: mass")
+    if mass == 0.0 and not strict:
+        return LinkDescription(name), f"{at}: mass 0 kg: taken as massless"
+    if mass < LEAST_MASS:
+        raise ModelError(
+            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
+            + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
+        )
+    moments = (
+        number(inertia_element.get(moment), "0", f"{at}: inertia {moment}") for moment in MOMENTS
+    )
+    tensor = tensor_of(*moments)
+    warning = check_inertia(tensor, at, strict)
+    rotation = frame[:3, :3]
+    return LinkDescription(name, mass, frame[:3, 3], rotation @ tensor @ rotation.T), warning
+
+
+def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> np.ndarray:
+    """Return the symmetric `(3, 3)` matrix of an inertia's moments and products [kg·m²]."""
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _joint(
+    element: ElementTree.Element,
+    links: dict[str, None],
+    changed_types: Mapping[str, ChangedType],
+    where: str,
+) -> JointDescription:
+    name = name_of(element, where)
+    at = f"{where}: joint {name!r}"
+    kind = element.get("type")
+    if kind not in TREE_TYPES:
+        raise ModelError(
+            f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES, kind)}, and "
+            f"beyond URDF: {choices(ADDED_TYPES, kind)}"
+        )
+    changed = changed_types.get(name, ChangedType(kind))
+    kind = changed.type
+    adjustable = adjustable_type(element, kind, at)
+    axis = axis_2 = np.array([1.0, 0.0, 0.0])
+    if changed.axes:
+        axis, axis_2 = changed.axes
+    elif kind != "fixed" or adjustable:
+        axis, axis_2 = axes_of(element, adjustable or kind, at)
+    return JointDescription(
+        name=name,
+        type=kind,
+        parent=link_of(element, "parent", links, at),
+        child=link_of(element, "child", links, at),
+        origin=placement(element, at),
+        axis=axis,
+        axis_2=axis_2,
+        limits=_limits(element, kind, at),
+        adjustable=adjustable,
+        dynamics=dynamics_of(element, at),
+    )
+
+
+def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
+    """Return the limits of a joint, which URDF takes as zero where `<limit>` does not state them.
+
+    Without `<limit>` there are none. A `continuous` joint has no limits of position.
+    """
+    limit = only(element, "limit", at)
+    if limit is None:
+        return Limits()
+    velocity, effort = _limit(limit, "velocity", at), _limit(limit, "effort", at)
+    if kind == "continuous":
+        return Limits(velocity=velocity, effort=effort)
+    return Limits(_limit(limit, "lower", at), _limit(limit, "upper", at), velocity, effort)
+
+
+def _limit(element: ElementTree.Element, name: str, at: str) -> float:
+    """Return a limit of a joint; infinite where it says so."""
+    text = element.get(name)
+    if text == _UNLIMITED[name]:
+        return float(text)
+    return number(text, "0", f"{at}: limit {name}")
+
+
+def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
+    return tuple(
+        name_of(joint, where) for joint in robot.findall("joint") if _is_independent(joint, where)
+    )
+
+
+def _is_independent(joint: ElementTree.Element, where: str) -> bool:
+    value = joint.get("independent", "false").lower()
+    if value not in ("true", "false"):
+        raise ModelError(
+            f"{where}: joint {joint.get('name')!r}: independent is {value!r}, "
+            "expected true or false"
+        )
+    return value == "true"
+
+
+def _coupling(
+    element: ElementTree.Element, links: dict[str, None], where: str
+) -> CouplingDescription:
+    from .coupled_forces import with_forces  # Few descriptions have couplings.
+
+    name = name_of(element, where)
+    at = f"{where}: coupling {name!r}"
+    predecessor, successor = (
+        link_of(element, side, links, at) for side in ("predecessor", "successor")
+    )
+    ratio_element = only(element, "ratio", at)
+    text = None if ratio_element is None else ratio_element.get("value")
+    ratio = number(text, "", f"{at}: ratio value")
+    if ratio == 0.0:
+        raise ModelError(f"{at}: a ratio of zero would hold the successor, not couple it")
+    return with_forces(CouplingDescription(name, predecessor, successor, ratio), element, at)

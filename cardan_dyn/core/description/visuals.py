@@ -1,0 +1,97 @@
+"""Visuals: the shapes of links that a text describes, for the viewer; read only when shown.
+
+A visual that cannot be read is left out with a message: no wrench depends on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...kit.errors import ModelError, choices
+from .description import Description
+from .elements import numbers, only, placement
+from .visual import SIZES, Rgba, Visual, positive, read_each, rgba, scale_of
+
+
+def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
+    """Return the visuals of a description, and messages about those that cannot be read."""
+    source = description.source
+    if source is None:
+        return [], []
+    root = ElementTree.fromstring(source.text)
+    if root.tag == "mujoco":
+        from .mjcf import visuals as mjcf
+
+        return mjcf.visuals(source)
+    if root.tag == "sdf":
+        from .sdf import visuals as sdf
+
+        return sdf.visuals(root, source.path, source.model)
+    return _of_urdf(root, source.path)
+
+
+def _of_urdf(robot: ElementTree.Element, path: Path | None) -> tuple[list[Visual], list[str]]:
+    items = [
+        (link.get("name", ""), visual)
+        for link in robot.findall("link")
+        for visual in link.findall("visual")
+    ]
+    # A material is known by its name wherever it stands; those of the robot come first.
+    materials: dict[str, ElementTree.Element] = {}
+    for element in (
+        *robot.findall("material"),
+        *(item for _, visual in items for item in visual.findall("material")),
+    ):
+        if element.find("color") is not None:
+            materials.setdefault(element.get("name", ""), element)
+    folder = None if path is None else path.parent
+    names = [
+        (link, f"visual {item.get('name')!r}" if item.get("name") else "a visual")
+        for link, item in items
+    ]
+    return read_each(names, lambda index: _urdf_visual(*items[index], materials, folder))
+
+
+def _urdf_visual(
+    link: str,
+    element: ElementTree.Element,
+    materials: Mapping[str, ElementTree.Element],
+    folder: Path | None,
+) -> Visual:
+    """Return a `<visual>` of a URDF."""
+    geometry = only(element, "geometry", "it")
+    shapes = [] if geometry is None else [item for item in geometry if item.tag in SIZES]
+    if len(shapes) != 1:
+        raise ModelError(
+            f"<geometry> needs one of {choices(('box', 'cylinder', 'sphere', 'mesh'))}"
+        )
+    shape, kind = shapes[0], shapes[0].tag
+    color = _urdf_color(only(element, "material", "it"), materials)
+    at = placement(element, "it")
+    if kind == "mesh":
+        scale = scale_of(shape.get("scale"), "mesh scale")
+        file = shape.get("filename", "")
+        return Visual(link, kind, (), at, color, file, folder, scale=scale)
+    attributes = {"box": ("size",), "sphere": ("radius",), "ellipsoid": ("radii",)}
+    counts = {"box": 3, "ellipsoid": 3}
+    size = [
+        numbers(shape.get(name), counts.get(kind, 1), "", f"{kind} {name}")
+        for name in attributes.get(kind, ("radius", "length"))
+    ]
+    return Visual(link, kind, positive(np.concatenate(size), f"{kind}: its size"), at, color)
+
+
+def _urdf_color(
+    material: ElementTree.Element | None, materials: Mapping[str, ElementTree.Element]
+) -> Rgba | None:
+    """Return the colour of a material, its own or that of its name."""
+    if material is None:
+        return None
+    color = only(material, "color", "material")
+    if color is None and material.get("name", "") in materials:
+        color = only(materials[material.get("name", "")], "color", "material")
+    return None if color is None else rgba(color.get("rgba"), "color rgba")

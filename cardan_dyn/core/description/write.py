@@ -1,0 +1,308 @@
+"""Write: a description as a file, or as URDF+ text that `read` turns into an equal description.
+
+Names, masses, lengths, ratios, offsets and limits come back to the last bit. Rotations are written
+as roll, pitch and yaw, and axes are scaled to the length 1 when they are read, so their entries may
+differ by rounding, some 1e-16; `Description.agrees` compares with such a tolerance.
+
+What was read from another notation than URDF becomes what a URDF can say:
+
+- A URDF's link has the frame of the joint that carries it. Where a joint of MJCF or SDF stands
+  elsewhere in its child, the link is described in the joint's frame, which moves the link's frame.
+- The order of joints in Pinocchio's model is then that of a URDF, alphabetical.
+
+Visuals, comments and warnings are no part of a description and are not written.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.checks import file_path, writing
+from ...kit.errors import ArgumentError, ModelError, choices
+from .coupled_forces import forces_words
+from .description import TWO_AXES
+from .elements import DYNAMICS_WORDS, LOOP_TYPES, ROTATION_TOLERANCE, TREE_TYPES, rotation, words
+from .mimics import check_mimics, default_name
+
+if TYPE_CHECKING:
+    from .description import (
+        CouplingDescription,
+        Description,
+        JointDescription,
+        JointOrLoop,
+        Limits,
+        LinkDescription,
+        LoopDescription,
+    )
+
+_SUFFIXES = (".urdf", ".xml", ".mjcf")
+
+
+def write(description: Description, path: str | os.PathLike[str]) -> Path:
+    """Write a description to a file, in place of what it contained; return its path.
+
+    Args:
+        description: what to write.
+        path: `.urdf` for URDF+, `.xml` or `.mjcf` for MJCF.
+
+    Raises:
+        ArgumentError: the suffix is unknown, or the file cannot be written.
+        ModelError: the notation cannot say something of the description.
+    """
+    target = _path(path)
+    if target.suffix.lower() == ".urdf":
+        text = to_urdf(description)
+    else:
+        from .mjcf.writer import to_mjcf
+
+        text = to_mjcf(description)
+    with writing(target) as part:
+        part.write_text(text, encoding="utf-8")
+    return target
+
+
+def _path(path: object) -> Path:
+    target = file_path("path", path)
+    if target.suffix.lower() not in _SUFFIXES:
+        raise ArgumentError(
+            f"{target}: the suffix {target.suffix!r} names no notation; write .urdf for URDF+, "
+            ".xml or .mjcf for MJCF"
+        )
+    try:
+        exists = target.parent.is_dir()
+    except (OSError, ValueError):  # A name that is too long, or contains a null character.
+        exists = False
+    if not exists:
+        raise ArgumentError(f"{target}: the directory {str(target.parent)!r} does not exist")
+    return target
+
+
+def to_urdf(description: Description) -> str:
+    """Return a description as URDF+ text, loops as `<loop>`.
+
+    A description with inertias that no body can have is read back with `strict=False` only, as it
+    was read at first.
+
+    Raises:
+        ModelError: something in a description made by hand has no notation in URDF+: an unknown
+            type, a mass of zero with an inertia, a matrix that is no rotation, limits of position
+            on a continuous joint, a joint that is coupled with several others or in a circle.
+    """
+    urdf = with_links_at_joints(description)
+    known = {joint.name for joint in urdf.joints}
+    unknown = set(urdf.independent_joints) - known
+    if unknown:
+        raise ModelError(
+            f"{urdf.name}: independent joints that are no joints of the tree: {choices(unknown)}; "
+            f"joints: {choices(known, min(unknown))}"
+        )
+    robot = Element("robot", name=urdf.name)
+    for link in urdf.links:
+        _write_link(robot, link)
+    check_mimics(urdf.couplings, urdf.name)
+    mimics = {item.successor: item for item in urdf.couplings if item.of_joints}
+    for joint in _in_order_of_drives(urdf):
+        element = _write_joint(robot, joint, joint.name in urdf.independent_joints)
+        if joint.name in mimics:
+            _write_mimic(element, mimics[joint.name])
+    for loop in urdf.loops:
+        _write_loop(robot, loop)
+    for coupling in urdf.couplings:
+        if not coupling.of_joints:
+            _write_coupling(robot, coupling)
+    indent(robot)
+    return f'<?xml version="1.0"?>\n{tostring(robot, encoding="unicode")}\n'
+
+
+def with_links_at_joints(description: Description) -> Description:
+    """Return the same mechanism with every link described in the frame of its joint.
+
+    Masses, inertias, and the joints and loops that a link carries keep their places in the
+    mechanism; every `child_placement` becomes the identity.
+    """
+    placements = {joint.child: joint.child_placement for joint in description.joints}
+    # Products with an identity would not change a number, but the sign of zeros.
+    moved = {
+        link: placement
+        for link, placement in placements.items()
+        if not np.array_equal(placement, np.eye(4))
+    }
+    if not moved:
+        return description
+
+    def at_joint(link: str, origin: Array) -> Array:
+        return moved[link] @ origin if link in moved else origin
+
+    return replace(
+        description,
+        links=tuple(
+            _moved_link(link, moved[link.name]) if link.name in moved else link
+            for link in description.links
+        ),
+        joints=tuple(
+            replace(joint, origin=at_joint(joint.parent, joint.origin), child_placement=np.eye(4))
+            for joint in description.joints
+        ),
+        loops=tuple(
+            replace(
+                loop,
+                predecessor_origin=at_joint(loop.predecessor, loop.predecessor_origin),
+                successor_origin=at_joint(loop.successor, loop.successor_origin),
+            )
+            for loop in description.loops
+        ),
+    )
+
+
+def _moved_link(link: LinkDescription, placement: Array) -> LinkDescription:
+    """Return a link in the axes of the frame in which it has a `(4, 4)` placement."""
+    turn = placement[:3, :3]
+    centre = turn @ link.centre + placement[:3, 3] if link.mass else link.centre
+    return replace(link, centre=centre, inertia=turn @ link.inertia @ turn.T)
+
+
+def _in_order_of_drives(description: Description) -> list[JointDescription]:
+    """Return the joints such that the independent ones stand in the order of their drives.
+
+    A URDF lists independent joints in the order of its joints; Gepetto's file has one of its own.
+    """
+    joints = {joint.name: joint for joint in description.joints}
+    independent = iter(description.independent_joints)
+    return [
+        joints[next(independent)] if joint.name in description.independent_joints else joint
+        for joint in description.joints
+    ]
+
+
+def _write_link(robot: Element, link: LinkDescription) -> None:
+    element = SubElement(robot, "link", name=link.name)
+    if link.mass == 0.0:
+        if np.any(link.inertia):
+            raise ModelError(f"link {link.name!r}: an inertia without a mass cannot be written")
+        return
+    inertial = SubElement(element, "inertial")
+    SubElement(inertial, "origin", xyz=words(link.centre))
+    SubElement(inertial, "mass", value=words([link.mass]))
+    # Rotated inertias are symmetric up to rounding.
+    tensor = 0.5 * (link.inertia + link.inertia.T)
+    axes = "xyz"
+    moments = {
+        f"i{axes[row]}{axes[column]}": words([tensor[row, column]])
+        for row in range(3)
+        for column in range(row, 3)
+    }
+    SubElement(inertial, "inertia", moments)
+
+
+def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> Element:
+    at = f"joint {joint.name!r}"
+    _check_type(joint.type, TREE_TYPES, at)
+    element = SubElement(robot, "joint", name=joint.name, type=joint.type)
+    if independent:
+        element.set("independent", "true")
+    if joint.adjustable:
+        element.set("adjustable", joint.adjustable)
+    SubElement(element, "parent", link=joint.parent)
+    SubElement(element, "child", link=joint.child)
+    _write_origin(element, joint.origin, at)
+    if joint.type != "fixed" or joint.adjustable:
+        _write_axes(element, joint)
+    _write_limits(element, joint.limits, joint.type, at)
+    _write_dynamics(element, joint)
+    return element
+
+
+def _write_dynamics(element: Element, joint: JointOrLoop) -> None:
+    """Add what rubs and springs; springs in the words of SDF, since URDF has none for them."""
+    dynamics = joint.dynamics
+    count = len(dynamics) if dynamics.stiffness or dynamics.rest else 2
+    stated = dict(zip(DYNAMICS_WORDS[:count], dynamics[:count], strict=True))
+    if any(stated.values()):
+        SubElement(element, "dynamics", {name: words([value]) for name, value in stated.items()})
+
+
+def _write_mimic(joint: Element, coupling: CouplingDescription) -> None:
+    """Add a `<mimic>` to a joint; with a name where it is not the one that the joint gives it."""
+    mimic = SubElement(joint, "mimic", joint=coupling.predecessor)
+    mimic.set("multiplier", words([coupling.ratio]))
+    if coupling.offset:
+        mimic.set("offset", words([coupling.offset]))
+    if coupling.name != default_name(coupling.successor):
+        mimic.set("name", coupling.name)
+    mimic.attrib.update(forces_words(coupling))
+
+
+def _write_limits(joint: Element, limits: Limits, kind: str, at: str) -> None:
+    values = {name: getattr(limits, name) for name in ("lower", "upper", "velocity", "effort")}
+    if all(map(math.isinf, values.values())):
+        return
+    if kind == "continuous":
+        lower, upper = values.pop("lower"), values.pop("upper")
+        if math.isfinite(lower) or math.isfinite(upper):
+            raise ModelError(f"{at}: a continuous joint has no limits of position")
+    SubElement(joint, "limit", {name: words([value]) for name, value in values.items()})
+
+
+def _write_loop(robot: Element, loop: LoopDescription) -> None:
+    at = f"loop {loop.name!r}"
+    _check_type(loop.type, LOOP_TYPES, at)
+    element = SubElement(robot, "loop", name=loop.name, type=loop.type)
+    for side, link, origin in (
+        ("predecessor", loop.predecessor, loop.predecessor_origin),
+        ("successor", loop.successor, loop.successor_origin),
+    ):
+        _write_origin(SubElement(element, side, link=link), origin, at)
+    _write_axes(element, loop)
+    _write_dynamics(element, loop)
+
+
+def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:
+    element = SubElement(robot, "coupling", {"name": coupling.name, **forces_words(coupling)})
+    SubElement(element, "predecessor", link=coupling.predecessor)
+    SubElement(element, "successor", link=coupling.successor)
+    SubElement(element, "ratio", value=words([coupling.ratio]))
+
+
+def _check_type(kind: str, types: Iterable[str], at: str) -> None:
+    if kind not in types:
+        raise ModelError(f"{at}: type {kind!r} cannot be written; types: {choices(types, kind)}")
+
+
+def _write_axes(element: Element, joint: JointOrLoop) -> None:
+    SubElement(element, "axis", xyz=words(joint.axis))
+    if joint.type in TWO_AXES:
+        SubElement(element, "axis2", xyz=words(joint.axis_2))
+
+
+def _write_origin(element: Element, placement: Array, at: str) -> None:
+    origin = SubElement(element, "origin", xyz=words(placement[:3, 3]))
+    angles = angles_of(placement[:3, :3])
+    if not np.allclose(rotation(*angles), placement[:3, :3], rtol=0.0, atol=ROTATION_TOLERANCE):
+        raise ModelError(f"{at}: {placement[:3, :3].tolist()} is no rotation")
+    if any(angles):
+        origin.set("rpy", words(angles))
+
+
+def angles_of(turn: Array) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw [rad] of a rotation `(3, 3)`, accurate in every position.
+
+    Where pitch is a right angle, only the sum or difference of roll and yaw is determined. There
+    `atan2` returns an arbitrary yaw; roll is computed from the matrix turned back by that yaw, so
+    that both together are the rotation.
+    """
+    yaw = math.atan2(turn[1, 0], turn[0, 0])
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    pitch = math.atan2(-turn[2, 0], cosine * turn[0, 0] + sine * turn[1, 0])
+    roll = math.atan2(
+        sine * turn[0, 2] - cosine * turn[1, 2], cosine * turn[1, 1] - sine * turn[0, 1]
+    )
+    return roll, pitch, yaw

@@ -1,0 +1,617 @@
+"""Problem solver: closed positions, motion, wrenches and their proof, for a problem's positions."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...kit.arrays import LARGE_BLOCK, Array, flat
+from ...kit.errors import ArgumentError, IndeterminateError
+from ...kit.frozen import Frozen, frozen, read_only
+from ..elements.link_loads import WRENCH_COMPONENTS
+from ..kinematics.assembly import Assembly
+from ..kinematics.closing.all_groups import ClosedState, Kinematics
+from ..kinematics.following.guesses import Guess
+from ..kinematics.loops.needs import solved_couplings
+from ..problem.acting import Acting
+from ..problem.problem import Problem
+from ..problem.samples import Targets, acting_on
+
+if TYPE_CHECKING:
+    from ..kinematics.loops.groups import Group
+    from .inverse_dynamics import InverseDynamics, Solution
+    from .taped import TapedSolver
+    from .velocity_ratios import VelocityRatios
+
+_BLOCK_NUMBERS = 6_000_000
+"""About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
+samples, so that memory does not grow with the mechanism."""
+_NUMBERS_PER_COORDINATE = 100
+"""Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
+and their products; a velocity ratio per drive comes on top."""
+_MOST_RATES = 4_000_000
+"""Velocities, accelerations and velocity ratios (32 MB) that a sweep of several blocks keeps. More
+of them are computed from closed coordinates when they are asked for, in a third of its time."""
+
+# The GNU C library gives free memory at the end of its heap back once it exceeds twice the largest
+# piece that was ever freed by itself, and a block would take all of it anew, page by page.
+np.empty(_BLOCK_NUMBERS // 2)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AssembledPositions:
+    """Drive positions with their loops closed; `Scene.assemble` makes them for `Scene.sweep`.
+
+    `len()` is the number of samples.
+
+    Attributes:
+        solver: the solver that closed the loops.
+        targets: what it closed them at.
+        turns: whole turns `(N, size)` to be added to the angles of the blocks' coordinates.
+        spans: samples of each block.
+        blocks: the closed state of each block: a list, or `InTurn`.
+        along_path: whether every sample was followed from the one before it.
+    """
+
+    solver: ProblemSolver
+    targets: Targets
+    turns: Array
+    spans: list[slice]
+    blocks: Sequence[ClosedState]
+    along_path: bool
+
+    def __post_init__(self) -> None:
+        self.targets.given.setflags(write=False)
+        self.turns.setflags(write=False)
+
+    def __len__(self) -> int:
+        return self.targets.size
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Closing them again takes less than storing all that was computed.
+        return self.solver.assemble, (self.targets, self.along_path)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the samples."""
+        return self.targets.shape
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} assembled positions of {self.solver.problem.mechanism.name!r}>"
+
+
+class InTurn(Sequence[ClosedState]):
+    """Blocks that are closed whenever they are read, so that only one is in memory at a time.
+
+    Attributes:
+        spans: samples of each block.
+    """
+
+    def __init__(self, assembly: Assembly, targets: Targets, guess: Guess, spans: list[slice]):
+        """Keep what closes them.
+
+        Args:
+            assembly: closes the loops.
+            targets: N samples.
+            guess: near them.
+            spans: see the attribute.
+        """
+        self.spans = spans
+        self._assembly, self._targets, self._guess = assembly, targets, guess
+
+    def __len__(self) -> int:
+        return len(self.spans)
+
+    def __getitem__(self, index: Any) -> Any:
+        span = self.spans[index]
+        positions = self._targets.block(span).positions
+        return self._assembly.close(self.guess(index), positions, span.start)
+
+    def guess(self, index: int) -> Guess:
+        """Return near what a block is closed."""
+        span = self.spans[index]
+        whole = span is self.spans[-1] and span.start == 0
+        return self._guess if whole else self._guess.of_samples(span)
+
+    def given_up(self) -> Array:
+        """Return the guesses `(N, size)`: of a block that was read, they may be overwritten."""
+        return self._guess.x
+
+
+class ProblemSolver(Frozen):
+    """Solves a problem at any drive positions.
+
+    It does not change, except that its assembly keeps what it learns about the motion; threads may
+    share it.
+
+    Attributes:
+        problem: the problem that it solves.
+        varied: names of the held joints whose positions differ from sample to sample.
+        assembly: closes the loops.
+
+    Raises:
+        ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        like: ProblemSolver | None = None,
+        varied: tuple[str, ...] = (),
+    ) -> None:
+        """Make the solver.
+
+        Args:
+            problem: the problem to solve.
+            like: solver of a similar problem. Its assembly, with all that it has learned about the
+                motion, is shared if the problems differ in nothing that the motion depends on.
+            varied: see the attribute. With them, `like` solves the same problem without.
+        """
+        self.problem, self.varied = problem, varied
+        # How a copy is made, with what it shares; None for a solver that shares nothing.
+        self._made_by: tuple[object, ...] | None = None
+        if like is not None and varied:
+            self._made_by = _varied_solver, (like, varied)
+        self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
+        self._lock = threading.Lock()
+        if like is not None and varied:
+            self.assembly: Assembly = Assembly(problem, varied, like.assembly)
+        elif like is not None and problem.moves_like(like.problem):
+            self.assembly = like.assembly
+        else:
+            self.assembly = Assembly(problem)
+        self._freeze()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return self._made_by or (ProblemSolver, (self.problem,))
+
+    @cached_property
+    def _kinematics(self) -> Kinematics:
+        """That of the assembly, for the drives alone."""
+        kinematics = self.assembly.kinematics
+        if not self.varied:
+            return kinematics
+        # Held joints rest: nobody asks how fast others would move with them.
+        drives = list(range(len(self.problem.independent)))
+        return kinematics.part(drives, list(range(len(kinematics.solvers))))
+
+    @cached_property
+    def _groups(self) -> list[tuple[Group, bool]]:
+        """The groups that are solved, and whether their forces are, too."""
+        needed = self.assembly.needed
+        return [(self.assembly.groups[index], index in needed.forces) for index in needed.motion]
+
+    @cached_property
+    def inverse_dynamics(self) -> InverseDynamics:
+        """Proves what is found of samples."""
+        # What is made only to be looked at needs none of this.
+        from .inverse_dynamics import InverseDynamics
+
+        assembly = self.assembly
+        bodies, decided = assembly.needed.known_bodies, assembly.decided
+        return InverseDynamics(self.problem, self._kinematics, self._groups, bodies, decided)
+
+    @cached_property
+    def taped(self) -> TapedSolver:
+        """Solves samples."""
+        from .taped import TapedSolver
+
+        return TapedSolver(
+            self.problem,
+            self.varied,
+            self._groups,
+            self.inverse_dynamics.claimed,
+            self.assembly,
+            self.assembly.needed.efforts_alone,
+        )
+
+    def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
+        """Return the solver of the same problem for other positions of some held joints."""
+        if names == self.varied:
+            return self
+        with self._lock:
+            if names not in self._of_varied:
+                self._of_varied[names] = ProblemSolver(self.problem, self, names)
+            return self._of_varied[names]
+
+    def at_design(self, positions: Mapping[str, float]) -> ProblemSolver:
+        """Return the solver of the problem that holds the varied joints at some positions.
+
+        It shares all that is known here.
+
+        Args:
+            positions: of the varied joints [rad or m].
+        """
+        solver = ProblemSolver.__new__(ProblemSolver)
+        held = frozen({**self.problem.held, **positions})
+        solver.problem, solver.varied = replace(self.problem, held=held), ()
+        solver._of_varied, solver._lock = {}, threading.Lock()
+        solver._made_by = _solver_at_design, (self, dict(positions))
+        solver.assembly = self.assembly.at_design(positions)
+        solver._freeze(_kinematics=self._kinematics, inverse_dynamics=self.inverse_dynamics)
+        return solver
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether any body has mass."""
+        return self.inverse_dynamics.has_mass
+
+    @cached_property
+    def couplings(self) -> dict[int, str]:
+        """Indices and names of the couplings whose moments are solved."""
+        indices = solved_couplings(self.assembly.groups, self.assembly.needed)
+        return {index: self.problem.mechanism.couplings[index].name for index in indices}
+
+    def knows_effort(self, joint: str) -> bool:
+        """Return whether what acts along a driven or held coordinate is solved."""
+        needed, mechanism = self.assembly.needed, self.problem.mechanism
+        if needed.efforts_alone:
+            return joint in self.problem.independent
+        return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
+
+    @cached_property
+    def knows_drive_efforts(self) -> bool:
+        """Whether what acts along all driven coordinates is solved."""
+        return all(map(self.knows_effort, self.problem.independent))
+
+    @cached_property
+    def known_holding_efforts(self) -> dict[str, int]:
+        """Names of the held coordinates whose efforts are solved, to their columns."""
+        held = enumerate(self.problem.held, len(self.problem.independent))
+        return {name: column for column, name in held if self.knows_effort(name)}
+
+    @cached_property
+    def unsolved(self) -> list[int]:
+        """Velocity coordinates of passive joints whose motion is not solved, ascending."""
+        passives = set(self.problem.passive_columns.tolist())
+        return sorted(passives - set(self.assembly.decided.tolist()))
+
+    def assemble(self, targets: Targets, along_path: bool = False) -> AssembledPositions:
+        """Return targets with all their loops closed, to be used again.
+
+        Args:
+            targets: N samples; the joints that they vary are those of this solver.
+            along_path: see `Scene.sweep`.
+
+        Raises:
+            ArgumentError: there are too many for the memory of the machine.
+            AssemblyError: the loops cannot be closed at a position.
+            SingularConfigurationError: a position is a dead point.
+        """
+        self.refuse_too_many(targets.size, kept_closed=True)
+        assembled = self.assembled_in_turn(targets, along_path)
+        return replace(assembled, blocks=list(assembled.blocks))
+
+    def assembled_in_turn(self, targets: Targets, along_path: bool = False) -> AssembledPositions:
+        """Return targets whose blocks are closed one by one whenever they are read, see `InTurn`.
+
+        Arguments and errors as of `assemble`; the latter are raised while the blocks are read.
+        """
+        return self._in_blocks(targets, self.assembly.guesses(targets, along_path), along_path)
+
+    def assembled_near(self, targets: Targets, x: Array, turns: Array) -> AssembledPositions:
+        """Return targets that are closed near given coordinates, see `assembled_in_turn`.
+
+        Args:
+            targets: N samples of the drives.
+            x: `(N, size)` closed coordinates up to rounding, exact in the drives; `solve` may
+                overwrite them with its own.
+            turns: `(N, size)` whole turns that the angles in `x` lack.
+        """
+        return self._in_blocks(targets, Guess(x, turns, True), True)
+
+    def assemble_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
+        """Return what `assemble` does, where positions of the joints are known already.
+
+        Nothing is followed from the start: the loops are closed from there, and proven as always.
+
+        Args:
+            targets: N samples.
+            near: joints to their coordinates up to rounding, in a shape that broadcasts with that
+                of the samples, of balls with a last axis; others stand as at the start.
+
+        Raises:
+            ArgumentError: there are too many for the memory of the machine.
+            AssemblyError: the loops are not closed near there.
+            SingularConfigurationError: a position is a dead point.
+        """
+        self.refuse_too_many(targets.size, kept_closed=True)
+        coordinates = self.problem.mechanism.coordinates
+        x = np.tile(self.assembly.start, (targets.size, 1))
+        for name, values in near.items():
+            columns = coordinates.columns[name]
+            is_ball = columns.stop - columns.start > 1
+            every = flat(values, targets.shape, trailing=int(is_ball))
+            x[:, columns] = every.reshape(targets.size, -1)
+        turns, angles = np.zeros_like(x), coordinates.angle_columns
+        turns[:, angles] = np.rint(x[:, angles] / (2.0 * np.pi))
+        x -= 2.0 * np.pi * turns
+        given = coordinates.columns_of((*self.problem.independent, *self.varied))
+        x[:, given], turns[:, given] = targets.prescribed, 0.0
+        assembled = self.assembled_near(targets, x, turns)
+        return replace(assembled, blocks=list(assembled.blocks), along_path=False)
+
+    def _in_blocks(self, targets: Targets, guess: Guess, along_path: bool) -> AssembledPositions:
+        """Return targets whose blocks are closed from a guess whenever they are read."""
+        count = targets.size
+        spans = [slice(0, count)]
+        if count > 1:
+            block_size = self._block_size(targets)
+            # Blocks of equal size: a small last one would cost almost as much as a large one.
+            blocks_needed = -(-count // block_size)
+            ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
+            spans = [slice(*span) for span in pairwise(ends)]
+        blocks = InTurn(self.assembly, targets, guess, spans)
+        return AssembledPositions(self, targets, guess.turns, spans, blocks, along_path)
+
+    def _block_size(self, targets: Targets) -> int:
+        """Return how many samples are worked on at a time."""
+        of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
+        numbers = self.problem.mechanism.model.nv * of_each
+        return max(1, min(LARGE_BLOCK, _BLOCK_NUMBERS // numbers))
+
+    def refuse_others(self, assembled: AssembledPositions) -> None:
+        """Refuse positions that another scene assembled.
+
+        Raises:
+            ArgumentError: it did.
+        """
+        solver = assembled.solver
+        if solver is not self and self._of_varied.get(solver.varied) is not solver:
+            raise ArgumentError(
+                "these positions were assembled by another scene; assemble them again"
+            )
+
+    def solve(self, assembled: AssembledPositions, acting: Acting) -> Solution:
+        """Return all that is solved and proven at assembled positions.
+
+        Args:
+            assembled: N samples of this solver. Those whose blocks are closed in turn are used up.
+            acting: how fast the drives move and what acts; it broadcasts with the samples.
+
+        Raises:
+            AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
+            IndeterminateError: a component of an output is not unique, and the problem is strict.
+        """
+        work = _Work(self, assembled, acting)
+        if len(assembled.spans) == 1:
+            solution = work.block(0)
+            solution.prove(assembled.targets.positions)
+        else:
+            solution = work.all()
+        self.inverse_dynamics.prove_flags(solution)
+        if self.problem.strict:
+            self.refuse_indeterminate(solution.unique[self.problem.output_indices])
+        return solution
+
+    def inertial_efforts(
+        self, assembled: AssembledPositions, moves: Sequence[tuple[Array, Array]]
+    ) -> Array:
+        """Return `(N, m, d)` efforts of the drives that move the bodies alone, without a proof.
+
+        Args:
+            assembled: N samples of this solver, or of one that moves alike.
+            moves: m pairs of speeds and accelerations of the drives `(d,)`.
+        """
+        from .inverse_dynamics import Inputs
+
+        problem, own, found = self.problem, self.assembly.kinematics, []
+        speeds, accelerations = map(np.array, zip(*moves, strict=True))
+        nothing = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
+        for span, state in zip(assembled.spans, assembled.blocks, strict=True):
+            targets, turns = assembled.targets.block(span), assembled.turns[span]
+            given = Inputs.of(problem, targets, nothing, turns, True)
+            # All moves at a position follow each other.
+            every = np.repeat(np.arange(len(state.x)), len(moves))
+            x = state.x[every]
+            still = given.of_samples(every)._replace(
+                speeds=np.tile(speeds, (len(state.x), 1)),
+                accelerations=np.tile(accelerations, (len(state.x), 1)),
+                gravity=np.zeros((1, 3)),
+                inertia={},
+            )
+
+            def closed(samples: Array, x: Array = x) -> ClosedState:
+                return own.evaluate(x[samples])
+
+            efforts = self.taped.found(x, still, closed, [])[0].efforts[:, own.drives]
+            found.append(efforts.reshape(len(state.x), len(moves), -1))
+        return np.concatenate(found)
+
+    def keeps_rates(self, count: int) -> bool:
+        """Return whether a sweep of several blocks, of that many samples, keeps its rates."""
+        # The accelerations of rods that spin idly depend on forces.
+        is_idle = self.assembly.kinematics.idle_columns.size > 0
+        return is_idle or count * self._rates_of_sample <= _MOST_RATES
+
+    @property
+    def _rates_of_sample(self) -> int:
+        """Number of velocities, accelerations and velocity ratios of a sample."""
+        nv, depends = self.problem.mechanism.model.nv, self.assembly.kinematics.depends
+        return int(2 * nv + (nv if depends is None else np.count_nonzero(depends)))
+
+    def refuse_too_many(self, count: int, kept_closed: bool = False) -> None:
+        """Refuse to compute what does not fit into the memory of the machine.
+
+        Args:
+            count: number of samples.
+            kept_closed: whether all that is known of their closed positions is kept.
+
+        Raises:
+            ArgumentError: the samples keep more.
+        """
+        if count * self.problem.mechanism.model.nv < _MOST_RATES:
+            return  # Few sweeps are so large, and most would pay for the question.
+        problem = self.problem
+        coordinates, hint = problem.mechanism.coordinates, "; take fewer at a time"
+        numbers = 2 * coordinates.size
+        if kept_closed:
+            numbers += _NUMBERS_PER_COORDINATE * coordinates.model.nv
+        else:
+            numbers += 6 * len(problem.outputs) + len(problem.prescribed_columns) + 1
+            numbers += len(problem.mechanism.couplings)
+            if self.keeps_rates(count):
+                numbers += self._rates_of_sample
+            hint += ", or fewer outputs" if len(problem.outputs) > 1 else ""
+            if len(problem.independent) == 1 and not (problem.elements or self.varied):
+                hint += ", or sweep Scene.response(), which computes what is read of it alone"
+            hint += ", or let a study of studies.Sweeps keep what is wanted of them on disk"
+        needed, memory = 8.0 * count * numbers, _memory()
+        if needed > memory:
+            raise ArgumentError(
+                f"{count} samples keep {needed / 1e9:.3g} GB, more than the {memory / 1e9:.3g} GB "
+                f"of memory of this machine{hint}"
+            )
+
+    def rates_at(
+        self, assembled: AssembledPositions, x: Array, acting: Acting
+    ) -> tuple[Array, Array, VelocityRatios]:
+        """Return velocities and accelerations `(N, nv)` and velocity ratios of a solution.
+
+        Args:
+            assembled: its N positions.
+            x: `(N, size)` its closed coordinates.
+            acting: how fast the drives move.
+        """
+        from .collected import Rows  # Few sweeps leave their rates out.
+        from .velocity_ratios import VelocityRatios
+
+        rows = Rows(len(x))
+        for span in assembled.spans:
+            given = acting.flat(assembled.shape, span)
+            state = assembled.solver.assembly.kinematics.evaluate(x[span])
+            rates = self.inverse_dynamics.joint_rates(state, given.speeds, given.accelerations)
+            ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
+            rows.put(span, {"v": rates.v, "a": rates.a, "ratios": ratios.values})
+        values = read_only(rows.arrays["ratios"])
+        return rows.arrays["v"], rows.arrays["a"], ratios._replace(values=values)
+
+    def magnification_at(self, assembled: AssembledPositions, x: Array) -> Array:
+        """Return `(N,)` by how much rounding is magnified, see `InverseDynamics.condition`.
+
+        Arguments as of `rates_at`.
+        """
+        found = []
+        for span in assembled.spans:
+            state = assembled.solver.assembly.kinematics.evaluate(x[span])
+            ratios = self._kinematics.velocity_ratios(state)
+            found.append(self.inverse_dynamics.condition(state, ratios))
+        return np.concatenate(found)
+
+    def refuse_indeterminate(self, unique: Array) -> None:
+        """Refuse outputs that are not unique if the problem is strict.
+
+        Compliances decide what statics leaves open, but not which forces a coupling exerts.
+
+        Args:
+            unique: `(k, 6)` which components of the outputs are unique.
+
+        Raises:
+            IndeterminateError: the problem is strict and wants a component that is not unique.
+        """
+        problem = self.problem
+        if not problem.strict or np.all(unique):
+            return
+        from ..mechanism.undescribed import REMEDY, greatest_changes
+        from .inverse_dynamics import UNIQUE_TOLERANCE
+
+        silent = problem.mechanism.undescribed
+        if problem.compliance:
+            unique = greatest_changes(silent, problem.outputs) < UNIQUE_TOLERANCE
+            if np.all(unique):
+                return
+        components = {
+            name: [label for label, flag in zip(WRENCH_COMPONENTS, row, strict=True) if not flag]
+            for name, row in zip(problem.outputs, unique, strict=True)
+            if not np.all(row)
+        }
+        listed = "; ".join(f"{name}: {', '.join(labels)}" for name, labels in components.items())
+        told = [item.told() for item in silent if components.keys() & item.changes.keys()]
+        advice = (
+            f"{'; '.join(told)}: {REMEDY}"
+            if told
+            else "Give compliances, change the mechanism (a slide, a ball) or leave strict out to "
+            "have the least norm"
+        )
+        raise IndeterminateError(
+            f"{problem.mechanism.name}: the laws of motion leave open: {listed}. "
+            f"{advice[0].upper()}{advice[1:]}",
+            components=components,
+        )
+
+
+class _Work:
+    """Blocks of a sweep to be solved."""
+
+    def __init__(self, solver: ProblemSolver, assembled: AssembledPositions, acting: Acting):
+        """Begin with none; arguments as of `ProblemSolver.solve`."""
+        self._solver, self._assembled, self._acting = solver, assembled, acting
+        problem, self._has_rates = solver.problem, None
+        self._everywhere = problem.acting_everywhere if acting is problem.acting else None
+        if self._everywhere is not None:
+            self._has_rates = False
+        elif len(assembled.spans) > 1:
+            self._has_rates = acting.has_rates
+        self._prescribed = solver.problem.prescribed_columns
+        self._outputs = solver.problem.output_indices
+
+    def block(self, index: int) -> Solution:
+        """Return what is kept of a block."""
+        assembled, solver = self._assembled, self._solver
+        span, turns = assembled.spans[index], assembled.turns
+        targets, dynamics = assembled.targets, solver.inverse_dynamics
+        if len(assembled.spans) > 1:
+            targets, turns = targets.block(span), turns[span]
+        acting = self._everywhere or self._acting.flat(assembled.shape, span)
+        given = targets, acting, turns, self._has_rates
+        inputs = dynamics.inputs_of(solver.problem, *given)
+        blocks = assembled.blocks
+        guess = blocks.guess(index) if isinstance(blocks, InTurn) else None
+        x = blocks[index].x if guess is None else guess.x
+
+        def close(samples: Array) -> ClosedState:
+            if guess is None:
+                return solver.assembly.kinematics.evaluate(x[samples])
+            closing = guess.of_samples(samples), inputs.positions[samples]
+            return solver.assembly.close(*closing, span.start)
+
+        solution = solver.taped.solution(dynamics, x, inputs, close)
+        return solution.reduced(self._outputs, self._prescribed)
+
+    def all(self) -> Solution:
+        """Return what is kept of all blocks, see `collected`."""
+        from .collected import collected  # Many sweeps are a single block.
+
+        assembled = self._assembled
+
+        def positions_of(index: int) -> Array:
+            return assembled.targets.block(assembled.spans[index]).positions
+
+        # Coordinates take the place of the guesses that they were found from.
+        guesses = assembled.blocks.given_up() if isinstance(assembled.blocks, InTurn) else None
+        keeps_rates = self._solver.keeps_rates(len(assembled))
+        return collected(assembled.spans, self.block, positions_of, guesses, keeps_rates)
+
+
+def _memory() -> float:
+    """Return the memory of the machine [bytes], infinity where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return math.inf
+
+
+def _varied_solver(base: ProblemSolver, varied: tuple[str, ...]) -> ProblemSolver:
+    return base.of_varied(varied)
+
+
+def _solver_at_design(family: ProblemSolver, positions: Mapping[str, float]) -> ProblemSolver:
+    return family.at_design(positions)

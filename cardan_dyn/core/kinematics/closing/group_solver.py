@@ -1,0 +1,400 @@
+"""Group solver: close the loops of a group for many samples at once, and find its rates.
+
+Newton's method on whole arrays. The inverse of the last position serves the rates and the closure
+forces as well, after one step of refinement.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ....kit.arrays import Array, generic
+from ...mechanism.kept import MOST, Kept
+from ...mechanism.mechanism import Mechanism
+from ..loops.groups import Group
+from ..loops.structure import OPEN_CONFIGURATIONS
+from ..tolerances import CLOSURE_TOLERANCE
+from .equations import ClosureEquations, Reduction, equations_of
+from .stacked import factorised, refined, times, transposed
+
+_CONVERGED = 1e-17
+"""Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
+order is known before the loops are evaluated once more."""
+_STRAIGHT, _CURVATURE = 3e-10, 100.0
+"""Newton steps [rad] up to which nothing is gained by bending them, since they leave less than
+rounding: this times their square at most, where no singular configuration is near."""
+_BENT = 0.1
+"""Newton steps [rad] up to which the curvature of the closure equations tells where they lead."""
+_MOST_BENT = 0.25
+"""Ratio of what the curvature adds to a step from which on it is left out: its powers are what is
+neglected, so the step is too long for them."""
+LONGEST_STEP = 0.5
+"""Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
+a radian, sines differ from their linearisation by 4 %."""
+_SETTLED = 1e-9
+"""Angle [rad] of an idle rod from where it settles from which one more step leaves rounding, even
+where hinges near their singular position magnify what is left, its square, a thousandfold."""
+_UNMOVED = 1e-12
+"""Newton step [rad] up to which an idle rod stays where it settled. Where a rod settles depends on
+how its line lies, so each step turns it about that in proportion."""
+MOST_STEPS = 12
+"""Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
+each squares the error; the rest is for guesses from which steps are shortened to `LONGEST_STEP`."""
+MOST_STEPS_FROM_AFAR = 60
+"""The same for guesses anywhere within half a turn of closed loops: many steps are shortened."""
+
+
+class GroupSolver:
+    """Closes the loops of a group for many samples by Newton's method on whole arrays.
+
+    It does not change after it is made: which rows are redundant is an argument of its methods.
+
+    Attributes:
+        group: what it solves.
+        coordinates: layout of coordinate rows.
+        equations: its closure equations.
+        movable: `(m,)` velocity coordinates that may move, known ones first, then passives.
+        row_scale: `(p, 1)` lengths for the rows of slides, or None where nothing slides.
+        known_scale: `(k, 1)` likewise for what is known.
+    """
+
+    def __init__(self, mechanism: Mechanism, group: Group) -> None:
+        self.group = group
+        self._kept = Kept()
+        self.coordinates = coordinates = mechanism.coordinates
+        self.equations = equations = equations_of(mechanism, group)
+        self._moves = coordinates.moves(group.passives)
+        self.movable = np.concatenate([group.known, group.passives])
+        self._own_rows = [equations.rates.index(rate) for rate in self.movable.tolist()]
+        sliding = equations.slides[group.passives]
+        # Slides count in characteristic lengths; otherwise the unit of length would decide which
+        # positions are singular.
+        self._scale = equations.length ** -sliding.astype(float)
+        self.row_scale = equations.length ** sliding[:, None] if np.any(sliding) else None
+        self.known_scale = equations.length ** equations.slides[group.known][:, None]
+
+    def evaluate(self, x: Array, reduction: Reduction, turns: Array | None = None) -> GroupState:
+        """Return the closure equations at `x`, closed or not.
+
+        Args:
+            x: `(N, size)` coordinates.
+            reduction: the rows that are solved.
+            turns: `(N, size)` whole turns that the angles in `x` lack; couplings count them.
+        """
+        rows, error, residual = self.equations.at(x, reduction, turns)
+        rows = rows.take(self._own_rows, 1)
+        passive = rows[:, self.group.known.size :]
+        factors = factorised(passive, self.row_scale, len(self.group.idle))
+        return GroupState(self, reduction, x, rows, error, *factors, residual, np.zeros(len(x)))
+
+    def linearised(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return all closure equations at `x (N, size)` about the welds, slides in lengths.
+
+        There, gaps and angles do not mix, so that the sum of their squares says how far the loops
+        are from closed, wherever the origin is.
+
+        Returns:
+            Transposed closure matrices `(N, p, R)`, errors `(N, R)` and closure errors `(N,)`.
+        """
+        rows, error, residual = self.equations.at(x, self.equations.about_welds)
+        rows = rows[:, self._own_rows[self.group.known.size :], : error.shape[1]]
+        return rows if self.row_scale is None else rows * self.row_scale, error, residual
+
+    def moved(self, x: Array, step: Array) -> Array:
+        """Return coordinates `(N, size)` after steps `(N, p)`, slides counted in lengths."""
+        x = x.copy()
+        self._moves.apply(x, step / self._scale)
+        return x
+
+    def open_reduction(self, x: Array) -> Reduction:
+        """Return the rows that the joints of each loop can reach while the loops are open.
+
+        A planar or spherical chain stays one however it is bent, so a few configurations suffice.
+        Closed loops may reach fewer rows, never more.
+
+        Args:
+            x: `(size,)` coordinates of the joints that do not move.
+        """
+
+        def found() -> Reduction:
+            rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
+            moves = self.coordinates.moves(self.movable)
+            step = generic(OPEN_CONFIGURATIONS, len(self.movable))
+            step[:, moves.slides] *= self.equations.length
+            moves.apply(rows, step)
+            return self.equations.reduction(rows, self.movable)
+
+        key = x[self.equations.columns].tobytes()
+        return self._kept.of("open reduction", key, found)
+
+    def _sizes(self, step: Array) -> Array:
+        """Return the greatest parts `(N,)` of steps `(N, p)` [rad], slides counted in lengths."""
+        return np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0)
+
+    def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
+        """Shorten Newton steps, and let them follow the curvature, where that is known.
+
+        Args:
+            state: where they begin.
+            step: `(N, p)`, changed in place.
+            sizes: see `_sizes`.
+
+        Returns:
+            Errors `(N,)` after them, in order of magnitude [rad].
+        """
+        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
+        left = _CURVATURE * sizes**2
+        is_good = (sizes > _STRAIGHT) & (sizes <= _BENT)
+        if not np.logical_or.reduce(is_good):
+            return left
+        bend = state.bend(step)
+        bends = self._sizes(bend)
+        is_good &= bends <= _MOST_BENT * sizes
+        # What a straight step leaves is the bend, and its error falls in the same ratio again; the
+        # third power is that of sines, where steps happen to need no bend.
+        ratio = bends / np.maximum(sizes, np.finfo(float).tiny)
+        step += np.where(is_good[:, None], bend, 0.0)
+        return np.where(is_good, ratio * bends + sizes**3, left)
+
+    def newton(
+        self,
+        x: Array,
+        reduction: Reduction,
+        turns: Array | None = None,
+        most: int = MOST_STEPS,
+        leaves: float | None = None,
+        settles: bool = False,
+    ) -> GroupState:
+        """Close the loops from a guess; the caller judges `residual` and `correction`.
+
+        Each sample takes its steps whatever others are beside it.
+
+        Args:
+            x: `(N, size)` coordinates; those of the passives are corrected in place.
+            reduction: the rows that are solved.
+            turns: see `evaluate`.
+            most: greatest number of Newton steps.
+            leaves: error that may be left [rad]. Nothing is evaluated after a step that leaves
+                less: what is known is from before it, but for the residual. None closes the loops
+                as far as rounding lets them, as is done where equations outnumber unknowns.
+            settles: whether idle rods are turned about their lines to where they settle, see
+                `spins`.
+        """
+        state = self.evaluate(x, reduction, turns)
+        if not self.group.passives.size:
+            return state
+        # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
+        if state.rows.shape[2] != self.group.passives.size:
+            leaves = None
+        correction, now, rest = state.correction, state, np.arange(len(x))
+        for count in range(most):
+            step = now.step(now.error)
+            sizes = self._sizes(step)
+            correction[rest] += sizes
+            # What is not a number leaves the others alone.
+            goes = np.isfinite(sizes)
+            if not goes.all():
+                now, rest, step, sizes = now.of(goes), rest[goes], step[goes], sizes[goes]
+            left = self._bend(now, step, sizes)
+            self._advance(x, rest, step)
+            if leaves is not None:
+                goes = ~((left <= leaves) & np.isfinite(now.condition))
+                done = rest[~goes]
+                state.residual[done] = np.minimum(left, now.residual)[~goes]
+                rest, left = rest[goes], left[goes]
+            if not rest.size or (leaves is not None and count == most - 1):
+                break
+            now = self.evaluate(x[rest], reduction, None if turns is None else turns[rest])
+            state = state.with_samples(rest, now)
+            goes = left > _CONVERGED
+            if not goes.all():
+                now, rest = now.of(goes), rest[goes]
+            if not rest.size:
+                break
+        if settles and self.group.idle:
+            state = self._settled(state, x, turns)
+        return state._replace(x=x, correction=correction)
+
+    def _advance(self, x: Array, samples: Array, step: Array) -> None:
+        """Move some samples (index) of coordinates `(N, size)` by steps `(n, p)`."""
+        own = x[samples]
+        self._moves.apply(own, step)
+        x[samples] = own
+
+    def _settled(self, state: GroupState, x: Array, turns: Array | None) -> GroupState:
+        """Turn idle rods about their lines to where they settle while loops stay closed.
+
+        Args:
+            state: of closed loops; what is open stays as it is.
+            x: `(N, size)`, changed in place.
+            turns: see `evaluate`.
+        """
+        (rest,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
+        now = state.of(rest)
+        for _ in range(MOST_STEPS_FROM_AFAR if rest.size else 0):
+            angles = self.equations.turned(x[rest]).clip(-LONGEST_STEP, LONGEST_STEP)
+            spins = np.maximum.reduce(np.abs(angles), axis=1)
+            step = now.step(now.error)
+            sizes = self._sizes(step)
+            self._bend(now, step, sizes)
+            # The last columns turn rods back by their angles.
+            turns_back = times(transposed(now.inverse)[:, :, -angles.shape[1] :], angles)
+            self._advance(x, rest, step - turns_back)
+            now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
+            state = state.with_samples(rest, now)
+            # Steps that are mere rounding are as large as the condition makes them.
+            unmoved = np.maximum(_UNMOVED, 10.0 * np.finfo(float).eps * now.condition)
+            goes = ~((sizes < unmoved) & (spins < _SETTLED)) & np.isfinite(sizes)
+            now, rest = now.of(goes), rest[goes]
+            if not rest.size:
+                break
+        # Whole turns of their joints depend on the way as well.
+        columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
+        x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
+        return state
+
+    @cached_property
+    def idle_columns(self) -> Array:
+        """Columns of rows that change when idle rods spin."""
+        spinning = {rate for rod in self.group.idle for rate in rod.columns}
+        return self.coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
+
+
+def solver_of(mechanism: Mechanism, group: Group) -> GroupSolver:
+    """Return the solver of a group, which all scenes of the mechanism share."""
+    # A scene has as many groups as bodies at most: those of one fit in any case.
+    most = MOST + mechanism.model.njoints
+    return mechanism.kept.of("solver", group.key, lambda: GroupSolver(mechanism, group), most)
+
+
+class GroupState(NamedTuple):
+    """A group at given positions: its closure equations there and their factors.
+
+    Attributes:
+        solver: of the group.
+        reduction: which rows of its closure equations were solved.
+        x: `(N, size)` coordinates.
+        rows: `(N, m, R)` transposed closure matrices of the movable coordinates, known ones first;
+            with k idle rods `(N, m, R + k)`, see `ClosureEquations.at`.
+        error: `(N, R)`.
+        inverse: `(N, R, p)`: inverse of the passives' rows, or its pseudoinverse; with k idle rods
+            `(N, R + k, p)`.
+        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
+        condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
+        residual: `(N,)` closure error.
+        correction: `(N,)` how far the guess was off.
+    """
+
+    solver: GroupSolver
+    reduction: Reduction
+    x: Array
+    rows: Array
+    error: Array
+    inverse: Array
+    null: Array
+    condition: Array
+    residual: Array
+    correction: Array
+
+    @property
+    def group(self) -> Group:
+        """Its loops and joints."""
+        return self.solver.group
+
+    @property
+    def equations(self) -> ClosureEquations:
+        """Its closure equations."""
+        return self.solver.equations
+
+    @property
+    def known_rows(self) -> Array:
+        """Transposed closure matrices `(N, k, R)` of what is known."""
+        return self.rows[:, : self.group.known.size, : self.error.shape[1]]
+
+    @property
+    def passive_rows(self) -> Array:
+        """Transposed closure matrices `(N, p, R)` of the passives."""
+        return self.square[:, :, : self.error.shape[1]]
+
+    def of(self, samples: Array) -> GroupState:
+        """Return the state of some samples, given by their indices."""
+        return GroupState(self.solver, self.reduction, *(values[samples] for values in self[2:]))
+
+    def with_samples(self, samples: Array, state: GroupState) -> GroupState:
+        """Return the state with that of some samples, given by their indices; it is overwritten."""
+        if len(samples) == len(self.x):
+            return state
+        for values, own in zip(self[2:], state[2:], strict=True):
+            values[samples] = own
+        return self
+
+    @property
+    def scaled_rows(self) -> Array:
+        """The passives' rows with slides counted in lengths, for decisions about rank."""
+        scale = self.solver.row_scale
+        return self.passive_rows if scale is None else self.passive_rows * scale
+
+    @property
+    def all_scaled_rows(self) -> Array:
+        """The rows of what is known, then of the passives, slides counted in lengths."""
+        known = self.known_rows * self.solver.known_scale
+        return np.concatenate([known, self.scaled_rows], axis=1)
+
+    @property
+    def reachable(self) -> Reduction:
+        """The rows that the loops' joints can reach at these positions together."""
+        return self.equations.reduction(self.x, self.solver.movable)
+
+    @property
+    def square(self) -> Array:
+        """The passives' rows, with the spins of idle rods behind those of the loops."""
+        return self.rows[:, self.group.known.size :]
+
+    def solve(self, right: Array) -> Array:
+        """Solve the closure equations for passive rates: `(N, R, c)` to `(N, p, c)`.
+
+        With idle rods, right-hand sides `(N, R + k, c)` end with rates about their lines.
+        """
+        return refined(transposed(self.square), transposed(self.inverse), right)
+
+    def step(self, error: Array) -> Array:
+        """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""
+        return -times(transposed(self.inverse)[:, :, : error.shape[1]], error)
+
+    def bend(self, step: Array) -> Array:
+        """Return what the curvature of the closure equations adds to Newton steps `(N, p)`.
+
+        With it, the error falls with the third power of the step (Chebyshev's method).
+        """
+        equations = self.equations
+        rates = np.zeros((len(step), len(equations.slides)))
+        rates[:, self.group.passives] = step
+        left = equations.drift(self.x, rates, self.reduction)
+        return 0.5 * self.step(left[:, : self.error.shape[1]])
+
+    def rates(self, known: Array) -> Array:
+        """Return passive rates `(N, p, c)` for c sets of rates `(N, k, c)` of what is known.
+
+        Idle rods do not turn about their lines.
+        """
+        return -self.solve(self._of_known(known))
+
+    def accelerations(self, v: Array, known: Array) -> Array:
+        """Return passive accelerations `(N, p)` at joint rates `v (N, nv)`.
+
+        Args:
+            v: joint rates.
+            known: accelerations `(N, k)` of what is known.
+        """
+        own, movable = np.zeros_like(v), self.solver.movable
+        own[:, movable] = v[:, movable]
+        drift = self.equations.drift(self.x, own, self.reduction)
+        return -self.solve(self._of_known(known[:, :, None]) + drift[:, :, None])[:, :, 0]
+
+    def _of_known(self, known: Array) -> Array:
+        """Return rates of the closure equations `(N, R, c)`, of those `(N, k, c)` of the known."""
+        rows = self.rows[:, : self.group.known.size]
+        return np.asarray(np.matmul(transposed(rows), known))

@@ -1,0 +1,182 @@
+"""Guesses: coordinates near closed ones, for any positions of a scene's drives.
+
+Drives that move no group of loops together move their joints independently of each other: what one
+of them moves is a function of its position alone. Only drives that meet in a group have to be
+followed together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ....kit.arrays import Array
+from ...problem.problem import Problem
+from ...problem.samples import Targets
+from ..closing.all_groups import Kinematics
+
+if TYPE_CHECKING:
+    from .drive_motion import DriveMotion
+    from .joint_motion import JointMotion
+
+
+class Guess(NamedTuple):
+    """Coordinates near closed ones of N samples.
+
+    Attributes:
+        x: `(N, size)` coordinates, exact in the drives.
+        turns: `(N, size)` whole turns that have to be added to the angles in `x`.
+        followed: whether `x` lies on a branch, so that a large correction means another mode.
+        is_there: `(N,)` whether samples are within reach; the coordinates of others mean nothing.
+            None where all have to be.
+    """
+
+    x: Array
+    turns: Array
+    followed: bool
+    is_there: Array | None = None
+
+    def of_samples(self, samples: slice | Array) -> Guess:
+        """Return the guess of some samples, by their indices."""
+        is_there = None if self.is_there is None else self.is_there[samples]
+        return Guess(self.x[samples], self.turns[samples], self.followed, is_there)
+
+
+class Guesses:
+    """What is known of a scene all over its motion. Threads may share it."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        kinematics: Kinematics,
+        independent: Callable[[Array], Kinematics],
+        at_start: Kinematics,
+        start: Array,
+        varied: int,
+    ) -> None:
+        """Begin without having followed anything.
+
+        Args:
+            problem: the drives, loads and wanted outputs of the scene.
+            kinematics: solves the scene's groups, with all rows that open loops can reach.
+            independent: returns the same with those that are independent over closed states.
+            at_start: what it returned at the start: `kinematics` if no other state adds to it.
+            start: `(size,)` closed coordinates at which the drives start.
+            varied: how many of the drives, the last ones, are held joints.
+        """
+        self._problem, self._open, self._independent = problem, kinematics, independent
+        self._at_start, self._start, self._varied = at_start, start, varied
+        self._motionless = not kinematics.passives.size  # Nothing has to be followed then.
+        self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.independent))
+
+    @cached_property
+    def scouts(self) -> Array:
+        """Closed coordinates `(S, size)` all over the motion; the start is the first one."""
+        from .scouts import scouts  # What is made only to be looked at needs none.
+
+        if self._motionless:
+            return self._start[None, :]
+        return scouts(self._open, self._start, self._problem.mechanism.kept)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Closes the loops, with the rows that are independent over the motion.
+
+        Raises:
+            MobilityError: the drives do not decide the motion.
+        """
+        if self._at_start is self._open or self._motionless:
+            return self._at_start
+        return self._independent(self.scouts)
+
+    @cached_property
+    def reach(self) -> tuple[float, float]:
+        """Limits of the only drive [rad or m], ±inf where it has none."""
+        from .branch import Branch  # Most scenes are swept without.
+
+        if self._motionless:
+            return -np.inf, np.inf
+        return Branch.shared(self._open, self._start, self._problem.mechanism.kept).reach()
+
+    def at(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Guess:
+        """Return coordinates near closed ones at targets.
+
+        Args:
+            targets: N samples.
+            along_path: whether every sample is followed from the one before it, instead of along
+                the straight line from the start.
+            strict: whether all have to be within reach.
+
+        Raises:
+            AssemblyError: a position cannot be reached.
+            MobilityError: the drives do not decide the motion.
+            SingularConfigurationError: a dead point lies on the way.
+        """
+        x = self._start[None, :].repeat(targets.size, axis=0)
+        turns, is_there = np.zeros(x.shape), None
+        if self._motionless:
+            self._set_drives(x, targets)
+            return Guess(x, turns, False)
+        # All of them are followed before any is written.
+        every = [part.followed(targets, along_path, strict) for part in self._parts]
+        if not strict:
+            is_there = np.logical_and.reduce([within for *_, within in every])
+        for part in self._parts:
+            # What was followed is let go as soon as it is written.
+            part.write(every.pop(0), targets, x, turns)
+        self._set_drives(x, targets)
+        if np.count_nonzero(turns[:, self._columns]):
+            turns[:, self._columns] = 0.0
+        self._problem.mechanism.coordinates.normalised(x)
+        return Guess(x, turns, not self._has_joint_motion, is_there)
+
+    def _set_drives(self, x: Array, targets: Targets) -> None:
+        """Write the prescribed positions into coordinates `(N, size)`."""
+        count = targets.given.shape[-1]
+        x[:, self._columns[:count]] = targets.positions
+        if targets.held:
+            designs, of = targets.designs, targets.design_of
+            for column, values in zip(self._columns[count:], designs.T, strict=True):
+                x[:, column] = values[of]
+
+    def period(self) -> float | None:
+        """Return the drive displacement [rad] after which the motion repeats, None if it does not.
+
+        The scene has a single drive.
+
+        Raises:
+            AssemblyError: the drive cannot turn through.
+            SingularConfigurationError: a dead point lies on the way.
+        """
+        from .drive_motion import DriveMotion
+
+        (part,) = self._parts
+        if not isinstance(part, DriveMotion):
+            raise ValueError("a period is that of a single drive")
+        part.branch.find_period()
+        return part.branch.period
+
+    @cached_property
+    def _parts(self) -> list[DriveMotion | JointMotion]:
+        """The parts of the motion that are independent of each other."""
+        return [self._part(*part) for part in self._open.independent_parts()]
+
+    @cached_property
+    def _has_joint_motion(self) -> bool:
+        """Whether drives meet in a group."""
+        from .drive_motion import DriveMotion
+
+        return not all(isinstance(part, DriveMotion) for part in self._parts)
+
+    def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
+        common = self._problem, self._open, self._start, drives, groups
+        if len(drives) == 1:
+            from .drive_motion import DriveMotion  # First guesses need it, scenes do not.
+
+            return DriveMotion(*common, varied=self._varied)
+        from .joint_motion import JointMotion  # Most scenes have a single drive.
+
+        return JointMotion(*common, lambda: self.kinematics, varied=self._varied)

@@ -1,0 +1,53 @@
+"""Scouts: closed configurations all over the motion, which follow from the start alone.
+
+Decisions that hold for a whole scene, such as an order of elimination or which closure rows are
+redundant, are taken at them, so that they do not depend on what was asked for first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....kit.arrays import Array, generic, some
+from ...mechanism.kept import Kept
+from ..closing.all_groups import Kinematics
+from ..tolerances import CLOSURE_TOLERANCE, REGULAR_CONDITION
+from .branch import Branch
+from .lines import OnLines, samples_on_lines
+
+_LINES = 5
+"""Straight lines that are followed where there are several drives."""
+_SHARES = np.linspace(0.0, 1.0, 17)[1:]
+"""Parts of them at which there is a scout: near the start, and as far as lines lead."""
+_WAY = np.pi
+"""Greatest way of a drive [rad, or half of it lengths of the mechanism]: most of a turn, from one
+side to the other."""
+
+
+def scouts(kinematics: Kinematics, start: Array, kept: Kept) -> Array:
+    """Return closed configurations `(S, size)` that are not singular; the start is the first one.
+
+    Of a single drive, they are nodes of its branch, of several on straight lines. What leads
+    nowhere counts as far as it goes.
+
+    Args:
+        kinematics: of the drives and the groups that they move.
+        start: `(size,)` closed coordinates.
+        kept: of the mechanism.
+    """
+    columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
+    scale = kinematics.coordinates.scale[columns]
+    slides = np.isin(columns, kinematics.coordinates.angle_columns, invert=True)
+    way = np.where(slides, 0.1, _WAY) / scale
+    with np.errstate(all="ignore"):  # What leads out of reach may overflow.
+        if len(columns) == 1:
+            x = Branch.shared(kinematics, start, kept).states(float(way[0]))
+            x = x[some(len(x), _LINES * len(_SHARES))]
+        else:
+            ends = start[columns] + way * generic(_LINES, len(columns))
+            line, share = np.repeat(np.arange(_LINES), len(_SHARES)), np.tile(_SHARES, _LINES)
+            on = OnLines(line, share)
+            x = samples_on_lines(kinematics, start[None, :], columns, ends, on).x
+        state = kinematics.close(x)
+    serves = (state.residual < CLOSURE_TOLERANCE) & (state.condition < REGULAR_CONDITION)
+    return np.concatenate([start[None, :], state.x[serves]])

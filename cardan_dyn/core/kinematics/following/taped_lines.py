@@ -1,0 +1,214 @@
+"""Taped lines: many straight lines from one start, followed side by side on tapes.
+
+Each sample has a line of its own, and nothing but the line decides its steps. Held joints move
+first, then the drives. A line that no tape brings to its end is left to those who follow in
+general, and say why it cannot be followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+
+import numpy as np
+
+from ....kit.arrays import LARGE_BLOCK, Array, blocks
+from ....kit.threads import in_threads
+from ...mechanics.bodies import tree_of
+from ...mechanics.elimination import Order
+from ...mechanics.following import NEAR, Line, Place
+from ...mechanics.sample import Roles
+from ...mechanism.mechanism import Mechanism
+from ...tape import Program, Scalar, Stage, Stages, Trace, select
+from ..closing.all_groups import Kinematics
+from ..loops.closure_blocks import closure_blocks, with_rods
+from .orders import Orders
+from .scouts import scouts
+
+_MOST_TAPES = 2
+"""Orders that are tried."""
+_MOST_STEPS = 400
+"""Steps of a line at most."""
+_MOST_CORRECTIONS = 12
+"""Steps of Newton's method at its end at most."""
+_ZERO = np.zeros(())
+
+
+class TapedLines:
+    """Lines from one start, whose equations are traced when they are first followed."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        kinematics: Kinematics,
+        start: Array,
+        legs: Sequence[Sequence[int]],
+    ) -> None:
+        """Begin without tapes.
+
+        Args:
+            mechanism: the mechanism.
+            kinematics: of the drives and the groups that they move.
+            start: `(size,)` closed coordinates.
+            legs: sets of drives, by their indices, that move one after the other.
+        """
+        groups = [solver.group for solver in kinematics.solvers]
+        loops = [index for group in groups for index in group.loops]
+        couplings = [index for group in groups for index in group.couplings]
+        tree = with_rods(tree_of(mechanism, (), loops, couplings, ()), mechanism, groups)
+        self._tree = tree
+        drives = tuple(kinematics.drives.tolist())
+        self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())
+        self._legs = legs
+        self._units = tree.coordinate_units(len(start))
+        self._start = start / self._units
+        columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
+        self._columns: list[int] = columns
+        self._passives = self._roles.columns(tree)
+        self._mechanism, self._kinematics = mechanism, kinematics
+        self._key = self._roles, *map(tuple, legs)
+        # Where nothing moves yet: arrays of one number each.
+        begin = {f"x{column}": value for column, value in enumerate(self._start.tolist())}
+        begin |= {f"e{column}": self._start[column] for column in columns}
+        begin |= {"rest": 1.0, "length": 1.0, "lost": 0.0, "step": np.inf}
+        self._begin = {name: np.array(value) for name, value in begin.items()}
+
+    def ends(self, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates near closed ones at the ends of lines, and which these hold for.
+
+        With positions `(N, d)` of the drives, to which lines lead [rad or m].
+
+        Returns:
+            `(N, size)`, off by rounding or by the square of `NEAR`; and `(N,)`.
+        """
+        x = np.tile(self._start, (len(positions), 1))
+        is_there = np.zeros(len(positions), dtype=bool)
+        targets = positions / self._units[self._columns]
+        for index in range(_MOST_TAPES):
+            (rest,) = np.nonzero(~is_there)
+            chosen = self._orders.at(index, from_start=True) if len(rest) else None
+            if chosen is None:
+                break
+            key = self._key, index
+            stages = self._mechanism.kept.of("lines", key, partial(self._traced, chosen[0]))
+            follow = partial(self._follow, stages, targets, x, is_there)
+            in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
+        x *= self._units
+        x[:, self._columns] = positions
+        return x, is_there
+
+    @cached_property
+    def _orders(self) -> Orders:
+        """Orders of elimination: the same for all scenes that move alike."""
+        start, kept = self._start * self._units, self._mechanism.kept
+        found = partial(scouts, self._kinematics, start, kept)
+        return Orders.kept(found, self._tree, self._roles, kept)
+
+    def _follow(
+        self, stages: Stages, targets: Array, x: Array, is_there: Array, own: Array
+    ) -> None:
+        """Write coordinates at ends of some of N lines, and which are there.
+
+        Args:
+            stages: that lead there.
+            targets: `(N, d)` ends of the drives, as all coordinates in units of the tree.
+            x: `(N, size)` coordinates, of which passive ones are written.
+            is_there: `(N,)`, written.
+            own: indices of the lines.
+        """
+        ways = targets[own] - self._start[self._columns]
+        # Lines of a length end together, and so do those of a block.
+        order = np.argsort(np.abs(ways).sum(axis=1), kind="stable")
+        own, ways = own[order], ways[order].T
+        ends = targets[own].T
+        given, inputs = dict(self._begin), []
+        # Two stages for each leg, and then the last one.
+        for leg, first in zip((*self._legs, ()), range(0, len(stages.stages), 2), strict=True):
+            for drive, column in enumerate(self._columns):
+                if drive in leg:
+                    given[f"e{column}"] = ends[drive]
+                given[f"w{column}"] = ways[drive] if drive in leg else _ZERO
+            for stage in stages.stages[first : first + 2]:
+                names = stage.program.inputs
+                inputs.append([None if name in stage.taken else given[name] for name in names])
+        (outputs,) = stages.run_values(inputs, len(order))
+        x[own[:, None], self._passives], is_there[own] = outputs[:-1].T, outputs[-1] <= NEAR
+
+    def _traced(self, order: Order) -> Stages:
+        """Return the stages that lead to the ends of lines."""
+        roles = self._roles
+        begins, lines, last = (
+            self._program(text, order) for text in (self._begun, self._advanced, self._corrected)
+        )
+        x = {f"x{column}": row for row, column in enumerate(self._passives)}
+        names = [*x, *(f"{kind}{rate}" for kind in "va" for rate in roles.passives)]
+        names += [f"s{block}" for block in range(len(roles.blocks))]
+        place = {name: row for row, name in enumerate(names)}
+        rest, length, left = range(len(names), len(names) + 3)
+        stages: list[Stage] = []
+        for _ in self._legs:
+            stages += [
+                Stage(begins, taken={**x, "lost": rest} if stages else {}),
+                Stage(
+                    lines,
+                    carried={**place, "rest": rest, "length": length},
+                    taken=place,
+                    until=left,
+                    most=_MOST_STEPS,
+                ),
+            ]
+        step = len(x)
+        ends = Stage(
+            last,
+            carried={**x, "step": step},
+            taken={**x, "lost": rest},
+            until=step,
+            most=_MOST_CORRECTIONS,
+            within=NEAR,
+            kept=True,
+        )
+        return Stages([*stages, ends])
+
+    def _program(self, text: Callable[[Trace, Line], Sequence[Scalar]], order: Order) -> Program:
+        drives = self._columns
+        with Trace() as trace:
+            still = {
+                column: trace.input(f"x{column}", value, uniform=True)
+                for column, value in enumerate(self._start.tolist())
+                if column not in {*drives, *self._passives}
+            }
+            ends, ways = (
+                {column: trace.input(f"{kind}{column}", 0.0) for column in drives} for kind in "ew"
+            )
+            line = Line(self._tree, self._roles, order, ends, ways, still)
+            return Program(trace, text(trace, line))
+
+    def _begun(self, trace: Trace, line: Line) -> list[Scalar]:
+        """Return the rows of a place where lines begin; NaN where the leg before did not end."""
+        lost = trace.input("lost", 0.0)
+        x = {column: select(lost, np.nan, value) for column, value in self._inputs(trace).items()}
+        return _rows(line.begun(x))
+
+    def _advanced(self, trace: Trace, line: Line) -> list[Scalar]:
+        """Return the rows of a place after a step, with what is left of the line."""
+        passives = self._roles.passives
+        v, a = ({rate: trace.input(f"{kind}{rate}", 0.0) for rate in passives} for kind in "va")
+        sides = [trace.input(f"s{block}", 1.0) for block in range(len(self._roles.blocks))]
+        place = Place(self._inputs(trace), v, a, sides)
+        rest, length = trace.input("rest", 1.0), trace.input("length", 1.0)
+        step = line.advanced(place, rest, length)
+        return [*_rows(step.place), step.rest, step.length, step.left]
+
+    def _corrected(self, trace: Trace, line: Line) -> list[Scalar]:
+        """Return coordinates after a step at the end, and the step; NaN where none leads there."""
+        lost = trace.input("lost", 0.0)
+        x, step = line.corrected(self._inputs(trace), trace.input("step", np.inf))
+        return [*x.values(), select(lost, np.nan, step)]
+
+    def _inputs(self, trace: Trace) -> dict[int, Scalar]:
+        return {column: trace.input(f"x{column}", 0.0) for column in self._passives}
+
+
+def _rows(place: Place) -> list[Scalar]:
+    """Return what is known of a place, in a row."""
+    return [*place.x.values(), *place.v.values(), *place.a.values(), *place.sides]

@@ -1,0 +1,427 @@
+"""Loop groups: the smallest sets of loops that can be solved one after the other.
+
+A drive line with bearings between its joints is a row of loops, each of which needs only the
+motion of the one before it. Solving them one by one keeps the cost and Pinocchio's memory linear
+in the number of joints. A loop and the passive joints on it form a bipartite graph; its matching
+and the strong components of what depends on what give the groups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ....kit.arrays import Array
+from .idle_rods import IdleRod, idle_rods
+from .routes import Crossing, Route, merged
+from .structure import Structure
+
+_PIECE = 8
+"""Bodies on no loop are divided into groups of this size. Pinocchio's memory for a model grows with
+the third power of its bodies, but every model costs calls of its own."""
+_WHOLE = 14
+"""Up to this many bodies, one model of the whole mechanism costs less than two smaller ones."""
+
+
+class Group(NamedTuple):
+    """Loops that are solved together.
+
+    Attributes:
+        loops, couplings: indices in `Mechanism.loops` and `Mechanism.couplings`.
+        passives: velocity coordinates that they decide.
+        known: moving coordinates on them that are driven or decided by earlier groups.
+        bodies: the bodies (0-based) on these loops and between them and the base, each after what
+            carries it; ascending where no loop is crossed.
+        base: the nearest body (0-based) from which all of them hang, -1 for the world. Loops
+            close relative to it, however it moves.
+        inertial_bodies: bodies whose inertia is accounted for in this group.
+        idle: idle rods among its bodies, see `idle_rods`. As many passives as there are
+            of them are decided by no loop.
+        crossed: loops across which the bodies hang from the base, see `routes`. No inertia is
+            accounted for in a group that crosses some.
+    """
+
+    loops: tuple[int, ...]
+    couplings: tuple[int, ...]
+    passives: Array
+    known: Array
+    bodies: list[int]
+    base: int
+    inertial_bodies: set[int]
+    idle: tuple[IdleRod, ...] = ()
+    crossed: tuple[Crossing, ...] = ()
+
+    @property
+    def closure(self) -> Hashable:
+        """All that its closure equations follow from, whatever moves, as a key."""
+        return (
+            self.loops,
+            self.couplings,
+            *(tuple(self.bodies), self.base, self.crossed),
+            *((rod.body, rod.columns, rod.line.tobytes(), rod.frame) for rod in self.idle),
+        )
+
+    @property
+    def key(self) -> Hashable:
+        """All that it consists of, as the key of a dictionary."""
+        moving = self.passives.tobytes(), self.known.tobytes()
+        return self.closure, *moving, frozenset(self.inertial_bodies)
+
+    @property
+    def crossed_loops(self) -> list[int]:
+        """Indices of the loops that are crossed."""
+        return [crossing.loop for crossing in self.crossed]
+
+    def items(self, structure: Structure) -> set[int]:
+        """Return the loops and couplings as `Structure` counts them: these after all loops."""
+        loops = len(structure.mechanism.loops)
+        return {*self.loops, *(loops + index for index in self.couplings)}
+
+
+class _Block(NamedTuple):
+    """Loops and couplings that are solved together.
+
+    Attributes:
+        items: their indices, loops first, then couplings.
+        passives: velocity coordinates that they decide, ascending.
+    """
+
+    items: list[int]
+    passives: list[int]
+
+
+def partition(
+    structure: Structure,
+    x: Array,
+    drives: Array,
+    passives: Array,
+    together: bool = False,
+    loop_ranks: list[int] | None = None,
+) -> list[Group]:
+    """Return the groups in the order in which motion passes through them.
+
+    Args:
+        structure: of the mechanism.
+        x: `(size,)` coordinates with the held joints at their positions.
+        drives: velocity coordinates of the drives.
+        passives: velocity coordinates that are neither driven nor held.
+        together: solve all loops in one group, whatever their structure.
+        loop_ranks: how many independent equations each loop has, on its way of
+            `Structure.routes`; those of open loops if None.
+    """
+    mechanism = structure.mechanism
+    unknown = set(passives.tolist())
+    moving = unknown | set(drives.tolist())
+    items = range(len(structure.paths))
+    rods = idle_rods(mechanism, unknown)
+    # One coordinate of each rod is left out where loops are matched with what they decide.
+    idle: dict[int, IdleRod] = {}
+    for rod in rods:
+        column = next((column for column in rod.columns if column not in idle), None)
+        if column is not None:
+            idle[column] = rod
+    # Spins of idle rods are told by bodies along the tree.
+    routes = {} if together or len(items) <= 1 or idle else structure.routes
+    if loop_ranks is None and len(items) > 1:
+        loop_ranks = structure.ranks(x, moving, routes)
+    while True:
+        touched = [
+            [column for column in structure.coordinates_on(item, routes) if column in moving]
+            for item in items
+        ]
+        if together or len(items) <= 1:
+            decided = {column for columns in touched for column in columns} & unknown
+            blocks = [_Block(list(items), sorted(decided))] if items else []
+            break
+        ranks = list(loop_ranks or ()) + [1] * len(mechanism.couplings)
+        decidable = unknown - set(idle)
+        passives_on = [[column for column in columns if column in decidable] for columns in touched]
+        blocks = _with_idle(_blocks(passives_on, ranks), idle)
+        contradictory = set().union(*(_contradictory(structure, each, routes) for each in blocks))
+        if not contradictory:
+            break
+        routes = {loop: route for loop, route in routes.items() if loop not in contradictory}
+        along_tree = structure.ranks(x, moving)
+        loop_ranks = [
+            along_tree[loop] if loop in contradictory else rank
+            for loop, rank in enumerate(loop_ranks or ())
+        ]
+    groups: list[Group] = []
+    carried: set[int] = set()
+    for block in blocks:
+        group = _group(structure, block, touched, carried, routes)
+        spinning = [rod for column, rod in idle.items() if column in block.passives]
+        groups.append(group._replace(idle=tuple(spinning)))
+        carried |= group.inertial_bodies
+    return _with_loose_bodies(mechanism.model, groups, carried)
+
+
+def _with_idle(blocks: list[_Block], idle: dict[int, IdleRod]) -> list[_Block]:
+    """Return blocks with the idle coordinates beside the ones that they spin with."""
+    result = []
+    for block in blocks:
+        columns = set(block.passives)
+        # Rods that follow each other may have no column but those of their neighbours.
+        for _ in idle:
+            columns |= {
+                column for column, rod in idle.items() if not columns.isdisjoint(rod.columns)
+            }
+        result.append(block._replace(passives=sorted(columns)))
+    return result
+
+
+def independent_groups(structure: Structure, free: Array) -> list[Group]:
+    """Return groups of loops and couplings that have no joint in common.
+
+    Args:
+        structure: of the mechanism.
+        free: velocity coordinates that may move, all of them passives.
+    """
+    unknown = set(free.tolist())
+    items = range(len(structure.paths))
+    touched = [
+        [column for column in structure.coordinates_on(item) if column in unknown] for item in items
+    ]
+    labels: dict[int, int] = {}
+    items_of: dict[int, list[int]] = {}
+    for item in items:
+        joined = {labels[column] for column in touched[item] if column in labels} | {item}
+        label = min(joined)
+        items_of[label] = [member for old in sorted(joined) for member in items_of.pop(old, [])]
+        items_of[label].append(item)
+        for member in items_of[label]:
+            labels.update(dict.fromkeys(touched[member], label))
+    blocks = [
+        _Block(members, sorted({column for item in members for column in touched[item]}))
+        for members in items_of.values()
+    ]
+    return [_group(structure, block, touched, set(), {}) for block in blocks]
+
+
+def _group(
+    structure: Structure,
+    block: _Block,
+    touched: list[list[int]],
+    carried: set[int],
+    routes: Mapping[int, Route],
+) -> Group:
+    """Return the group of some loops and couplings, with the ways around them."""
+    loops = len(structure.mechanism.loops)
+    moving = {column for item in block.items for column in touched[item]}
+    model = structure.mechanism.model
+    base = _nearest_common(model, [structure.bases[item] for item in block.items])
+    on_loops = {body for item in block.items for body in structure.paths[item]}
+    bodies = _between(model, base, on_loops)
+    route = None
+    if not routes.keys().isdisjoint(block.items):
+        ways = [structure.route(item, routes) for item in block.items]
+        route = merged(structure.mechanism, ways)
+    return Group(
+        loops=tuple(item for item in block.items if item < loops),
+        couplings=tuple(item - loops for item in block.items if item >= loops),
+        passives=np.array(block.passives, dtype=int),
+        known=np.array(sorted(moving - set(block.passives)), dtype=int),
+        bodies=route.bodies if route else bodies,
+        base=route.base if route else base,
+        inertial_bodies=set() if route else set(bodies) - carried,
+        crossed=route.crossed if route else (),
+    )
+
+
+def _contradictory(structure: Structure, block: _Block, routes: Mapping[int, Route]) -> set[int]:
+    """Return the loops of a block whose ways are not those of one set of bodies."""
+    routed = routes.keys() & set(block.items)
+    loops = len(structure.mechanism.loops)
+    if not routed:
+        return routed
+    # A coupling counts joints wherever they are.
+    is_one = all(item < loops for item in block.items) and merged(
+        structure.mechanism, [structure.route(item, routes) for item in block.items]
+    )
+    return set() if is_one else routed
+
+
+def _blocks(passives_on: list[list[int]], ranks: list[int]) -> list[_Block]:
+    """Return the smallest sets of loops and couplings that can be solved one after the other."""
+    items = range(len(passives_on))
+    decider = _deciders(passives_on, ranks)
+    dependences = {
+        (item, decider[column])
+        for item in items
+        for column in passives_on[item]
+        if decider[column] != item
+    }
+    labels, dependences = _without_surplus(ranks, decider, dependences)
+    blocks = []
+    for label in _in_order(labels, dependences):
+        members = [item for item in items if labels[item] == label]
+        decided = sorted(column for column, item in decider.items() if labels[item] == label)
+        blocks.append(_Block(members, decided))
+    return blocks
+
+
+def _deciders(passives_on: list[list[int]], ranks: list[int]) -> dict[int, int]:
+    """Return for each passive coordinate the loop or coupling that decides it.
+
+    Each of them decides as many as it has independent equations, if a matching finds them.
+    """
+    equations = [
+        item for item, rank in enumerate(ranks) for _ in range(min(rank, len(passives_on[item])))
+    ]
+    matches = matched([passives_on[item] for item in equations])
+    decider = {column: equations[row] for column, row in matches.items()}
+    for item, columns in enumerate(passives_on):
+        for column in columns:
+            # A coordinate that no equation decides still needs a group. The study of mobility
+            # reports its joint later, by name.
+            decider.setdefault(column, item)
+    return decider
+
+
+def _without_surplus(
+    ranks: list[int], decider: dict[int, int], dependences: set[tuple[int, int]]
+) -> tuple[list[int], set[tuple[int, int]]]:
+    """Join components until none that depends on others has more equations than it decides.
+
+    The surplus equations of such a component restrict the motion of those that it depends on, so
+    these have to be solved together with it.
+
+    Returns:
+        The component of each item, named by its smallest item, and the dependences with those that
+        surplus equations add.
+    """
+    items = range(len(ranks))
+    while True:
+        labels = components(len(ranks), dependences)
+        added = set()
+        for label in set(labels):
+            members = {item for item in items if labels[item] == label}
+            decides = sum(item in members for item in decider.values())
+            if sum(ranks[item] for item in members) > decides:
+                added |= {(b, a) for a, b in dependences if a in members and b not in members}
+        if added <= dependences:
+            return labels, dependences
+        dependences = dependences | added
+
+
+def _in_order(labels: list[int], dependences: set[tuple[int, int]]) -> list[int]:
+    """Return components in an order in which each comes after those that it depends on."""
+    needs: dict[int, set[int]] = {label: set() for label in labels}
+    for item, needed in dependences:
+        needs[labels[item]] |= {labels[needed]} - {labels[item]}
+    order: list[int] = []
+    while len(order) < len(needs):
+        done = set(order)
+        order.extend(sorted(label for label in needs.keys() - done if needs[label] <= done))
+    return order
+
+
+def _with_loose_bodies(
+    model: pinocchio.Model, groups: list[Group], carried: set[int]
+) -> list[Group]:
+    """Add the bodies that are on no loop, to the only group if the model stays small."""
+    count = model.njoints - 1
+    loose = [body for body in range(count) if body not in carried]
+    if not loose:
+        return groups
+    none = np.zeros(0, dtype=int)
+    if len(groups) <= 1 and count <= _WHOLE:
+        group = groups[0] if groups else Group((), (), none, none, [], -1, set())
+        every = list(range(count))
+        return [group._replace(bodies=every, base=-1, inertial_bodies=set(every))]
+    pieces = [
+        Group((), (), none, none, *_hanging(model, piece), set(piece))
+        for piece in _pieces(model, loose)
+    ]
+    return groups + pieces
+
+
+def _pieces(model: pinocchio.Model, loose: list[int]) -> list[list[int]]:
+    """Divide bodies into sets each of which hangs from one body, by few others between."""
+    pieces: list[list[int]] = []
+    for body in loose:
+        if pieces and len(_hanging(model, [*pieces[-1], body])[0]) <= _PIECE:
+            pieces[-1].append(body)
+        else:
+            pieces.append([body])
+    return pieces
+
+
+def _hanging(model: pinocchio.Model, bodies: list[int]) -> tuple[list[int], int]:
+    """Return bodies with all between them and the nearest body from which they hang, and that."""
+    base = _nearest_common(model, [model.parents[body + 1] - 1 for body in bodies])
+    return _between(model, base, set(bodies)), base
+
+
+def _nearest_common(model: pinocchio.Model, bodies: list[int]) -> int:
+    """Return the nearest body (0-based) from which all of some bodies hang, or that is one of them.
+
+    It is -1, the world, if there is none.
+    """
+    common = set(bodies)
+    while len(common) > 1:
+        # A body has a greater index than what it hangs from.
+        deepest = max(common)
+        common = (common - {deepest}) | {model.parents[deepest + 1] - 1}
+    return common.pop() if common else -1
+
+
+def _between(model: pinocchio.Model, base: int, bodies: set[int]) -> list[int]:
+    """Return bodies (0-based) that hang from a base, and all between them and it, ascending."""
+    result: set[int] = set()
+    for body in bodies:
+        while body != base and body not in result:
+            result.add(body)
+            body = model.parents[body + 1] - 1
+    return sorted(result)
+
+
+def matched(options: list[list[int]]) -> dict[int, int]:
+    """Return a maximum matching of rows with columns, at most one column per row.
+
+    Args:
+        options: for each row, the columns that it may have.
+
+    Returns:
+        Matched column to its row.
+    """
+    row_of: dict[int, int] = {}
+    for start in range(len(options)):
+        # Breadth-first search for an augmenting path: from `start` to a row with a free column.
+        # `came_from` holds, for each row reached, the row before it and the column between them.
+        came_from: dict[int, tuple[int, int]] = {}
+        queue = [start]
+        for row in queue:
+            free = next((column for column in options[row] if column not in row_of), None)
+            if free is not None:
+                # Every row on the path takes the next column and hands over its previous one.
+                while row != start:
+                    previous, column_between = came_from[row]
+                    row_of[free] = row
+                    free, row = column_between, previous
+                row_of[free] = start
+                break
+            for column in options[row]:
+                holder = row_of[column]
+                if holder != start and holder not in came_from:
+                    came_from[holder] = (row, column)
+                    queue.append(holder)
+    return row_of
+
+
+def components(size: int, edges: set[tuple[int, int]]) -> list[int]:
+    """Return the strong components of a directed graph with nodes 0 … `size` - 1.
+
+    Returns:
+        For each node the smallest node of its component: of all nodes that it can reach and that
+        can reach it.
+    """
+    reach = np.eye(size, dtype=bool)
+    for start, end in edges:
+        reach[start, end] = True
+    for middle in range(size):
+        reach |= reach[:, [middle]] & reach[middle]
+    return [int(label) for label in np.argmax(reach & reach.T, axis=1)]

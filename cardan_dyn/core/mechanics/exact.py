@@ -1,0 +1,494 @@
+"""Exact: the closed chain that a description with rounded numbers means.
+
+A loop with more closure equations than its joints need, such as a planar one of hinges, closes over
+its whole motion only where axes are exactly parallel, concurrent or in line. Numbers of six digits
+miss that by a millionth: then the loop cannot be closed, or is locked, or is closed by equations
+that only the last digit of the file makes independent, whose forces mean nothing.
+
+Where that is so, the geometry that the file means is the nearest one whose loops close all along
+the motion. At a position of the chain let J be the closure rows by joint coordinates, P those by
+displacements ξ of the frames of joints and of the ends of loops, and e the errors. Combinations N
+of rows with Nᵀ J = 0, self-stresses, tell what no motion of the joints makes up for. So
+
+    Nᵀ (e + P ξ) = 0    at all positions of the motion,
+
+which is solved by the least ξ at positions enough (Gauss and Newton's method; rank of J up to the
+tolerance), until the loops close to rounding there and at other positions.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ...kit.arrays import Array, generic
+from ...kit.checks import described as told
+from ...kit.checks import flag, number
+from ...kit.errors import ArgumentError
+from ..description.read import read
+from ..mechanism.mechanism import Mechanism
+from . import closure
+from .bodies import Tree, tree_of
+from .placements import Placed, placed, stepped
+from .vectors import UNTURNED, Rotation, Vector, added, cross, less, product, turned
+
+if TYPE_CHECKING:
+    from ..description.description import Description
+
+_ROUNDING = float(np.finfo(float).eps)
+_CLOSED = 1e-12
+"""Closure error that is rounding."""
+_SINGLE_PRECISION = float(np.finfo(np.float32).eps)
+"""Error of numbers that many programs write however many digits they give."""
+_MOST_ROUNDED = 1e-3
+"""Greatest error of numbers that counts as rounding: that of four digits."""
+_WAYS, _STEPS = 6, 4
+"""Ways from zero, and steps on each, to positions of the motion at which loops are made to close,
+and to as many at which that is tried."""
+_STEP = 0.3
+"""Length of a step [rad, or lengths of the mechanism, all joints together]."""
+_MOST_STEPS = 30
+_LEVERS = 10.0
+"""How many times as much as frames errors and rows may be off: they are some lengths apart."""
+_ROUNDS = 3
+"""Sets of positions that are taken in turn, each where the one before did not suffice."""
+
+
+def load(
+    source: str | os.PathLike[str],
+    *,
+    strict: bool = True,
+    closure_tolerance: float | None = None,
+    model: str | None = None,
+) -> Mechanism:
+    """Load a mechanism with closed loops.
+
+    Loops with more closure equations than their joints need close over their whole motion only
+    where axes are exactly parallel, concurrent or in line, which numbers of some digits miss. Then
+    the frames of joints are displaced to the nearest geometry that the numbers may mean, and
+    `Mechanism.warnings` says by what.
+
+    Args:
+        source: name of a bundled description, path of a URDF, MJCF or SDF file, or their text.
+            Loops may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>`, joints
+            of SDF in `<gazebo>` or closing frames, in Gepetto's YAML file or `loop_closures.yaml`
+            beside the URDF, as `<equality>` in MJCF, or as joints of SDF that do not belong to its
+            tree.
+        strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
+            URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
+            robots have some: with False they are accepted (a mass of zero as no mass) and listed in
+            `Mechanism.warnings`. A negative mass is refused in any case.
+        closure_tolerance: how far the numbers may be off [rad, or characteristic lengths]; as their
+            digits say if None, and that of single precision at least. With zero, all stay as they
+            are written.
+        model: name of the one to load of an SDF file that has several.
+
+    Raises:
+        ArgumentError: the tolerance is negative, or no number; or `model` is given for a text that
+            has only one.
+        ModelError: the description is missing, malformed or impossible.
+    """
+    return made(read(source, strict, model), closure_tolerance)
+
+
+def from_pinocchio(
+    model: pinocchio.Model,
+    constraint_models: Iterable[object] = (),
+    *,
+    actuated: Iterable[str] | None = None,
+    strict: bool = True,
+    closure_tolerance: float | None = None,
+) -> Mechanism:
+    """Return the mechanism of a model that Pinocchio has loaded, and of its constraints.
+
+    Bodies are the links of its frames of type `BODY`; a composite joint and a screw become several
+    joints in a row, the last of which has its name. `model.gravity` plays no part: a scene is
+    given its own.
+
+    Args:
+        model: a `pin.Model`, or what has one as its `model` (`pin.RobotWrapper`).
+        constraint_models: what closes its loops: `pin.RigidConstraintModel` of contact type 3D (a
+            ball) and 6D (a weld), `pin.PointAnchorConstraintModel`,
+            `pin.FrameAnchorConstraintModel`, and these in a `pin.ConstraintModel`.
+        actuated: names of the joints that motors drive.
+        strict: refuse inertias that no body can have, and rotor inertias, which are left out.
+        closure_tolerance: as of `load`; the numbers count as exact if None.
+
+    Raises:
+        ArgumentError: there is no model, or the tolerance is negative or no number.
+        ModelError: a joint or constraint of another kind, or a name that no joint has.
+    """
+    found = getattr(model, "model", model)
+    if not isinstance(found, pinocchio.Model):
+        raise ArgumentError(f"from_pinocchio() takes a pin.Model, not {told(model)}")
+    from ..description.pinocchio_model import read_model  # Most mechanisms come from files.
+
+    description = read_model(found, constraint_models, actuated, flag("strict", strict))
+    return made(description, closure_tolerance)
+
+
+def made(description: Description, closure_tolerance: float | None) -> Mechanism:
+    """Return the mechanism of a description, its geometry made exact, see `load`."""
+    described = Mechanism(description)
+    tolerance, length = closure_tolerance, described.characteristic_length
+    if tolerance is not None:
+        tolerance = number("closure_tolerance", tolerance, 0.0)
+    if not described.loops or tolerance == 0.0:
+        return described
+    chain = _Chain(described, tree_of(described, massive=()), range(len(described.loops)))
+    doubtful = chain.in_doubt(_LEVERS * max(tolerance or 0.0, _MOST_ROUNDED))
+    if not doubtful:
+        return described
+    if tolerance is None:
+        from ..description.digits import precision_of  # Most loops are exact.
+
+        precision = precision_of(described.description)
+        stated = max(precision.angle, precision.length / length, _SINGLE_PRECISION)
+        tolerance = min(stated, _MOST_ROUNDED)
+    displacements: dict[tuple[str, bool], Array] = {}
+    greatest = 0.0
+    for part in doubtful:
+        nearest = part.made_exact(_LEVERS * tolerance)
+        if nearest is None and tolerance < _MOST_ROUNDED:
+            nearest = part.made_exact(_LEVERS * _MOST_ROUNDED)  # Only to be told of.
+        if nearest is not None:
+            displacements |= nearest.displacements
+            greatest = max(greatest, nearest.greatest)
+    if not displacements:
+        return described
+    description = described.description
+    listed = "; ".join(_told(*item) for item in displacements.items())
+    remedy, warning = "", f"rounded numbers made exact, so that loops close: {listed}"
+    if greatest <= tolerance:
+        description = description.displaced(displacements)
+    else:
+        remedy = warning = (
+            f"loops would close all along their motion with {listed}; that is more than its "
+            f"numbers are rounded by, {tolerance:.2g} rad or lengths of {length:.4g} m: change "
+            f"them, or accept it by load(..., closure_tolerance={1.1 * greatest:.1e})"
+        )
+    warnings = *description.warnings, f"{described.name}: {warning}"
+    return Mechanism(replace(description, warnings=warnings, remedy=remedy))
+
+
+def _told(frame: tuple[str, bool], displacement: Array) -> str:
+    """Return a displacement in words."""
+    name, is_end = frame
+    angle = float(np.linalg.norm(pinocchio.log3(displacement[:3, :3])))
+    distance = float(np.linalg.norm(displacement[:3, 3]))
+    parts = [f"turned by {angle:.2g} rad"] * (angle > _CLOSED)
+    parts += [f"shifted by {distance:.2g} m"] * (distance > _CLOSED)
+    return f"{name}{' on its successor' * is_end} {' and '.join(parts)}"
+
+
+class Nearest(NamedTuple):
+    """The exact geometry next to a description.
+
+    Attributes:
+        displacements: of frames, see `Description.displaced`.
+        greatest: of them [rad, or lengths of the mechanism].
+    """
+
+    displacements: dict[tuple[str, bool], Array]
+    greatest: float
+
+
+class _Positions(NamedTuple):
+    """K positions of a chain.
+
+    Attributes:
+        x: column to coordinates `(K,)`.
+        at: where its bodies are.
+        errors: `(K, R)` of the closure rows.
+        left, sizes, right: singular value decomposition of the closure rows `(K, R, n)`.
+    """
+
+    x: Mapping[int, Array]
+    at: Placed
+    errors: Array
+    left: Array
+    sizes: Array
+    right: Array
+
+    @property
+    def error(self) -> Array:
+        """The greatest error at each position `(K,)`."""
+        return np.asarray(np.abs(self.errors).max(axis=1, initial=0.0))
+
+
+class _Chain:
+    """The loops of a mechanism, whose geometry can be displaced."""
+
+    def __init__(self, mechanism: Mechanism, tree: Tree, loops: Sequence[int]) -> None:
+        """Begin with the geometry that is described.
+
+        Args:
+            mechanism: the mechanism.
+            tree: it, with the loops and couplings that count.
+            loops: indices of these loops.
+        """
+        self._mechanism = mechanism
+        self._original = self._tree = tree
+        self._offsets = [item.offset for item in self._tree.couplings]
+        # First the frames of joints, by their first bodies, then the ends of loops.
+        on_loops = {
+            body
+            for loop in self._tree.loops
+            for end in (loop.predecessor, loop.successor)
+            for body in self._tree.path(end.body)
+        }
+        self._frames = [
+            (name, joint.parts[0].id - 1)
+            for name, joint in mechanism.joints.items()
+            if joint.parts and joint.parts[0].id - 1 in on_loops
+        ]
+        self._ends = [mechanism.loops[index].joint for index in loops]
+        count = len(self._frames) + len(self._ends)
+        self.displacements = [pinocchio.SE3.Identity() for _ in range(count)]
+        scaled = mechanism.zero / self._tree.coordinate_units(len(mechanism.zero))
+        self._zero = {column: np.array([value]) for column, value in enumerate(scaled.tolist())}
+
+    def at(self, x: Mapping[int, Array]) -> _Positions:
+        """Return what is known at positions."""
+        at, errors, matrix = self._equations(x)
+        return _Positions(x, at, errors, *np.linalg.svd(matrix))
+
+    def _equations(self, x: Mapping[int, Array]) -> tuple[Placed, Array, Array]:
+        """Return where bodies are, errors `(K, R)`, and closure rows `(K, R, n)`."""
+        tree = self._tree
+        at = placed(tree, x)
+        by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
+        errors, _ = closure.errors(tree, at, by_rate, self._offsets)
+        rows = closure.rows(tree, at, range(len(tree.units)))
+        count = len(next(iter(x.values())))
+        matrix = np.zeros((count, len(rows), len(tree.units)))
+        for index, row in enumerate(rows):
+            for rate, entry in row.items():
+                matrix[:, index, rate] = entry
+        return at, np.stack([np.broadcast_to(error, count) for error in errors], axis=1), matrix
+
+    def closed(self, x: Mapping[int, Array], rank: int | None, tolerance: float) -> _Positions:
+        """Return positions near some, closed as far as so many rows can.
+
+        Args:
+            x: of K positions.
+            rank: of the rows; None if it is that of the tolerance at each position.
+            tolerance: singular values that count as none.
+        """
+        for _ in range(_MOST_STEPS):
+            here = self.at(x)
+            step = self._step(here, rank, tolerance)
+            longest = np.abs(step).max(initial=0.0)
+            if longest < _CLOSED:
+                break
+            x = self.moved(x, step * min(1.0, 0.5 / max(longest, _ROUNDING)))
+        return self.at(x)
+
+    def _step(self, here: _Positions, rank: int | None, tolerance: float) -> Array:
+        """Return Newton's step `(K, n)` with so many rows."""
+        count = here.sizes.shape[1]
+        taken = here.sizes > tolerance if rank is None else np.arange(count) < rank
+        inverse = np.divide(1.0, here.sizes, out=np.zeros_like(here.sizes), where=taken)
+        along = np.einsum("krs,kr->ks", here.left[:, :, :count], here.errors) * inverse
+        return -np.einsum("ksn,ks->kn", here.right[:, :count], along)
+
+    def moved(self, x: Mapping[int, Array], step: Array) -> dict[int, Array]:
+        """Return coordinates after small steps `(K, n)` of the velocity coordinates."""
+        by_rate = dict(enumerate(step.T))
+        result = dict(x)
+        for body in self._tree.bodies:
+            result.update(stepped(body, x, by_rate))
+        return result
+
+    def in_doubt(self, tolerance: float) -> list[_Chain]:
+        """Return the parts in which equations are independent by less than the tolerance.
+
+        And those whose loops do not close. Parts have no joint on loops in common.
+        """
+        _, errors, matrix = self._equations(self._zero)
+        loops, couplings = len(self._tree.loops), len(self._tree.couplings)
+        items = [range(6 * index, 6 * index + 6) for index in range(loops)]
+        items += [range(6 * loops + index, 6 * loops + index + 1) for index in range(couplings)]
+        parts: list[tuple[set[int], set[int]]] = []  # Items, and the coordinates that move them.
+        for index, rows in enumerate(items):
+            joined, columns = {index}, set(np.flatnonzero(matrix[0, rows].any(axis=0)).tolist())
+            for part in [part for part in parts if part[1] & columns]:
+                parts.remove(part)
+                joined, columns = joined | part[0], columns | part[1]
+            parts.append((joined, columns))
+        result = []
+        for joined, columns in parts:
+            own = [row for index in sorted(joined) for row in items[index]]
+            sizes = np.linalg.svd(matrix[0][np.ix_(own, sorted(columns))], compute_uv=False)
+            is_closed = np.abs(errors[0, own]).max() <= _CLOSED
+            if not is_closed or ((sizes > _CLOSED) & (sizes < tolerance)).any():
+                result.append(self._part(sorted(joined)))
+        return [part for part in result if not part._is_exact(tolerance)]
+
+    def _part(self, items: Sequence[int]) -> _Chain:
+        """Return the chain of some loops and couplings, by their indices one behind the other."""
+        tree, count = self._tree, len(self._tree.loops)
+        loops = [index for index in items if index < count]
+        own = tree._replace(
+            loops=tuple(tree.loops[index] for index in loops),
+            couplings=tuple(tree.couplings[index - count] for index in items if index >= count),
+        )
+        return _Chain(self._mechanism, own, loops)
+
+    def _is_exact(self, tolerance: float) -> bool:
+        """Return whether loops close, with no equation independent by less than the tolerance."""
+        here = self.closed(self._zero, None, _CLOSED)
+        in_doubt = (here.sizes > _CLOSED) & (here.sizes < tolerance)
+        return bool(here.error[0] <= _CLOSED and not in_doubt.any())
+
+    def made_exact(self, tolerance: float) -> Nearest | None:
+        """Return the nearest exact geometry; None if there is none around."""
+        start = self.closed(self._zero, None, tolerance)
+        if start.error[0] > tolerance:
+            return None
+        taken: list[_Positions] = []
+        for round_ in range(_ROUNDS):
+            around = self._around(start, round_, tolerance)
+            if not len(around.error):
+                return None
+            rank = int((around.sizes > tolerance).sum(axis=1).max())
+            if taken and around.error.max() <= _LEVERS * _CLOSED:
+                return self._nearest()
+            taken.append(around)
+            x = {column: np.concatenate([item.x[column] for item in taken]) for column in start.x}
+            if not self._displaced(x, rank, tolerance):
+                return None
+        return None
+
+    def _around(self, start: _Positions, round_: int, tolerance: float) -> _Positions:
+        """Return positions all along the motion, closed as far as rows of the tolerance's rank can.
+
+        They are reached on ways that go on as they begin, as far as motions allow.
+        """
+        rank = int((start.sizes > tolerance).sum())
+        ways = generic((round_ + 1) * _WAYS, max(len(start.right[0]) - rank, 1))[-_WAYS:]
+        ahead = ways[:, : len(start.right[0]) - rank] @ start.right[0, rank:]
+        ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), _CLOSED)
+        x = {column: np.repeat(value, _WAYS) for column, value in start.x.items()}
+        found = []
+        for _ in range(_STEPS):
+            there = self.closed(self.moved(x, _STEP * ahead), None, tolerance)
+            free = np.where(
+                (there.sizes > tolerance)[:, :, None], 0.0, there.right[:, : there.sizes.shape[1]]
+            )
+            rest = there.right[:, there.sizes.shape[1] :]
+            free = np.concatenate([free, rest], axis=1)
+            ahead = np.einsum("kin,kim,km->kn", free, free, ahead)
+            ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), _CLOSED)
+            x = dict(there.x)
+            found.append(there)
+        ranks = np.concatenate([(item.sizes > tolerance).sum(axis=1) for item in found])
+        errors = np.concatenate([item.error for item in found])
+        kept = (ranks == ranks.max()) & (errors <= tolerance)
+        return self.at(
+            {column: np.concatenate([item.x[column] for item in found])[kept] for column in x}
+        )
+
+    def _displaced(self, x: Mapping[int, Array], rank: int, tolerance: float) -> bool:
+        """Displace frames so that loops close at positions; return whether they do."""
+        # Conditions that depend on others do so but for the error. What counts as independent lies
+        # halfway, in digits, between that and size one, and nearer where the error does not fall.
+        before, cut = np.inf, 1.0
+        for _ in range(_MOST_STEPS):
+            here = self.closed(x, rank, tolerance)
+            error = float(here.error.max())
+            if error <= 1e-2 * _CLOSED or 0.5 * before < error <= _CLOSED:
+                return True
+            cut = min(0.1 * cut if error > 0.5 * before else cut, np.sqrt(error))
+            before = error
+            null = here.left[:, :, rank:]
+            growth = np.einsum("krs,krf->ksf", null, self._growth(here.at))
+            growth = growth.reshape(-1, growth.shape[-1])
+            open_by = np.einsum("krs,kr->ks", null, here.errors).ravel()
+            taken = np.concatenate([pinocchio.log6(item).vector for item in self.displacements])
+            inverse = np.linalg.pinv(growth, rcond=max(cut, _LEVERS * error))
+            change = inverse @ (growth @ taken - open_by) - taken
+            for index, own in enumerate(change.reshape(-1, 6)):
+                self.displacements[index] = self.displacements[index] * pinocchio.exp6(own)
+            self._tree = self._displaced_tree()
+            x = here.x
+        return bool(self.closed(x, rank, tolerance).error.max() <= _CLOSED)
+
+    def _growth(self, at: Placed) -> Array:
+        """Return `(K, R, 6 F)` how errors grow with displacements of frames, slides first."""
+        tree = self._tree
+        count = max(np.size(value) for rotation in at.rotations for value in rotation[0])
+        result = np.zeros(
+            (count, 6 * len(tree.loops) + len(tree.couplings), 6 * len(self.displacements))
+        )
+        for index, loop in enumerate(tree.loops):
+            rows = slice(6 * index, 6 * index + 6)
+            ends = loop.predecessor, loop.successor
+            paths = [tree.path(end.body) for end in ends]
+            for end, own, other, sign in zip(ends, paths, paths[::-1], (1.0, -1.0), strict=True):
+                rotation, lever = at.end(end)
+                point = added(at.point(end.body), lever)
+                for place, (_, body) in enumerate(self._frames):
+                    if body in own and body not in other:
+                        self._add(result[:, rows], place, sign, *self._frame(at, body), point)
+            place = len(self._frames) + index
+            self._add(result[:, rows], place, -1.0, rotation, point, point)
+        return result
+
+    @staticmethod
+    def _add(
+        result: Array, place: int, sign: float, rotation: Rotation, origin: Vector, point: Vector
+    ) -> None:
+        """Write how a point and its axes move with a frame."""
+        for axis, direction in enumerate(rotation):
+            column = 6 * place + axis
+            for row, (slides, turns) in enumerate(
+                zip(direction, cross(direction, less(point, origin)), strict=True)
+            ):
+                result[:, row, column] = sign * slides
+                result[:, row, column + 3] = sign * turns
+                result[:, row + 3, column + 3] = sign * slides
+
+    def _frame(self, at: Placed, body: int) -> tuple[Rotation, Vector]:
+        """Return where the frame of a body's joint is before the joint moves."""
+        own = self._tree.bodies[body]
+        carrier = UNTURNED if own.parent < 0 else at.rotations[own.parent]
+        return product(carrier, own.rotation), added(
+            at.point(own.parent), turned(carrier, own.translation)
+        )
+
+    def _displaced_tree(self) -> Tree:
+        """Return the tree with displaced frames."""
+        bodies, loops = list(self._original.bodies), list(self._original.loops)
+        frames = len(self._frames)
+        for (_, body), displacement in zip(self._frames, self.displacements[:frames], strict=True):
+            bodies[body] = _displaced(bodies[body], displacement)
+        for index, displacement in enumerate(self.displacements[frames:]):
+            end = _displaced(loops[index].successor, displacement)
+            loops[index] = loops[index]._replace(successor=end)
+        return self._original._replace(bodies=tuple(bodies), loops=tuple(loops))
+
+    def _nearest(self) -> Nearest:
+        """Return what was changed."""
+        names = [(name, False) for name, _ in self._frames] + [(name, True) for name in self._ends]
+        displacements, greatest = {}, 0.0
+        for name, item in zip(names, self.displacements, strict=True):
+            vector = pinocchio.log6(item).vector
+            size = float(max(np.linalg.norm(vector[:3]), np.linalg.norm(vector[3:])))
+            greatest = max(greatest, size)
+            if size > _CLOSED:
+                displacements[name] = item.homogeneous
+                displacements[name][:3, 3] *= self._tree.length
+        return Nearest(displacements, greatest)
+
+
+def _displaced(item: Any, displacement: pinocchio.SE3) -> Any:
+    """Return a body or an end whose frame is displaced in its own axes."""
+    frame = pinocchio.SE3(np.array(item.rotation).T, np.array(item.translation)) * displacement
+    rotation = tuple(map(tuple, frame.rotation.T.tolist()))
+    return item._replace(rotation=rotation, translation=tuple(frame.translation.tolist()))

@@ -1,0 +1,311 @@
+"""Tree: Pinocchio's model of a description, with a joint for every loop.
+
+Every joint is a chain of elementary parts (turn about an axis, slide along an axis, ball) through
+massless bodies. So all joint types, and loops as well as tree joints, go through the same few
+lines everywhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio
+
+from ...kit.arrays import Array
+from ...kit.errors import ModelError
+from ..description.description import elementary
+from .joints import Part
+
+if TYPE_CHECKING:
+    from ..description.description import (
+        Description,
+        JointDescription,
+        JointOrLoop,
+        LinkDescription,
+        LoopDescription,
+    )
+
+
+class _Body:
+    """Links that fixed joints join to one body, in the frame of the joint that moves them.
+
+    Attributes:
+        joint: that joint; None for the body that is fixed to the world.
+        placement: `(4, 4)` of the joint in the parent.
+        links: names and `(4, 4)` placements of the links.
+        children: bodies that move on this one.
+        loops: loops whose predecessor is one of the links.
+    """
+
+    def __init__(self, joint: JointDescription | None, placement: Array) -> None:
+        self.joint = joint
+        self.placement = placement
+        self.links: dict[str, Array] = {}
+        self.children: list[_Body] = []
+        self.loops: list[LoopDescription] = []
+
+    def items_on_it(self) -> list[tuple[_Body, _Body | LoopDescription]]:
+        """Return this body with each child, then with each loop, the first ones last."""
+        items: list[_Body | LoopDescription] = [*self.children, *self.loops]
+        return [(self, item) for item in reversed(items)]
+
+
+class TreeBuilder:
+    """Builds the model of a description.
+
+    Attributes:
+        model: the tree with the joints of its loops.
+        parts: joint name to its parts in the model; none for `fixed` joints and loops.
+        links: link name to `(body in the model, pin.SE3 placement there)`.
+    """
+
+    def __init__(self, description: Description, cardan: Collection[str] = ()) -> None:
+        """Build the model.
+
+        Args:
+            description: of the mechanism.
+            cardan: names of the joints whose balls are written as three turns.
+        """
+        self._description = description
+        self._cardan = cardan
+        self._masses = {link.name: link for link in description.links}
+        self._bodies, self._fixed = _bodies(description)
+        self._shares = self._count_shares()
+        self.model = pinocchio.Model()
+        self.model.name = description.name
+        self.parts: dict[str, list[Part]] = {}
+        self.links: dict[str, tuple[int, pinocchio.SE3]] = {}
+        self._build()
+
+    def _build(self) -> None:
+        """Add all joints, depth first.
+
+        Loops cannot be appended at the end: Pinocchio's inertia matrix and constrained dynamics
+        assume that the joints of a subtree follow each other, and are silently wrong otherwise.
+        """
+        root = self._bodies[self._description.root]
+        index = {root: 0}
+        self.model.inertias[0] = self._inertia(root)
+        self._add_frames(root, 0)
+        pending = root.items_on_it()
+        while pending:
+            parent, item = pending.pop()
+            if isinstance(item, _Body):
+                index[item] = self._add_body(item, index[parent])
+                self._add_frames(item, index[item])
+                pending += item.items_on_it()
+            elif item.type != "fixed":
+                placement = parent.links[item.predecessor] @ item.predecessor_origin
+                body = self._add(item, self._chain(item), index[parent], se3(placement))
+                self.model.inertias[body] = self._loop_inertia(item)
+            else:
+                self.parts[item.name] = []
+
+    def _add_body(self, body: _Body, parent: int) -> int:
+        joint = body.joint
+        if joint is None:
+            raise ValueError("only moving bodies are added")
+        chain = self._chain(joint)
+        index = self._add(joint, chain, parent, se3(body.placement))
+        self.model.inertias[index] = _share(self._inertia(body), self._shares.get(body, 1))
+        if len(chain) == 1:
+            self._set_limits(joint, index)
+        return index
+
+    def _chain(self, joint: JointOrLoop) -> list[tuple[str, Array]]:
+        return elementary(joint.type, joint.axis, joint.axis_2, joint.name in self._cardan)
+
+    def _add(
+        self,
+        joint: JointOrLoop,
+        chain: list[tuple[str, Array]],
+        parent: int,
+        placement: pinocchio.SE3,
+    ) -> int:
+        """Add the parts of a joint; the last one has the joint's name. Return the child body."""
+        parts, name = [], joint.name
+        for count, (part, axis) in enumerate(chain, start=1):
+            part_name = name if count == len(chain) else f"{name}:{count}"
+            kind = joint.type if joint.type == "continuous" else part
+            parent = self.model.addJoint(parent, joint_model(kind, axis), placement, part_name)
+            parts.append(Part(part, axis, parent))
+            placement = pinocchio.SE3.Identity()
+        self.parts[name] = parts
+        return parent
+
+    def _add_frames(self, body: _Body, index: int) -> None:
+        """Add the frames that Pinocchio's readers would: of links, and of their joints."""
+        kinds = pinocchio.FrameType
+        if body.joint is not None:
+            frame = pinocchio.SE3.Identity()
+            self._add_frame(body.joint.name, index, frame, kinds.JOINT)
+        for name, placement in body.links.items():
+            frame = se3(placement)
+            self.links[name] = index, frame
+            fixed = self._fixed.get(name)
+            if fixed is not None:
+                self._add_frame(fixed, index, frame, kinds.FIXED_JOINT)
+            self._add_frame(name, index, frame, kinds.BODY)
+
+    def _add_frame(
+        self, name: str, index: int, placement: pinocchio.SE3, kind: pinocchio.FrameType
+    ) -> None:
+        if not self.model.existFrame(name, kind):
+            self.model.addFrame(pinocchio.Frame(name, index, placement, kind), False)
+
+    def _inertia(self, body: _Body) -> pinocchio.Inertia:
+        """Return the inertia of all links of a body together."""
+        total = pinocchio.Inertia.Zero()
+        for name, placement in body.links.items():
+            link = self._masses[name]
+            if link.mass > 0.0:
+                inertia = _inertia(link.mass, link.centre, link.inertia)
+                total = total + se3(placement).act(inertia)
+        return total
+
+    def _count_shares(self) -> dict[_Body, int]:
+        """Return among how many bodies of the model the successor of each loop is split."""
+        shares: dict[_Body, int] = {}
+        for loop in self._description.loops:
+            successor = self._bodies[loop.successor]
+            if self._bodies[loop.predecessor] is successor:
+                raise ModelError(
+                    f"{self._description.name}: loop {loop.name!r} connects {loop.predecessor!r} "
+                    f"and {loop.successor!r}, which fixed joints already make one body"
+                )
+            if loop.type != "fixed":
+                shares[successor] = shares.get(successor, 1) + 1
+        return shares
+
+    def _loop_inertia(self, loop: LoopDescription) -> pinocchio.Inertia:
+        """Return the inertia of the body that carries a loop's joint: a share of its successor's.
+
+        A successor that is the world has none.
+        """
+        body = self._bodies[loop.successor]
+        if body.joint is None:
+            return pinocchio.Inertia.Zero()
+        placement = se3(body.links[loop.successor] @ loop.successor_origin)
+        return placement.actInv(_share(self._inertia(body), self._shares[body]))
+
+    def _set_limits(self, joint: JointDescription, index: int) -> None:
+        model, limits = self.model, joint.limits
+        if model.joints[index].nq == 1:
+            model.lowerPositionLimit[model.idx_qs[index]] = limits.lower
+            model.upperPositionLimit[model.idx_qs[index]] = limits.upper
+        rate = model.idx_vs[index]
+        for names, value in (
+            (("lowerVelocityLimit", "upperVelocityLimit"), limits.velocity),
+            (("lowerEffortLimit", "upperEffortLimit"), limits.effort),
+        ):
+            for name, sign in zip(names, (-1.0, 1.0), strict=True):
+                getattr(model, name)[rate : rate + model.nvs[index]] = sign * value
+
+
+def _bodies(description: Description) -> tuple[dict[str, _Body], dict[str, str]]:
+    """Return link to its body, children in the order of their joints, and to its `fixed` joint."""
+    position = {name: index for index, name in enumerate(description.order)}
+    joints: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
+    for joint in sorted(description.joints, key=lambda joint: position[joint.name]):
+        joints[joint.parent].append(joint)
+    root = _Body(None, np.eye(4))
+    root.links[description.root] = np.eye(4)
+    bodies, fixed = {description.root: root}, {}
+    pending = joints[description.root][::-1]
+    while pending:
+        joint = pending.pop()
+        parent = bodies[joint.parent]
+        placement = parent.links[joint.parent] @ joint.origin
+        if joint.type == "fixed":
+            fixed[joint.child] = joint.name
+            bodies[joint.child] = parent
+            parent.links[joint.child] = placement @ joint.child_placement
+        else:
+            bodies[joint.child] = child = _Body(joint, placement)
+            parent.children.append(child)
+            child.links[joint.child] = joint.child_placement
+        pending.extend(reversed(joints[joint.child]))
+    for loop in description.loops:
+        bodies[loop.predecessor].loops.append(loop)
+    return bodies, fixed
+
+
+def artificial_inertia(description: Description, length: float) -> pinocchio.Inertia:
+    """Return the inertia of a body that only carries a loop's joint to the world.
+
+    It does not move. Inertia of the size of the other links' keeps the inertia matrix regular.
+
+    Args:
+        description: of the mechanism.
+        length: characteristic length [m].
+    """
+    masses = [link.mass for link in description.links if link.mass > 0.0]
+    mass = float(np.mean(masses)) if masses else 1.0
+    return pinocchio.Inertia(mass, np.zeros(3), mass * length**2 * np.eye(3))
+
+
+def se3(matrix: Array) -> pinocchio.SE3:
+    """Return a `(4, 4)` placement as Pinocchio's type."""
+    return pinocchio.SE3(matrix[:3, :3], matrix[:3, 3])
+
+
+_ALIGNED = {
+    "revolute": ("JointModelRX", "JointModelRY", "JointModelRZ"),
+    "prismatic": ("JointModelPX", "JointModelPY", "JointModelPZ"),
+    "continuous": ("JointModelRUBX", "JointModelRUBY", "JointModelRUBZ"),
+}
+
+
+def joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
+    """Return the joint that Pinocchio's own reader would take.
+
+    A `continuous` one turns without end: its configuration is a cosine and a sine.
+    """
+    if kind == "spherical":
+        return pinocchio.JointModelSpherical()
+    if sorted(axis.tolist()) == [0.0, 0.0, 1.0]:
+        return getattr(pinocchio, _ALIGNED[kind][int(np.argmax(axis))])()
+    if kind == "prismatic":
+        return pinocchio.JointModelPrismaticUnaligned(axis)
+    if kind == "revolute":
+        return pinocchio.JointModelRevoluteUnaligned(axis)
+    # The bindings give no way to set the axis of such a joint; the reader does.
+    xyz = " ".join(map(repr, axis.tolist()))
+    model = pinocchio.buildModelFromXML(
+        '<robot name="robot"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+        f'<parent link="a"/><child link="b"/><axis xyz="{xyz}"/></joint></robot>'
+    )
+    return model.joints[1]
+
+
+def _inertia(mass: float, centre: Array, tensor: Array) -> pinocchio.Inertia:
+    """Return an inertia, also one that no body can have, which the constructor would refuse."""
+    inertia = pinocchio.Inertia.Zero()
+    inertia.mass, inertia.lever, inertia.inertia = mass, centre, 0.5 * (tensor + tensor.T)
+    return inertia
+
+
+def link_inertia(link: LinkDescription, placement: pinocchio.SE3) -> Array:
+    """Return the inertia `(6, 6)` of a link that is placed in a frame, linear part first."""
+    return np.asarray(placed_inertia(link, placement).matrix())
+
+
+def placed_inertia(link: LinkDescription, placement: pinocchio.SE3) -> pinocchio.Inertia:
+    """Return the inertia of a link that is placed in a frame, in that frame."""
+    return placement.act(_inertia(link.mass, link.centre, link.inertia))
+
+
+def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:
+    """Return the inertia of one of several equal parts at the same place."""
+    return _inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
+
+
+def ancestors(model: pinocchio.Model, index: int) -> list[int]:
+    """Return the bodies (0-based) from the root to the body of a joint index, its own last."""
+    path = []
+    while index > 0:
+        path.append(index - 1)
+        index = model.parents[index]
+    return path[::-1]

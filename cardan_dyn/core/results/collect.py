@@ -1,0 +1,188 @@
+"""Collecting: the sweep or the motion that a user gets, made from a solution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.frozen import FrozenDict, frozen, read_only
+from ..dynamics.inverse_dynamics import Solution
+from ..dynamics.problem_solver import AssembledPositions, InTurn, ProblemSolver
+from ..dynamics.velocity_ratios import VelocityRatios
+from ..problem.acting import Acting
+from ..problem.samples import Targets
+from .motion import Motion, Rates
+from .source import SolvedSource
+from .sweep import Sweep
+
+_NOTHING: FrozenDict[str, Any] = frozen({})
+
+
+def sweep_of(
+    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, solution: Solution
+) -> Sweep:
+    """Return a solution as a sweep.
+
+    Args:
+        solver: that found it.
+        assembled: its positions.
+        acting: how fast the drives move and what acts, as it was given.
+        solution: what the solver found there.
+    """
+    problem, targets = solver.problem, assembled.targets
+    if type(assembled.blocks) is not InTurn or len(assembled.spans) > 1:
+        # What made the positions may be large; what is asked of them later is not.
+        assembled = replace(assembled, blocks=())
+    moments, loose = solution.coupling_moments, solution.indeterminate_couplings
+    named = solver.couplings.items()
+    return Sweep(
+        problem=problem,
+        held=targets.held,
+        acting=acting,
+        source=SolvedSource(
+            targets.shape,
+            targets.given,
+            read_only(solution.wrenches),
+            read_only(solution.efforts),
+            solver.knows_drive_efforts,
+            solver.known_holding_efforts,
+            partial(_solved_motion, solver, assembled, acting, solution),
+        ),
+        unique=solution.unique[problem.output_indices],
+        coupling_moment=frozen({name: moments[:, k].reshape(targets.shape) for k, name in named})
+        if named
+        else _NOTHING,
+        coupling_unique=frozen({name: k not in loose for k, name in named}) if named else _NOTHING,
+        condition=partial(_condition, solver, assembled, solution),
+        # All residuals were judged; how great they are is for those who ask.
+        proven=partial(
+            solution.residuals.proven,
+            solution.loop_error,
+            solver.inverse_dynamics.bodies.unproven,
+        ),
+    )
+
+
+def _condition(solver: ProblemSolver, assembled: AssembledPositions, solution: Solution) -> Array:
+    magnification = solver.magnification_at(assembled, solution.x)
+    return (magnification * solution.cancellation).reshape(assembled.shape)
+
+
+def _solved_motion(
+    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, solution: Solution
+) -> Motion:
+    v, a, ratios = solution.v, solution.a, solution.velocity_ratios
+    rates: Rates | Callable[[], Rates]
+    if v is None or a is None or ratios is None:
+        rates = partial(solver.rates_at, assembled, solution.x, acting)
+    else:
+        rates = v, a, ratios
+    return _motion(solver, assembled, solution.x, rates)
+
+
+def scattered(
+    solved: Sweep, known: Array, motion: Motion, positions: Array, acting: Acting
+) -> Sweep:
+    """Return a sweep at more samples than were solved: NaN at the others.
+
+    Args:
+        solved: at the known ones.
+        known: indices of those that were solved.
+        motion: at all N samples.
+        positions: of the drives `(N, d)`.
+        acting: likewise.
+    """
+
+    def spread(values: Array, other: float = np.nan) -> Array:
+        every = np.full((len(motion), *values.shape[1:]), other)
+        every[known] = values
+        return every
+
+    a, source = acting.accelerations.copy(), solved._source
+    assert isinstance(source, SolvedSource)
+    a[np.isin(np.arange(len(a)), known, invert=True)] = np.nan
+    moments = solved.coupling_moment.items()
+    return Sweep(
+        problem=solved.problem,
+        held=solved._held,
+        acting=acting._replace(accelerations=a),
+        source=source._replace(
+            shape=motion.shape,
+            position=positions,
+            wrenches=read_only(spread(source.wrenches)),
+            efforts=read_only(spread(source.efforts)),
+            solved_motion=motion,
+        ),
+        unique=solved.unique,
+        coupling_moment=frozen({name: spread(values) for name, values in moments}),
+        coupling_unique=solved.coupling_unique,
+        condition=spread(solved.condition, np.inf),
+        proven=solved.proven,
+    )
+
+
+def motion_at(
+    solver: ProblemSolver, targets: Targets, speeds: Array, accelerations: Array
+) -> Motion:
+    """Return the motion alone at targets, speeds and accelerations `(N, d)` of the drives.
+
+    As in a sweep, joints that no output needs are not solved, and are NaN.
+
+    Raises:
+        AssemblyError: the loops cannot be closed at a position.
+        SingularConfigurationError: a position is a dead point.
+    """
+    assembled = solver.assembled_in_turn(targets)
+    from ..dynamics.collected import Rows  # Sweeps of one block do without.
+
+    rows = Rows(targets.size)
+    for span, state in zip(assembled.spans, assembled.blocks, strict=True):
+        rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
+        ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
+        rows.put(span, {"x": state.x, "v": rates.v, "a": rates.a, "ratios": ratios.values})
+    x, v, a, values = (rows.arrays[name] for name in ("x", "v", "a", "ratios"))
+    return _motion(solver, assembled, x, (v, a, ratios._replace(values=values)))
+
+
+def _motion(
+    solver: ProblemSolver,
+    assembled: AssembledPositions,
+    x: Array,
+    rates: Rates | Callable[[], Rates],
+) -> Motion:
+    """Return a motion from coordinates `(N, size)` and rates (see `Motion`).
+
+    Coordinates that were not solved are NaN: starting guesses could be taken for results.
+    """
+    problem = solver.problem
+    coordinates = problem.mechanism.coordinates
+    if solver.unsolved:
+        unsolved = set(solver.unsolved)
+        x_columns = [
+            column
+            for name, span in coordinates.velocity_columns.items()
+            if unsolved.intersection(range(span.start, span.stop))
+            for column in range(*coordinates.columns[name].indices(x.shape[1]))
+        ]
+        x = _with_nan(x, x_columns)
+        solved = rates
+
+        def rates() -> Rates:
+            v, a, ratios = solved() if callable(solved) else solved
+            v, a = (_with_nan(values, solver.unsolved) for values in (v, a))
+            return v, a, ratios.without(solver.unsolved)
+
+    where = x, assembled.turns, rates, assembled.shape
+    return Motion(problem.mechanism, problem.independent, *where)
+
+
+def _with_nan(values: Array, columns: list[int]) -> Array:
+    """Return values in which some columns are not numbers."""
+    values = values.copy()
+    values[:, columns] = np.nan
+    return values

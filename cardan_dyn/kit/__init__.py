@@ -1,0 +1,1 @@
+"""Kit: what every storey uses, and nothing of mechanics."""

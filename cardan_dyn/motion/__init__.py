@@ -1,0 +1,1 @@
+"""Motion: time, vibration and clearance, on the core."""

@@ -1,0 +1,107 @@
+"""Contact course: the force in a joint with clearance over a drive, beside that without."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....figures.style import (
+    Axes,
+    Figure,
+    Into,
+    Size,
+    angle_axis,
+    in_look,
+    line_style,
+    plain,
+    point_style,
+    sheet,
+)
+from ....kit.arrays import Array
+from ....kit.checks import positive
+from ....kit.errors import ArgumentError
+from ..contact_simulation import ContactSimulation, finer
+from ..scan_results import JointScan, Scan
+
+
+@in_look
+def contact_course(
+    simulation: ContactSimulation,
+    joint: str,
+    *,
+    scanned: Scan | None = None,
+    turns: float = 1.0,
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
+) -> Figure:
+    """Draw the force by which the wall presses the pin of a joint over the drive's position.
+
+    Beside it, if they are given, the force of the mechanism without clearance, and the greatest
+    force that is known after each reversal, at the position of its estimated impact.
+
+    Args:
+        simulation: from `clearance.simulate`.
+        joint: with clearance, or one of its bearings.
+        scanned: from `clearance.scan`, of the same mechanism and speed; none if None.
+        turns: of the drive at the end of the simulation that are drawn; all if there are fewer.
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
+
+    Raises:
+        ModelError: no such joint has clearance, or it was not scanned.
+        ArgumentError: turns that are not positive, or a scan at another speed.
+
+    Source:
+        Dresig and Thümmel, Bild 6.
+    """
+    turns = positive("turns", turns)
+    if scanned is not None and abs(scanned.speed - simulation.speed) > 1e-12 * abs(scanned.speed):
+        raise ArgumentError(
+            f"the scan is of {scanned.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
+        )
+    position, force = _fine(simulation, joint, 2.0 * np.pi * turns)
+    drawn = sheet(size=(7.2, 4.4), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
+    degrees = np.rad2deg(position)
+    axes.plot(
+        degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with clearance"
+    )
+    if scanned is not None:
+        bearings = scanned.by_bearing()
+        of = bearings[joint] if joint in bearings else scanned[joint]
+        _beside(axes, of, scanned.speed, position)
+    angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
+    axes.set_ylabel(f"force in {plain(joint)} [N]")
+    axes.set_ylim(bottom=0.0)
+    return drawn.finish(title, 3)
+
+
+def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Array, Array]:
+    """Return the drive's positions over the last of them, and the forces there."""
+    coarse = simulation[joint]
+    kept = np.flatnonzero(np.abs(coarse.position - coarse.position[-1]) <= angle)
+    times = simulation.time[kept[0] :]
+    # Impacts are shorter than they are far apart: their corners and peaks are points of the line.
+    located = [(item.start, item.peak_time, item.end) for item in coarse.impacts]
+    corners = np.ravel(located)
+    corners = corners[(corners > times[0]) & (corners < times[-1])]
+    course = simulation.at(np.unique(np.concatenate([finer(times), corners])))[joint]
+    return course.position, course.force
+
+
+def _beside(axes: Axes, joint: JointScan, speed: float, position: Array) -> None:
+    """Draw the force without clearance, and the peaks of a scan."""
+    first = float(joint.position[0])
+    period = float(joint.position[1]) - first
+    period *= len(joint.position)
+    rigid = np.linalg.norm(joint.force, axis=1)
+    there = np.interp(position, joint.position, rigid, period=period)
+    axes.plot(np.rad2deg(position), there, **line_style(1), label="without clearance")
+    low, high = float(np.min(position)), float(np.max(position))
+    for item in joint.reversals:
+        struck = item.position + speed * item.contact_time
+        at = low + (struck - low) % period
+        while at <= high:
+            axes.plot(np.rad2deg(at), item.peak, **point_style(1), label="peak of the scan")
+            at += period

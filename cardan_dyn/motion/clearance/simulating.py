@@ -1,0 +1,312 @@
+"""Simulate: a whole mechanism with clearance in one or more of its pins, every impact located."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...core.elements.contact_laws import ContactLaw, LinearContact
+from ...kit.arrays import Array
+from ...kit.checks import described, mapping, number, positive
+from ...kit.errors import ArgumentError, IndeterminateError, choices
+from .arguments import (
+    clearance_of,
+    damping_ratio_of,
+    made_of,
+    of_joint,
+    period_of,
+    pins_of,
+    refuse_unknown,
+    scene_of,
+    speed_of,
+)
+from .contact_simulation import ContactSimulation
+from .opened_joint import OpenedJoint, across_pin, mean_positions, what_is_open
+from .opened_scene import Opened, OpenPin, opened
+
+if TYPE_CHECKING:
+    from ...core.mechanism.mechanism import Mechanism
+    from ...scene.scene import Scene
+
+_SEARCHED = 180
+"""Positions over a period among which it begins."""
+_STEP = 1e-4
+"""Way of the drive [rad] over which the motion of pins along their walls is differentiated."""
+_DEEPEST = 1e3
+"""Greatest depth, in clearances, at which a wall is looked for that bears the force."""
+
+
+def simulate(
+    scene: Scene,
+    speed: float,
+    *,
+    joints: str | Collection[str],
+    clearance: float | Mapping[str, float],
+    law: ContactLaw | Mapping[str, ContactLaw] | None = None,
+    stiffness: float | Mapping[str, float] | None = None,
+    damping_ratio: float = 0.0,
+    friction: float | Mapping[str, float] = 0.0,
+    pin_radius: float | Mapping[str, float] = 0.0,
+    radius: float | Mapping[str, float] | None = None,
+    rotor: float | None = None,
+    turns: float = 2.0,
+    position: float | None = None,
+    max_touches: int = 100_000,
+    rtol: float = 1e-10,
+    progress: bool | Callable[[float], object] | None = None,
+) -> ContactSimulation:
+    """Simulate a mechanism whose pins have clearance in their bushes.
+
+    Joints are opened across their axes; pins begin pressed into their walls by the forces of the
+    mechanism without clearance. How that differs from what follows decays with the damping. The
+    bush belongs to a joint's parent or a loop's predecessor: friction acts where its wall is
+    touched.
+
+    Args:
+        scene: with one drive that turns.
+        speed: of the drive, the first one if it is free [rad/s].
+        joints: names of the turning joints that have clearance.
+        clearance: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
+        law: of the contact, likewise, such as `HuntCrossley`.
+        stiffness: instead of a law, that of a `LinearContact`, likewise [N/m].
+        damping_ratio: of that, as a scan with the same rotor has it: a fraction of critical damping
+            with the joint's mean reduced mass along its force over a period, from 0 to below 1.
+        friction: coefficient of Coulomb's friction along the wall, likewise.
+        pin_radius: of pins whose surfaces slide as they turn, likewise [m].
+        radius: of joints whose pin has two bearings, as those of a cross: their distance from its
+            origin [m], of all joints or by name; those without it have one bush.
+        rotor: inertia that turns with the drive, which then gives way [kg m²]; None if it does not.
+        turns: of the drive at its speed, after which it ends.
+        position: of the drive where it begins [rad]; far from reversals of forces if None.
+        max_touches: of pins and walls after which it ends with what it has.
+        rtol: relative tolerance of each step.
+        progress: whether to show how far it is; in terminals and notebooks if None. Or a function
+            of the fraction done.
+
+    Raises:
+        ArgumentError: a value is out of range, or the scene has several drives.
+        ModelError: a joint has no pin, or the others hold it whatever its clearance.
+        CardanError: as `Scene.simulate`.
+    """
+    begun = RigidStart(scene, speed, joints, position, radius, rotor)
+    values = {"clearance": clearance, "law": law, "stiffness": stiffness, "friction": friction}
+    refuse_unknown(scene.mechanism.joints, pin_radius=pin_radius, **values)
+    ratio, length = damping_ratio_of(damping_ratio), scene.mechanism.characteristic_length
+    pins = [
+        OpenPin(
+            name,
+            clearance_of(clearance, name, length),
+            _law(name, begun, law, stiffness, ratio),
+            number(*of_joint("friction", friction, name), least=0.0),
+            number(*of_joint("pin_radius", pin_radius, name), least=0.0),
+            begun.reach.get(name),
+        )
+        for name in begun.joints
+    ]
+    found = opened(scene, pins, number("rotor", rotor or 0.0, least=0.0))
+    duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
+    start = begun.state(found, pins, is_free=rotor is not None)
+    limits: dict[str, Any] = {"rtol": rtol, "max_touches": max_touches, "progress": progress}
+    if rotor is not None:
+        found = found._replace(scene=found.scene.replace(free=found.scene.coordinates))
+    trajectory = found.scene.simulate(duration, **start, **limits)
+    same = made_of(scene.problem, rotor)
+    return ContactSimulation(trajectory, found.contacts, found.drive, begun.speed, same)
+
+
+def _law(name: str, begun: RigidStart, given: Any, stiffness: Any, ratio: float) -> ContactLaw:
+    """Return the law of a joint's contact: one that is given, or a linear one of a stiffness."""
+    if (given is None) == (stiffness is None):
+        raise ArgumentError("give either law= or stiffness=, of the contact")
+    if given is not None:
+        if ratio:
+            raise ArgumentError("damping_ratio belongs to stiffness=; a law has its own")
+        label, law = of_joint("law", given, name)
+        if not isinstance(law, ContactLaw):
+            raise ArgumentError(
+                f"{label} is {described(law)}, expected a contact law such as "
+                "LinearContact(1e8, damping=1e3)"
+            )
+        return law
+    checked = positive(*of_joint("stiffness", stiffness, name))
+    if not ratio:
+        return LinearContact(checked)
+    if name in begun.reach:
+        raise ArgumentError(
+            f"damping_ratio of joint {name!r}: several bearings move together, and no mass "
+            "belongs to one alone; give law=LinearContact.of_ratio(stiffness, ratio, mass)"
+        )
+    return LinearContact(checked, 2.0 * ratio * float(np.sqrt(checked * begun.reduced_mass(name))))
+
+
+class RigidStart:
+    """The mechanism without clearance, as it moves where a simulation begins.
+
+    Attributes:
+        joints: names of the joints that have clearance.
+        speed: of the drive [rad/s].
+        position: of the drive [rad].
+        reach: joints whose pin has two bearings to their distance from its origin [m].
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        speed: Any,
+        joints: str | Collection[str],
+        position: Any = None,
+        radius: Any = None,
+        rotor: Any = None,
+    ) -> None:
+        """Check what is asked for.
+
+        Args:
+            scene: with one drive.
+            speed: of it [rad/s].
+            joints: that have clearance.
+            position: of the drive [rad]; where all forces are far from a reversal if None.
+            radius: see `reach`.
+            rotor: inertia that turns with the drive [kg m²]; None if its motion is prescribed.
+        """
+        self._scene, self._rotor, self.speed = scene_of(scene), rotor, speed_of(speed)
+        self._period = period_of(scene.solver)
+        if joints is None:
+            raise ArgumentError("joints is None; name those that have clearance")
+        self.joints, _ = pins_of(scene.problem, joints)
+        self.reach = self._reach(radius)
+        self.position = self._steady() if position is None else number("position", position)
+
+    def _reach(self, radius: Any) -> dict[str, float]:
+        """Return the distances of bearings from the origins of joints."""
+        if radius is not None and not isinstance(radius, Mapping):
+            return dict.fromkeys(self.joints, positive("radius", radius))
+        given = mapping("radius", radius)
+        for name in given:
+            if name not in self.joints:
+                raise ArgumentError(
+                    f"radius names joint {name!r}, which has no clearance; joints: "
+                    f"{choices(self.joints)}"
+                )
+        return {name: positive(f"radius[{name!r}]", value) for name, value in given.items()}
+
+    def _steady(self) -> float:
+        """Position of the drive at which all forces are far from a reversal [rad]."""
+        positions = self._period / _SEARCHED * np.arange(_SEARCHED)
+        sweep = self._scene.sweep(positions, self.speed)
+        least = np.ones(_SEARCHED)
+        for name in self.joints:
+            sizes = np.linalg.norm(self._force(sweep, name, self.reach.get(name)), axis=1)
+            if np.any(sizes > 0.0):
+                least = np.minimum(least, sizes / np.max(sizes))
+        return float(positions[np.argmax(least)])
+
+    def reduced_mass(self, name: str) -> float:
+        """Return the mass by which a scan means the damping ratio of a joint [kg]."""
+        scene = self._scene
+        sweep = scene.sweep(mean_positions(self._period), self.speed)
+        if reason := what_is_open(scene.solver, sweep, name):
+            raise IndeterminateError(
+                f"damping_ratio of joint {name!r}: {reason}, or give law=LinearContact(stiffness, "
+                "damping) instead"
+            )
+        opened = OpenedJoint(scene.solver, self._rotor, name)
+        force = across_pin(sweep, sweep.motion, name)
+        return opened.mean_mass(sweep.motion.rows, force)
+
+    def state(self, opened: Opened, pins: Sequence[OpenPin], *, is_free: bool) -> dict[str, Any]:
+        """Return where and how fast a simulation begins, as `Scene.simulate` takes it.
+
+        Args:
+            opened: the scene with open joints.
+            pins: of the joints.
+            is_free: whether nobody moves the drive.
+        """
+        begun = self._slides(opened.scene.mechanism, pins)
+        free = {name: begun[name] for name in opened.scene.coordinates if name != opened.drive}
+        positions = {opened.drive: self.position, **{name: at for name, (at, _) in free.items()}}
+        speeds = {name: rate for name, (_, rate) in free.items()}
+        if is_free:
+            return {"position": positions, "speed": {opened.drive: self.speed, **speeds}}
+        return {"position": positions, "speed": speeds, "motion": {opened.drive: self.speed}}
+
+    def _slides(self, opened: Mechanism, pins: Sequence[OpenPin]) -> dict[str, tuple[float, float]]:
+        """Return positions and speeds of the slides and tilts of open joints by name.
+
+        Those whose force is not unique begin in the middle of the clearance, at rest.
+        """
+        sweep = self._scene.sweep(self.position + _STEP * np.array([-1.0, 0.0, 1.0]), self.speed)
+        result: dict[str, tuple[float, float]] = {}
+        for item in pins:
+            places = self._places(sweep, opened, item)
+            rates = (places[2] - places[0]) * (self.speed / (2.0 * _STEP))
+            moving = zip(places[1].tolist(), rates.tolist(), strict=True)
+            result.update(zip(opened.joint(item.joint).coordinates[:-1], moving, strict=True))
+        return result
+
+    def _places(self, sweep: Any, opened: Mechanism, pin: OpenPin) -> Array:
+        """Return the places `(N, k)` of a pin along its slides and tilts where walls bear it."""
+        force = self._force(sweep, pin.joint, pin.reach)
+        sizes = np.linalg.norm(force, axis=1)
+        parts = opened.joint(pin.joint).parts
+        result = np.zeros((len(force), len(parts) - 1))
+        if not np.all(sizes > 0.0):
+            return result
+        # The wall pushes the pin back, into the middle.
+        away = -force / sizes[:, None]
+        depths = np.array([_depth(pin, size) for size in sizes.tolist()])
+        offsets = away * (0.5 * pin.clearance + depths)[:, None]
+        axis, angles = parts[-1].axis, np.asarray(sweep.motion.position(pin.joint))
+        child = np.asarray(sweep.rotation(pin.joint))
+        for k in range(len(force)):
+            bush = child[k] @ _turn(axis, -float(angles[k]))
+            if pin.reach is None:
+                result[k] = [offsets[k] @ (bush @ part.axis) for part in parts[:2]]
+                continue
+            tilt = np.cross(bush @ axis, offsets[k]) / pin.reach
+            result[k, 2:] = [tilt @ (bush @ part.axis) for part in parts[2:4]]
+        return result
+
+    def _force(self, sweep: Any, name: str, reach: float | None) -> Array:
+        """Return the force `(N, 3)` on a pin, or on its first bearing, in the world [N].
+
+        Of two bearings at a distance `reach`, it is that of the moment that both exert,
+        F = (m × a) / (2 r). Where it is not unique, it is zero.
+        """
+        none = np.zeros((len(sweep), 3))
+        if reach is None:
+            is_open = what_is_open(self._scene.solver, sweep, name)
+            return none if is_open else across_pin(sweep, sweep.motion, name)
+        joint = sweep.mechanism.joint(name)
+        beside = np.abs(joint.parts[0].axis) < 1.0 - 1e-9
+        if not np.all(sweep[name].unique[3:][beside]):
+            return none
+        axis = sweep.rotation(name) @ joint.parts[0].axis
+        moment = np.asarray(sweep.wrench(name, "world").moment)
+        return np.asarray(np.cross(moment, axis) / (2.0 * reach))
+
+
+def _depth(pin: OpenPin, force: float) -> float:
+    """Return how deep a force presses a pin into its wall [m]."""
+    from scipy.optimize import brentq
+
+    def excess(depth: float) -> float:
+        return float(pin.law.force(depth, 0.0, np.inf)) - force
+
+    deepest = pin.clearance
+    while excess(deepest) < 0.0:
+        deepest *= 2.0
+        if deepest > _DEEPEST * pin.clearance:
+            raise ArgumentError(
+                f"joint {pin.joint!r}: its force of {force:.3g} N presses the pin farther "
+                f"into the wall than {_DEEPEST:g} times the clearance; its contact is too soft"
+            )
+    return float(brentq(excess, 0.0, deepest, xtol=1e-18))
+
+
+def _turn(axis: Array, angle: float) -> Array:
+    """Return the rotation about a unit axis."""
+    x, y, z = axis.tolist()
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * (skew @ skew))

@@ -1,0 +1,372 @@
+"""Closed directions: accelerations of a chain along the directions that its closed loops leave.
+
+Where closure equations are redundant or links have no mass, neither the equations nor the inertia
+matrix have an inverse; along these directions inertia has one, unless they move no mass at all.
+Which equations are independent is told by singular values, of which double precision leaves ten
+digits: their squares, eigenvalues of J M⁻¹ Jᵀ, would leave five.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from ...core.kinematics.tolerances import CLOSURE_TOLERANCE
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.errors import SingularConfigurationError
+
+ZERO = 1e-10
+"""Singular value of the closure equations, as a fraction of their greatest, that counts as zero."""
+_MASSLESS = 1e-14
+"""Inertia along a direction, as a fraction of the greatest, that counts as none."""
+_CLOSED = 1e-15
+"""Gap, as a fraction of how far loops are from the origin, 1 at least, that is rounding: no step
+closes it, and a weak equation would make a displacement of it."""
+_SINGULAR_STEPS = 3
+"""Newton steps that lead to a singular configuration near by."""
+_DIFFERENCE = 1e-6
+"""Displacement of differences that the bend of closure equations is made of."""
+_REFINED = 3
+"""Times that forces are corrected by what their accelerations still lack."""
+_MOST_STEPS = 8
+"""Greatest number of Newton steps that close loops."""
+
+
+class ClosedDirections:
+    """Accelerations of a chain by the directions that its closed loops leave.
+
+    Not for several threads at once: it has one set of Pinocchio's data.
+
+    Attributes:
+        model: `pin.Model` of the chain, without armature.
+        free: velocity coordinates `(f,)` that are not prescribed.
+        loop_rows: number of rows of the loops, the first ones.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        constraints: Any,
+        couplings: Array,
+        prescribed: Array,
+        rank: int,
+        gaps: Callable[[Array], Array] | None = None,
+        data: Any = None,
+    ) -> None:
+        """Make it.
+
+        Args:
+            model: `pin.Model` of the chain; its armature is left out of accelerations.
+            constraints: Pinocchio's constraints that close its loops.
+            couplings: rows `(k, nv)` of its couplings.
+            prescribed: velocity coordinates `(p,)` that are driven or held.
+            rank: of the closure equations where loops are closed, along free coordinates.
+            gaps: returns by how much couplings are off at a configuration, as their rows count it;
+                if None, they hold.
+            data: Pinocchio's, to work in with others, as it is great; its own if None.
+        """
+        self.model = model.copy()
+        self._lent = np.array(model.armature)
+        self.model.armature = np.zeros(model.nv)
+        self._data = self.model.createData() if data is None else data
+        self._constraints, self._couplings = list(constraints), couplings
+        self._coupling_gaps = gaps
+        self._prescribed, self._rank = prescribed, rank
+        self.free = np.delete(np.arange(model.nv), prescribed)
+        self.loop_rows = 6 * len(self._constraints)
+
+    def accelerations(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
+        """Return the accelerations `(nv,)` that efforts cause.
+
+        Args:
+            x: configuration, closed up to a small drift.
+            v: velocities `(nv,)`.
+            efforts: along all coordinates `(nv,)`.
+            prescribed: accelerations of the prescribed coordinates `(p,)`.
+
+        Raises:
+            SingularConfigurationError: efforts push along a direction that moves no mass.
+        """
+        model, data, free = self.model, self._data, self.free
+        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
+            # A step that was too long: the integration takes a shorter one.
+            return np.full(model.nv, np.nan)
+        inertia = self._inertia(x)
+        resisting = pinocchio.nonLinearEffects(model, data, x, v)
+        a = np.zeros(model.nv)
+        a[self._prescribed] = prescribed
+        rows = self.jacobian(x)
+        gains = -self._drift(x, v) - rows @ a
+        left, values, right = np.linalg.svd(rows[:, free])
+        rank = min(self._rank, rank_of(values))
+        a[free] = right[:rank].T @ ((left[:, :rank].T @ gains) / values[:rank])
+        ways = _graded(right[rank:].T, np.sqrt(np.abs(np.diag(inertia)[free])))
+        missing = (efforts - resisting - inertia @ a)[free]
+        own = ways.T @ inertia[np.ix_(free, free)] @ ways
+        a[free] += ways @ _accelerated(own, ways.T @ missing, np.abs(ways.T) @ np.abs(missing))
+        return a
+
+    def forced(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
+        """Return the accelerations `(nv,)` of a chain in which every direction moves mass.
+
+        They come from the forces that close loops: these do no work, however weak an equation is,
+        where a direction between equations of very different strength keeps few digits.
+
+        Args:
+            x: see `accelerations`.
+            v: see `accelerations`.
+            efforts: see `accelerations`.
+            prescribed: see `accelerations`.
+        """
+        model, free = self.model, self.free
+        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
+            return np.full(model.nv, np.nan)
+        inertia = self._inertia(x)
+        a = np.zeros(model.nv)
+        a[self._prescribed] = prescribed
+        resisting = pinocchio.nonLinearEffects(model, self._data, x, v)
+        pushing = (efforts - resisting - inertia @ a)[free]
+        rows = self.jacobian(x)
+        gains, rows = -self._drift(x, v) - rows @ a, rows[:, free]
+        try:
+            inverse = np.linalg.inv(np.linalg.cholesky(inertia[np.ix_(free, free)]))
+        except np.linalg.LinAlgError:
+            # So far away that rounding decides the inertia: the step that looks there is too long.
+            return np.full(model.nv, np.nan)
+        left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
+        rank = min(self._rank, rank_of(values))
+        left, values = left[:, :rank], values[:rank]
+        forces = np.zeros(len(rows))
+        for _ in range(_REFINED):
+            gained = inverse.T @ (inverse @ (pushing + rows.T @ forces))
+            forces += left @ ((left.T @ (gains - rows @ gained)) / values**2)
+        a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
+        return a
+
+    def closed(self, x: Array, v: Array, *, strong_alone: bool = False) -> tuple[Array, Array]:
+        """Return the nearest state with closed loops, in the metric of the kinetic energy.
+
+        What is prescribed stays where it is, and keeps its speed. Close to a singular configuration
+        the weak equation is told apart by its gap: rounding of it would be a displacement.
+
+        Args:
+            x: configuration, not far from closed.
+            v: velocities `(nv,)`.
+            strong_alone: whether the weakest equations are left out.
+        """
+        free = self.free
+        if not (np.all(np.isfinite(x)) and np.all(np.isfinite(v)) and free.size):
+            return x, v
+        for left_over in reversed(range(_MOST_STEPS)):
+            rows, (gaps, size) = self.jacobian(x), self.gaps(x)
+            root = np.linalg.cholesky(self.metric(x))
+            weighted = np.linalg.solve(root, rows[:, free].T).T
+            left, values, right = np.linalg.svd(weighted, full_matrices=False)
+            rank = min(self._rank, rank_of(values))
+            if strong_alone:
+                rank = _strong(values[: self._rank])
+            missing = left[:, :rank].T @ gaps
+            missing[np.abs(missing) <= _CLOSED * size] = 0.0
+            if not (left_over and np.any(missing)):
+                break
+            step = np.zeros(self.model.nv)
+            step[free] = np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank]))
+            x = np.asarray(pinocchio.integrate(self.model, x, step))
+        refuse_open(float(np.max(np.abs(missing), initial=0.0)) / size)
+        opening = left[:, :rank].T @ (rows @ v)
+        v = v.copy()
+        v[free] -= np.linalg.solve(root.T, right[:rank].T @ (opening / values[:rank]))
+        return x, v
+
+    def rounding(self, x: Array) -> float:
+        """Return which part of the speeds rounding decides at a configuration.
+
+        A gap by rounding moves weak joints by its inverse, and turns by that the direction in which
+        they may go.
+        """
+        if not self._rank:
+            return 0.0
+        values = self.singular_values(x)
+        least = max(float(values[self._rank - 1]), ZERO * float(values[0]))
+        return float(EPS * (values[0] / least) ** 2)
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the greatest closure error in the singular configuration near one.
+
+        There what the weak equations are off by is stationary along all directions that the strong
+        ones leave.
+        """
+        free = self.free
+        for _ in range(_SINGULAR_STEPS):
+            x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
+            rows = self.jacobian(x)[:, free]
+            root = np.linalg.cholesky(self.metric(x))
+            left, values, right = np.linalg.svd(np.linalg.solve(root, rows.T).T)
+            rank = self._rank
+            strong = _strong(values[:rank])
+            weak = left[:, strong:rank]
+            ways = np.linalg.solve(root.T, right[strong:].T)
+            slopes = weak.T @ rows @ ways
+            bends = np.empty((*slopes.shape, ways.shape[1]))
+            for index, way in enumerate(ways.T):
+                size = _DIFFERENCE / max(float(np.max(np.abs(way))), 1e-300)
+                step = np.zeros(self.model.nv)
+                step[free] = size * way
+                moved = self.jacobian(pinocchio.integrate(self.model, x, step))[:, free]
+                bends[..., index] = (weak.T @ moved @ ways - slopes) / size
+            factors, *_ = np.linalg.lstsq(
+                bends.reshape(slopes.size, -1), -slopes.ravel(), rcond=1e-8
+            )
+            step = np.zeros(self.model.nv)
+            step[free] = ways @ factors
+            x = np.asarray(pinocchio.integrate(self.model, x, step))
+        x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
+        return float(np.max(np.abs(self.gaps(x)[0]), initial=0.0))
+
+    def gaps(self, x: Array) -> tuple[Array, float]:
+        """Return closure errors of loops and couplings as the rows count them, and their sizes."""
+        size = 1.0
+        pinocchio.forwardKinematics(self.model, self._data, x)
+        gaps = np.empty(self.loop_rows + len(self._couplings))
+        for index, item in enumerate(self._constraints):
+            first = self._data.oMi[item.joint1_id] * item.joint1_placement
+            second = self._data.oMi[item.joint2_id] * item.joint2_placement
+            gaps[6 * index : 6 * index + 6] = pinocchio.log6(first.actInv(second)).vector
+            size = max(size, float(np.max(np.abs(first.translation))))
+        gaps[self.loop_rows :] = self._coupling_gaps(x) if self._coupling_gaps else 0.0
+        return gaps, size
+
+    def _inertia(self, x: Array) -> Array:
+        """Return the inertia matrix `(nv, nv)` without armature."""
+        inertia = np.triu(pinocchio.crba(self.model, self._data, x))
+        return np.asarray(inertia + np.triu(inertia, 1).T)
+
+    def metric(self, x: Array) -> Array:
+        """Return the inertia matrix `(f, f)` along free coordinates, with what joints are lent."""
+        free = self.free
+        return np.asarray(self._inertia(x)[np.ix_(free, free)] + np.diag(self._lent[free]))
+
+    def rank(self, x: Array) -> int:
+        """Return the rank of the closure equations along free coordinates at a configuration."""
+        return rank_of(self.singular_values(x))
+
+    def singular_values(self, x: Array) -> Array:
+        """Return those of the closure equations along free coordinates at a configuration."""
+        return np.asarray(np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False))
+
+    def jacobian(self, x: Array) -> Array:
+        """Return the rows `(6 L + k, nv)` of loops and couplings at a configuration."""
+        model, data = self.model, self._data
+        pinocchio.computeJointJacobians(model, data, x)
+        rows = np.empty((self.loop_rows + len(self._couplings), model.nv))
+        rows[self.loop_rows :] = self._couplings
+        for index, item in enumerate(self._constraints):
+            between = self._world_rows(item.joint1_id) - self._world_rows(item.joint2_id)
+            frame = data.oMi[item.joint1_id] * item.joint1_placement
+            rows[6 * index : 6 * index + 6] = frame.toActionMatrixInverse() @ between
+        return rows
+
+    def _world_rows(self, joint: int) -> Array:
+        """Return the twist `(6, nv)` of a body per unit rate, in the world."""
+        model, data = self.model, self._data
+        if not joint:
+            return np.zeros((6, model.nv))
+        frame = pinocchio.ReferenceFrame.WORLD
+        return np.asarray(pinocchio.getJointJacobian(model, data, joint, frame))
+
+    def _drift(self, x: Array, v: Array) -> Array:
+        """Return how fast the rows' products with constant rates change, `(6 L + k,)`."""
+        model, data = self.model, self._data
+        pinocchio.forwardKinematics(model, data, x, v, np.zeros(model.nv))
+        result = np.zeros(self.loop_rows + len(self._couplings))
+        for index, item in enumerate(self._constraints):
+            first = _moving(data, item.joint1_id, item.joint1_placement)
+            second = _moving(data, item.joint2_id, item.joint2_placement)
+            between = first[0].actInv(second[0])
+            rate = between.act(second[1])
+            # The second body's rate is seen in axes that move with the first.
+            change = first[2] - between.act(second[2]) + first[1].cross(rate)
+            result[6 * index : 6 * index + 6] = change.vector
+        return result
+
+
+def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, Any]:
+    """Return placement, velocity and acceleration of a frame on a body, the latter in its axes."""
+    return (
+        data.oMi[joint] * placement,
+        placement.actInv(data.v[joint]),
+        placement.actInv(data.a[joint]),
+    )
+
+
+def refuse_open(error: float) -> None:
+    """Refuse what some steps of Newton's method have not closed.
+
+    Args:
+        error: that is left, of positions [rad, or a fraction of the length] or relative of speeds.
+
+    Raises:
+        SingularConfigurationError: it is more than rounding.
+    """
+    if not error <= CLOSURE_TOLERANCE:
+        raise SingularConfigurationError(
+            f"the loops opened so far within one step that closing them leaves {error:.1e}; the "
+            "mechanism is close to a singular configuration, or the tolerance is too wide: give a "
+            "smaller rtol"
+        )
+
+
+def rank_of(values: Array) -> int:
+    """Return how many singular values `(n,)`, in any order, are not zero."""
+    return int(np.count_nonzero(values > ZERO * np.max(values, initial=0.0)))
+
+
+def _strong(values: Array) -> int:
+    """Return how many singular values, descending, come before their greatest fall."""
+    if len(values) < 2:
+        return 0
+    return 1 + int(np.argmax(values[:-1] / np.maximum(values[1:], 1e-300)))
+
+
+def _graded(ways: Array, weights: Array) -> Array:
+    """Return directions `(n, d)` of the same space, each of which moves one coordinate by itself.
+
+    Coordinates with much inertia come first: so what moves little mass is not mixed with what moves
+    much, of which rounding would hide it.
+
+    Args:
+        ways: orthonormal directions `(n, d)`.
+        weights: of the coordinates `(n,)`.
+    """
+    from scipy.linalg import qr  # Few chains need it.
+
+    if not ways.size:
+        return ways
+    weights = weights + 1e-8 * (np.max(weights, initial=0.0) or 1.0)
+    _, order = qr((ways * weights[:, None]).T, mode="r", pivoting=True, check_finite=False)
+    chosen = order[: ways.shape[1]]
+    return np.asarray(np.linalg.solve(ways[chosen].T, ways.T).T)
+
+
+def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
+    """Return the accelerations `(d,)` along directions; none along those that nothing pushes."""
+    own = np.diag(inertia)
+    heavy = own > _MASSLESS * np.max(own, initial=0.0)
+    root = np.sqrt(np.where(heavy, own, 1.0))
+    values, axes = np.linalg.eigh(
+        np.where(np.outer(heavy, heavy), inertia, 0.0) / root[:, None] / root
+    )
+    scaled, sizes = axes.T @ (efforts / root), np.abs(axes.T) @ (terms / root)
+    moves = values > ROUNDED
+    pushed = ~moves & (np.abs(scaled) > NOTHING * sizes)
+    if np.any(pushed):
+        raise SingularConfigurationError(
+            "efforts push along a direction in which nothing that moves has mass, or less than "
+            f"{_MASSLESS:g} of the greatest, so that its acceleration has no limit; give the links "
+            "that move there an inertia, or hold or prescribe a joint that they move"
+        )
+    scaled = np.where(moves, scaled / np.where(moves, values, 1.0), 0.0)
+    return np.asarray(axes @ scaled / root)

@@ -1,0 +1,638 @@
+"""Constrained model: accelerations of a mechanism whose loops are kept closed, chain by chain.
+
+Chains are the parts that neither bodies nor loops nor couplings connect. What one of them does
+changes the accelerations of no other: equations of each by itself grow with the number of chains,
+those of all at once with its third power.
+
+A `ChainTape` solves the equations of a chain in its independent coordinates. Where others should be
+independent, another tape does, which is chosen by that state alone. The same tapes close loops that
+have drifted open, in the metric of the kinetic energy. Where a closure equation is weak, close to a
+singular configuration, and where directions have no mass, equations are solved by singular values.
+
+A chain may be overclosed: Bennett's linkage moves although its four hinges leave no freedom by
+count, as three closure equations follow from the others on closed positions, and nowhere else.
+Within a step of an integration states are a little open, where all six equations are independent
+and leave it no motion: taken as they are, accelerations jump with the size of the gap. There as
+well the equations keep the rank that they have where loops are closed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import pinocchio
+
+from ...core.mechanics.bodies import Tree, tree_of
+from ...core.mechanics.elimination import UnsuitableError
+from ...core.mechanics.placements import moved, normalised
+from ...core.mechanism.mechanism import Mechanism
+from ...core.mechanism.welds import Loop, constraint_models
+from ...kit.arrays import Array, consecutive
+from .chain_tape import ChainTape, Programs, pivot_sizes, sparse_first
+from .closed_directions import ClosedDirections, rank_of, refuse_open
+from .free_balls import WithBalls
+from .turning_model import in_lengths, turning_model
+
+_TOGETHER = 16
+"""Velocity coordinates up to which chains are taken together: fewer cost as many calls."""
+_ELSEWHERE = 0.3
+"""Displacement [rad, or a fraction of the length] after which equations have the rank and the size
+that they have elsewhere, whether or not loops are closed there."""
+_PLACES = 3
+"""Number of configurations at which these are looked at."""
+_WEAK = 1.0 / 30.0
+"""Least singular value of closure equations, as a fraction of that elsewhere, below which they are
+weak."""
+_SPARED = 0.1
+"""Factor on columns of coordinates that are to be independent where others are as good."""
+_WEIGHTLESS = 1e-11
+"""Inertia along a direction, as a fraction of that along the coordinates themselves, that counts as
+none, so that the inertia matrix has no inverse."""
+_LENT = 1e-4
+"""Inertia lent to every joint of a chain with weightless parts where its loops are closed, as a
+fraction of the greatest; accelerations are those without it."""
+_MOST_STEPS = 4
+"""Greatest number of Newton steps that close loops which have drifted open."""
+_CLOSED = 4e-16
+"""Closure error at which they end, see `ConstrainedChain.closure_error`."""
+_NO_GAPS = np.zeros(0)
+_NEAR = 1e-8
+"""Error of which one Newton step leaves rounding."""
+_OPEN = 1e-3
+"""Displacement [rad, or a fraction of the length] by which loops are opened to see their rank."""
+_MOVED = (0.02, 0.05)
+"""Displacements after which they are closed again to see it."""
+
+
+class ConstrainedModel:
+    """The constrained chains of a mechanism, as one.
+
+    Not for several threads at once, as its chains are not.
+
+    Attributes:
+        mechanism: the mechanism.
+        prescribed: velocity coordinates `(p,)` that are driven or held, ascending.
+        chains: one for each chain of the mechanism.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism | WithBalls,
+        prescribed: Sequence[int],
+        gravity: Array,
+        state: Array,
+        independent: Sequence[int] = (),
+    ) -> None:
+        """Make the model.
+
+        Args:
+            mechanism: see the attribute.
+            prescribed: see the attribute, in any order.
+            gravity: `(3,)` [m/s²].
+            state: `(size,)` closed coordinates, at which it is scaled.
+            independent: velocity coordinates that rather decide others than the other way round.
+        """
+        self.mechanism = mechanism
+        self.prescribed = np.unique(np.array(prescribed, dtype=int))
+        chains = chains_of(mechanism)
+        made_of = self.prescribed.tolist(), gravity, state, tuple(independent)
+        self.chains = [ConstrainedChain(mechanism, chain, *made_of) for chain in chains]
+        # A single chain takes and returns rows as they are.
+        self._only = self.chains[0] if len(self.chains) == 1 else None
+        self._parts = [
+            (
+                model,
+                consecutive(chain.columns),
+                consecutive(chain.rates),
+                np.isin(self.prescribed, chain.rates),
+            )
+            for model, chain in zip(self.chains, chains, strict=True)
+        ]
+
+    def accelerations(
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
+    ) -> Array:
+        """Return the accelerations `(nv,)` alone, see `rates`."""
+        return self.rates(x, v, efforts, prescribed)[len(x) :]
+
+    def rates(
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
+    ) -> Array:
+        """Return the rates `(size + nv,)` of coordinates and velocities, see `ConstrainedChain`."""
+        if self._only is not None:
+            return self._only.rates(x, v, efforts, prescribed)
+        result = np.empty(len(x) + len(v))
+        of_x, of_v = result[: len(x)], result[len(x) :]
+        for model, columns, rates, own in self._parts:
+            acting = None if efforts is None else efforts[rates]
+            told = None if prescribed is None else prescribed[own]
+            found = model.rates(x[columns], v[rates], acting, told)
+            of_v[rates] = found[-model.model.nv :]
+            of_x[columns] = found[: -model.model.nv]
+        return result
+
+    def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
+        """Return a state whose loops and couplings are closed again, see `ConstrainedChain`."""
+        if self._only is not None:
+            return self._only.closed(x, v, crosses=crosses)
+        near, rates_near = np.empty_like(x), np.empty_like(v)
+        for model, columns, rates, _ in self._parts:
+            near[columns], rates_near[rates] = model.closed(x[columns], v[rates], crosses=crosses)
+        return near, rates_near
+
+    def weakness(self, x: Array) -> float:
+        """Return how strong the weakest closure equation is, see `ConstrainedChain`."""
+        return min((model.weakness(x[columns]) for model, columns, *_ in self._parts), default=1.0)
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the gap of the weakest chain in a singular configuration near coordinates."""
+        model, columns, *_ = min(self._parts, key=lambda part: part[0].weakness(x[part[1]]))
+        return model.singular_gap(x[columns])
+
+    def closure_error(self, x: Array) -> float:
+        """Return the greatest closure error, see `ConstrainedChain`."""
+        errors = [model.closure_error(x[columns]) for model, columns, *_ in self._parts]
+        return max(errors, default=0.0)
+
+
+class Chain(NamedTuple):
+    """Bodies that are connected with others by the world alone, or some such parts together.
+
+    Attributes:
+        bodies: their indices in `Mechanism.model`, ascending.
+        columns: their columns in a row of coordinates.
+        rates: their velocity coordinates.
+        loops: welds between them, whose bodies are counted within the chain, 0 for the world.
+        couplings: indices of the couplings between them.
+    """
+
+    bodies: list[int]
+    columns: Array
+    rates: Array
+    loops: list[Loop]
+    couplings: list[int]
+
+
+def chains_of(mechanism: Mechanism | WithBalls) -> list[Chain]:
+    """Return the chains of a mechanism, small ones together."""
+    model = mechanism.model
+    body_of = np.repeat(np.arange(model.njoints), list(model.nvs))
+    ends = [[body, int(model.parents[body])] for body in range(1, model.njoints)]
+    ends += [[loop.predecessor, loop.successor] for loop in mechanism.loops]
+    coupled = [
+        body_of[[*item.predecessor_columns, *item.successor_columns]].tolist()
+        for item in mechanism.couplings
+    ]
+    bundles: list[list[int]] = []
+    for bodies in _connected(model.njoints, [*ends, *coupled]):
+        if bundles and _size(mechanism, [*bundles[-1], *bodies]) <= _TOGETHER:
+            bundles[-1] += bodies
+        else:
+            bundles.append(bodies)
+    return [
+        _chain(
+            mechanism,
+            sorted(bodies),
+            [index for index, own in enumerate(coupled) if set(own).issubset(bodies)],
+        )
+        for bodies in bundles
+    ]
+
+
+def _connected(count: int, connections: list[list[int]]) -> list[list[int]]:
+    """Return which of the numbers from 1 on are connected, 0 connecting nothing."""
+    first = list(range(count))
+
+    def root(number: int) -> int:
+        while first[number] != number:
+            number = first[number]
+        return number
+
+    for numbers in connections:
+        roots = sorted({root(number) for number in numbers if number})
+        for other in roots[1:]:
+            first[other] = roots[0]
+    members: dict[int, list[int]] = {}
+    for number in range(1, count):
+        members.setdefault(root(number), []).append(number)
+    return list(members.values())
+
+
+def _size(mechanism: Mechanism | WithBalls, bodies: list[int]) -> int:
+    return sum(int(mechanism.model.nvs[body]) for body in bodies)
+
+
+def _chain(mechanism: Mechanism | WithBalls, bodies: list[int], couplings: list[int]) -> Chain:
+    coordinates, own = mechanism.coordinates, {0: 0}
+    own.update({body: index for index, body in enumerate(bodies, start=1)})
+    columns: list[int] = []
+    rates: list[int] = []
+    for part, column in zip(coordinates.parts, coordinates.starts, strict=True):
+        if part.id in own:
+            columns += range(column, column + (4 if part.kind == "spherical" else 1))
+            start = mechanism.model.idx_vs[part.id]
+            rates += range(start, start + part.nv)
+    loops = [
+        loop._replace(predecessor=own[loop.predecessor], successor=own[loop.successor])
+        for loop in mechanism.loops
+        if loop.predecessor in own
+        and loop.successor in own
+        and (loop.predecessor or loop.successor)
+    ]
+    return Chain(bodies, np.array(columns, dtype=int), np.array(rates, dtype=int), loops, couplings)
+
+
+class ConstrainedChain:
+    """A chain whose columns of coordinate rows are configurations.
+
+    Not for several threads at once: it has one set of Pinocchio's data.
+
+    Inside, lengths are in units of the characteristic length: so rows of gaps and of angles are of
+    one size, whatever the size of the mechanism.
+
+    Attributes:
+        model: `pin.Model` of the chain.
+        prescribed: velocity coordinates `(p,)` of the chain that are driven or held.
+        rounding: greatest part of the speeds that rounding has decided where loops were closed.
+        was_weak: becomes true where a closure equation is weak.
+        closes_stages: whether accelerations are those of the closed state beside one.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism | WithBalls,
+        chain: Chain,
+        prescribed: Sequence[int],
+        gravity: Array,
+        state: Array,
+        independent: Sequence[int] = (),
+    ) -> None:
+        """Make the model.
+
+        Args:
+            mechanism: that the chain is part of.
+            chain: the chain.
+            prescribed: velocity coordinates of the mechanism that are driven or held.
+            gravity: `(3,)` [m/s²].
+            state: `(size,)` closed coordinates of the mechanism, at which it is scaled.
+            independent: see `ConstrainedModel`.
+        """
+        self._made_of = mechanism, chain, tuple(prescribed), gravity, state, independent
+        self.rounding, self.was_weak, self.closes_stages = 0.0, False, False
+        coordinates, length = mechanism.coordinates, mechanism.characteristic_length
+        self.prescribed = np.nonzero(np.isin(chain.rates, prescribed))[0]
+        rate_scale = coordinates.rate_scale[chain.rates]
+        self._of_positions, self._of_rates = coordinates.scale[chain.columns], 1.0 / rate_scale
+        self._of_efforts = rate_scale / length**2
+        self.model = turning_model(mechanism, gravity, length, chain.bodies)
+        loops = [
+            loop._replace(
+                predecessor_placement=in_lengths(loop.predecessor_placement, length),
+                successor_placement=in_lengths(loop.successor_placement, length),
+            )
+            for loop in chain.loops
+        ]
+        couplings = _Couplings(mechanism, chain)
+        self._is_open = not (loops or len(couplings.rows))
+        state = state[chain.columns] * self._of_positions
+        # Its size grows with the third power of the coordinates: there is one for all that works.
+        data = self.model.createData()
+        upper = np.triu(pinocchio.crba(self.model, data, state))
+        self._free = np.delete(np.arange(self.model.nv), self.prescribed)
+        self._lent = _lent_inertia(upper + np.triu(upper, 1).T, self._free)
+        self.model.armature = np.full(self.model.nv, self._lent)
+        constraints = constraint_models(self.model, loops)
+
+        def directions(rank: int) -> ClosedDirections:
+            made_of = self.model, constraints, couplings.rows, self.prescribed
+            return ClosedDirections(*made_of, rank=rank, gaps=couplings.gaps, data=data)
+
+        self._every = every = directions(self.model.nv)
+
+        def measured() -> _Elsewhere:
+            elsewhere = _Elsewhere.around(every, state)
+            close = directions(elsewhere.rank).closed
+            return _overclosed(every, state, lambda x: close(x, np.zeros(every.model.nv))[0]) or (
+                elsewhere
+            )
+
+        bodies, kept = tuple(chain.bodies), mechanism.kept
+        own = bodies, self.prescribed.tobytes()
+        self._kept, self._place = kept, (*own, state.tobytes())
+        self._elsewhere = kept.of("closures elsewhere", self._place, measured)
+        self._by_rank = directions(self._elsewhere.rank)
+
+        def tree() -> Tree:
+            return tree_of(cast("Mechanism", mechanism)).part([body - 1 for body in bodies])
+
+        self._tree = kept.of("chain trees", bodies, tree)
+        self._columns, self._rates, self._gravity = chain.columns, chain.rates, gravity
+        self._nothing, self._untold = np.zeros(self.model.nv), np.zeros(self.prescribed.size)
+        # The same for all models of the mechanism.
+        self._programs: dict[Hashable, Programs] = kept.of("chain tapes", gravity.tobytes(), dict)
+        self._tapes: dict[tuple[int, ...], ChainTape] = {}
+        spared = np.isin(chain.rates[self._free], independent)
+
+        def best() -> tuple[tuple[int, ...], Array]:
+            # The state itself may be singular.
+            places = [state, *self._elsewhere.places]
+            chosen = [self._dependent(place, spared) for place in places]
+            index = max(range(len(places)), key=lambda index: chosen[index][1])
+            return chosen[index][0], places[index] / self._of_positions
+
+        dependent, x = kept.of("chain orders", (*self._place, spared.tobytes()), best)
+        self._spared = ~np.isin(chain.rates[self._free], dependent)
+        self._main = self._moving(dependent, x)
+        self._traced = self._main.traced() if self._main is not None else None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Pinocchio's data cannot be copied.
+        return ConstrainedChain, self._made_of
+
+    def _moving(self, dependent: tuple[int, ...], x: Array) -> ChainTape | None:
+        """Return the tape of an order of elimination; None if a direction moves no mass.
+
+        Args:
+            dependent: the order.
+            x: coordinates `(size,)`.
+        """
+        try:
+            tape = self._tape(dependent)
+        except UnsuitableError:
+            return None
+        rest = self._nothing, self._untold, self._nothing
+        if self._lent and tape.rates(x, *rest, at_last=True) is None:
+            return None
+        return tape
+
+    def _dependent(self, x: Array, spared: Array) -> tuple[tuple[int, ...], float]:
+        """Return what others decide best at a configuration, and how well the last of them.
+
+        Velocity coordinates of the mechanism, in an order of elimination.
+
+        Args:
+            x: configuration of the model.
+            spared: which of the free coordinates are to be independent.
+        """
+        from scipy.linalg import qr  # Only simulations need it.
+
+        rank = self._elsewhere.rank
+        if not rank:
+            return (), 1.0
+        rows = self._every.jacobian(x)[:, self._free] * np.where(spared, _SPARED, 1.0)
+        upper, order = qr(rows, mode="r", pivoting=True, check_finite=False)
+        rates = self._rates[self._free][order[:rank]].tolist()
+        return sparse_first(self._tree, rates), abs(float(upper[rank - 1, rank - 1]))
+
+    def _tape(self, dependent: tuple[int, ...]) -> ChainTape:
+        """Return the tape of an order of elimination."""
+        if dependent not in self._tapes:
+            prescribed = self._rates[self.prescribed].tolist()
+            key = *self._place[:2], dependent
+            programs = self._programs.get(key)
+            if programs is None:
+                programs = Programs(self._tree, prescribed, self._gravity, dependent)
+                self._programs[key] = programs
+            places = self._elsewhere.places / self._of_positions
+            sizes = self._kept.of(
+                "pivot sizes",
+                (*self._place, dependent),
+                lambda: pivot_sizes(self._tree, prescribed, dependent, places),
+            )
+            self._tapes[dependent] = ChainTape(programs, sizes)
+        return self._tapes[dependent]
+
+    def rates(
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
+    ) -> Array:
+        """Return the rates `(size + nv,)` of coordinates and velocities that efforts cause.
+
+        Args:
+            x: coordinates `(size,)`, closed up to a small drift, quaternions of any length.
+            v: velocities `(nv,)`.
+            efforts: along all coordinates `(nv,)` [N·m, N], which are not changed; none if None.
+            prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
+        """
+        if self.closes_stages:
+            x, v = self._closed_by_rank(self._unit(x), v)
+        acting = self._nothing if efforts is None else efforts
+        told = self._untold if prescribed is None else prescribed
+        found = self._main.rates(x, v, told, acting) if self._main is not None else None
+        if found is None and (other := self._other(x)) is not None:
+            found = other.rates(x, v, told, acting, at_last=True)
+        if found is not None:
+            return found
+        x = self._unit(x)
+        solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
+        a = solve(
+            x * self._of_positions,
+            v * self._of_rates,
+            acting * self._of_efforts,
+            told * self._of_rates[self.prescribed],
+        )
+        by_rate = dict(zip(self._rates, v, strict=True))
+        return np.concatenate((self._row(moved, x, by_rate), a / self._of_rates))
+
+    def _unit(self, x: Array) -> Array:
+        """Return coordinates with quaternions of unit length."""
+        return self._row(normalised, x)
+
+    def _row(self, of_body: Callable[..., Mapping[int, Any]], x: Array, *more: Any) -> Array:
+        """Return a row of what is known of the coordinates of each body."""
+        own = dict(zip(self._columns, x, strict=True))
+        found: dict[int, Any] = {}
+        for body in self._tree.bodies:
+            found.update(of_body(body, own, *more))
+        return np.array([found[column] for column in self._columns])
+
+    @property
+    def traced(self) -> tuple[Any, Array, Array] | None:
+        """What gives rates while nothing acts or is told to move, see `Traced`."""
+        return None if self.closes_stages else self._traced
+
+    def _other(self, x: Array) -> ChainTape | None:
+        """Return the tape that suits a state best, which the main one does not.
+
+        None where closures are weak, or nothing has mass.
+
+        Args:
+            x: coordinates `(size,)`.
+        """
+        place = x * self._of_positions
+        if self._main is None or not np.all(np.isfinite(place)):
+            return None
+        if self._elsewhere.weakness(self._every, place) < _WEAK:
+            self.was_weak = True
+            return None
+        return self._tape(self._dependent(place, self._spared)[0])
+
+    def weakness(self, x: Array) -> float:
+        """Return how strong the weakest closure equation is that is not redundant.
+
+        As a fraction of what it is elsewhere; 0 in a singular configuration.
+
+        Args:
+            x: coordinates `(size,)`.
+        """
+        return self._elsewhere.weakness(self._every, x * self._of_positions)
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the closure error in the singular configuration near coordinates `(size,)`.
+
+        As `closure_error`; it is one of the mechanism if there is none.
+        """
+        return self._by_rank.singular_gap(x * self._of_positions)
+
+    def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
+        """Return a state whose loops and couplings are closed again, near one that drifted.
+
+        What is prescribed stays where it is, and keeps its speed. It is the nearest one in the
+        metric of the kinetic energy.
+
+        Args:
+            x: coordinates `(size,)`.
+            v: velocities `(nv,)`.
+            crosses: whether the state is close to a crossing, where weak equations are left to it.
+        """
+        if self._is_open:
+            return x, v
+        is_near = False
+        for _ in range(1 + _MOST_STEPS):
+            found = self._main.closer(x, v) if self._main is not None else None
+            if found is None and (other := self._other(x)) is not None:
+                found = other.closer(x, v, at_last=True)
+            if found is None:
+                x, v = self._closed_by_rank(x, v, strong_alone=crosses)
+                if self._main is not None and not crosses:
+                    rounding = self._by_rank.rounding(x * self._of_positions)
+                    self.rounding = max(self.rounding, rounding)
+                return x, v
+            nearer, rates, error = found
+            if is_near or error <= _CLOSED:
+                return x, rates
+            x, is_near = nearer, error <= _NEAR
+        refuse_open(error)
+        return x, rates
+
+    def _closed_by_rank(
+        self, x: Array, v: Array, *, strong_alone: bool = False
+    ) -> tuple[Array, Array]:
+        x, v = x * self._of_positions, v * self._of_rates
+        x, v = self._by_rank.closed(x, v, strong_alone=strong_alone)
+        return x / self._of_positions, v / self._of_rates
+
+    def closure_error(self, x: Array) -> float:
+        """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
+        gaps, _ = self._every.gaps(x * self._of_positions)
+        return float(np.max(np.abs(gaps), initial=0.0))
+
+
+class _Elsewhere(NamedTuple):
+    """Closure equations of a chain at other configurations, against which they may be weak.
+
+    Attributes:
+        places: configurations `(P, size)`; loops are closed there if the chain is overclosed.
+        rank: of the equations along free coordinates.
+        typical: least singular value that is not zero, relative to the greatest.
+    """
+
+    places: Array
+    rank: int
+    typical: float
+
+    @staticmethod
+    def at(every: ClosedDirections, places: Array) -> _Elsewhere:
+        """Look at configurations."""
+        values = [every.singular_values(place) for place in places]
+        rank = max(map(rank_of, values))
+        if not rank:
+            return _Elsewhere(places, 0, 1.0)
+        parts = [item[rank - 1] / item[0] for item in values if rank_of(item) == rank]
+        return _Elsewhere(places, rank, float(np.median(parts)))
+
+    @staticmethod
+    def around(every: ClosedDirections, state: Array) -> _Elsewhere:
+        """Look at some configurations about a state, whether or not loops are closed there."""
+        random = np.random.default_rng(1)
+        ways = random.uniform(-_ELSEWHERE, _ELSEWHERE, size=(_PLACES, every.model.nv))
+        places = [pinocchio.integrate(every.model, state, way) for way in ways]
+        return _Elsewhere.at(every, np.array(places))
+
+    def weakness(self, every: ClosedDirections, x: Array) -> float:
+        """Return the least singular value, relative to the greatest, as a fraction of elsewhere.
+
+        Args:
+            every: the equations.
+            x: a configuration.
+        """
+        if not self.rank:
+            return 1.0
+        values = every.singular_values(x)
+        return float(values[self.rank - 1] / values[0] / self.typical)
+
+
+class _Couplings:
+    """The couplings of a chain.
+
+    Attributes:
+        rows: `(k, nv)`, whose products with rates vanish where couplings hold.
+    """
+
+    def __init__(self, mechanism: Mechanism | WithBalls, chain: Chain) -> None:
+        coordinates = mechanism.coordinates
+        chosen = [mechanism.couplings[index] for index in chain.couplings]
+        rows = np.zeros((len(chosen), mechanism.model.nv))
+        for row, coupling in zip(rows, chosen, strict=True):
+            row[list(coupling.predecessor_columns)] += coupling.ratio
+            row[list(coupling.successor_columns)] -= 1.0
+        self.rows = (rows * coordinates.rate_scale)[:, chain.rates]
+        self._offsets = np.array([item.offset for item in chosen])
+        columns, rates = coordinates.scalars
+        own = np.isin(rates, chain.rates)
+        self._columns = np.searchsorted(chain.columns, columns[own])
+        self._rates = np.searchsorted(chain.rates, rates[own])
+
+    def gaps(self, x: Array) -> Array:
+        """Return by how much they are off `(k,)` at coordinates, as their rows count it."""
+        if not len(self.rows):
+            return _NO_GAPS
+        moved = np.zeros(self.rows.shape[1])
+        moved[self._rates] = x[self._columns]
+        return -(self.rows @ moved + self._offsets)
+
+
+def _lent_inertia(inertia: Array, free: Array) -> float:
+    """Return the inertia that every joint is lent, 0 if there is one in all directions."""
+    own = inertia[np.ix_(free, free)]
+    scale = np.sqrt(np.diag(own))
+    if not free.size:
+        return 0.0
+    if np.all(scale > 0.0):
+        least = float(np.min(np.linalg.eigvalsh(own / scale / scale[:, None])))
+        if least > _WEIGHTLESS and np.min(scale) > np.sqrt(_WEIGHTLESS) * np.max(scale):
+            return 0.0
+    return _LENT * float(np.max(scale)) ** 2 or 1.0
+
+
+def _overclosed(
+    every: ClosedDirections, state: Array, closed: Callable[[Array], Array]
+) -> _Elsewhere | None:
+    """Return equations that are redundant only where loops are closed, there; None if not."""
+    if not every.loop_rows:
+        return None
+    nv, free = every.model.nv, every.free
+    ways = np.zeros((len(_MOVED) + 1, nv))
+    ways[:, free] = np.random.default_rng(0).normal(size=(len(ways), free.size))
+
+    def displaced(size: float, way: Array) -> Array:
+        return np.asarray(pinocchio.integrate(every.model, state, size * way))
+
+    opened = every.rank(displaced(_OPEN, ways[-1]))
+    if every.rank(state) == opened:
+        return None
+    # The state itself may be singular.
+    moved = [closed(displaced(size, way)) for size, way in zip(_MOVED, ways, strict=False)]
+    found = _Elsewhere.at(every, np.array([state, *moved]))
+    return None if found.rank == opened else found

@@ -1,0 +1,174 @@
+"""Crossings: steps over configurations in which assembly modes meet.
+
+A parallelogram passes the position in which all its bars are in line, where an antiparallelogram
+begins as well. There closure equations lose rank, while the motion is as smooth as elsewhere. What
+accelerations are worth falls with the square of the distance from there, so a step is placed so
+that none of its stages is near, and stages are closed before they are asked for accelerations: off
+the closed positions these change with the inverse of the distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from ...kit.arrays import ROUNDED, Array
+from ...kit.errors import SingularConfigurationError
+from .constrained_model import ConstrainedModel
+
+Path = Callable[[float], Array]
+"""Coordinates `(size,)` at a time."""
+
+_LOOKED_AT = 12
+"""Pieces of a step, and of as much as is looked ahead, at whose ends closures are looked at."""
+_AHEAD = 0.6
+"""How far is looked ahead, in steps."""
+_DIPS = 0.2
+"""Weakness at a crossing, as a fraction of that at the ends of the search, at most."""
+_REFINED = 4
+"""Parabolas by which the time of a crossing is found."""
+_DECIDED = 1e-3
+"""Part of the speeds that rounding may decide at the start."""
+_LOST = 1.0
+"""Part of the speeds that rounding may decide anywhere: beyond it they are no result."""
+_TOLD = 1e-9
+"""Part of the speeds above which users are told that rounding decides it..."""
+_STEPS = 10.0
+"""...and in tolerances of a step."""
+
+
+def refuse_rounding(part: float) -> None:
+    """Refuse a start of whose speeds rounding decides a part.
+
+    Raises:
+        SingularConfigurationError: too great a part.
+    """
+    if part > _DECIDED:
+        raise SingularConfigurationError(
+            "the start is so close to a singular configuration that rounding decides "
+            f"{part:.0e} of its speeds; begin farther from there"
+        )
+
+
+def notes_of_rounding(part: float, rtol: float) -> list[str]:
+    """Return what a user should know where rounding decides a part of speeds.
+
+    Args:
+        part: of the speeds.
+        rtol: relative tolerance of a step.
+
+    Raises:
+        SingularConfigurationError: all of them.
+    """
+    if part > _LOST:
+        raise SingularConfigurationError(
+            "the motion comes so close to a singular configuration that rounding decides all of "
+            "its speeds, and with them the way on: begin with another speed or position, end "
+            "before, or give the mechanism clearance, a spring or other lengths there"
+        )
+    if part <= max(_TOLD, _STEPS * rtol):
+        return []
+    return [
+        "close to a singular configuration: there rounding of lengths and positions decides "
+        f"{part:.0e} of the speeds"
+    ]
+
+
+class Crossings:
+    """Finds crossings on the way of a simulation."""
+
+    def __init__(self, model: ConstrainedModel, size: int) -> None:
+        """Make it.
+
+        Args:
+            model: of the mechanism.
+            size: number of coordinates in a row of the integration.
+        """
+        self._model, self._size = model, size
+
+    def begin(self) -> None:
+        """Forget what closures were like so far."""
+        for chain in self._model.chains:
+            chain.was_weak = False
+
+    @property
+    def may_be_near(self) -> bool:
+        """Whether a closure equation has been weak since `begin`."""
+        # At every step: of so few, `any` over a generator takes three times as long.
+        for chain in self._model.chains:  # noqa: SIM110
+            if chain.was_weak:
+                return True
+        return False
+
+    @contextmanager
+    def stages_closed(self) -> Iterator[None]:
+        """Let accelerations be those of the closed states beside those that are asked for."""
+        for chain in self._model.chains:
+            chain.closes_stages = True
+        try:
+            yield
+        finally:
+            for chain in self._model.chains:
+                chain.closes_stages = False
+
+    def check_start(self, row: Array) -> None:
+        """Refuse a start whose motion rounding decides.
+
+        Args:
+            row: the first one.
+
+        Raises:
+            SingularConfigurationError: it is too close to a singular configuration.
+        """
+        self._model.closed(row[: self._size], row[self._size :])
+        refuse_rounding(self._rounding)
+
+    @property
+    def _rounding(self) -> float:
+        return max((chain.rounding for chain in self._model.chains), default=0.0)
+
+    def notes(self, rtol: float) -> list[str]:
+        """Return what a user should know of how close the motion came to singular configurations.
+
+        Args:
+            rtol: relative tolerance of a step.
+        """
+        return notes_of_rounding(self._rounding, rtol)
+
+    def time(self, rows: Path, start: float, end: float) -> float | None:
+        """Return when a crossing is reached, None if there is none.
+
+        Args:
+            rows: of the integration, also a little after the end.
+            start: of a step [s].
+            end: of the step [s].
+        """
+        # A crossing may be close to the start.
+        parts = (np.arange(_LOOKED_AT + 1) / _LOOKED_AT) ** 2
+        times = start + (1.0 + _AHEAD) * (end - start) * parts
+        weakness = np.array([self._weakness(rows, time) for time in times.tolist()])
+        least = int(np.argmin(weakness))
+        if least in (0, _LOOKED_AT):
+            return None
+        # Weakness falls and rises linearly: its square is a parabola.
+        middle, width = float(times[least]), float(times[least] - times[least - 1])
+        for _ in range(_REFINED):
+            around = np.array([middle - width, middle, middle + width])
+            squares = np.array([self._weakness(rows, time) for time in around.tolist()]) ** 2
+            bend = squares[0] - 2.0 * squares[1] + squares[2]
+            if not bend > 0.0:
+                return None
+            middle += float(np.clip(0.5 * (squares[0] - squares[2]) / bend, -1.0, 1.0)) * width
+            width *= 0.25
+        if self._weakness(rows, middle) > _DIPS * min(weakness[0], weakness[-1]):
+            return None
+        return middle
+
+    def is_one(self, row: Array) -> bool:
+        """Return whether loops are closed in the singular configuration that is near a row."""
+        return self._model.singular_gap(row[: self._size]) <= ROUNDED
+
+    def _weakness(self, rows: Path, time: float) -> float:
+        return self._model.weakness(rows(time)[: self._size])

@@ -1,0 +1,310 @@
+"""Equilibrium: where free coordinates rest, and whether they stay there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...core.dynamics.problem_solver import ProblemSolver
+from ...core.problem.acting import Acting
+from ...core.problem.samples import Targets, acting_on
+from ...core.results.collect import sweep_of
+from ...core.results.prescribed import Prescribed
+from ...core.results.sweep import Sweep
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.errors import CardanError, EquilibriumError, MobilityError, choices
+from ...kit.frozen import frozen, read_only
+from .energy_functions import without_elements
+from .start_state import drive_positions
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+_STEP = 1e-3
+"""Step of differences [rad, or as a fraction of the characteristic length]: with a stencil of fifth
+order, its error and that of rounding are both about 1e-13 of the forces."""
+_STENCIL = {-2.0: 1.0 / 12.0, -1.0: -2.0 / 3.0, 1.0: 2.0 / 3.0, 2.0: -1.0 / 12.0}
+"""Places and weights of a derivative of fifth order."""
+_MOST_STEPS = 200
+_LONGEST = 0.3
+"""Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
+_SHORTEST = 1e-14
+"""Step, likewise, at which it has converged."""
+_NOISE = 1e-11
+"""Stiffness, per greatest wrench in a joint, that counts as zero: differences of efforts that are
+rounded like these wrenches leave a hundredth of it."""
+_NONE = 1e-300
+"""Stiffness that counts as zero where nothing acts at all [N·m/rad]."""
+_WEIGHTLESS = 1e-13
+"""Inertia along a direction, as a fraction of the greatest, that counts as none."""
+_SPLIT = 1e-5
+"""Imaginary part of the square of a frequency, as a fraction of it, that counts as rounding: it
+parts two that are equal by the root of its size."""
+
+
+class Equilibrium(Prescribed):
+    """Positions at which the f free coordinates need no effort to rest.
+
+    Attributes:
+        position: of the free coordinates `(f,)` [rad or m].
+        stiffness: `(f, f)` effort along a free coordinate per displacement of one, at rest
+            [N·m/rad, N/m and so on].
+        inertia: `(f, f)` effort along a free coordinate per acceleration of one, from rest.
+        stability: `stable`, `unstable` or `indifferent`, of small motions without damping; unstable
+            as well where they flutter under loads that turn with their links.
+        frequencies: angular frequencies `(k,)` of small undamped motions, ascending [rad/s], of the
+            directions that swing.
+        sweep: the scene at rest there: wrenches, holding efforts, residuals.
+    """
+
+    def __init__(self, statics: _Statics, position: Array, stiffness: Array) -> None:
+        self._problem = statics.problem
+        self.position = read_only(position)
+        self.stiffness, self.inertia = read_only(stiffness), read_only(statics.inertia(position))
+        self.sweep = statics.sweep(position[None, :])
+        self._scale = read_only(statics.scale)
+        greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
+        self._noise = max(_NOISE * statics.wrench, ROUNDED * greatest, _NONE)
+        self._freeze()
+
+    def __repr__(self) -> str:
+        places = ", ".join(
+            f"{name} {value:g}" for name, value in zip(self.free, self.position, strict=True)
+        )
+        return f"<Equilibrium of {self.mechanism.name!r}: {self.stability} at {places}>"
+
+    def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Return where a point of a link rests in the world `(3,)` [m]; see `Sweep.point`.
+
+        Raises:
+            ModelError: unknown link, or one whose motion the outputs leave out.
+            ArgumentError: `xyz` is no `(3,)` of finite numbers.
+        """
+        return self.sweep.point(link, xyz).position[0]
+
+    def orientation(self, link: str) -> Array:
+        """Return the rotation `(3, 3)` that takes components in a link's axes to world axes.
+
+        Raises:
+            ModelError: see `point`.
+        """
+        return self.sweep.orientation(link)[0]
+
+    @cached_property
+    def _small(self) -> SmallMotions:
+        """What becomes of small displacements, with lengths in units of the characteristic one."""
+        units = self._scale[:, None] * self._scale
+        return small_motions(self.stiffness * units, self.inertia * units, self._noise)
+
+    @property
+    def stability(self) -> str:
+        """Whether the coordinates come back after small displacements, without damping."""
+        return self._small.stability
+
+    @property
+    def frequencies(self) -> Array:
+        """Angular frequencies of small motions; see the class."""
+        return read_only(self._small.frequencies)
+
+
+def equilibrium(
+    solver: ProblemSolver, position: Any, loads: Mapping[str, object] | None, gravity: Any
+) -> Equilibrium:
+    """Return the equilibrium near a position; see `Scene.equilibrium`."""
+    acting = acting_on(solver.problem, loads=loads, gravity=gravity)
+    if not solver.problem.free:
+        raise MobilityError(
+            "an equilibrium is where free coordinates rest, and the scene drives all it has: "
+            f"{choices(solver.problem.drives)}; name those that are free: scene.replace(free=...)",
+            mobility=0,
+        )
+    driven, x = np.split(drive_positions(solver, position), [len(solver.problem.drives)])
+    statics = _Statics(solver, acting, driven)
+    effort, stiffness = statics.linearised(x)
+    for _ in range(_MOST_STEPS):
+        step = _newton_step(stiffness, -effort, statics.scale)
+        x, effort, stiffness, is_there = _moved(statics, x, effort, stiffness, step)
+        if is_there:
+            break
+    else:
+        raise EquilibriumError(
+            f"no equilibrium was found near the start; after {_MOST_STEPS} steps these still "
+            f"need {effort.tolist()} at {x.tolist()}; start nearer to one",
+            position=x,
+            effort=effort,
+        )
+    return Equilibrium(statics, x, stiffness)
+
+
+def _newton_step(stiffness: Array, effort: Array, scale: Array) -> Array:
+    """Return the step `(d,)` that Newton's method takes, of limited length."""
+    step, *_ = np.linalg.lstsq(stiffness, effort, rcond=1e-12)
+    length = float(np.max(np.abs(step) / scale))
+    return np.asarray(step if length <= _LONGEST else step * (_LONGEST / length))
+
+
+def _moved(
+    statics: _Statics, x: Array, effort: Array, stiffness: Array, step: Array
+) -> tuple[Array, Array, Array, bool]:
+    """Return position, effort and stiffness after a step that makes the effort smaller.
+
+    The last value says whether it has converged.
+    """
+    size = float(np.linalg.norm(effort * statics.scale))
+    if size <= EPS * statics.wrench:
+        return x, effort, stiffness, True
+    shortest = _SHORTEST * (1.0 + float(np.max(np.abs(x))))
+    for _ in range(30):
+        if np.max(np.abs(step) / statics.scale) <= shortest:
+            if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
+                return x, effort, stiffness, True
+            break
+        try:
+            next_effort, next_stiffness = statics.linearised(x + step)
+        except CardanError:
+            # A dead point or a gap lies on the way.
+            step = 0.25 * step
+            continue
+        next_size = float(np.linalg.norm(next_effort * statics.scale))
+        if next_size < size:
+            is_there = next_size <= 4.0 * EPS * statics.greatest
+            return x + step, next_effort, next_stiffness, is_there
+        if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
+            return x, effort, stiffness, True
+        step = 0.25 * step
+    raise EquilibriumError(
+        f"no equilibrium was found; from {x.tolist()} on, the effort needed grows in every "
+        "direction; start elsewhere",
+        position=x,
+        effort=effort,
+    )
+
+
+class _Statics:
+    """Efforts that free coordinates need to rest, where the driven ones stand.
+
+    Attributes:
+        problem: of the scene.
+        scale: `(f,)` units of the free coordinates: 1 rad, or the characteristic length.
+        greatest: greatest effort seen [N·m].
+        wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
+    """
+
+    def __init__(self, solver: ProblemSolver, acting: Acting, driven: Array) -> None:
+        self._solver, self._acting, self._driven = solver, acting, driven
+        self.problem = solver.problem
+        mechanism = solver.problem.mechanism
+        self.scale = np.array(
+            [
+                mechanism.characteristic_length if mechanism.coordinates.named[name].slides else 1.0
+                for name in solver.problem.free
+            ]
+        )
+        self.greatest = self.wrench = 0.0
+
+    def sweep(self, positions: Array) -> Sweep:
+        """Return the scene at rest at positions `(N, f)`."""
+        return self._swept(self._solver, positions, self._acting)
+
+    def _swept(self, solver: ProblemSolver, positions: Array, acting: Acting) -> Sweep:
+        driven = np.broadcast_to(self._driven, (len(positions), len(self._driven)))
+        targets = Targets.of_positions(np.concatenate([driven, positions], axis=1))
+        assembled = solver.assembled_in_turn(targets)
+        return sweep_of(solver, assembled, acting, solver.solve(assembled, acting))
+
+    def _of_free(self, sweep: Sweep, count: int) -> Array:
+        """Return the efforts `(N, f)` along the free coordinates."""
+        return sweep.drive_effort.reshape(count, -1)[:, len(self._driven) :]
+
+    def _efforts(self, positions: Array) -> Array:
+        sweep = self.sweep(positions)
+        length = sweep.mechanism.characteristic_length
+        for name in sweep:
+            moment, force = np.abs(sweep[name].moment), length * np.abs(sweep[name].force)
+            self.wrench = max(self.wrench, float(np.max(moment)), float(np.max(force)))
+        return self._of_free(sweep, len(positions))
+
+    def linearised(self, x: Array) -> tuple[Array, Array]:
+        """Return efforts `(f,)` at a position, and their derivatives `(f, f)`."""
+        steps = _STEP * self.scale
+        places = [x]
+        for index in range(len(x)):
+            own = steps * (np.arange(len(x)) == index)
+            places += [x + factor * own for factor in _STENCIL]
+        efforts = self._efforts(np.array(places))
+        self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
+        weights = np.array(list(_STENCIL.values()))
+        groups = efforts[1:].reshape(len(x), len(_STENCIL), len(x))
+        return efforts[0], np.einsum("k,jki->ij", weights, groups) / steps
+
+    def inertia(self, x: Array) -> Array:
+        """Return the generalised inertia `(f, f)` at a position."""
+        bare = without_elements(self._solver)
+        acting = acting_on(bare.problem, gravity=np.zeros(3))._replace(
+            accelerations=np.eye(len(x), len(self._driven) + len(x), len(self._driven)),
+            joint_loads=frozen({}),
+            link_loads=frozen({}),
+        )
+        sweep = self._swept(bare, np.repeat(x[None, :], len(x), axis=0), acting)
+        return np.ascontiguousarray(self._of_free(sweep, len(x)).T)
+
+
+class SmallMotions(NamedTuple):
+    """What becomes of small displacements.
+
+    Attributes:
+        stability: `stable`, `unstable` or `indifferent`.
+        frequencies: angular frequencies `(k,)` of directions that swing, ascending [rad/s].
+    """
+
+    stability: str
+    frequencies: Array
+
+
+def small_motions(stiffness: Array, inertia: Array, noise: float) -> SmallMotions:
+    """Return what becomes of small displacements x, without damping: M ẍ + K x = 0.
+
+    Efforts that no potential has, such as those of a force that turns with its link, make K
+    unsymmetric. Two squares of frequencies may then meet and part as complex ones: flutter, whose
+    swings grow.
+
+    Args:
+        stiffness: K `(d, d)`, of coordinates with one unit.
+        inertia: M `(d, d)`, of the same.
+        noise: error of the stiffness along any direction.
+
+    Source: Ziegler, Die Stabilitätskriterien der Elastomechanik, Ing.-Arch. 20 (1952).
+    """
+    inertia = 0.5 * (inertia + inertia.T)
+    if np.max(np.abs(stiffness - stiffness.T)) <= 2.0 * noise:
+        stiffness = 0.5 * (stiffness + stiffness.T)
+    weights, axes = np.linalg.eigh(inertia)
+    is_heavy = weights > _WEIGHTLESS * np.max(np.abs(weights))
+    turned = axes.T @ stiffness @ axes
+    heavy, light = np.ix_(is_heavy, is_heavy), np.ix_(~is_heavy, ~is_heavy)
+    # What has no inertia follows the rest as its springs want it.
+    own = turned[light]
+    across = turned[np.ix_(is_heavy, ~is_heavy)], turned[np.ix_(~is_heavy, is_heavy)]
+    condensed = turned[heavy] - across[0] @ np.linalg.pinv(own, rcond=1e-10) @ across[1]
+    root = np.sqrt(weights[is_heavy])
+    squares, vectors = _spectrum(condensed / root[:, None] / root)
+    errors = noise * np.sum(np.abs(vectors / root[:, None]) ** 2, axis=0)
+    flutters = np.abs(squares.imag) > np.maximum(errors, _SPLIT * np.abs(squares))
+    swings = (squares.real > errors) & ~flutters
+    idle = _spectrum(own)[0].real
+    least = np.concatenate([squares.real / np.where(errors > 0.0, errors, 1e-300), idle / noise])
+    if np.any(flutters) or np.any(least < -1.0):
+        stability = "unstable"
+    else:
+        stability = "stable" if np.all(least > 1.0) else "indifferent"
+    return SmallMotions(stability, np.sort(np.sqrt(squares.real[swings])))
+
+
+def _spectrum(matrix: Array) -> tuple[Array, Array]:
+    """Return complex eigenvalues `(d,)` and eigenvectors of length 1, a column for each."""
+    solve = np.linalg.eigh if np.array_equal(matrix, matrix.T) else np.linalg.eig
+    values, vectors = solve(matrix)
+    return values.astype(complex), vectors

@@ -1,0 +1,638 @@
+"""Free balls: three turns in a row whose axes meet in one point, integrated as a rotation.
+
+A ball that a scene names by its angles, a floating base or three hinges without mass between them
+have a configuration in which the first and the last axis coincide: there rates of angles are
+infinite, whatever the body does. Its rotation knows nothing of this. It is integrated as a unit
+quaternion, and the angles are read off.
+
+With axes a, b, c, of which b is normal to a and to c, turns by x, y, z are turns about a, b, a by
+x, y + λ, z but for a constant, λ being the angle from a to c (Shuster and Markley: Generalization
+of the Euler angles, J. Astronautical Sciences 51 (2003)). With h = (y + λ)/2 the quaternion has
+two complex parts, cos h · exp(i (x + z)/2) and sin h · exp(i (x − z)/2): where one of them passes
+through zero, the axes coincide. Angles are continuous as the phases of both are; a part that misses
+zero turns by half a turn beside it, one that meets it changes its sign.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Collection, Iterable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ...core.mechanism.coordinates import Coordinates
+from ...core.mechanism.joints import Joint, Part
+from ...core.mechanism.kept import Kept
+from ...core.mechanism.mechanism import Mechanism
+from ...core.mechanism.welds import Coupling
+from ...kit.arrays import NOTHING, ROUNDED, Array, quaternion_product
+
+_PIECES = 4
+"""Straight pieces by which a part's way within an interval is followed."""
+_CURVED = 1.0 / 50.0
+"""Greatest distance of these from the way, as a fraction of its length times half of the rotation
+[rad]: an eighth by the pieces' number, and twice that where both change."""
+_SHORT = 0.6
+"""Half of a rotation [rad] within which a cubic follows a part."""
+_CUBIC_ERROR = 1.0 / 40.0
+"""Error of the cubic over the fourth power of half of the rotation: ten times that of a circle."""
+_CUBICS = np.array(
+    [
+        [1 - 3 * s**2 + 2 * s**3, s - 2 * s**2 + s**3, 3 * s**2 - 2 * s**3, s**3 - s**2]
+        for s in np.linspace(0.0, 1.0, _PIECES + 1)
+    ]
+)
+"""Values at equal distances of the cubic with given values and slopes at the ends."""
+_COINCIDE = 1e-8
+"""Sine of the angle between first and last axis up to which they coincide."""
+
+
+class FreeBall(NamedTuple):
+    """Three turns that are integrated as one rotation.
+
+    Attributes:
+        column: of the first angle in a row of the mechanism; the others follow.
+        ball: first column of the quaternion in a row that is integrated.
+        rate: first velocity coordinate, of both.
+        hinge: index of the first turn's joint in the mechanism's model.
+        lead: λ, see above [rad].
+        to_parts: `(4, 4)`: the quaternion's product with it is (Re, Im) of the first part, then of
+            the second.
+        axes: `(3, 3)`: rows are the axes a, b, a × b turned by λ, in the body's frame.
+        before, after: `pin.SE3`: the first turn's placement is the rotation between both where
+            the angles are those of `regular`.
+    """
+
+    column: int
+    ball: int
+    rate: int
+    hinge: int
+    lead: float
+    to_parts: Array
+    axes: Array
+    before: pinocchio.SE3
+    after: pinocchio.SE3
+
+    @property
+    def regular(self) -> Array:
+        """Angles `(3,)` at which the axes are normal to each other."""
+        return np.array([0.0, 0.5 * math.pi - self.lead, 0.0])
+
+    def quaternion(self, angles: Array) -> Array:
+        """Return the quaternion `(4,)` (x, y, z, w) of angles `(3,)`."""
+        x, y, z = angles.tolist()
+        half = 0.5 * (y + self.lead)
+        first = cmath.rect(math.cos(half), 0.5 * (x + z))
+        second = cmath.rect(math.sin(half), 0.5 * (x - z))
+        return np.array([first.real, first.imag, second.real, second.imag]) @ self.to_parts
+
+    def parts(self, row: Array) -> tuple[complex, complex]:
+        """Return both parts of the quaternion in a row."""
+        return self.parts_of(row[self.ball : self.ball + 4])
+
+    def nearest(self, row: Array, near: Array) -> Array:
+        """Return the angles `(3,)` of a row which are nearest to others."""
+        x, y, z = near.tolist()
+        phases = 0.5 * (x + z), 0.5 * (x - z)
+        return self._angles(self.parts(row), phases, 0.5 * (y + self.lead))
+
+    def _angles(
+        self, parts: tuple[complex, complex], phases: tuple[float, float], half: float
+    ) -> Array:
+        """Return angles whose phases are nearest to some, whichever sign the parts then have."""
+        (first, second), (total, difference) = parts, phases
+        total = _nearest_phase(first, total)
+        difference = _nearest_phase(second, difference)
+        cosine = (first * cmath.rect(1.0, -total)).real
+        sine = (second * cmath.rect(1.0, -difference)).real
+        found = math.atan2(sine, cosine)
+        half = found + 2.0 * math.pi * round((half - found) / (2.0 * math.pi))
+        return np.array([total + difference, 2.0 * half - self.lead, total - difference])
+
+    def followed(
+        self, near: Array, way: Callable[[float], Array], ends: tuple[float, float], spin: float
+    ) -> Array:
+        """Return the angles `(3,)` at the end of an interval into which they go on continuously.
+
+        Args:
+            near: angles at its start.
+            way: rows at a time, of which quaternions are read.
+            ends: of the interval [s].
+            spin: greatest speed of the rotation in it [rad/s].
+        """
+        x, y, z = near.tolist()
+        phases = [0.5 * (x + z), 0.5 * (x - z)]
+        half = 0.5 * (y + self.lead)
+        pending = [ends]
+        while pending:
+            start, end = pending.pop()
+            middle = 0.5 * (start + end)
+            turned = 0.5 * spin * (end - start)
+            times = np.linspace(start, end, _PIECES + 1).tolist() if turned < 1.0 else []
+            places = [self.parts(way(time)) for time in times]
+            is_clear = bool(places) and all(
+                _is_clear([place[index] for place in places], turned) for index in range(2)
+            )
+            if not is_clear and start < middle < end:
+                pending += [(middle, end), (start, middle)]
+                continue
+            places = places or [self.parts(way(start)), self.parts(way(end))]
+            for one, other in pairwise(places):
+                phases = [_next_phase(*parts) for parts in zip(phases, one, other, strict=True)]
+            angles = self._angles(places[-1], (phases[0], phases[1]), half)
+            half = 0.5 * (float(angles[1]) + self.lead)
+        return angles
+
+    def turned(
+        self, near: Array, rows: tuple[Array, Array], rates: tuple[Array, Array], span: float
+    ) -> Array | None:
+        """Return what `followed` does, from the ends of an interval alone; None if they leave it.
+
+        Args:
+            near: angles at its start.
+            rows: at its ends.
+            rates: angular velocities in the body's frame at its ends `(3,)` [rad/s].
+            span: of time [s].
+        """
+        x, y, z = near.tolist()
+        turned = 0.5 * span * max(float(np.linalg.norm(rate)) for rate in rates)
+        if turned > _SHORT:
+            return None
+        before, after = (np.array(self.parts(row)) for row in rows)
+        gains = [
+            span * np.array(self.parts_of(_spun(row[self.ball : self.ball + 4], rate)))
+            for row, rate in zip(rows, rates, strict=True)
+        ]
+        phases = [0.5 * (x + z), 0.5 * (x - z)]
+        for index in range(2):
+            places = [
+                complex(place)
+                for place in _CUBICS
+                @ [before[index], gains[0][index], after[index], gains[1][index]]
+            ]
+            if not _is_clear(places, turned, _CUBIC_ERROR * turned**4):
+                return None
+            for one, other in pairwise(places):
+                phases[index] = _next_phase(phases[index], one, other)
+        first, second = after.tolist()
+        return self._angles((first, second), (phases[0], phases[1]), 0.5 * (y + self.lead))
+
+    def rates(self, angles: Array, spin: Array, gain: Array) -> tuple[Array, Array, bool]:
+        """Return rates and accelerations of the angles, `(3,)` each, and whether they exist.
+
+        Where first and last axis coincide, only the sum of both turns is decided by the motion at
+        that time. Rates have limits if the rotation passes there along the middle axis; if they
+        have none, what is returned moves the body about the axes that are left.
+
+        Args:
+            angles: `(3,)`.
+            spin: angular velocity in the body's frame `(3,)`.
+            gain: its rate `(3,)`.
+        """
+        sine, cosine = self._sines(angles)
+        sin, cos = math.sin(angles[2]), math.cos(angles[2])
+        along, second, third = (self.axes @ spin).tolist()
+        along_gain, second_gain, third_gain = (self.axes @ gain).tolist()
+        tilt = cos * second - sin * third
+        across = sin * second + cos * third
+        exists = True
+        if abs(sine) > _COINCIDE:
+            first = across / sine
+        else:
+            size = math.sqrt(along**2 + second**2 + third**2)
+            passes = abs(across) <= 1e-6 * size < abs(tilt)
+            exists = passes or size == 0.0
+            pushed = sin * second_gain + cos * third_gain
+            first = 0.5 * cosine * (along + (pushed / tilt if passes else 0.0))
+        last = along - first * cosine
+        across_gain = sin * second_gain + cos * third_gain + tilt * last - first * tilt * cosine
+        tilt_gain = cos * second_gain - sin * third_gain - first * sine * last
+        is_apart = abs(sine) > _COINCIDE
+        first_gain = across_gain / sine if is_apart else 0.5 * cosine * along_gain
+        last_gain = along_gain - first_gain * cosine + first * tilt * sine
+        rates, gains = [first, tilt, last], [first_gain, tilt_gain, last_gain]
+        return np.array(rates), np.array(gains), exists
+
+    def apart(self, x: Array) -> float:
+        """Return the sine of the angle between the outer axes at coordinates of the mechanism."""
+        return abs(self._sines(x[self.column : self.column + 3])[0])
+
+    def spin(self, angles: Array, rates: Array) -> Array:
+        """Return the angular velocity `(3,)` in the body's frame of rates of the angles."""
+        sine, cosine = self._sines(angles)
+        sin, cos = math.sin(angles[2]), math.cos(angles[2])
+        first, tilt, last = rates.tolist()
+        across = first * sine
+        parts = [first * cosine + last, across * sin + tilt * cos, across * cos - tilt * sin]
+        return np.array(parts) @ self.axes
+
+    def moment(self, angles: Array, efforts: Array) -> Array:
+        """Return the moment `(3,)` in the body's frame of efforts along the angles `(3,)`.
+
+        Without effort about the outer axes it is finite wherever they are.
+        """
+        sine, cosine = self._sines(angles)
+        sin, cos = math.sin(angles[2]), math.cos(angles[2])
+        first, tilt, last = efforts.tolist()
+        across = first - last * cosine
+        if across != 0.0:
+            across /= sine if abs(sine) > _COINCIDE**2 else math.copysign(_COINCIDE**2, sine)
+        parts = [last, across * sin + tilt * cos, across * cos - tilt * sin]
+        return np.array(parts) @ self.axes
+
+    def _sines(self, angles: Array) -> tuple[float, float]:
+        """Return sine and cosine of the angle between the first and the last axis."""
+        between = float(angles[1]) + self.lead
+        return math.sin(between), math.cos(between)
+
+    def parts_of(self, quaternion: Array) -> tuple[complex, complex]:
+        """Return both parts of a quaternion `(4,)`, or of its rate."""
+        a, b, c, d = (self.to_parts @ quaternion).tolist()
+        return complex(a, b), complex(c, d)
+
+
+def _spun(quaternion: Array, spin: Array) -> Array:
+    """Return the rate of a quaternion `(4,)` for an angular velocity in the body's frame."""
+    return quaternion_product(quaternion[None], np.array([[*(0.5 * spin), 0.0]]))[0]
+
+
+def _nearest_phase(part: complex, near: float) -> float:
+    """Return the phase of a part or of its negative [rad], whichever is nearer to another one."""
+    if abs(part) <= NOTHING:
+        return near
+    phase = cmath.phase(part)
+    return phase + math.pi * round((near - phase) / math.pi)
+
+
+def _next_phase(phase: float, before: complex, after: complex) -> float:
+    """Return the phase after a straight way; of the negative part if it has a negative one."""
+    if abs(before) <= NOTHING or abs(after) <= NOTHING:
+        return _nearest_phase(after, phase)
+    return _nearest_phase(after, phase + cmath.phase(after / before))
+
+
+def _is_clear(way: list[complex], turned: float, error: float = 0.0) -> bool:
+    """Return whether a part surely went round zero as straight pieces do, or stayed in it.
+
+    Args:
+        way: of the part, at equal distances of time.
+        turned: half of the rotation meanwhile [rad].
+        error: of the way.
+    """
+    if all(abs(part) <= NOTHING for part in way):
+        return True
+    length = sum(abs(other - one) for one, other in pairwise(way))
+    least = min(_distance(one, other) for one, other in pairwise(way))
+    return least > _CURVED * length * turned + error
+
+
+def _distance(one: complex, other: complex) -> float:
+    """Return the distance of a straight way from zero."""
+    way = other - one
+    if way == 0.0:
+        return abs(one)
+    part = min(max(-(one * way.conjugate()).real / abs(way) ** 2, 0.0), 1.0)
+    return abs(one + part * way)
+
+
+class WithBalls:
+    """A mechanism whose free balls are balls, whatever its own coordinates are.
+
+    It has what a simulation takes of a `Mechanism`; velocity coordinates keep their places.
+
+    Attributes:
+        source: the mechanism.
+        balls: what is integrated as a rotation.
+        model: Pinocchio's, without the bodies between the turns.
+        coordinates: its layout.
+        loops, couplings: see `Mechanism`.
+        auxiliary_bodies, characteristic_length: see `Mechanism`.
+        kept: what simulations find out about it, with the mechanism.
+    """
+
+    def __init__(self, source: Mechanism, hinges: Collection[int]) -> None:
+        """Make it.
+
+        Args:
+            source: the mechanism.
+            hinges: indices in its model of the first turns of the balls.
+        """
+        self.source, self._hinges = source, tuple(hinges)
+        self.kept = source.kept.of("kept with balls", self._hinges, Kept)
+        self.characteristic_length = source.characteristic_length
+        self.couplings: tuple[Coupling, ...] = source.couplings
+        old, model = source.model, pinocchio.Model()
+        parts = source.coordinates.parts
+        starts = dict(zip((part.id for part in parts), source.coordinates.starts, strict=True))
+        axes = {part.id: part.axis for part in parts}
+        centres = {hinge + 2: _meeting(old, hinge, axes) for hinge in hinges}
+        moved = {0: pinocchio.SE3.Identity()}
+        own = {0: 0}
+        joints, balls = [], []
+        for part in parts:
+            index = part.id
+            if any(hinge <= index < hinge + 2 for hinge in hinges):
+                continue
+            kind, first = part.kind, index
+            moved[index] = pinocchio.SE3.Identity()
+            placement, joint = old.jointPlacements[index], old.joints[index]
+            if index in centres:
+                kind, first = "spherical", index - 2
+                at_first, at_last, *_ = centres[index]
+                moved[index] = pinocchio.SE3(np.eye(3), -at_last)
+                placement, joint = old.jointPlacements[first], pinocchio.JointModelSpherical()
+                zero = old.jointPlacements[first + 1] * old.jointPlacements[index]
+                placement = placement * pinocchio.SE3(zero.rotation, at_first)
+            parent = old.parents[first]
+            placement = moved[parent] * placement
+            own[index] = model.addJoint(own[parent], joint, placement, old.names[index])
+            model.inertias[own[index]] = moved[index].act(old.inertias[index])
+            part = Part(kind, part.axis, own[index])
+            joints.append(Joint(old.names[index], kind, part.axis, (part,)))
+        self.model = model
+        self.coordinates = Coordinates(model, joints, source.characteristic_length)
+        placed = dict(zip(range(1, model.njoints), self.coordinates.starts, strict=True))
+        for index in centres:
+            columns = starts[index - 2], placed[own[index]]
+            balls.append(_free_ball(old, index - 2, axes, moved[index], columns))
+        self.balls = tuple(balls)
+        self.loops = tuple(
+            loop._replace(
+                predecessor=own[loop.predecessor],
+                predecessor_placement=moved[loop.predecessor] * loop.predecessor_placement,
+                successor=own[loop.successor],
+                successor_placement=moved[loop.successor] * loop.successor_placement,
+            )
+            for loop in source.loops
+        )
+        self.auxiliary_bodies = tuple(own[index] for index in source.auxiliary_bodies)
+        # Columns of everything else, in the mechanism and here.
+        angles = {ball.column + k for ball in balls for k in range(3)}
+        quaternions = {ball.ball + k for ball in balls for k in range(4)}
+        self._columns = np.array(
+            [column for column in range(source.coordinates.size) if column not in angles], dtype=int
+        )
+        self._own_columns = np.array(
+            [column for column in range(self.coordinates.size) if column not in quaternions],
+            dtype=int,
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return WithBalls, (self.source, self._hinges)
+
+    def row(self, x: Array) -> Array:
+        """Return the row that is integrated for a row of the mechanism `(size,)`."""
+        row = np.empty(self.coordinates.size)
+        row[self._own_columns] = x[self._columns]
+        for ball in self.balls:
+            row[ball.ball : ball.ball + 4] = ball.quaternion(x[ball.column : ball.column + 3])
+        return row
+
+    def turns(self, x: Array, turns: Array) -> Array:
+        """Return turns `(own size,)` of the row for `x`, see `System.turns`."""
+        result = np.zeros(self.coordinates.size)
+        result[self._own_columns] = turns[self._columns]
+        for ball in self.balls:
+            span = slice(ball.column, ball.column + 3)
+            result[ball.ball : ball.ball + 3] = x[span] / (2.0 * np.pi) + turns[span]
+        return result
+
+    def velocities(self, x: Array, v: Array) -> Array:
+        """Return velocities that are integrated for a state of the mechanism."""
+        v = v.copy()
+        for ball in self.balls:
+            span = slice(ball.rate, ball.rate + 3)
+            v[span] = ball.spin(x[ball.column : ball.column + 3], v[span])
+        return v
+
+    def positions(self, row: Array, turns: Array) -> Array:
+        """Return the mechanism's coordinates `(size,)`, all turns counted, of a row.
+
+        Args:
+            row: that is integrated.
+            turns: of the row; of balls, angles near which they are.
+        """
+        x = np.empty(self.source.coordinates.size)
+        x[self._columns] = (row + 2.0 * np.pi * turns)[self._own_columns]
+        for ball in self.balls:
+            near = 2.0 * np.pi * turns[ball.ball : ball.ball + 3]
+            x[ball.column : ball.column + 3] = ball.nearest(row, near)
+        return x
+
+    def rates(self, x: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+        """Return velocities and accelerations of the mechanism, and which of them exist `(nv,)`.
+
+        Args:
+            x: its coordinates `(size,)`.
+            v: velocities that are integrated `(nv,)`.
+            a: accelerations that are.
+        """
+        v, a, exist = v.copy(), a.copy(), np.ones(len(v), dtype=bool)
+        for ball in self.balls:
+            span, angles = slice(ball.rate, ball.rate + 3), x[ball.column : ball.column + 3]
+            v[span], a[span], exists = ball.rates(angles, v[span], a[span])
+            exist[[ball.rate, ball.rate + 2]] = exists
+        return v, a, exist
+
+    def followed(
+        self,
+        turns: Array,
+        rows: tuple[Array, Array],
+        rates: tuple[Array, Array],
+        ends: tuple[float, float],
+        way: Callable[[float], Array],
+    ) -> Array:
+        """Return the turns at the end of a part of a step, of which those at its start are known.
+
+        Args:
+            turns: at its start.
+            rows: that are integrated, at its ends.
+            rates: velocities that are integrated, at its ends.
+            ends: [s].
+            way: rows at a time between them.
+        """
+        turns = turns.copy()
+        for ball in self.balls:
+            span, own = slice(ball.ball, ball.ball + 3), slice(ball.rate, ball.rate + 3)
+            near = 2.0 * np.pi * turns[span]
+            spins = rates[0][own], rates[1][own]
+            angles = ball.turned(near, rows, spins, ends[1] - ends[0])
+            if angles is None:
+                spin = 1.5 * max(float(np.linalg.norm(rate)) for rate in spins)
+                last = ball.followed(near, way, ends, spin)
+                angles = ball.nearest(rows[1], last)
+            turns[span] = angles / (2.0 * np.pi)
+        return turns
+
+    def efforts(self, x: Array, efforts: Array) -> Array:
+        """Return efforts `(nv,)` along what is integrated, of those along the coordinates `x`."""
+        efforts = efforts.copy()
+        for ball in self.balls:
+            span = slice(ball.rate, ball.rate + 3)
+            if np.any(efforts[span]):
+                efforts[span] = ball.moment(x[ball.column : ball.column + 3], efforts[span])
+        return efforts
+
+    def regular(self, model: Any, x: Array, row: Array, v: Array) -> tuple[Array, Array]:
+        """Return a configuration and velocities of the mechanism's model in which axes differ.
+
+        Its balls are placed so that their bodies are where they are, with other angles.
+
+        Args:
+            model: Pinocchio's, of the mechanism; first turns of balls are placed anew.
+            x: coordinates `(size,)`.
+            row: that is integrated.
+            v: velocities that are integrated.
+        """
+        x, v = x.copy(), v.copy()
+        for ball in self.balls:
+            turn = pinocchio.Quaternion(row[ball.ball : ball.ball + 4]).matrix()
+            rotation = pinocchio.SE3(turn, np.zeros(3))
+            model.jointPlacements[ball.hinge] = ball.before * rotation * ball.after
+            x[ball.column : ball.column + 3] = ball.regular
+            v[ball.rate : ball.rate + 3] = (ball.axes @ v[ball.rate : ball.rate + 3])[::-1]
+        return x, v
+
+    def regular_moments(self, efforts: Array) -> Array:
+        """Return efforts along what is integrated, of those at a `regular` configuration."""
+        efforts = efforts.copy()
+        for ball in self.balls:
+            span = slice(ball.rate, ball.rate + 3)
+            efforts[span] = efforts[span][::-1] @ ball.axes
+        return efforts
+
+
+def with_free_balls(
+    mechanism: Mechanism, prescribed: Iterable[int], loaded: Collection[int] = ()
+) -> Mechanism | WithBalls:
+    """Return a mechanism with its free balls as balls; itself if it has none.
+
+    Args:
+        mechanism: the mechanism.
+        prescribed: velocity coordinates that are driven or held.
+        loaded: bodies of the model on which forces act.
+    """
+    hinges = _first_turns(mechanism, set(prescribed), loaded)
+    return WithBalls(mechanism, hinges) if hinges else mechanism
+
+
+def _first_turns(mechanism: Mechanism, fixed: set[int], loaded: Collection[int]) -> list[int]:
+    """Return the first turns of three in a row that are a free ball, as indices in the model."""
+    model = mechanism.model
+    fixed |= {
+        column
+        for item in mechanism.couplings
+        for column in (*item.predecessor_columns, *item.successor_columns)
+    }
+    tied = {*loaded, *(loop.successor for loop in mechanism.loops)}
+    tied |= {loop.predecessor for loop in mechanism.loops}
+    # The tilts of a pin with play are as small as the play is.
+    fixed |= {
+        rate
+        for joint in mechanism.joints.values()
+        if joint.type == "loose"
+        for rate in range(model.nv)[mechanism.coordinates.velocity_columns[joint.name]]
+    }
+    turning = {part.id: part.axis for part in mechanism.coordinates.parts if _turns(part)}
+    children = list(model.parents)
+    result: list[int] = []
+    for index in range(1, model.njoints - 2):
+        own = index, index + 1, index + 2
+        if result and index <= result[-1] + 2:
+            continue
+        if not turning.keys() >= set(own) or fixed & {model.idx_vs[item] for item in own}:
+            continue
+        if any(model.parents[item + 1] != item for item in own[:2]):
+            continue
+        if any(
+            item in tied or children.count(item) > 1 or np.any(model.inertias[item].matrix())
+            for item in own[:2]
+        ):
+            continue
+        *_, askew, apart = _meeting(model, index, turning)
+        if askew <= ROUNDED and apart <= ROUNDED * mechanism.characteristic_length:
+            result.append(index)
+    return result
+
+
+def _turns(part: Part) -> bool:
+    return part.kind == "revolute"
+
+
+def _meeting(
+    model: pinocchio.Model, hinge: int, axes: dict[int, Array]
+) -> tuple[Array, Array, float, float]:
+    """Return where three axes meet, in the frames of the first and of the last turn.
+
+    Args:
+        model: of the mechanism.
+        hinge: first turn.
+        axes: of the turns, in their frames.
+
+    Returns:
+        Both places, the greatest cosine of the angle between the middle axis and another, and the
+        greatest distance of an axis from the first place [m].
+    """
+    second, third = (model.jointPlacements[hinge + k] for k in (1, 2))
+    zero = second * third
+    a, b = axes[hinge], second.rotation @ axes[hinge + 1]
+    c = zero.rotation @ axes[hinge + 2]
+    askew = max(abs(float(a @ b)), abs(float(b @ c)))
+    # The middle axis meets each of the others at right angles: along both, the foot is at a.
+    to_middle, to_last = second.translation, zero.translation
+    centre = a * float(a @ to_middle)
+    on_last = float(c @ (centre - to_last))
+    gaps = [
+        (centre - to_middle) - b * float(b @ (centre - to_middle)),
+        (centre - to_last) - c * on_last,
+    ]
+    apart = max(float(np.linalg.norm(gap)) for gap in gaps)
+    return centre, axes[hinge + 2] * on_last, askew, apart
+
+
+def _free_ball(
+    model: pinocchio.Model,
+    hinge: int,
+    axes: dict[int, Array],
+    moved: pinocchio.SE3,
+    columns: tuple[int, int],
+) -> FreeBall:
+    """Return a ball."""
+    second, third = (model.jointPlacements[hinge + k] for k in (1, 2))
+    zero = second * third
+    a = zero.rotation.T @ axes[hinge]
+    b = third.rotation.T @ axes[hinge + 1]
+    c = axes[hinge + 2]
+    across = np.cross(a, b)
+    # The turn about b that leads from a to c; across x b = -a.
+    lead = math.atan2(-float(c @ across), float(c @ a))
+    turn = np.array([*(math.sin(0.5 * lead) * b), math.cos(0.5 * lead)])
+    basis = np.array([a, b, across])
+    to_parts = np.empty((4, 4))
+    for index, unit in enumerate(np.eye(4)):
+        led = quaternion_product(unit[None], turn[None])[0]
+        first, second_part, third_part = basis @ led[:3]
+        to_parts[:, index] = led[3], first, second_part, third_part
+    rotation = pinocchio.Quaternion(turn).matrix()
+    before = model.jointPlacements[hinge] * pinocchio.SE3(
+        zero.rotation, _meeting(model, hinge, axes)[0]
+    )
+    middle = 0.5 * math.pi - lead
+    quarter = np.array([*(math.sin(0.5 * middle) * axes[hinge + 1]), math.cos(0.5 * middle)])
+    tilted = pinocchio.SE3(pinocchio.Quaternion(quarter).matrix(), np.zeros(3))
+    after = moved * (second * tilted * third).inverse()
+    return FreeBall(
+        columns[0],
+        columns[1],
+        model.idx_vs[hinge],
+        hinge,
+        lead,
+        to_parts,
+        basis @ rotation.T,
+        before,
+        after,
+    )

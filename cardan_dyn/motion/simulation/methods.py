@@ -1,0 +1,343 @@
+"""Methods: how simulations are run, each from a checked setup to a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kit.arrays import NOTHING, Array
+from ...kit.errors import CardanError, SimulationError
+from .constrained_model import ConstrainedModel
+from .contact_following import ContactFollowing
+from .crossings import Crossings
+from .energy_functions import energy_functions
+from .energy_integral import EnergyIntegral
+from .events import EventSearch, Happened, State
+from .free_balls import WithBalls, with_free_balls
+from .integration import Equations, Integration, Judge
+from .progress import INTERRUPTED
+from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
+from .scalar_equation import ScalarEquation
+from .setup import Setup, refuse_distances
+from .stiffness import judged, limited, modes, settled
+from .system import System
+from .trajectory import Course, Trajectory
+
+_GROWS = 100.0
+"""Growth of errors from which on a motion lingers: any that swings has a few times as much."""
+_LINGERS = 1e-5
+"""Doubt of positions that is told of steps [rad]."""
+_STEP_ERRORS = 50.0
+"""Error of the energy that steps add up to, in relative tolerances."""
+_FEWEST_POINTS = 4
+_SAMPLES_PER_PERIOD = 64
+"""Times per turn or swing that a quadrature returns."""
+_MOST_SAMPLES = 20_000
+"""Greatest number of these times; `Trajectory.at` gives others."""
+_HARDLY_APART = 1e-4
+"""Sine of the angle between outer axes of a ball up to which they explain why steps failed."""
+
+
+def by_quadrature(setup: Setup) -> Trajectory:
+    """Simulate one conservative free coordinate by its energy integral."""
+    functions = energy_functions(setup.solver, setup.forces)
+    integral = EnergyIntegral(functions, *setup.drive_start)
+    refuse_distances(integral.fastest, setup.duration, integral.reach)
+    count = 1 + _SAMPLES_PER_PERIOD
+    if np.isfinite(integral.period):
+        count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
+    times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
+    run = OneCoordinateRun(setup.solver, times, integral.at, integral)
+    ended, found = setup.duration, _End("", failed=False)
+    if setup.events:
+        ended, found = _searched(setup, run)
+    if ended < setup.duration:
+        run.times = np.append(times[times < ended], ended)
+    try:
+        setup.progress.show(ended)
+    except KeyboardInterrupt:
+        pass  # All was computed.
+    finally:
+        setup.progress.close()
+    notes = *setup.notes, *_doubt(integral, ended), *found.notes
+    happened = tuple(found.events)
+    course = Course(setup, run, setup.start, "quadrature", found.reason, happened, notes)
+    return Trajectory(course, run.times)
+
+
+def _doubt(integral: EnergyIntegral, duration: float) -> list[str]:
+    """Return what rounding leaves open of a quadrature, in words."""
+    if np.isinf(integral.doubt):
+        return ["rests in an unstable equilibrium, which it would leave at any push"]
+    late = float(integral.late(np.array([duration]))[0])
+    if late * integral.fastest < NOTHING:
+        return []
+    what = f"of {duration / integral.period:.2g} periods, what rounding leaves open adds up"
+    if integral.doubt * integral.fastest >= NOTHING:
+        what = (
+            "close to an unstable equilibrium, where rounding of inertia and forces decides how "
+            "long it stays"
+        )
+    return [
+        f"{what}: what follows may be early or late by {late:.1e} s, or off by "
+        f"{late * integral.fastest:.1e} rad"
+    ]
+
+
+def _lingering(setup: Setup, run: Run) -> list[str]:
+    """Return what steps leave open of a motion that lingers at an unstable equilibrium, in words.
+
+    There errors grow as the motion away from it does.
+    """
+    problem, times = setup.solver.problem, run.times
+    drives = problem.independent
+    if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
+        return []
+    if len(times) < _FEWEST_POINTS:
+        return []
+    alone = run.drives_alone(times)
+    (own,) = problem.mechanism.coordinates.rates_of(drives)
+    speeds = run.rows(times).v[:, own] if alone is None else alone.v[:, 0]
+    if not np.any(speeds):
+        return []
+    accelerations = np.gradient(speeds, times)
+    rate = float(np.max(np.abs(accelerations)) / np.max(np.abs(speeds)))
+    if not rate > 0.0:
+        return []
+    # Zero where it rests: distance from all equilibria, in rad/s.
+    distance = np.hypot(speeds, accelerations / rate)
+    later = np.maximum.accumulate(distance[::-1])[::-1]
+    # Damping may bring it to rest where nothing grows any more.
+    earlier = np.maximum.accumulate(distance) if setup.forces.is_constant else later
+    fastest = np.maximum(earlier, later)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        growth = np.nan_to_num((fastest / distance) * (later / distance), nan=0.0)
+    worst = int(np.argmax(growth))
+    off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(fastest[worst]) / rate
+    if off < _LINGERS or growth[worst] < _GROWS:
+        return []
+    size = f"be off by {off:.0e} rad" if off < 1.0 else "be any other motion"
+    return [
+        f"lingers near an unstable equilibrium at {times[worst]:.6g} s, where errors of steps grow "
+        f"about {growth[worst]:.0e}-fold: what follows may {size}; give a "
+        "smaller rtol"
+    ]
+
+
+def _searched(setup: Setup, run: Run) -> tuple[float, _End]:
+    """Return when events or an interruption ended a run, and how."""
+    names, count = setup.forces.names, 4 * int(np.ceil(setup.duration / run.period)) or 4
+
+    def reading(times: list[float]) -> list[State]:
+        rows = run.rows(np.array(times))
+        states = zip(rows.x + 2.0 * np.pi * rows.turns, rows.v, strict=True)
+        return [(names.positions(x), names.speeds(v)) for x, v in states]
+
+    search, reached, reason = EventSearch(setup.events, reading), 0.0, ""
+    try:
+        for index in range(1, count + 1):
+            end = setup.duration * (index / count)
+            stopped = search.step(reached, end, reading)
+            reached = end if stopped is None else stopped
+            if stopped is not None:
+                reason = search.reason
+                break
+            setup.progress.show(reached)
+    except KeyboardInterrupt:
+        reason = INTERRUPTED
+    return reached, _End(reason, False, search.happened, search.notes)
+
+
+def by_response(setup: Setup) -> Trajectory:
+    """Simulate one free coordinate by its scalar equation."""
+    solver = setup.solver
+    equation = ScalarEquation(solver, energy_functions(solver), setup.forces)
+    y = np.array(setup.drive_start)
+    atol = setup.atol * np.array([1.0, _speed(equation.derivative(0.0, y))])
+    integration = Integration(
+        equation,
+        y,
+        setup.duration,
+        rtol=setup.rtol,
+        atol=atol,
+        step=setup.step,
+        longest=setup.longest_step,
+        is_stiff=None if setup.forces.is_nothing else _judge(setup, equation, atol / setup.atol, 1),
+    )
+
+    ended = _followed(setup, integration)
+    run = OneCoordinateRun(solver, integration.times, IntegratedLaw(integration))
+    return _trajectory(setup, integration, ended, run, "response")
+
+
+def in_all_coordinates(setup: Setup) -> Trajectory:
+    """Simulate by constrained dynamics in all coordinates."""
+    method = setup.method
+    system = System(_model(setup), setup.forces, setup.motions, setup.x)
+    y = system.begin(setup.x, setup.turns, setup.v)
+    following = None
+    if setup.contacts:
+        following = ContactFollowing(system, setup.contacts, setup.max_touches)
+        following.begin(y)
+    coordinates = system.model.mechanism.coordinates
+    v, gains = y[system.size :], system.derivative(0.0, y)[system.size :]
+    speed = _speed(np.concatenate([v, gains]) / np.tile(coordinates.rate_scale, 2))
+    unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
+    crossings = Crossings(system.model, system.size)
+    crossings.check_start(y)
+    notes: list[str] = []
+    if setup.solver.problem.elements and setup.step is None and not following:
+
+        def rates(row: Array) -> Array:
+            return system.derivative(0.0, row)
+
+        tolerance = setup.atol * unit + setup.rtol * np.abs(y)
+        if setup.settle:
+            y = settled(rates, lambda row: system.restored(0.0, row), y, unit, tolerance, speed)
+        begins = judged(modes(rates, y, unit, tolerance), setup.duration, speed)
+        method, notes = (
+            method or ("Radau" if begins.is_stiff else None),
+            begins.notes(settle=setup.settle),
+        )
+    # Before the integration takes whole turns off the row.
+    state = system.state(y, system.turns, np.zeros_like(y))
+    begun = state.x + 2.0 * np.pi * state.turns, state.v
+    atol = setup.atol * unit
+    integration = Integration(
+        system,
+        y,
+        setup.duration,
+        method=method or "DOP853",
+        rtol=setup.rtol,
+        atol=atol,
+        step=setup.step,
+        longest=setup.longest_step,
+        crossings=crossings,
+        is_stiff=None
+        if following or setup.forces.is_nothing
+        else _judge(setup, system, unit, system.size),
+    )
+    if following:
+        integration.strictness = following.strictness
+    name = integration.method
+    ended = _followed(setup, integration, following)
+    run = ConstrainedRun(integration, system)
+    return _trajectory(setup, integration, ended, run, name, notes, following, begun)
+
+
+def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
+    """Return what judges whether equations with forces are stiff at a row."""
+
+    def is_stiff(time: float, y: Array, jacobian: Array, length: float) -> bool:
+        def rates(row: Array) -> Array:
+            return equations.derivative(time, row)
+
+        tolerance = setup.atol * unit + setup.rtol * np.abs(y)
+        found = modes(rates, y, unit, tolerance, jacobian)
+        # Rates of positions are speeds.
+        speed = float(np.max(np.abs(rates(y)[:size] / unit[:size]), initial=0.0))
+        return limited(found, length, setup.duration - time, speed)
+
+    return is_stiff
+
+
+def _speed(rates: Array) -> float:
+    """Return how fast joints move [rad/s]: at the start, or soon after it, 1 at most then.
+
+    Args:
+        rates: speeds and accelerations at the start `(2 n,)`.
+    """
+    v, a = (float(np.max(np.abs(part), initial=0.0)) for part in np.split(rates, 2))
+    return max(v, min(np.sqrt(a), 1.0)) or 1.0
+
+
+def _model(setup: Setup) -> ConstrainedModel:
+    problem = setup.solver.problem
+    coordinates = problem.mechanism.coordinates
+    rates = coordinates.rates_of((*setup.motions, *problem.held))
+    mechanism = with_free_balls(problem.mechanism, rates, setup.forces.bodies)
+    x = mechanism.row(setup.x) if isinstance(mechanism, WithBalls) else setup.x
+    independent = coordinates.rates_of(problem.independent)
+    return ConstrainedModel(mechanism, rates, problem.gravity, x, independent)
+
+
+class _End(NamedTuple):
+    """How a simulation ended: at its end, for a reason, or because it failed."""
+
+    reason: str
+    failed: bool
+    events: Sequence[Happened] = ()
+    notes: Sequence[str] = ()
+
+
+def _followed(
+    setup: Setup, integration: Integration, contacts: ContactFollowing | None = None
+) -> _End:
+    """Step to the end, to an event, to the last touch, or to where it fails."""
+    equations, start = integration.equations, integration.points[0]
+    search = EventSearch(setup.events, lambda _: [equations.named(start.y, start.turns)])
+    reason, failure = "", None
+    # A step that was too long leads beyond all numbers, and is taken anew.
+    heed = np.seterr(over="ignore", invalid="ignore")
+    try:
+        while integration.is_running and not reason:
+            failure = integration.advance()
+            if failure is not None:
+                last = integration.points[-1]
+                failure = equations.boundless(*last[:3], _HARDLY_APART) or failure
+                break
+            if contacts is not None:
+                reason = contacts.follow(integration)
+            setup.progress.step(integration.time)
+            if setup.events:
+                reason = search.follow(integration) or reason
+    except KeyboardInterrupt:
+        reason = INTERRUPTED
+    except CardanError as error:
+        failure = str(error)
+    finally:
+        np.seterr(**heed)
+        setup.progress.close()
+    return _End(failure or reason, failure is not None, search.happened, search.notes)
+
+
+def _trajectory(
+    setup: Setup,
+    integration: Integration,
+    ended: _End,
+    run: Run,
+    method: str,
+    notes: Sequence[str] = (),
+    contacts: ContactFollowing | None = None,
+    start: tuple[Array, Array] | None = None,
+) -> Trajectory:
+    """Return what was integrated."""
+    notes = [*setup.notes, *notes, *setup.progress.notes, *ended.notes]
+    if integration.stiff_from is not None:
+        notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
+        method += ", then Radau"
+    notes += _lingering(setup, run)
+    if integration.crossings is not None:
+        notes += integration.crossings.notes(setup.rtol)
+    course = Course(
+        setup,
+        run,
+        start or setup.start,
+        method,
+        ended.reason,
+        tuple(ended.events),
+        tuple(notes),
+        integration.equations.evaluations,
+        contacts.closed(integration.time) if contacts else (),
+    )
+    trajectory = Trajectory(course, run.times)
+    if ended.failed:
+        raise SimulationError(
+            f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: "
+            f"{ended.reason}",
+            trajectory=trajectory,
+            time=integration.time,
+        )
+    return trajectory

@@ -1,0 +1,246 @@
+"""Prescribed motion: how a drive moves in a simulation, with its speed and acceleration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.checks import described, mapping
+from ...kit.errors import ArgumentError, MobilityError, choices
+from .system import Motion
+
+_SAMPLES = 64
+"""Intervals of the duration over which the derivatives of a function are compared with it."""
+_DIFFERENCE = 1e-5
+"""Greatest difference between a function and the integral of its derivative over an interval, as a
+fraction of the greatest value of the latter times the interval: quadrature has smaller errors, and
+a jump inside an interval is seen after it was halved some times."""
+_HALVINGS = 20
+_ADVICE = (
+    "give a speed, a function of time that returns position, speed and acceleration, three "
+    "functions, or times and positions, which a spline then connects"
+)
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Motion with constant speed.
+
+    Attributes:
+        speed: [rad/s or m/s].
+        start: position at time 0 [rad or m].
+    """
+
+    speed: float
+    start: float = 0.0
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration."""
+        return self.start + self.speed * time, self.speed, 0.0
+
+
+@dataclass(frozen=True)
+class Spline:
+    """Motion along a spline.
+
+    Attributes:
+        position, speed, acceleration: functions of time.
+    """
+
+    position: Callable[[float], Any]
+    speed: Callable[[float], Any]
+    acceleration: Callable[[float], Any]
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration."""
+        return float(self.position(time)), float(self.speed(time)), float(self.acceleration(time))
+
+
+@dataclass(frozen=True)
+class Written:
+    """Motion that a user's functions return.
+
+    Attributes:
+        label: of messages.
+        functions: one that returns all three, or three of them.
+    """
+
+    label: str
+    functions: tuple[Callable[[float], Any], ...]
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration.
+
+        Raises:
+            ArgumentError: the functions fail, or return something else.
+        """
+        try:
+            values = [function(time) for function in self.functions]
+        except Exception as error:
+            raise ArgumentError(
+                f"{self.label} failed at time {time:g} s: {type(error).__name__}: {error}"
+            ) from error
+        try:
+            position, speed, acceleration = map(float, values if len(values) > 1 else values[0])
+        except (TypeError, ValueError):
+            what = described(values if len(values) > 1 else values[0])
+            raise ArgumentError(
+                f"{self.label} returns {what} at time {time:g} s, expected position, speed and "
+                f"acceleration; {_ADVICE}"
+            ) from None
+        return position, speed, acceleration
+
+
+def prescribed_motions(
+    drives: tuple[str, ...], free: tuple[str, ...], motion: Any, duration: float
+) -> tuple[dict[str, Motion], dict[str, float]]:
+    """Return how driven coordinates move, and where those begin that say it.
+
+    Args:
+        drives: of the scene.
+        free: likewise.
+        motion: see `Scene.simulate`.
+        duration: of the simulation [s].
+
+    Raises:
+        ArgumentError: a joint is no drive, a drive has no motion, or its motion is none.
+        MobilityError: nothing is free.
+    """
+    if not free:
+        raise MobilityError(
+            f"a simulation finds the motion of free coordinates, and the scene drives all it has: "
+            f"{choices(drives)}; name those that are free: scene.replace(free=...). Scene.sweep "
+            "solves prescribed motion",
+            mobility=0,
+        )
+    motions: dict[str, Motion] = {}
+    for name, value in mapping("motion", motion).items():
+        if name not in drives:
+            what = "is free" if name in free else "is no drive of the scene"
+            listed = choices(drives, name) if drives else "none; scene.replace(drive=...)"
+            raise ArgumentError(f"motion[{name!r}]: the joint {what}; drives: {listed}")
+        motions[name] = prescribed_motion(name, value, duration)
+    if missing := [name for name in drives if name not in motions]:
+        raise ArgumentError(
+            f"motion: the scene drives {choices(missing)}, of which nothing says how; give "
+            f"motion={{{missing[0]!r}: ...}}, or free it: scene.replace(free=[*scene.free, "
+            f"{missing[0]!r}])"
+        )
+    starts = {name: item(0.0)[0] for name, item in motions.items() if not isinstance(item, Uniform)}
+    return motions, starts
+
+
+def begun_at(motions: Mapping[str, Motion], starts: Mapping[str, float]) -> dict[str, Motion]:
+    """Return motions of which those with constant speed begin at given positions."""
+    return {
+        name: replace(item, start=starts[name]) if isinstance(item, Uniform) else item
+        for name, item in motions.items()
+    }
+
+
+def prescribed_motion(name: str, value: Any, duration: float) -> Motion:
+    """Return how a drive moves.
+
+    Args:
+        name: of the drive.
+        value: a constant speed [rad/s or m/s], from 0; a function of time that returns position,
+            speed and acceleration; three functions; or times and positions `(K,)`, K at least 6.
+        duration: of the simulation [s].
+
+    Raises:
+        ArgumentError: none of these, not finite, or derivatives that are none.
+    """
+    label = f"motion[{name!r}]"
+    if callable(value):
+        return _checked(label, Written(label, (value,)), duration)
+    if isinstance(value, Sequence) and len(value) == 3 and all(map(callable, value)):
+        return _checked(label, Written(label, tuple(value)), duration)
+    if isinstance(value, Sequence) and len(value) == 2 and not isinstance(value, (str, bytes)):
+        times, positions = value
+        return _spline(label, times, positions, duration)
+    if not isinstance(value, Sequence) and np.ndim(value) == 0:
+        return _constant(label, value)
+    raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}")
+
+
+def _constant(label: str, value: Any) -> Motion:
+    try:
+        speed = float(value)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}") from None
+    if not np.isfinite(speed):
+        raise ArgumentError(f"{label} is {speed}; a speed is finite")
+    return Uniform(speed)
+
+
+def _spline(label: str, times: Any, positions: Any, duration: float) -> Motion:
+    """Return the quintic spline through positions, whose second derivative is smooth."""
+    from scipy.interpolate import make_interp_spline  # Few motions need it.
+
+    try:
+        times, positions = np.asarray(times, dtype=float), np.asarray(positions, dtype=float)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{label}: times and positions are no numbers; {_ADVICE}") from None
+    if times.ndim != 1 or times.shape != positions.shape or times.size < 6:
+        raise ArgumentError(
+            f"{label}: times {times.shape} and positions {positions.shape}, expected two arrays "
+            "(K,) with K at least 6"
+        )
+    if not (np.all(np.isfinite(times)) and np.all(np.isfinite(positions))):
+        raise ArgumentError(f"{label}: times and positions have to be finite")
+    if np.any(np.diff(times) <= 0.0):
+        raise ArgumentError(f"{label}: times have to increase")
+    if times[0] > 0.0 or times[-1] < duration:
+        raise ArgumentError(
+            f"{label}: times from {times[0]:g} to {times[-1]:g} s do not span the simulation, "
+            f"0 to {duration:g} s"
+        )
+    position = make_interp_spline(times, positions, k=5)
+    return Spline(position, position.derivative(1), position.derivative(2))
+
+
+def _checked(label: str, motion: Motion, duration: float) -> Motion:
+    """Return a motion after its derivatives were compared with it."""
+    times = np.linspace(0.0, duration, _SAMPLES + 1)
+    ends = np.array([motion(time) for time in times.tolist()])
+    if not np.all(np.isfinite(ends)):
+        bad = times[int(np.argmax(~np.all(np.isfinite(ends), axis=1)))]
+        raise ArgumentError(f"{label} is not finite at time {bad:g} s")
+    for order, what in ((0, "speed"), (1, "acceleration")):
+        scale = max(float(np.max(np.abs(ends[:, order + 1]))), 1e-300)
+        for first, last in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
+            time = _jump(motion, order, first, last, scale)
+            if time is not None:
+                raise ArgumentError(
+                    f"{label}: its {what} is not the derivative of its "
+                    f"{('position', 'speed')[order]} near time {time:g} s, or jumps there; "
+                    "prescribed motion needs continuous second derivatives"
+                )
+    return motion
+
+
+def _jump(motion: Motion, order: int, first: float, last: float, scale: float) -> float | None:
+    """Return where a derivative is not that of a motion within an interval, None if nowhere."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (first + last)
+        error = [
+            _quadrature_error(motion, order, *pair) for pair in ((first, middle), (middle, last))
+        ]
+        worst = int(np.argmax(error))
+        if error[worst] <= _DIFFERENCE * scale:
+            return None
+        first, last = ((first, middle), (middle, last))[worst]
+    return 0.5 * (first + last)
+
+
+def _quadrature_error(motion: Motion, order: int, first: float, last: float) -> float:
+    """Return the mean difference of a derivative from that of a motion over an interval."""
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    half = 0.5 * (last - first)
+    inner: Array = np.array([motion(first + half * (1.0 + node))[order + 1] for node in nodes])
+    gained = motion(last)[order] - motion(first)[order]
+    return abs(float(weights @ inner) * half - gained) / (2.0 * half)

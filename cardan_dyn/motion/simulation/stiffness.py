@@ -1,0 +1,187 @@
+"""Stiffness: how fast a system could move near its start, and how much of that the start excites.
+
+Stiff springs have fast modes. Where the start does not excite them, an explicit method still has to
+take steps as short as their periods, an implicit one has not. Where it does, their ringing is part
+of the solution, and has to be followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kit.arrays import Array
+
+Rates = Callable[[Array], Array]
+"""Time derivative of a row."""
+
+_DIFFERENCE = 6e-6
+"""Relative step of central differences: the cube root of eps."""
+_EXCITED = 10.0
+"""Amplitude of a mode, in tolerances, from which on steps have to follow it."""
+_FAST = 30.0
+"""How much faster than all that is excited a mode has to be to make a system stiff."""
+_STABLE = 5.0
+"""Step of DOP853 times the frequency of a mode up to which it is stable."""
+_NEARLY = 2.0
+"""Step of DOP853 times the frequency of a mode from which on it may be what limits the step."""
+_MANY = 300.0
+"""Steps that stability alone asks for, below which no other method is worth its price."""
+_SETTLING_STEPS = 8
+_NOISE = 1e-7
+"""Frequency of a mode, as a fraction of the greatest, that counts as zero: differences leave it."""
+
+
+class Modes(NamedTuple):
+    """Modes of a system, linearised about a row.
+
+    Attributes:
+        values: eigenvalues `(n,)` [1/s].
+        vectors: eigenvectors `(n, n)`, a column for each.
+        shares: how fast each moves at the row `(n,)`, complex.
+        amplitudes: how far each is from where it would rest `(n,)`, in tolerances.
+    """
+
+    values: Array
+    vectors: Array
+    shares: Array
+    amplitudes: Array
+
+    @property
+    def is_excited(self) -> Array:
+        """Which modes the row excites `(n,)`."""
+        return np.asarray(self.amplitudes > _EXCITED)
+
+
+def modes(
+    rates: Rates, y: Array, unit: Array, tolerance: Array, jacobian: Array | None = None
+) -> Modes:
+    """Return the modes about a row.
+
+    Args:
+        rates: of the system.
+        y: the row `(n,)`.
+        unit: `(n,)` sizes of entries that differences are taken by.
+        tolerance: `(n,)` error that a step may have.
+        jacobian: `(n, n)` derivatives of the rates; by differences if None.
+    """
+    if jacobian is None:
+        jacobian = np.empty((y.size, y.size))
+        for index in range(y.size):
+            step = np.zeros(y.size)
+            step[index] = _DIFFERENCE * max(abs(y[index]), unit[index])
+            jacobian[:, index] = (rates(y + step) - rates(y - step)) / (2.0 * step[index])
+    values, vectors = np.linalg.eig(jacobian)
+    shares = np.linalg.lstsq(vectors, rates(y).astype(complex), rcond=None)[0]
+    sizes = np.abs(values)
+    is_moving = sizes > _NOISE * np.max(sizes, initial=0.0)
+    away = np.where(is_moving, shares / np.where(is_moving, values, 1.0), 0.0)
+    amplitudes = np.max(np.abs(vectors * away) / tolerance[:, None], axis=0)
+    return Modes(values, vectors, shares, amplitudes)
+
+
+class Judgement(NamedTuple):
+    """What a method of integration needs to know of a start.
+
+    Attributes:
+        is_stiff: whether steps would be limited by stability.
+        frequency: of the fastest mode that rings [Hz]; 0 if none does.
+    """
+
+    is_stiff: bool
+    frequency: float
+
+    def notes(self, *, settle: bool) -> list[str]:
+        """Return what a user should know of it.
+
+        Args:
+            settle: whether fast modes were to rest.
+        """
+        notes = []
+        if self.is_stiff:
+            notes.append("stiff: fast modes rest, which an implicit method need not follow")
+        if self.frequency:
+            advice = "settle=True starts where fast modes rest"
+            if settle:
+                advice = f"settle=True did not bring it to rest in {_SETTLING_STEPS} steps"
+            notes.append(
+                f"oscillatory: the start rings at {self.frequency:.6g} Hz, which steps have to "
+                f"follow; {advice}"
+            )
+        return notes
+
+
+def judged(found: Modes, duration: float, speed: float) -> Judgement:
+    """Return whether a start is stiff, and whether it rings.
+
+    Args:
+        found: modes about the start.
+        duration: of the simulation [s].
+        speed: greatest speed of a joint [rad/s]: what turns is no ringing.
+    """
+    sizes = np.abs(found.values)
+    greatest = float(np.max(sizes, initial=0.0))
+    excited = float(np.max(sizes[found.is_excited], initial=0.0))
+    slow = max(float(np.max(sizes[sizes < greatest / _FAST], initial=0.0)), speed)
+    is_many = greatest * duration / _STABLE > _MANY
+    is_stiff = is_many and excited * _FAST < greatest
+    rings = found.is_excited & (np.abs(found.values.imag) > _FAST * max(slow, 1.0 / duration))
+    fastest = float(np.max(np.abs(found.values.imag[rings]), initial=0.0))
+    return Judgement(is_stiff, fastest / (2.0 * np.pi))
+
+
+def limited(found: Modes, length: float, remaining: float, speed: float) -> bool:
+    """Return whether stability, not accuracy, limits the steps of an explicit method.
+
+    Args:
+        found: modes about a row.
+        length: of the last step [s].
+        remaining: time that is left [s].
+        speed: greatest speed of a joint [rad/s].
+    """
+    greatest = float(np.max(np.abs(found.values), initial=0.0))
+    return length * greatest > _NEARLY and judged(found, remaining, speed).is_stiff
+
+
+def settled(
+    rates: Rates,
+    restored: Callable[[Array], Array],
+    y: Array,
+    unit: Array,
+    tolerance: Array,
+    speed: float,
+) -> Array:
+    """Return a row near one in which fast modes rest.
+
+    Fast are those that are faster by a factor of 30 than any mode below them; where there is no
+    such gap, all modes stay as they are.
+
+    Args:
+        rates: of the system.
+        restored: returns the row that obeys the constraints.
+        y: the row.
+        unit: see `modes`.
+        tolerance: see `modes`.
+        speed: of joints [rad/s], which counts as the rate of a slow mode.
+    """
+    for _ in range(_SETTLING_STEPS):
+        found = modes(rates, y, unit, tolerance)
+        is_fast = np.abs(found.values) > _gap(np.abs(found.values), speed)
+        if not np.any(is_fast & (found.amplitudes > 0.1)):
+            break
+        step = found.vectors[:, is_fast] @ (found.shares[is_fast] / found.values[is_fast])
+        y = restored(y - step.real)
+    return y
+
+
+def _gap(sizes: Array, speed: float) -> float:
+    """Return a size between slow and fast ones, inf if there is no gap between them."""
+    moving = sizes[sizes > _NOISE * np.max(sizes, initial=0.0)]
+    ordered = np.sort(np.append(moving, speed))
+    ratios = ordered[1:] / ordered[:-1]
+    widest = int(np.argmax(ratios))
+    if ratios[widest] < _FAST:
+        return np.inf
+    return float(np.sqrt(ordered[widest] * ordered[widest + 1]))

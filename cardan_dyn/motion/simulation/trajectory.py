@@ -1,0 +1,857 @@
+"""Trajectory: what a simulation returns, with its wrenches where and when they are asked for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
+
+import numpy as np
+
+from ...core.dynamics.velocity_ratios import VelocityRatios
+from ...core.elements.link_loads import Wrench
+from ...core.kinematics.tolerances import CLOSURE_TOLERANCE
+from ...core.problem.acting import Acting
+from ...core.problem.samples import Targets, acting_on
+from ...core.results.collect import scattered, sweep_of
+from ...core.results.element_results import ElementResults
+from ...core.results.motion import Motion
+from ...core.results.prescribed import MotionResult
+from ...core.results.sweep import Sweep
+from ...core.results.table import Table, Variable
+from ...core.results.wrench import JointWrench
+from ...kit.arrays import NOTHING, ROUNDED, Array
+from ...kit.checks import numbers, whole
+from ...kit.errors import (
+    AccuracyError,
+    ArgumentError,
+    AssemblyError,
+    CardanError,
+    SingularConfigurationError,
+)
+from ...kit.frozen import frozen, made, read_only
+from .contact_following import Touch
+from .continuity import Continuity, States
+from .energy import WeightEnergy, element_power, gained, open_efforts
+from .events import Happened
+from .runs import Rows, Run
+from .setup import Setup
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from numpy.typing import ArrayLike
+
+    from ...core.results.point_motion import Points
+    from ...core.results.rods import RodForce
+
+
+_GREATEST_ERROR = 1e-6
+"""Effort residual above which accelerations and wrenches are refused. Away from singular
+configurations it is rounding times the condition number."""
+
+_NEARLY_SINGULAR = 1e4
+"""Condition from which on wrong accelerations are those of a singular configuration."""
+
+_EXACT_TIMES = 33
+"""Times up to a period, at most, between which exact states are compared first."""
+
+_EXACT, _INTEGRATED = 1e-8, 1e-5
+"""Differences of positions from the integrals of speeds over time, as fractions of the way, that
+are refused: of a quadrature, and of steps at most as exact as that."""
+_OF_STEPS = 100.0
+"""Such a difference of steps, in relative tolerances."""
+_OF_ABSOLUTE = 10.0
+"""Absolute tolerances of steps by which states may be off, however little they move."""
+_ROUNDED = 2e-15
+"""Error of a drive's position by which it may be off however little it moves [rad or m]."""
+
+
+_FAR_BEYOND = 1e3
+"""Energy residual, in tolerances of a step, above which notes tell of it..."""
+_FAINT = 1e-9
+"""...and the least residual of which they tell."""
+_STEPS_PER_PERIOD = 64
+"""Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
+_ENERGIES = {
+    "kinetic_energy": "kinetic energy of all bodies",
+    "potential_energy": "potential energy of the weight and of springs",
+    "work": "work of all but weight and springs since time 0",
+}
+_FIRST = ("time", "position", "speed", "acceleration")
+"""Columns of tables that stand before the energies, as far as there are any."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """How a simulation went.
+
+    Attributes:
+        setup: what was simulated.
+        run: its states.
+        start: coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0.
+        method: how it was solved.
+        reason: why it ended before its time; empty if it did not.
+        events: those that happened.
+        notes: what a user should know of it.
+        evaluations: how often accelerations were computed.
+        touches: of pins with clearance, in the order in which they ended.
+    """
+
+    setup: Setup
+    run: Run
+    start: tuple[Array, Array]
+    method: str
+    reason: str = ""
+    events: tuple[Happened, ...] = ()
+    notes: tuple[str, ...] = ()
+    evaluations: int = 0
+    touches: tuple[Touch, ...] = ()
+
+    def __getstate__(self) -> dict[str, object]:
+        # Proofs hold functions, and are made anew where a copy is read.
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+    @property
+    def rtol(self) -> float:
+        """Relative tolerance of a step; inf where steps have a given length."""
+        return self.setup.rtol if self.setup.step is None else np.inf
+
+    @property
+    def is_proven(self) -> bool:
+        """Whether states are held to a tolerance.
+
+        Errors of steps of a given length are the user's; pins strike between the steps.
+        """
+        return self.setup.step is None and not self.setup.contacts
+
+    @property
+    def tolerance(self) -> float:
+        """Error of states, as a fraction of the way of a coordinate, that is refused."""
+        return _EXACT if self.run.is_exact else max(_INTEGRATED, _OF_STEPS * self.setup.rtol)
+
+    @property
+    def _scalars(self) -> tuple[Array, Array, Array]:
+        """Columns and rates of all turns and slides that are proven, and the units of ways."""
+        coordinates = self.setup.mechanism.coordinates
+        columns, rates = coordinates.scalars
+        # Rules for positions between times need speeds that are bounded.
+        bounded = ~np.isin(rates, list(self.run.boundless))
+        return columns[bounded], rates[bounded], coordinates.scale[columns[bounded]]
+
+    def states(self, rows: Rows) -> States:
+        """Return the states of all turns and slides, in rad and fractions of the length.
+
+        But for angles that are read off rotations.
+        """
+        columns, rates, units = self._scalars
+        x = (rows.x + 2.0 * np.pi * rows.turns)[:, columns]
+        return States(x * units, rows.v[:, rates] * units, rows.a[:, rates] * units)
+
+    @cached_property
+    def of_drives(self) -> Continuity:
+        """Motion of the drives alone; only where the run knows of it."""
+        coordinates, drives = self.setup.mechanism.coordinates, self.setup.solver.problem
+        columns = coordinates.columns_of(drives.independent)
+        rates = coordinates.rates_of(drives.independent)
+
+        def look(times: Array) -> States:
+            return cast("States", self.run.drives_alone(times))
+
+        start = self.start[0][columns], self.start[1][rates]
+        return self._continuity(look, start, closes_loops=not self.run.is_exact)
+
+    @cached_property
+    def of_all(self) -> Continuity:
+        """Motion of all turns and slides."""
+        columns, rates, units = self._scalars
+        start = self.start[0][columns] * units, self.start[1][rates] * units
+        return self._continuity(lambda times: self.states(self.run.rows(times)), start)
+
+    def _continuity(
+        self,
+        look: Callable[[Array], States],
+        start: tuple[Array, Array],
+        *,
+        closes_loops: bool = True,
+    ) -> Continuity:
+        run, times = self.run, self.run.times
+        if run.is_exact:
+            times = np.linspace(0.0, min(run.period, float(times[-1])), _EXACT_TIMES)
+        off = ROUNDED if run.is_exact else _OF_ABSOLUTE * self.setup.atol
+        return Continuity(
+            look,
+            times,
+            start,
+            tolerance=self.tolerance,
+            is_exact=run.is_exact,
+            least=(off if closes_loops else _ROUNDED) / self.tolerance,
+            period=run.period if run.period < run.times[-1] else np.inf,
+        )
+
+
+_Member = TypeVar("_Member")
+
+
+class _OfSweep(Generic[_Member]):
+    """A member of the sweep along a trajectory, under its own name."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name, self.__doc__ = name, f"See `Sweep.{name}`."
+
+    @overload
+    def __get__(self, trajectory: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, trajectory: Trajectory, owner: type) -> _Member: ...
+    def __get__(self, trajectory: Trajectory | None, owner: type) -> Any:
+        return self if trajectory is None else getattr(trajectory.sweep, self._name)
+
+
+class Trajectory(MotionResult):
+    """Motion, energies and joint wrenches of a simulation over N times.
+
+    `trajectory["bearing_out"]` is a `JointWrench` as that of a sweep; `at` gives the same
+    simulation at any other times. Wrenches, and all else that a `Sweep` has, are computed when they
+    are first read, by inverse dynamics with the accelerations that the simulation found: so
+    `effort_residual`, what free drives would have to exert for this motion, proves it; reading them
+    raises what `sweep` raises. Nothing in it can be changed.
+
+    Attributes:
+        time: times `(N,)` [s]: the steps of the method, or those that `at` was given.
+        method: how it was solved.
+        reason: why it ended before its time; empty if it did not.
+        events: `(name, time)` of the events that happened.
+        evaluations: how often accelerations were computed.
+        touches: of pins with clearance and their walls, in the order in which they ended.
+        drive_effort: what the drives exert, as `Sweep.drive_effort`: of free ones zero but for
+            errors.
+        acceleration: of `coordinates` [rad/s² or m/s²], like `position`; proven, as wrenches are.
+        wrench, rotation, origin: of a joint, see `Sweep`.
+        unique, holding_effort, loads, gravity, condition, elastic_energy: see `Sweep`.
+        loop_residual, balance_residual, power_residual, rate_residual: see `Sweep`.
+    """
+
+    acceleration = _OfSweep[Array]()
+    balance_residual = _OfSweep[float]()
+    condition = _OfSweep[Array]()
+    drive_effort = _OfSweep[Array]()
+    elastic_energy = _OfSweep[Array]()
+    gravity = _OfSweep[Array]()
+    holding_effort = _OfSweep[Mapping[str, Array]]()
+    loads = _OfSweep[Mapping[str, Array | Wrench]]()
+    loop_residual = _OfSweep[float]()
+    origin = _OfSweep[Callable[[str], Array]]()
+    power_residual = _OfSweep[float]()
+    rate_residual = _OfSweep[float]()
+    rotation = _OfSweep[Callable[[str], Array]]()
+    unique = _OfSweep[Array]()
+    wrench = _OfSweep[Callable[..., JointWrench]]()
+
+    def __init__(self, course: Course, time: Array) -> None:
+        self._course, self._run, self._forces = course, course.run, course.setup.forces
+        self._solver = course.setup.solver
+        self._problem = self._solver.problem
+        self.time = read_only(time)
+        self.method, self.reason = course.method, course.reason
+        self.events = course.events
+        self.evaluations, self.touches = course.evaluations, course.touches
+        self._freeze()
+
+    def __getitem__(self, joint: str) -> JointWrench:
+        return self.sweep[joint]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the joints whose wrenches are results."""
+        return iter(self.outputs)
+
+    def __contains__(self, joint: object) -> bool:
+        return isinstance(joint, str) and joint in self.outputs
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What one should know of it, such as that the equations are stiff or ring.
+
+        That the energy of the whole simulation is off by far more than its tolerance as well, which
+        is computed when notes are first read.
+        """
+        notes, course = self._course.notes, self._course
+        allowed = max(_FAR_BEYOND * course.rtol, _FAINT)
+        if not np.isfinite(allowed):
+            return notes
+        is_all = np.array_equal(self.time, self._run.times)
+        of_all = self if is_all else Trajectory(course, self._run.times)
+        try:
+            residual = of_all.energy_residual
+        except CardanError as error:
+            return (*notes, f"its energy could not be checked: {error}")
+        if residual <= allowed:
+            return notes
+        return (
+            *notes,
+            f"inaccurate: energy and work differ by {residual:.1e}, where the tolerance of a step "
+            f"is {course.rtol:.0e}; compare with a simulation of another rtol",
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # With its states: loops that are closed once more are closed to other roundings.
+        try:
+            known = {"_rows": self._rows, "_drives_alone": self._drives_alone}
+        except CardanError:
+            known = {}  # The copy is refused where it is read, as this is.
+        known |= {
+            name: self.__dict__[name] for name in ("work", "_misfit") if name in self.__dict__
+        }
+        return made, (Trajectory, {"course": self._course, "time": self.time}, known)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the times, `(N,)`."""
+        return self.time.shape
+
+    def __repr__(self) -> str:
+        ended = f", ended by: {self.reason}" if self.reason else ""
+        if count := len(self._course.notes):
+            ended += f"; {count} note{'s' * (count > 1)}"
+        return (
+            f"<Trajectory of {self.mechanism.name!r}: {len(self)} times from {self.time[0]:g} to "
+            f"{self.time[-1]:g} s by {self.method}{ended}>"
+        )
+
+    def at(self, times: ArrayLike) -> Trajectory:
+        """Return the same simulation at other times.
+
+        Args:
+            times: `(K,)` or a number, within the simulation [s].
+
+        Raises:
+            ArgumentError: not finite, or outside the simulation.
+        """
+        values = np.atleast_1d(numbers("times", times))
+        if values.ndim != 1 or not values.size:
+            raise ArgumentError(f"times has shape {values.shape}, expected (K,)")
+        end = float(self._run.times[-1])
+        if np.min(values) < 0.0 or np.max(values) > end * (1.0 + 1e-15):
+            raise ArgumentError(
+                f"times from {np.min(values):g} to {np.max(values):g} s reach beyond the "
+                f"simulation, 0 to {end:g} s"
+            )
+        return Trajectory(self._course, np.minimum(values, end))
+
+    def evenly(self, count: int) -> Trajectory:
+        """Return the same simulation at equidistant times, as an animation shows it.
+
+        Raises:
+            ArgumentError: the count is no whole number above 0.
+        """
+        return self.at(np.linspace(0.0, float(self._run.times[-1]), whole("count", count)))
+
+    @cached_property
+    def _rows(self) -> Rows:
+        rows = self._run.rows(self.time, self._drives_alone)
+        if self._course.is_proven:
+            self._prove(self._course.of_all, self._course.states(rows))
+        return rows
+
+    @cached_property
+    def _drives_alone(self) -> States | None:
+        drives = self._run.drives_alone(self.time)
+        if drives is not None and self._course.is_proven:
+            self._prove(self._course.of_drives, drives)
+        return drives
+
+    def _prove(self, motion: Continuity, states: States) -> None:
+        """Refuse states that are not on the motion from the start."""
+        misfit = motion.misfit(self.time, states)
+        self.__dict__["_misfit"] = max(self.__dict__.get("_misfit", 0.0), misfit.size)
+        if not misfit.size <= motion.tolerance:
+            raise AccuracyError(
+                f"at time {misfit.time:.6g} s positions are not the integrals of speeds over time "
+                f"from the start, but {misfit.size:.1e} of their way off: they belong to another "
+                "time, turn or assembly mode; choose another method or a smaller rtol",
+                residual=misfit.size,
+                tolerance=motion.tolerance,
+            )
+
+    @property
+    def time_residual(self) -> float:
+        """Greatest difference of positions from the integrals of speeds over time, from the start.
+
+        As a fraction of the way of a coordinate. What rounding of positions and times makes of it
+        counts as well, in a quadrature also that of the time of each period. Where steps have a
+        tolerance, what rules over the times between them cannot tell is not counted. It is nan for
+        steps of a given length and for pins with clearance, which are not held to it.
+        """
+        states, course = self._course.states(self._rows), self._course
+        if not course.is_proven:
+            return np.nan
+        late = float(np.max(self._run.late(self.time)))
+        return float(self.__dict__["_misfit"]) + course.of_all.left_open(self.time, states, late)
+
+    @cached_property
+    def _of_drives(self) -> States:
+        if self._drives_alone is not None:
+            return self._drives_alone
+        of, rows = self.mechanism.coordinates, self._rows
+        columns, rates = of.columns_of(self.coordinates), of.rates_of(self.coordinates)
+        return States(self.states[0][:, columns], rows.v[:, rates], rows.a[:, rates])
+
+    @property
+    def position(self) -> Array:
+        """Positions of `coordinates` `(N,)` [rad or m], `(N, d)` if they are several."""
+        return _squeezed(self._of_drives.x)
+
+    @property
+    def speed(self) -> Array:
+        """Speeds of `coordinates` [rad/s or m/s], like `position`.
+
+        NaN where a middle angle of a ball or floating base is at ±90° and the body turns so that
+        the outer angles have no speed there.
+        """
+        exist = self._rows.exist if self._drives_alone is None else None
+        if exist is None:
+            return _squeezed(self._of_drives.v)
+        rates = self.mechanism.coordinates.rates_of(self.coordinates)
+        return _squeezed(np.where(exist[:, rates], self._of_drives.v, np.nan))
+
+    @property
+    def sweep(self) -> Sweep:
+        """The motion as a sweep of the scene: wrenches, efforts and residuals at the times.
+
+        What is not known at singular configurations is NaN there, see `singular`.
+
+        Raises:
+            SingularConfigurationError: the drives do not decide the motion at any of the times.
+            AccuracyError: all of them are close to such configurations.
+            CardanError: as `Scene.sweep`.
+        """
+        sweep, _, error = self._solved
+        if sweep is None:
+            raise error
+        return sweep
+
+    @property
+    def motion(self) -> Motion:
+        """Positions, speeds and accelerations of all joints, as those of a sweep; see `singular`.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
+        if self._solved[0] is not None:
+            return self._solved[0].motion
+        nothing = np.full((len(self), len(self.mechanism.coordinates.rate_scale), 1), np.nan)
+        ratios = VelocityRatios.of(np.repeat(nothing, len(self.coordinates), axis=2))
+        rows = self._rows
+        a = np.full_like(rows.a, np.nan)
+        rates = rows.v, a, ratios
+        return Motion(self.mechanism, self.coordinates, rows.x, rows.turns, rates)
+
+    @property
+    def singular(self) -> Array:
+        """Whether the configuration is so close to singular that forces are not known `(N,)`.
+
+        Wrenches, efforts, accelerations and velocity ratios are NaN at these times, the condition
+        is infinite; positions, drive speeds and energies hold, other speeds lose digits.
+        """
+        return self._solved[1]
+
+    @cached_property
+    def _solved(self) -> tuple[Sweep | None, Array, CardanError]:
+        """Return `sweep`, `singular`, and the last error; no sweep if all times are singular."""
+        singular, error = np.zeros(len(self), dtype=bool), CardanError("no time is given")
+        while True:
+            known = np.nonzero(~singular)[0]
+            if not known.size:
+                return None, read_only(singular), error
+            part = self if len(known) == len(self) else self._part(known)
+            try:
+                sweep = part._unproven
+            except (SingularConfigurationError, AssemblyError) as found:
+                # Closed as they are, but not decided by the drives.
+                if found.sample is None or not part._is_closed(found.sample):
+                    raise
+                singular[known[found.sample]], error = True, found
+                if isinstance(found, AssemblyError):
+                    error = SingularConfigurationError(
+                        f"at time {part.time[found.sample]:.6g} s the configuration is singular: "
+                        "the drives do not decide the motion of all joints, so that wrenches "
+                        "and accelerations are not known; leave such times out with at()",
+                        sample=int(known[found.sample]),
+                    )
+                continue
+            errors = part._effort_errors(sweep)
+            lost = errors > _GREATEST_ERROR
+            if not np.any(lost):
+                break
+            error = part._wrong_accelerations(sweep, errors)
+            is_near = lost & ((sweep.condition > _NEARLY_SINGULAR) | part._locked)
+            if np.any(lost & ~is_near) or sweep.idle_rods:
+                raise error
+            singular[known[is_near]] = True
+        if np.any(singular):
+            motion = self._run_motion(sweep, known)
+            sweep = scattered(sweep, known, motion, self._of_drives.x, self._acting())
+        return sweep, read_only(singular), error
+
+    @property
+    def _locked(self) -> Array:
+        """Whether outer axes of a free ball nearly coincide `(N,)`: angles have no rates."""
+        locked, bodies = np.zeros(len(self), dtype=bool), self._rows.bodies
+        for ball in bodies.mechanism.balls if bodies else ():
+            locked |= np.array([ball.apart(x) for x in self._rows.x]) * _NEARLY_SINGULAR < 1.0
+        return locked
+
+    def _is_closed(self, index: int) -> bool:
+        """Return whether loops are closed in a state."""
+        state = self._solver.assembly.kinematics.evaluate(self._rows.x[[index]])
+        return bool(state.residual[0] < CLOSURE_TOLERANCE)
+
+    def _part(self, chosen: Array) -> Trajectory:
+        """Return the same at some of its times."""
+        part = self.at(self.time[chosen])
+        drives = self._drives_alone
+        if drives is not None:
+            drives = drives.at(chosen)
+        known = {"_rows": self._rows.at(chosen), "_drives_alone": drives}
+        part.__dict__.update(known)
+        if "_misfit" in self.__dict__:
+            part.__dict__["_misfit"] = self.__dict__["_misfit"]
+        return part
+
+    @cached_property
+    def _unproven(self) -> Sweep:
+        """The motion as a sweep at all times, whatever its residuals are."""
+        positions, problem = self._of_drives.x, self._problem
+        x, turns = self._rows.x.copy(), self._rows.turns.copy()
+        columns = problem.mechanism.coordinates.columns_of(problem.independent)
+        x[:, columns], turns[:, columns] = positions, 0.0
+        assembled = self._solver.assembled_near(Targets.of_positions(positions), x, turns)
+        acting = self._acting()
+        with np.errstate(over="ignore", invalid="ignore"):
+            solution = self._solver.solve(assembled, acting)
+        return sweep_of(self._solver, assembled, acting, solution)
+
+    def _wrong_accelerations(self, sweep: Sweep, errors: Array) -> AccuracyError:
+        """Return the error that refuses wrong accelerations."""
+        worst = int(np.argmax(errors))
+        if sweep.idle_rods:
+            rods = "; ".join(" and ".join(rod) for rod in sweep.idle_rods)
+            return AccuracyError(
+                f"the rod between {rods} spins about its line and is not symmetric about it, "
+                "so that its spin moves the drives; sweeps know nothing of spins: decide it by "
+                "a universal joint instead of one of the balls",
+                residual=float(errors[worst]),
+            )
+        return AccuracyError(
+            f"at time {self.time[worst]:.6g} s the mechanism is so close to a singular "
+            f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
+            f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
+            time=float(self.time[worst]),
+            residual=float(errors[worst]),
+        )
+
+    def _run_motion(self, sweep: Sweep, known: Array) -> Motion:
+        """Return the motion at all times, of which some are solved."""
+        motion, rows = sweep.motion, self._rows
+        a, x, v = np.full_like(rows.a, np.nan), rows.x.copy(), rows.v.copy()
+        turns = rows.turns.copy()
+        x[known], turns[known] = motion.x, motion.turns
+        v[known], a[known] = motion.v, motion.a
+        ratios = motion.velocity_ratios
+        values = np.full((len(self), ratios.values.shape[1]), np.nan)
+        values[known] = ratios.values
+        rates = v, a, ratios._replace(values=values)
+        return Motion(self.mechanism, self.coordinates, x, turns, rates)
+
+    def _acting(self) -> Acting:
+        """Return rates of the drives and what acts at the times."""
+        problem = self._problem
+        joints, links = self._forces.sampled(self.time, *self.states)
+        efforts = {name: np.asarray(effort) for name, effort in joints.items()}
+        return acting_on(problem)._replace(
+            speeds=self._of_drives.v,
+            accelerations=self._of_drives.a,
+            joint_loads=frozen(efforts),
+            link_loads=frozen(links),
+            time=self.time,
+        )
+
+    @property
+    def _prescribed(self) -> tuple[str, ...]:
+        """Names of the drives whose motion was prescribed."""
+        return tuple(self._course.setup.motions)
+
+    @property
+    def steps(self) -> Array:
+        """Times `(S,)` of the method's own steps [s], whatever times `at` was given."""
+        return read_only(self._run.times)
+
+    @property
+    def states(self) -> tuple[Array, Array]:
+        """Coordinates `(N, size)`, all turns counted, and velocities `(N, nv)`; see `Motion`.
+
+        Those of the method: no wrench is computed for them.
+        """
+        return self._rows.x + 2.0 * np.pi * self._rows.turns, self._rows.v
+
+    @cached_property
+    def element_force(self) -> ElementResults:
+        """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
+        forces = self._problem.element_forces
+        if forces is None:
+            return ElementResults((), ())
+        return ElementResults(forces.elements, forces.each(*self.states, self.time))
+
+    @property
+    def effort_residual(self) -> float:
+        """Greatest effort of a free coordinate, as part of the greatest of inertia and loads.
+
+        Of loads and weight, what they do within a radian, or over the characteristic length.
+
+        The equations of motion ask for none: it is what is wrong with the accelerations. Forces
+        count as moments by the characteristic length.
+        """
+        return float(np.nanmax(self._effort_errors(self.sweep)))
+
+    def _effort_errors(self, sweep: Sweep) -> Array:
+        """Return `(N,)` the effort of the free coordinates, see `effort_residual`."""
+        coordinates, drives = self.mechanism.coordinates, self.coordinates
+        is_free = np.array([name not in self._prescribed for name in drives])
+        scale = coordinates.rate_scale[coordinates.rates_of(drives)]
+        efforts = np.abs(sweep.drive_effort.reshape(len(self), -1)) * scale
+        return np.asarray(np.max(efforts[:, is_free], axis=1) / (self._effort_scale or 1.0))
+
+    @cached_property
+    def _effort_scale(self) -> float:
+        """Greatest effort of all joints if no loop were closed, in which no singularity is felt.
+
+        A moment that takes all kinetic energy within a radian counts as well, and what weight,
+        springs and loads could do within one: at rest nothing else is left.
+        """
+        mechanism = self.mechanism
+        # Rates of angles that are near gimbal lock are great, whatever the body does.
+        bodies = self._rows.bodies
+        states = (bodies.x, bodies.v) if bodies else self.states
+        moved = (bodies or self._rows).a
+        of = bodies.mechanism if bodies else mechanism
+        open_tree = open_efforts(of, self._problem.gravity, *states, moved)
+        loads = self._forces.all_efforts(mechanism, self.time, *self.states)
+        efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
+        greatest = max(float(np.max(efforts, initial=0.0)), float(np.max(self.kinetic_energy)))
+        return max(greatest, self._greatest_reach)
+
+    @cached_property
+    def kinetic_energy(self) -> Array:
+        """Kinetic energy of all bodies `(N,)` [J]."""
+        bodies = self._rows.bodies
+        if bodies is not None:
+            energy = WeightEnergy(bodies.mechanism, self._problem.gravity)
+            return read_only(energy.kinetic(bodies.x, bodies.v))
+        return read_only(self._energy.kinetic(self._rows.x, self._rows.v))
+
+    @cached_property
+    def potential_energy(self) -> Array:
+        """Potential energy of the weight and of springs `(N,)` [J]."""
+        energy = self._energy.potential(self._rows.x)
+        elements = self._problem.element_forces
+        if elements is not None:
+            energy = energy + elements.at(*self.states, self.time).potential_energy
+        return read_only(energy)
+
+    @cached_property
+    def _energy(self) -> WeightEnergy:
+        return WeightEnergy(self.mechanism, self._problem.gravity)
+
+    @cached_property
+    def work(self) -> Array:
+        """Work `(N,)` that all but weight and springs has done since time 0 [J].
+
+        That is loads, actuators and prescribed drives, less what dampers and friction took.
+        """
+        steps, times, period = self._run.times, self.time, self._run.period
+        if steps[-1] > period:
+            # No work is left of a whole period, and one is resolved however many there are.
+            steps, times = np.linspace(0.0, period, _STEPS_PER_PERIOD + 1), times % period
+        return read_only(gained(self._power, steps, times, self._is_idle))
+
+    @property
+    def _is_idle(self) -> bool:
+        """Whether nothing does work but weight and springs."""
+        return self._forces.does_no_work and not self._prescribed
+
+    def _power(self, times: Array) -> Array:
+        """Return the power of loads and prescribed drives at times `(K,)` [W]."""
+        there = self.at(times)
+        x, v = there.states
+        loads = self._forces.loads_alone().all_efforts(self.mechanism, times, x, v)
+        power = np.einsum("nk,nk->n", loads, v)
+        elements = self._problem.element_forces
+        if elements is not None:
+            power = power + element_power(elements, x, v, times)
+        if self._prescribed:
+            # What is wrong with an effort shows in the balance of energy, which takes it.
+            try:
+                efforts = there._unproven.drive_effort.reshape(len(times), -1)
+            except (SingularConfigurationError, AssemblyError) as error:
+                raise AccuracyError(
+                    "the work of prescribed drives is not known where they are singular"
+                ) from error
+            chosen = [self.coordinates.index(name) for name in self._prescribed]
+            power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
+        return np.asarray(power)
+
+    @cached_property
+    def energy_residual(self) -> float:
+        """Greatest change of energy less work, as a fraction of `energy_scale`."""
+        start = self.at([0.0])
+        energy = self.kinetic_energy + self.potential_energy
+        begun = start.kinetic_energy[0] + start.potential_energy[0]
+        change = float(np.max(np.abs(energy - begun - self.work)))
+        return change / self.energy_scale if change else 0.0
+
+    @property
+    def energy_scale(self) -> float:
+        """Energy that can change [J].
+
+        That is the greatest of what the motion had: kinetic energy, change of potential energy,
+        work; but not less than what springs and loads would do where it passed over one radian, or
+        the characteristic length, in which tolerances of positions are counted, and the weight of
+        all bodies over that length. So motion that hardly moves is not measured by what rounding
+        leaves of it.
+        """
+        start = self.at([0.0])
+        return max(
+            float(np.max(self.kinetic_energy)),
+            float(np.max(np.abs(self.potential_energy - start.potential_energy[0]))),
+            float(np.max(np.abs(self.work))),
+            self._greatest_reach,
+        )
+
+    @property
+    def _greatest_reach(self) -> float:
+        """What weight, springs and loads would do within a radian [J], see `energy_scale`.
+
+        Walls of contacts are left out, whose forces act over a small part of a radian.
+        """
+        mechanism, forces = self.mechanism, self._forces.without_contacts()
+        weight = self._energy.weight * mechanism.characteristic_length
+        if forces.is_nothing:
+            return weight
+        x, rest = self.states[0], np.zeros_like(self._rows.v)
+        efforts = np.abs(forces.all_efforts(mechanism, self.time, x, rest))
+        greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
+        return max(weight, float(greatest))
+
+    def rod_force(self, link: str) -> RodForce:
+        """Return the force along a rod between two balls, see `Sweep.rod_force`.
+
+        Raises:
+            CardanError: as `sweep`, and as `Sweep.rod_force`.
+        """
+        return self.sweep.rod_force(link)
+
+    @property
+    def joint_coordinates(self) -> Array:
+        """Coordinates `(N, size)` of the method, for which no wrench is computed."""
+        return self._rows.x
+
+    @property
+    def joint_velocities(self) -> Array:
+        """Velocities `(N, nv)`, likewise; NaN where those of a ball's angles are not known."""
+        known, v = self._known_rates, self._rows.v
+        return v if known is None else np.where(known, v, np.nan)
+
+    @property
+    def joint_accelerations(self) -> Array:
+        """Accelerations `(N, nv)`, proven as wrenches are; NaN where velocities or these are."""
+        known, a = self._known_rates, self.motion.a
+        return a if known is None else np.where(known, a, np.nan)
+
+    @cached_property
+    def _known_rates(self) -> Array | None:
+        """Which velocities say how the bodies move `(N, nv)`; None if all of them do.
+
+        Where the outer axes of a ball coincide, its angles may have no speeds, or lose their digits
+        in those of the body.
+        """
+        rows, bodies = self._rows, self._rows.bodies
+        if bodies is None:
+            return rows.exist
+        known = np.ones(rows.v.shape, dtype=bool) if rows.exist is None else rows.exist.copy()
+        for ball in bodies.mechanism.balls:
+            angles, rates = slice(ball.column, ball.column + 3), slice(ball.rate, ball.rate + 3)
+            for index, spin in enumerate(bodies.v[:, rates]):
+                off = ball.spin(rows.x[index, angles], rows.v[index, rates]) - spin
+                if not np.max(np.abs(off)) <= NOTHING * np.max(np.abs(spin)):
+                    known[index, rates] = False
+        return known
+
+    def given(self) -> Table:
+        """Return times and the motion of drives and free coordinates."""
+        return self._over_time(self.sweep.given())
+
+    def table(self, *, motion: bool = True, points: Points = ()) -> Table:
+        """Return all results as a table over `time`, energies and work included.
+
+        It holds what the table of a sweep does, see `results.sweep`, and `kinetic_energy`,
+        `potential_energy` (of the weight and of springs; `elastic_energy` is the part of springs)
+        and `work` [J]. Attributes tell `method`, the three residuals of a trajectory, the `reason`
+        for which it ended before its time, and as JSON its `notes` and `events`.
+
+        Args:
+            motion: whether to include the motion of the joints.
+            points: see `to_dataframe`.
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        swept = self._over_time(self.sweep.table(motion=motion))
+        variables = dict(swept.variables)
+        first = {name: variables.pop(name) for name in _FIRST if name in variables}
+        energies = {
+            name: Variable(("time",), getattr(self, name), "J", label)
+            for name, label in _ENERGIES.items()
+        }
+        told = {
+            "method": self.method,
+            "reason": self.reason,
+            "notes": json.dumps(self.notes, ensure_ascii=False),
+            "events": json.dumps([[name, float(time)] for name, time in self.events]),
+            "effort_residual": self.effort_residual,
+            "energy_residual": self.energy_residual,
+            "time_residual": self.time_residual,
+        }
+        table = replace(
+            swept,
+            variables=list({**first, **energies, **variables}.items()),
+            attributes={**swept.attributes, **told},
+        )
+        if not points:
+            return table
+        from ...core.results.point_motion import (
+            with_points,  # Imported here: most tables have none.
+        )
+
+        return with_points(table, self, points)
+
+    def _over_time(self, swept: Table) -> Table:
+        """Return a table of the sweep with times along its dimension, `time` the first column."""
+        variables = {
+            name: variable._replace(
+                dims=tuple("time" if dim == "sample" else dim for dim in variable.dims)
+            )
+            for name, variable in swept.variables
+        }
+        first = {name: variables.pop(name) for name in _FIRST if name in variables}
+        return replace(
+            swept, variables=list({**first, **variables}.items()), samples={"time": len(self.time)}
+        )
+
+
+def _squeezed(values: Array) -> Array:
+    """Return values `(N, d)` of the drives, `(N,)` of one."""
+    return read_only(values[:, 0] if values.shape[1] == 1 else values)

@@ -1,0 +1,346 @@
+"""Regions: intervals of speed in which disturbances of the smallest periodic motion grow.
+
+What a period makes of disturbances is a smooth function of the speed as long as the motion is one:
+between speeds at which that is known, polynomials tell it as exactly as it was integrated.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ....kit.arrays import Array
+from .search import MotionSearch
+from .stability import NONE, STABLE, Stability, judged, separation, stability
+
+_ROUNDS = 7
+"""Rounds of the search for a region between two speeds, each four times as fine as the last."""
+_PLACES = 9
+"""Speeds at which an interval is looked at in each round, its ends among them."""
+_GROWTH_ROUNDS = 6
+"""Rounds of the search for the fastest growth, each three times as fine as the last."""
+_EDGE = 1e-8
+"""Width, as a fraction of the speed, of the interval in which an edge lies at last."""
+_NEIGHBOURS = 16
+"""Known speeds through which a polynomial goes; with two of them fewer it tells its error."""
+_TOLD = 1e-12
+"""That error, as a fraction of the greatest number, at which nothing is integrated."""
+_ROUNDING = 1e-15
+"""Error of a known number, as a fraction of it, which weights of a polynomial magnify."""
+_HALVINGS, _FEW = 8, 12
+"""How often the speed in the middle of those that nothing tells, between two known ones, is looked
+at; and how many are looked at all together."""
+
+
+class Judged(NamedTuple):
+    """What becomes of small disturbances at S speeds; see `Stability`."""
+
+    multipliers: Array
+    kind: Array
+    decays: Array
+
+    @property
+    def excess(self) -> Array:
+        """`(S,)` size of the greatest multiplier less 1."""
+        return np.asarray(np.abs(self.multipliers[:, 0]) - 1.0)
+
+    @property
+    def grows(self) -> Array:
+        """`(S,)` whether disturbances grow."""
+        return np.asarray((self.kind != STABLE) & (self.kind != NONE))
+
+
+class StabilityOverSpeed:
+    """Tells the stability of the smallest motions at speeds, which it finds at few of them."""
+
+    def __init__(self, search: MotionSearch, speeds: Array, known: Stability) -> None:
+        """Begin with what is known.
+
+        Args:
+            search: of the design.
+            speeds: `(S,)` ascending, of one sign.
+            known: what was found there.
+        """
+        self._search, self._change, self._free = search, 0.0, known.average.shape[-1]
+        self._speeds = np.zeros(0)
+        self._rows = np.zeros((0, known.monodromy[0].size + known.average[0].size))
+        self._judged = Judged(
+            np.zeros((0, 2 * self._free), dtype=complex),
+            np.zeros(0, dtype=known.kind.dtype),
+            np.zeros(0, dtype=bool),
+        )
+        self._keep(speeds, known)
+
+    @property
+    def period(self) -> float:
+        """Of the multipliers [rad]."""
+        return self._search.models.period
+
+    def at(self, speeds: Array) -> Judged:
+        """Return the stability at speeds `(S,)` between the first and the last one known."""
+        size = len(speeds)
+        found = Judged(
+            np.full((size, 2 * self._free), np.nan + 0j),
+            np.full(size, NONE, dtype=self._judged.kind.dtype),
+            np.zeros(size, dtype=bool),
+        )
+        left = np.arange(size)
+        for _ in range(_HALVINGS):
+            left = left[~self._told(speeds, left, found)]
+            if len(left) <= _FEW:
+                break
+            new = np.unique(speeds[left])
+            after = np.searchsorted(self._speeds, new)
+            middle = 0.5 * (self._speeds[after - 1] + self._speeds[after])
+            order = np.lexsort((np.abs(new - middle), after))
+            self._find(new[order[np.unique(after[order], return_index=True)[1]]])
+        if left.size:
+            self._find(np.setdiff1d(speeds[left], self._speeds))
+            self._told(speeds, left, found)
+        return found
+
+    def _find(self, speeds: Array) -> None:
+        """Find motions at speeds that are not known, and their stability."""
+        if speeds.size:
+            self._keep(speeds, stability(self._search, speeds))
+
+    def _keep(self, speeds: Array, new: Stability) -> None:
+        """Keep what was found at speeds that were not known."""
+        self._change = max(self._change, new.change)
+        rows = [item.reshape(len(speeds), -1) for item in (new.monodromy, new.average)]
+        every = np.concatenate([self._speeds, speeds])
+        order = np.argsort(every, kind="stable")
+        self._speeds = every[order]
+        self._rows = np.concatenate([self._rows, np.concatenate(rows, axis=1)])[order]
+        parts = zip(self._judged, (new.multipliers, new.kind, new.decays), strict=True)
+        self._judged = Judged(*(np.concatenate(both)[order] for both in parts))
+
+    def _told(self, speeds: Array, rows: Array, found: Judged) -> Array:
+        """Tell what is known at some speeds, or between; and return whether it is `(K,)`."""
+        at = np.searchsorted(self._speeds, speeds[rows])
+        after = np.minimum(at, len(self._speeds) - 1)
+        told = self._speeds[after] == speeds[rows]
+        for own, known in zip(found, self._judged, strict=True):
+            own[rows[told]] = known[after[told]]
+        is_there = self._judged.kind != NONE
+        # Beside a speed without a motion nothing is sure.
+        between = ~told & is_there[after] & is_there[np.maximum(at - 1, 0)]
+        if np.count_nonzero(is_there) < _NEIGHBOURS or not np.any(between):
+            return told
+        (index,) = np.nonzero(between)
+        values, error = _interpolated(
+            self._speeds[is_there], self._rows[is_there], speeds[rows[index]], self._columns
+        )
+        is_sure = error <= max(_TOLD, 2.0 * self._change)
+        index, values = index[is_sure], values[is_sure]
+        if index.size:
+            shape, change = (2 * self._free,) * 2, max(self._change, float(np.max(error[is_sure])))
+            matrices = values[:, : self._columns[0]].reshape(-1, *shape)
+            average = values[:, self._columns[0] :].reshape(-1, 3, self._free, self._free)
+            found.multipliers[rows[index]], found.kind[rows[index]] = judged(
+                matrices, average, change
+            )
+        told[index] = True
+        return told
+
+    @property
+    def _columns(self) -> tuple[int, ...]:
+        """Numbers of columns that belong together: a monodromy matrix, three averages."""
+        return 4 * self._free**2, *(self._free**2,) * 3
+
+
+def _interpolated(
+    known: Array, rows: Array, speeds: Array, columns: tuple[int, ...]
+) -> tuple[Array, Array]:
+    """Return what polynomials in 1/speed make of known rows, and how sure they are `(S,)`.
+
+    Args:
+        known: speeds `(K,)`, ascending.
+        rows: of numbers `(K, F)` there.
+        speeds: `(S,)` between them.
+        columns: numbers of columns that have one size.
+    """
+    best, least = np.zeros((len(speeds), rows.shape[1])), np.full(len(speeds), np.inf)
+    after = np.searchsorted(known, speeds)
+    ends = np.cumsum(columns)[:-1]
+    _, mass, _, stiffness = (np.max(np.abs(part)) for part in np.split(rows, ends, axis=1))
+    # Dampers may be none: what they do is measured in what the other two do.
+    others = mass, np.sqrt(mass * stiffness) + 1e-300, stiffness + 1e-300
+    # Beside a speed at which one motion gives way to another, neighbours are on one side.
+    for below in (_NEIGHBOURS // 2, _NEIGHBOURS - 1, 1):
+        (open_,) = np.nonzero(least > _TOLD)
+        first = np.clip(after[open_] - below, 0, len(known) - _NEIGHBOURS)
+        near = first[:, None] + np.arange(_NEIGHBOURS)
+        places, at, taken = known[near], speeds[open_], rows[near]
+        weights, fewer = _lagrange(places, at), _lagrange(places[:, 1:-1], at)
+        values = np.einsum("sk,skf->sf", weights, taken)
+        gap = np.abs(values - np.einsum("sk,skf->sf", fewer, taken[:, 1:-1]))
+        error = _ROUNDING * np.sum(np.abs(weights), axis=1)
+        greatest = np.maximum(np.max(np.abs(values[:, : ends[0]]), axis=1), 1.0)
+        for part, size in zip(np.split(gap, ends, axis=1), (greatest, *others), strict=True):
+            error = np.maximum(error, np.max(part, axis=1) / size)
+        better = error < least[open_]
+        best[open_[better]], least[open_[better]] = values[better], error[better]
+    return best, least
+
+
+def _lagrange(places: Array, at: Array) -> Array:
+    """Return weights `(S, k)` of values at speeds `(S, k)`, of polynomials in 1/speed at `(S,)`.
+
+    Edges are found to rounding, so that two speeds may be neighbours among floating-point numbers.
+    Their difference is exact and not zero, as that of their reciprocals may be.
+    """
+    gaps = places[:, :, None] - places[:, None, :]
+    ways = np.repeat((at[:, None] - places)[:, None, :], places.shape[1], axis=1)
+    ratios = np.repeat((places / at[:, None])[:, :, None], places.shape[1], axis=2)
+    own = np.arange(places.shape[1])
+    gaps[:, own, own] = ways[:, own, own] = ratios[:, own, own] = 1.0
+    return np.asarray(np.prod(ways / gaps * ratios, axis=2))
+
+
+class Region(NamedTuple):
+    """An interval of speed in which the smallest periodic motion is unstable.
+
+    Attributes:
+        lower, upper: its edges [rad/s]; the last speed that was looked at where it goes on beyond,
+            or where there is no motion beyond.
+        kind: see `Floquet.kind`, where it grows fastest.
+        growth: greatest growth rate found inside [1/s].
+        speed: where that is [rad/s].
+        is_closed: whether motions are stable beyond both edges; if not, it may go on, and the
+            growth may be greater there.
+    """
+
+    lower: float
+    upper: float
+    kind: str
+    growth: float
+    speed: float
+    is_closed: bool
+
+    @property
+    def width(self) -> float:
+        """Of the interval [rad/s]."""
+        return self.upper - self.lower
+
+
+def regions(over: StabilityOverSpeed, speeds: Array, known: Judged | Stability) -> list[Region]:
+    """Return all regions that were found between speeds, ascending.
+
+    Regions narrower than the steps of the speeds are looked for where two multipliers come near
+    each other.
+
+    Args:
+        over: of the design.
+        speeds: `(S,)` ascending, of one sign.
+        known: what was found there.
+    """
+    speeds, excess, kind = _refined(over, speeds, known)
+    is_there = kind != NONE
+    unstable = (kind != STABLE) & is_there
+    growth = np.log1p(np.where(unstable, excess, 0.0)) * np.abs(speeds) / over.period
+    changes = np.nonzero(unstable[1:] != unstable[:-1])[0]
+    edges = _edges(over, speeds, unstable, changes[is_there[changes] & is_there[changes + 1]])
+    found = []
+    bounds = [0, *(changes + 1).tolist(), len(speeds)]
+    for first, last in pairwise(bounds):
+        if not np.any(unstable[first:last]):
+            continue
+        # What lies beyond an end, or beyond a speed without a motion, is not known.
+        lower = edges.get(first - 1, float(speeds[first]))
+        upper = edges.get(last - 1, float(speeds[last - 1]))
+        # Beside the first and the last speed inside is an edge.
+        places = np.concatenate([[lower], speeds[first:last], [upper]])
+        beside = np.concatenate([[0.0], growth[first:last], [0.0]])
+        # Of two speeds that grow faster than those beside them, either may be next to the fastest.
+        tops = np.nonzero((beside[1:-1] >= beside[:-2]) & (beside[1:-1] >= beside[2:]))[0]
+        peak, speed, of = max(
+            _fastest(
+                over,
+                float(places[top]),
+                float(places[top + 2]),
+                (float(beside[top + 1]), float(places[top + 1]), str(kind[first + top])),
+            )
+            for top in tops.tolist()
+        )
+        is_closed = first - 1 in edges and last - 1 in edges
+        found.append(Region(lower, upper, of, peak, speed, is_closed))
+    return found
+
+
+def _fastest(
+    over: StabilityOverSpeed, lower: float, upper: float, best: tuple[float, float, str]
+) -> tuple[float, float, str]:
+    """Return the fastest growth between two speeds, where it is, and its kind.
+
+    Args:
+        over: of the design.
+        lower: speed.
+        upper: speed.
+        best: the same of a speed between them.
+    """
+    for _ in range(_GROWTH_ROUNDS):
+        places = np.linspace(lower, upper, _PLACES + 2)[1:-1]
+        found = over.at(places)
+        size = np.where(found.grows, found.excess, 0.0)
+        growth = np.log1p(size) * np.abs(places) / over.period
+        top = int(np.argmax(growth))
+        if growth[top] > best[0]:
+            best = float(growth[top]), float(places[top]), str(found.kind[top])
+        width = 1.5 * (upper - lower) / (_PLACES + 1)
+        lower, upper = max(lower, best[1] - width), min(upper, best[1] + width)
+    return best
+
+
+def _refined(
+    over: StabilityOverSpeed, speeds: Array, known: Judged | Stability
+) -> tuple[Array, Array, Array]:
+    """Return speeds, excess and kinds, with more speeds where multipliers nearly collide."""
+    every = [(speeds, known.excess, known.kind)]
+    gap = separation(known.multipliers)
+    is_least = np.zeros(len(speeds), dtype=bool)
+    if len(speeds) > 2:
+        is_least[1:-1] = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:])
+    is_least &= (known.kind == STABLE) & ~known.decays
+    at = np.nonzero(is_least)[0]
+    lower, upper = speeds[at - 1], speeds[at + 1] if at.size else speeds[at]
+    for _ in range(_ROUNDS):
+        if not lower.size:
+            break
+        places = np.linspace(lower, upper, _PLACES, axis=1)
+        found = over.at(places.ravel())
+        every.append((places.ravel(), found.excess, found.kind))
+        gaps = separation(found.multipliers).reshape(places.shape)
+        gaps = np.where(np.isnan(gaps), np.inf, gaps)
+        is_new = np.any(found.grows.reshape(places.shape), axis=1)
+        best = np.clip(np.argmin(gaps, axis=1), 1, _PLACES - 2)
+        rows = np.nonzero(~is_new)[0]
+        lower, upper = places[rows, best[rows] - 1], places[rows, best[rows] + 1]
+    joined = [np.concatenate(items) for items in zip(*every, strict=True)]
+    order = np.unique(joined[0], return_index=True)[1]
+    speeds, excess, kind = (item[order] for item in joined)
+    return speeds, excess, kind
+
+
+def _edges(
+    over: StabilityOverSpeed, speeds: Array, unstable: Array, changes: Array
+) -> dict[int, float]:
+    """Return where stability changes after speeds of given indices."""
+    lower, upper = speeds[changes].copy(), speeds[changes + 1].copy()
+    before = unstable[changes]
+    while changes.size and np.any(upper - lower > _EDGE * np.abs(upper)):
+        # Several places at a time, since all of them are solved together.
+        places = np.linspace(lower, upper, _PLACES, axis=1)[:, 1:-1]
+        found = over.at(places.ravel())
+        is_unstable = found.grows.reshape(places.shape)
+        differs = is_unstable != before[:, None]
+        first = np.where(np.any(differs, axis=1), np.argmax(differs, axis=1), _PLACES - 2)
+        every = np.column_stack([lower, places, upper])
+        rows = np.arange(len(changes))
+        lower, upper = every[rows, first], every[rows, first + 1]
+    return {
+        int(index): 0.5 * float(first + last)
+        for index, first, last in zip(changes, lower, upper, strict=True)
+    }

@@ -1,0 +1,578 @@
+"""Resonance: where an order meets a mode, and what the mode does there, along its branch.
+
+Crossings are looked for in the modes about coordinates at rest, which are smooth functions of the
+speed and cost next to nothing, so that a lattice of speeds can be fine. About a periodic motion,
+which changes modes a little, a crossing is then found close to that one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ....kit.arrays import NOTHING, ROUNDED, Array
+from ....kit.errors import VibrationError
+from ....kit.periodic import amplitudes
+from ..motions.continuation import Branch, Point
+from ..motions.linear import at_mean
+from ..motions.search import WIDEST, MotionSearch
+from ..motions.stability import stays
+from .campbell import Campbell, campbell_of, followed, resting_campbell
+
+_RATIO = 1.02
+"""Of two speeds of the lattice that follow each other."""
+_SLOW = 1e-3
+"""Speed, as a fraction of the lowest natural frequency, at which modes are numbered."""
+_ALIKE = 1e-6
+"""Relative difference of two frequencies that are one at rest."""
+_CLOSE = 0.05
+"""Distance of a crossing about a motion from that about rest, as a fraction of the speed, from
+which on the motion is no small change."""
+_BESIDE = 1e-4
+"""Distance of two speeds between which slopes are taken, as a fraction of the speed."""
+_MET = 1e-10
+"""Gap between order and frequency, as a fraction of it, at which they meet."""
+_STEPS = 8
+_HALF_WIDTHS = 3.0
+"""Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
+_ASIDE = 1e-3
+"""Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
+_LEAST_DAMPING = 1e-7
+"""Damping ratio below which a mode counts as undamped."""
+_LEADS = 0.99
+"""Share of a mode, as a fraction of the greatest of all modes at its order, from which on a peak is
+that mode's own."""
+KNOWN, UNBOUNDED, OPEN = "known", "unbounded", "open"
+"""What is known of a greatest value: itself, that there is none, or that it is no less."""
+
+
+class Crossing(NamedTuple):
+    """A speed at which an order meets a mode's frequency.
+
+    Attributes:
+        speed: of the drive [rad/s].
+        slope: by how much order times speed grows faster than the frequency, per rad/s.
+        frequency, decay: of the mode there [rad/s, 1/s].
+        shapes: of all modes `(n, n)`, a column for each.
+        values: their eigenvalues `(n,)` [1/s].
+        mode: its column there.
+        whirl: its sense, see `Campbell.whirl`.
+    """
+
+    speed: float
+    slope: float
+    frequency: float
+    decay: float
+    shapes: Array
+    values: Array
+    mode: int
+    whirl: float
+
+
+def lattice(low: float, high: float) -> Array:
+    """Return speeds `(S,)` between two, ascending, which are the same whatever the range."""
+    first, last = sorted((abs(low), abs(high)))
+    ends = np.log([first, last]) / np.log(_RATIO)
+    speeds = _RATIO ** np.arange(np.ceil(ends[0]), np.floor(ends[1]) + 1.0)
+    return np.unique(np.sign(high) * np.concatenate([[first], speeds, [last]]))
+
+
+def numbered_campbell(
+    search: MotionSearch, speeds: Array, aside: float = 0.0
+) -> tuple[Campbell, Campbell]:
+    """Return the modes about motions at speeds, and those about rest on the lattice.
+
+    Both have the same numbers: by ascending frequency at next to no speed, backward before forward
+    ones. The lattice begins there and goes on beyond the greatest speed.
+
+    Args:
+        search: of the scene.
+        speeds: `(S,)` ascending, of one sense [rad/s].
+        aside: how far beyond, as a fraction of the speed.
+
+    Raises:
+        VibrationError: see `campbell_of`.
+    """
+    found = campbell_of(search, speeds)
+    first, last = sorted((abs(float(speeds[0])), abs(float(speeds[-1]))))
+    sense = float(np.sign(speeds[-1]))
+    begun = resting_campbell(search, sense * np.array([last, first])[:: -int(sense)]).frequency
+    swings = begun[begun > 0.0]
+    slow = min(first * (1.0 - aside), _SLOW * float(np.min(swings)) if swings.size else first)
+    ends = sorted((sense * slow, sense * last * (1.0 + aside)))
+    modes = _sorted_at_rest(resting_campbell(search, lattice(*ends)))
+    return _numbered_alike(found, modes), modes
+
+
+def _sorted_at_rest(found: Campbell) -> Campbell:
+    """Return modes numbered by ascending frequency at their slowest speed."""
+    rows = np.nonzero(np.all(np.isfinite(found.frequency), axis=1))[0]
+    if not rows.size:
+        return found
+    row = int(rows[np.argmin(np.abs(found.speed[rows]))])
+    frequency, whirl = found.frequency[row], np.round(found.whirl[row], 6)
+    scale = _ALIKE * max(float(np.max(frequency)), 1e-300)
+    return found.renumbered(np.lexsort((whirl, np.round(frequency / scale))))
+
+
+def _numbered_alike(found: Campbell, modes: Campbell) -> Campbell:
+    """Return a diagram with the numbers that its modes have in another one."""
+    own, others = (
+        np.nonzero(np.all(np.isfinite(item.frequency), axis=1))[0] for item in (found, modes)
+    )
+    if not own.size or not others.size:
+        return found
+    gaps = np.abs(found.speed[own][:, None] - modes.speed[others])
+    at, near = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+    row, of = int(own[at]), int(others[near])
+    order = followed(modes.shape[of], _value(modes, of), found.shape[row], _value(found, row))
+    return found.renumbered(order)
+
+
+def crossings(search: MotionSearch, found: Campbell, order: float, mode: int) -> list[Crossing]:
+    """Return where an order meets a mode about rest, ascending.
+
+    Args:
+        search: of the scene.
+        found: its modes about rest at ascending speeds.
+        order: cycles per revolution.
+        mode: its column.
+    """
+
+    def modes_at(speeds: Array) -> Campbell:
+        return resting_campbell(search, speeds)
+
+    begun = [_interpolated(found, mode, *place) for place in between(found, order, mode)]
+    return [
+        _refined(modes_at, item, order, _interval(found.speed, item.speed)) or item
+        for item in begun
+    ]
+
+
+def crossing_about_motion(search: MotionSearch, order: float, rest: Crossing) -> Crossing:
+    """Return a crossing about the periodic motions close to one about rest; that one if none is."""
+
+    def modes_at(speeds: Array) -> Campbell:
+        return campbell_of(search, speeds)
+
+    low, high = sorted(rest.speed * (1.0 + _CLOSE * np.array([-1.0, 1.0])))
+    found = _refined(modes_at, rest, order, (low, high))
+    return found if found is not None and low < found.speed < high else rest
+
+
+def between(found: Campbell, order: float, mode: int) -> list[tuple[float, float]]:
+    """Return where an order meets a mode's frequency, interpolated, with the slopes of the gap."""
+    # Speeds without a motion lie at undamped resonances: their neighbours tell where.
+    is_there = np.isfinite(found.frequency[:, mode])
+    speed = found.speed[is_there]
+    gap = order * np.abs(speed) - found.frequency[is_there, mode]
+    # A crossing at one of the speeds belongs to the interval that begins there, or to the last.
+    is_met = (gap[:-1] == 0.0) | (gap[:-1] * gap[1:] < 0.0)
+    is_met[-1:] |= gap[-1:] == 0.0
+    places = np.nonzero(is_met)[0]
+    slopes = np.diff(gap)[places] / np.diff(speed)[places]
+    at = speed[places] - gap[places] / np.where(slopes == 0.0, 1.0, slopes)
+    return list(zip(at.tolist(), slopes.tolist(), strict=True))
+
+
+def _refined(
+    modes_at: Callable[[Array], Campbell],
+    begin: Crossing,
+    order: float,
+    ends: tuple[float, float],
+) -> Crossing | None:
+    """Return the crossing near another one, between two speeds; None without modes there."""
+    at, slope = begin.speed, begin.slope
+    for _ in range(_STEPS):
+        beside = np.sort(at * (1.0 + _BESIDE * np.array([-1.0, 0.0, 1.0])))
+        try:
+            here = modes_at(beside)
+        except VibrationError:
+            return None
+        if not np.all(np.isfinite(here.frequency)):
+            return None
+        columns = followed(begin.shapes, begin.values, here.shape[1], _value(here, 1))
+        column = int(columns[begin.mode])
+        gap = order * np.abs(beside) - here.frequency[:, column]
+        slope = float((gap[2] - gap[0]) / (beside[2] - beside[0]))
+        if abs(gap[1]) <= _MET * order * abs(at) or slope == 0.0:
+            break
+        at = min(max(at - float(gap[1]) / slope, ends[0]), ends[1])
+    return Crossing(
+        speed=at,
+        slope=slope,
+        frequency=float(here.frequency[1, column]),
+        decay=float(here.decay[1, column]),
+        shapes=here.shape[1],
+        values=_value(here, 1),
+        mode=column,
+        whirl=float(here.whirl[1, column]),
+    )
+
+
+def _interpolated(found: Campbell, mode: int, at: float, slope: float) -> Crossing:
+    """Return a crossing by the modes of the diagram beside it."""
+    is_there, row = np.isfinite(found.frequency[:, mode]), _nearest(found, mode, at)
+    frequency, decay = (
+        float(np.interp(at, found.speed[is_there], values[is_there, mode]))
+        for values in (found.frequency, found.decay)
+    )
+    shapes, whirl = found.shape[row], float(found.whirl[row, mode])
+    return Crossing(at, slope, frequency, decay, shapes, _value(found, row), mode, whirl)
+
+
+def _nearest(found: Campbell, mode: int, at: float) -> int:
+    """Return the row of a diagram, with a motion, that is next to a speed."""
+    is_there = np.isfinite(found.frequency[:, mode])
+    return int(np.argmin(np.where(is_there, np.abs(found.speed - at), np.inf)))
+
+
+def _interval(speeds: Array, at: float) -> tuple[float, float]:
+    """Return the speeds on both sides of one, of ascending ones."""
+    right = int(np.clip(np.searchsorted(speeds, at), 1, len(speeds) - 1))
+    return float(speeds[right - 1]), float(speeds[right])
+
+
+def _value(found: Campbell, row: int) -> Array:
+    """Return the eigenvalues `(n,)` of a row [1/s]."""
+    return np.asarray(found.decay[row] + 1j * found.frequency[row])
+
+
+class Jumps(NamedTuple):
+    """Where a resonance that leans over loses its motion; NaN where it does not.
+
+    Attributes:
+        rising: speed at which a slowly rising one jumps [rad/s].
+        rising_severity: amplitude there, see `Resonance.severity`.
+        falling: speed at which a slowly falling one jumps [rad/s].
+        falling_severity: amplitude there.
+    """
+
+    rising: float = np.nan
+    rising_severity: float = np.nan
+    falling: float = np.nan
+    falling_severity: float = np.nan
+
+
+class Resonance(NamedTuple):
+    """A mode at an order.
+
+    Attributes:
+        crossing: of both.
+        speed: of the severity [rad/s]; of the crossing where there is none, or no bound of it.
+        severity: greatest amplitude of a free coordinate in the mode at the order [rad or m];
+            0 where the order does not move it, NaN if no motion was found.
+        outcome: `KNOWN`; `UNBOUNDED`, of a linear equation without damping; `OPEN`, where greater
+            ones may exist.
+        damping_ratio: of the mode.
+        lower, upper: least and greatest speed about the peak at which the amplitude along the
+            branch is above half power [rad/s]; NaN where that is not known.
+        jumps: of a resonance that leans over.
+        peak: the motion of the severity; None if there is none.
+        notes: what is to be known besides.
+    """
+
+    crossing: Crossing
+    speed: float
+    severity: float
+    outcome: str
+    damping_ratio: float
+    lower: float = np.nan
+    upper: float = np.nan
+    jumps: Jumps = Jumps()
+    peak: Point | None = None
+    notes: tuple[str, ...] = ()
+
+
+def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
+    """Return what a mode does near where an order meets it.
+
+    Args:
+        search: of the scene.
+        order: cycles per revolution of the drive.
+        rest: the crossing about coordinates at rest.
+    """
+    is_damped = _damping_ratio(rest) > 0.0
+    if not _is_moved(search, order, rest, 0.0 if is_damped else _ASIDE):
+        return _plain(crossing_about_motion(search, order, rest), 0.0, KNOWN)
+    branches = _branches(search, rest)
+    if not branches:
+        return _plain(rest, np.nan, OPEN, "no small motion was found beside it, to be followed")
+    is_whole = branches[0].is_whole
+    crossing = rest
+    if is_whole and not branches[0].folds:
+        about = crossing_about_motion(search, order, rest)
+        crossing = about if _damping_ratio(about) > 0.0 else rest
+    found = max(
+        (_Stretch(branch, order, crossing) for branch in branches), key=lambda item: item.severity
+    )
+    if found.peak is None:
+        there, _ = search.smallest(np.array([crossing.speed]))
+        if not there:
+            return _plain(
+                crossing, np.nan, OPEN, f"it has no peak of its own, and {search.missed[0]}"
+            )
+        note = "it has no peak of its own: its amplitude is that of the motion at the crossing"
+        return _plain(crossing, found.share(Point.of(there[0])), OPEN, note)
+    if not is_whole and not is_damped and _is_linear(found.peak):
+        return _plain(rest, np.inf, UNBOUNDED)
+    lower, upper, notes = np.nan, np.nan, found.notes(found.peak)
+    if is_whole:
+        lower, upper, more = found.half_power(found.peak)
+        notes += more
+    else:
+        reasons = "; ".join(dict.fromkeys(item.reason for item in branches if item.reason))
+        notes += [f"the branch of its motions was not followed to its peak: {reasons}"]
+    return Resonance(
+        crossing=crossing,
+        speed=found.peak.speed,
+        severity=found.severity,
+        outcome=KNOWN if is_whole else OPEN,
+        damping_ratio=_damping_ratio(crossing),
+        lower=lower,
+        upper=upper,
+        jumps=found.jumps,
+        peak=found.peak,
+        notes=tuple(notes),
+    )
+
+
+def _plain(crossing: Crossing, severity: float, outcome: str, *notes: str) -> Resonance:
+    """Return a resonance without a peak: the critical speed is the crossing itself."""
+    ratio = _damping_ratio(crossing)
+    return Resonance(crossing, crossing.speed, severity, outcome, ratio, notes=notes)
+
+
+def _damping_ratio(crossing: Crossing) -> float:
+    """Return that of a crossing's mode, 0 where it is rounding."""
+    ratio = float(-crossing.decay / np.hypot(crossing.frequency, crossing.decay))
+    return ratio if ratio > _LEAST_DAMPING else 0.0
+
+
+def _width(crossing: Crossing) -> float:
+    """Return how far from a crossing the peaks of small motions are at most [rad/s]."""
+    # At half power, order and natural frequency are as far apart as the mode decays.
+    half = abs(crossing.decay / crossing.slope) if crossing.slope else np.inf
+    return min(_HALF_WIDTHS * half, WIDEST * abs(crossing.speed))
+
+
+def _is_linear(point: Point) -> bool:
+    """Return whether the equation of small changes about a motion is that about rest."""
+    motions = point.motions
+    powers = abs(point.speed) ** np.array([2.0, 1.0, 0.0])
+    here, rest = (
+        np.stack([item.mass, item.damping, item.stiffness]) * powers[:, None, None, None, None]
+        for item in (motions.equation, motions.model.equation(at_mean(motions.course)))
+    )
+    # Errors of a model are those of efforts; of their derivatives somewhat more.
+    return bool(np.max(np.abs(here - rest)) <= np.sqrt(motions.model.error) * np.max(np.abs(rest)))
+
+
+def shares_of(point: Point, order: float, shapes: Array) -> Array:
+    """Return the greatest amplitude `(n,)` of a coordinate that each mode has in an order.
+
+    Args:
+        point: a motion.
+        order: cycles per revolution of the drive.
+        shapes: of the modes `(n, n)`.
+    """
+    waves = amplitudes(point.q)
+    wave = order * point.model.period / (2.0 * np.pi)
+    if abs(wave - round(wave)) > 1e-9 or round(wave) >= len(waves):
+        return np.zeros(shapes.shape[1])
+    one = waves[round(wave)]
+    # Where the drive turns back, exp(i order φ) goes the other way in time than modes do.
+    shares = np.linalg.pinv(shapes) @ (one.conj() if point.speed < 0.0 else one)
+    return np.asarray(np.abs(shares) * np.max(np.abs(shapes), axis=0))
+
+
+def _is_moved(search: MotionSearch, order: float, crossing: Crossing, aside: float) -> bool:
+    """Return whether an order moves a mode, by motions at a distance from the crossing."""
+    places = crossing.speed * (1.0 + np.unique([-aside, aside]))
+    own, every = np.zeros(len(places)), np.zeros(len(places))
+    found = search.primary(places)
+    for motions in found:
+        for item, index in enumerate(motions.index.tolist()):
+            q = motions.course.q[item]
+            point = Point(motions.model, float(places[index]), q, 1.0)
+            shares = shares_of(point, order, crossing.shapes)
+            own[index] = shares[crossing.mode]
+            every[index] = max(NOTHING * np.max(shares), ROUNDED * np.max(np.abs(q)))
+    # Where nothing was found, motions are large.
+    return not found or bool(np.any(own > every))
+
+
+def _branches(search: MotionSearch, crossing: Crossing) -> list[Branch]:
+    """Return the branch through a crossing; where it is not whole, those from either side."""
+    width = max(_width(crossing), _ASIDE * abs(crossing.speed))
+    sides = (np.sign(crossing.speed) * width * np.array([-1.0, 1.0])).tolist()
+    ends = [search.end(crossing.speed, side) for side in sides]
+    speeds = [
+        crossing.speed + side if end is None else float(end.course.speed[0])
+        for end, side in zip(ends, sides, strict=True)
+    ]
+    found: list[Branch] = []
+    for start, last in zip(ends, speeds[::-1], strict=True):
+        if start is not None and not (found and found[0].is_whole):
+            found.append(Branch(search.models, Point.of(start), last))
+    return found
+
+
+class _Stretch:
+    """A branch about a crossing, with the share that the crossing's mode has in an order.
+
+    Attributes:
+        severity: greatest share; -inf where the mode has no peak of its own.
+        peak: the motion there, if there is one.
+    """
+
+    def __init__(self, branch: Branch, order: float, crossing: Crossing) -> None:
+        self._branch, self._order, self._crossing = branch, order, crossing
+        shares = np.array([shares_of(point, order, crossing.shapes) for point in branch.points])
+        own = shares[:, crossing.mode]
+        speeds = np.array([point.speed for point in branch.points])
+        is_peak, leads = _peaks(own), own >= _LEADS * np.max(shares, axis=1)
+        is_inside = np.abs(speeds - crossing.speed) <= _width(crossing)
+        chosen = leads if np.any(leads & is_peak) else leads | is_inside
+        # Of two peaks, the one with the higher point beside it need not be the higher one.
+        (places,) = np.nonzero(is_peak & chosen)
+        tops = [(branch.greatest(at, self.share), at) for at in places.tolist()]
+        if not branch.is_whole:
+            (places,) = np.nonzero(chosen)
+            tops += [(branch.points[at], at) for at in places.tolist()]
+            tops += [(fold.point, fold.place) for fold in branch.folds if chosen[fold.place]]
+        self.severity, self._top = -np.inf, 0
+        self.peak: Point | None = None
+        self._points, self._own = branch.points, own
+        for point, at in tops:
+            size = self.share(point)
+            if size > self.severity:
+                self.severity, self.peak, self._top = size, point, at
+
+    def share(self, point: Point) -> float:
+        """Return what the mode has in a motion."""
+        return float(shares_of(point, self._order, self._crossing.shapes)[self._crossing.mode])
+
+    @cached_property
+    def jumps(self) -> Jumps:
+        """The pair of folds that is nearest to the peak."""
+        folds = self._branch.folds
+        pairs = list(zip(folds[::2], folds[1::2], strict=False))
+        if not pairs:
+            return Jumps()
+        found: dict[str, float] = {}
+        for fold in min(pairs, key=lambda pair: min(abs(item.place - self._top) for item in pair)):
+            speed = fold.point.speed
+            name = "rising" if fold.sense * speed > 0.0 else "falling"
+            found |= {name: speed, f"{name}_severity": self.share(fold.point)}
+        return Jumps(**found)
+
+    def notes(self, peak: Point) -> list[str]:
+        """Return what is to be known of the motions of the branch.
+
+        Args:
+            peak: the greatest of them.
+        """
+        notes = []
+        if not stays(peak.motions)[0]:
+            most = self._greatest_lasting()
+            more = "" if most is None else f"; of those that a rig stays at, {most:.3g} was found"
+            notes.append(f"its greatest amplitude is that of an unstable motion{more}")
+        error = max(item.error for item in (peak, *(fold.point for fold in self._branch.folds)))
+        if error:
+            notes.append(
+                f"found in a model alone that is off by {error:.1e} of the efforts, as finer ones "
+                "do not reach so far: speeds and amplitudes are less exact than usual"
+            )
+        others = [
+            f"{fold.point.speed:.6g} rad/s (from {self.share(fold.point):.3g})"
+            for fold in self._branch.folds
+            if fold.point.speed not in (self.jumps.rising, self.jumps.falling)
+        ]
+        if others:
+            notes.append(f"its branch turns back at {', '.join(others)} as well")
+        return notes
+
+    def _greatest_lasting(self) -> float | None:
+        """Return the greatest share of motions that a rig stays at, None without any.
+
+        Folds are the ends of stretches of such motions: those beside which there is one count.
+        """
+        found = [(share, [at]) for at, share in enumerate(self._own.tolist())]
+        found += [
+            (self.share(fold.point), [fold.place - 1, fold.place, fold.place + 1])
+            for fold in self._branch.folds
+        ]
+        for share, places in sorted(found, reverse=True):
+            if any(stays(self._points[at].motions)[0] for at in places):
+                return share
+        return None
+
+    def half_power(self, peak: Point) -> tuple[float, float, list[str]]:
+        """Return least and greatest speed of the stretch about the peak above half power.
+
+        With what is to be known of them: NaN is an end that the branch does not reach.
+
+        Args:
+            peak: the greatest motion.
+        """
+        folds = {fold.place: fold.point for fold in self._branch.folds}
+        points = [folds.get(at, point) for at, point in enumerate(self._points)]
+        inside, notes = [peak, folds.get(self._top, peak)], []
+        ends = {"lower": np.inf, "upper": -np.inf}
+        for way in (points[: self._top][::-1], points[self._top + 1 :]):
+            found, is_met = self._above_half_power([peak, *way])
+            inside += found
+            if not is_met:
+                name = "lower" if way[-1].speed < peak.speed else "upper"
+                ends[name] = np.nan
+                notes.append(
+                    f"{name} is not known: its branch was followed to {way[-1].speed:.6g} rad/s, "
+                    "and not to half power"
+                )
+        for point in inside:
+            # What is not known stays so.
+            ends["lower"] = np.minimum(ends["lower"], point.speed)
+            ends["upper"] = np.maximum(ends["upper"], point.speed)
+        notes += [
+            f"{name} is where its branch turns back, at {self.share(point):.3g}: the motion jumps "
+            "there before it falls to half power"
+            for name, end in ends.items()
+            for point in folds.values()
+            if point.speed == end
+        ]
+        return float(ends["lower"]), float(ends["upper"]), notes
+
+    def _above_half_power(self, points: Sequence[Point]) -> tuple[list[Point], bool]:
+        """Return points above half power, the last one at it; and whether that was met."""
+        from scipy.optimize import brentq
+
+        level, inside = self.severity / np.sqrt(2.0), []
+        for before, after in pairwise(points):
+            if self.share(after) > level:
+                inside.append(after)
+                continue
+
+            def at(part: float, before: Point = before, after: Point = after) -> Point:
+                found = self._branch.between(before, after, part)
+                if found is None:
+                    raise VibrationError("no motion was found between two of a branch")
+                return found
+
+            try:
+                part = brentq(lambda part, at=at: self.share(at(part)) - level, 0.0, 1.0, xtol=1e-8)
+                return [*inside, at(part)], True
+            except VibrationError:
+                break
+        return inside, False
+
+
+def _peaks(sizes: Array) -> Array:
+    """Return where sizes exceed those of both neighbours."""
+    is_peak = np.zeros(len(sizes), dtype=bool)
+    is_peak[1:-1] = (sizes[1:-1] >= sizes[:-2]) & (sizes[1:-1] > sizes[2:])
+    return is_peak

@@ -1,0 +1,235 @@
+"""Torque curve: what periodic motions ask of their drive over speed, and where resonances hold it.
+
+A drive whose torque falls short of what a resonance absorbs stays on its rising flank (Sommerfeld
+effect): any rise of speed costs more than it has.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ....kit.arrays import Array
+from ....kit.periodic import (
+    amplitudes,
+    derivatives,
+    orders_of,
+    resampled,
+    turning_values,
+)
+from ..model.modes import averaged, modes, sense_name
+from ..motions.correction import corrected
+from ..motions.driven import Characteristic, Driven, DrivenMotions
+from ..motions.linear import averaged_motions
+from ..motions.models import Motions
+from ..motions.search import MotionSearch
+from ..motions.steady_path import SteadyPath, together
+
+_PROMINENT = 1e-6
+"""Height of a barrier above its surroundings, as a fraction of the range of torques: a low one
+before a high one may be what holds a weak drive."""
+_PLACES = 7
+"""Speeds between its neighbours on the path at which the top of a barrier is looked for."""
+_EXACT = 1e-10
+"""Relative error of the speed at which a drive is held."""
+_FINE = 8  # Even, so that one more is odd.
+"""Times more nodes at which the extremes of a motion are read."""
+
+
+class TorqueBarrier(NamedTuple):
+    """A resonance as the drive meets it.
+
+    Attributes:
+        speed: mean speed of the drive at which it lacks most [rad/s].
+        torque: mean torque over a revolution that the periodic motion absorbs there [N·m]: a
+            constant torque has to be greater to pass slowly.
+        available: mean torque of the drive there [N·m]; NaN where its motion is prescribed.
+        order: of the resonance, cycles per revolution of the drive.
+        mode: its number by ascending natural frequency at that speed, from 1.
+        whirl: `forward`, `backward`, `planar`.
+        holds: speed on the rising flank at which drive and motion are in balance [rad/s], so that
+            a slow run stays there; NaN where there is none.
+    """
+
+    speed: float
+    torque: float
+    available: float
+    order: float
+    mode: int
+    whirl: str
+    holds: float
+
+    @property
+    def is_passed(self) -> bool:
+        """Whether the drive has more than the resonance absorbs; True if it is prescribed."""
+        return not abs(self.available) < abs(self.torque)
+
+    def __str__(self) -> str:
+        what = f"order {self.order:g}, mode {self.mode} ({self.whirl})"
+        return f"{what}: up to {self.torque:.4g} N·m at {self.speed:.5g} rad/s"
+
+
+class Predicted(NamedTuple):
+    """What constant mean speeds predict, S of them.
+
+    Attributes:
+        speed: `(S,)` [rad/s].
+        swing: half the way from peak to peak of the free coordinates `(S, n)`; NaN where there is
+            no motion.
+        linear: the same by the linear equation with averaged coefficients.
+        torque: mean over the drive's position that the motion asks for `(S,)` [N·m].
+        lack: what the drive lacks of it `(S,)` [N·m].
+    """
+
+    speed: Array
+    swing: Array
+    linear: Array
+    torque: Array
+    lack: Array
+
+
+class TorqueCurve:
+    """Torque that the motions along a path absorb."""
+
+    def __init__(
+        self, search: MotionSearch, path: SteadyPath, torque: Characteristic | None
+    ) -> None:
+        """Take a path.
+
+        Args:
+            search: that found it.
+            path: of motions at constant speed.
+            torque: characteristic of the drive; None where its motion is prescribed.
+        """
+        rotating = search.rotating
+        self._search, self._path, self._is_prescribed = search, path, torque is None
+        self._motions = DrivenMotions(
+            search.models.efforts, rotating.period, rotating.units, torque
+        )
+
+    def predicted(self) -> Predicted:
+        """Return what the path predicts, speeds without a motion among it.
+
+        Raises:
+            VibrationError: a torque cannot move the drive with one of the speeds.
+            CardanError: as `Scene.sweep`.
+        """
+        count, free = len(self._path.motions), len(self._search.rotating.free)
+        missed = np.array(self._path.missed)
+        size = count + len(missed)
+        swing, linear = np.full((2, size, free), np.nan)
+        torque, lack = np.full((2, size), np.nan)
+        for motions in self._path.together():
+            if self._is_prescribed:
+                motions, _ = corrected(self._search.models.efforts, motions)
+            found = self._driven(motions)
+            swing[motions.index] = half_swings(found.position)
+            linear[motions.index] = half_swings(averaged_motions(motions))
+            torque[motions.index], lack[motions.index] = found.torque, found.lack
+        speed = np.concatenate([self._path.speed, missed])
+        order = np.argsort(speed * self._path.sense, kind="stable")
+        return Predicted(*(item[order] for item in (speed, swing, linear, torque, lack)))
+
+    def barriers(self, found: Predicted) -> tuple[TorqueBarrier, ...]:
+        """Return the resonances that the path meets, in its order.
+
+        Args:
+            found: what the path predicts.
+
+        Raises:
+            CardanError: as `predicted`.
+        """
+        from scipy.signal import find_peaks  # Most scripts run nothing up.
+
+        sense = np.sign(found.speed[0])
+        there = np.isfinite(found.lack)
+        speed, lack = found.speed[there], sense * found.lack[there]
+        if len(lack) < 3 or not np.ptp(lack) > 0.0:
+            return ()
+        tops, _ = find_peaks(lack, prominence=_PROMINENT * np.ptp(lack))
+        return tuple(self._barrier(speed, lack, int(top), sense) for top in tops)
+
+    def _barrier(self, speed: Array, lack: Array, top: int, sense: float) -> TorqueBarrier:
+        """Return the barrier near one of the speeds of the path."""
+        at = self._top(speed[top - 1], speed[top + 1], sense)
+        (motions,) = self._path.near(np.array([at]))
+        driven = self._driven(motions)
+        torque, missing = float(driven.torque[0]), float(driven.lack[0])
+        order, mode, whirl = self._resonance(motions)
+        return TorqueBarrier(
+            speed=float(at),
+            torque=torque,
+            available=np.nan if self._is_prescribed else torque - missing,
+            order=order,
+            mode=mode,
+            whirl=whirl,
+            holds=self._held(speed[: top + 1], lack[: top + 1], at, sense),
+        )
+
+    def _top(self, low: float, high: float, sense: float) -> float:
+        """Return the speed between two at which the drive lacks most."""
+        places = np.linspace(low, high, _PLACES)
+        heights = self._lacks(places, sense)
+        best = int(np.clip(np.argmax(heights), 1, _PLACES - 2))
+        before, top, after = heights[best - 1 : best + 2]
+        bend = before - 2.0 * top + after
+        if not (np.isfinite(bend) and bend < 0.0):
+            return float(places[np.argmax(heights)])  # The path ends in a fold.
+        return float(places[best] + 0.5 * (before - after) / bend * (places[1] - places[0]))
+
+    def _held(self, speed: Array, lack: Array, top: float, sense: float) -> float:
+        """Return where a run that speeds up stays before a barrier; NaN if it does not."""
+        slows = abs(speed[-1]) < abs(speed[0])
+        below = np.nonzero((lack[:-1] < 0.0) & (lack[1:] >= 0.0))[0]
+        ends = (speed[below[-1]], speed[below[-1] + 1]) if below.size else (speed[-1], top)
+        (last,) = self._lacks(np.array([ends[1]]), sense)
+        if self._is_prescribed or slows or not last > 0.0 or not np.any(lack < 0.0):
+            return np.nan
+        from scipy.optimize import brentq
+
+        return float(
+            brentq(
+                lambda at: float(self._lacks(np.array([at]), sense)[0]),
+                *ends,
+                xtol=_EXACT * abs(top),
+            )
+        )
+
+    def _lacks(self, speeds: Array, sense: float) -> Array:
+        """Return what the drive lacks at speeds `(S,)`; -inf where the path has ended."""
+        lack = np.full(len(speeds), -np.inf)
+        for motions in together(self._path.near(speeds)):
+            lack[motions.index] = sense * self._driven(motions).lack
+        return lack
+
+    def _driven(self, motions: Motions) -> Driven:
+        return self._motions.of(motions.course.speed, motions.course.q, motions.model.divisor)
+
+    def _resonance(self, motions: Motions) -> tuple[float, int, str]:
+        """Return order, mode and whirl that move most in a motion."""
+        means = averaged(motions.equation)
+        turns = float(np.sign(motions.course.speed[0]))
+        waves = amplitudes(motions.course.q, 1)[0]
+        waves = waves if turns > 0.0 else waves.conj()
+        order = orders_of(len(waves), motions.model.period)
+        energy = order**2 * np.einsum("ki,ij,kj->k", waves.conj(), means[0][0], waves).real
+        wave = int(np.argmax(energy))
+        found = modes(*means)
+        middle = np.mean(motions.course.q[0], axis=0)
+        sense = self._search.whirl(middle, turns)
+        shapes = sense.parted(found.value[0], found.shape[0])
+        mode = int(np.argmax(np.abs(np.linalg.pinv(shapes) @ waves[wave])))
+        return float(order[wave]), mode + 1, sense_name(float(sense.of(shapes)[mode]))
+
+
+def half_swings(q: Array) -> Array:
+    """Return half the way from peak to peak `(S, n)` of motions `(S, N, n)` over their period."""
+    count = _FINE * q.shape[1] + 1
+    rate = derivatives(q.shape[1], 1.0)[0] @ q
+    values, rates = (
+        np.concatenate([fine, fine[:1]])
+        for fine in (np.moveaxis(resampled(item, count, 1), 1, 0) for item in (q, rate))
+    )
+    between = turning_values(np.arange(count + 1) / count, values, rates)
+    return np.asarray(0.5 * np.ptp(np.concatenate([values, between]), axis=0))

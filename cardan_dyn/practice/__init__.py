@@ -1,0 +1,1 @@
+"""Practice: drive lines, studies, reports, scenes and the command line."""

@@ -1,0 +1,210 @@
+"""What `cardan-dyn clearance` does with its options: a scan, as tables, JSON and figures."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from ...clearance import PinGeometry, Scan, scan
+from ...core.mechanics.exact import load
+from ...kit.errors import ArgumentError
+from ...motion.clearance import drawing
+from ...motion.simulation.progress import INTERRUPTED
+from ...scene.usual_motion import default_scene
+from .group import Interrupted
+from .quantities import by_joint, efforts, positions
+from .tables import say, show
+
+if TYPE_CHECKING:
+    from ...clearance import JointScan
+
+_RAD_PER_S = np.pi / 30.0
+"""One revolution per minute [rad/s]."""
+_LENGTH = "length", "m"
+_NUMBERS = ("peak", "peak_position", "least", "greatest")
+
+
+def scanned_by(
+    source: str,
+    *,
+    speed: float | None,
+    clearances: tuple[str, ...],
+    stiffnesses: tuple[str, ...],
+    radii: tuple[str, ...],
+    pin: tuple[float, float] | None,
+    seat_stiffness: float | None,
+    drive: tuple[str, ...],
+    held: tuple[str, ...],
+    loads: tuple[str, ...],
+    gravity: tuple[float, float, float] | None,
+    strict: bool,
+    joints: tuple[str, ...],
+    bearings: tuple[str, ...],
+    **rest: Any,
+) -> Scan:
+    """Return the scan that the options of the command ask for; `rest` are arguments of `scan`."""
+    if speed is None:
+        raise ArgumentError("give the speed of the drive: --speed")
+    mechanism = load(source, strict=strict)
+    if bool(stiffnesses) == (pin is not None):
+        raise ArgumentError("give the stiffness of contacts either by --stiffness or by --pin")
+    if pin is None and seat_stiffness is not None:
+        raise ArgumentError("--seat-stiffness goes with --pin; --stiffness is that of the whole")
+    stiffness: Any = by_joint(stiffnesses, "--stiffness", ("rigidity", "N/m"), mechanism)
+    if pin is not None:
+        stiffness = PinGeometry(*pin, seat_stiffness=seat_stiffness)
+    scene = default_scene(
+        mechanism,
+        drive=drive,
+        held=positions(mechanism, held),
+        loads=efforts(mechanism, loads),
+        gravity=gravity,
+    )
+    return scan(
+        scene,
+        speed,
+        clearance=by_joint(clearances, "--clearance", _LENGTH, mechanism),
+        stiffness=stiffness,
+        radius=by_joint(radii, "--radius", _LENGTH, mechanism) if radii else None,
+        joints=joints or None,
+        bearings=bearings or None,
+        **rest,
+    )
+
+
+def run(directory: Path | None, as_json: bool, **options: Any) -> None:
+    """Print a scan, and write its figures.
+
+    Args:
+        directory: of the figures; None for none.
+        as_json: print JSON instead of tables.
+        options: of the command, see `scanned_by`.
+
+    Raises:
+        MissingExtraError: figures are wanted and matplotlib is not installed.
+        ArgumentError: a file cannot be written.
+        CardanError: options do not fit each other, or as `load`, `Scene` and `clearance.scan`.
+        Interrupted: Ctrl-C while joints were simulated; all was printed and written up to there.
+    """
+    scanned = scanned_by(**options)
+    if as_json:
+        click.echo(json_text(scanned))
+    else:
+        print_scan(scanned)
+    if directory is not None:
+        save_figures(scanned, directory)
+        click.echo(f"Figures: {directory}", err=as_json)
+    if waiting := [name for name, why in scanned.unverified.items() if why == INTERRUPTED]:
+        raise Interrupted(f"interrupted; not simulated: {', '.join(waiting)}")
+
+
+def print_scan(scanned: Scan) -> None:
+    """Print joints by their peaks, what speaks against these, and what was not scanned."""
+    headings = (
+        "joint", "rigid\nN", "peak\nN", "least\nN", "at\n°", "ρ\n–", "τ\n–", "speed\nm/s",
+        "hits\n1/turn", "power\nW",
+    )  # fmt: skip
+    rows = [_cells(scanned[name]) for name in scanned.ranking]
+    title = f"Clearance at {scanned.speed:.6g} rad/s ({scanned.speed / _RAD_PER_S:.6g} 1/min)"
+    caption = "peak: greatest force of all that is known; least: lower end of its interval"
+    show(headings, rows, title=title, caption=caption)
+    said = {name: (scanned[name].verdict, *scanned[name].doubts) for name in scanned.ranking}
+    lines = [f"{name}: {'; '.join(words)}" for name, words in said.items()]
+    lines += str(scanned.verified).splitlines() if scanned.verified is not None else []
+    lines += [f"{name}: not scanned, {reason}" for name, reason in scanned.left_out.items()]
+    for line in lines:
+        say(line)
+    for note in scanned.notes:
+        say(note, "yellow")
+
+
+def _cells(joint: JointScan) -> list[str]:
+    """Return the row of a joint."""
+    forces = [_text(force, ".5g") for force in (joint.rigid_peak, joint.peak, joint.least)]
+    cells = [joint.name, *forces, _text(math.degrees(joint.peak_position), ".1f")]
+    if (worst := joint.worst) is None:
+        return [*cells, *["–"] * 5]
+    return [
+        *cells,
+        f"{worst.turn_through:.2f}",
+        f"{worst.tau:.2f}",
+        # What only brushes along its wall has a speed and a power, and strikes nothing.
+        _text(worst.strike_speed if worst.strikes else math.nan, ".3g"),
+        f"{joint.impacts_per_turn:g}",
+        _text(joint.impact_power if joint.impacts else math.nan, ".3g"),
+    ]
+
+
+def _text(value: float, form: str) -> str:
+    """Return a number as text, a dash if it is not known."""
+    return "–" if math.isnan(value) else format(value, form)
+
+
+def json_text(scanned: Scan) -> str:
+    """Return a scan as JSON text, in SI units and radians; what is no number is null."""
+    content = {
+        "speed": scanned.speed,
+        "joints": [_joint(scanned[name]) for name in scanned.ranking],
+        **_verified(scanned),
+        "left_out": scanned.left_out,
+        "notes": list(scanned.notes),
+    }
+    return json.dumps(content, ensure_ascii=False, indent=1)
+
+
+def _verified(scanned: Scan) -> dict[str, Any]:
+    """Return simulations beside the estimates as plain data; nothing if there are none."""
+    if scanned.verified is None:
+        return {}
+    return {
+        "verified": [
+            {key: _known(value) for key, value in item.row().items()} for item in scanned.verified
+        ]
+    }
+
+
+def _joint(joint: JointScan) -> dict[str, Any]:
+    """Return what is said of a joint as plain data."""
+    return {
+        "joint": joint.name,
+        "verdict": joint.verdict,
+        "rigid_peak": joint.rigid_peak,
+        **{name: _known(getattr(joint, name)) for name in _NUMBERS},
+        "doubts": list(joint.doubts),
+        "impacts_per_turn": joint.impacts_per_turn,
+        "impact_power": joint.impact_power,
+        "turning": joint.turning,
+        "reversals": [
+            {key: _known(value) for key, value in item.row().items()} for item in joint.reversals
+        ],
+    }
+
+
+def _known(value: Any) -> Any:
+    """Return a value that JSON has."""
+    if isinstance(value, str):
+        return value
+    return float(value) if math.isfinite(value) else None
+
+
+def save_figures(scanned: Scan, directory: Path) -> None:
+    """Write the figures of a scan.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ArgumentError: they cannot be written.
+    """
+    from ... import figures
+
+    figures.save(drawing.force_reversals(scanned), directory / "force_reversals")
+    figures.save(drawing.impact_ranking(scanned), directory / "impact_ranking")
+    figures.save(drawing.peak_factor(scanned), directory / "peak_factor")
+    if worst := scanned.worst:
+        inertial = all(item.slope_growth == 3.0 for item in worst.values())
+        parameters = ("speed",) * inertial + ("slope", "clearance", "mass", "stiffness")
+        figures.save(drawing.peak_influence(worst, parameters), directory / "peak_influence")

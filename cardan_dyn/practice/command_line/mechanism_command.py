@@ -1,0 +1,215 @@
+"""What `cardan-dyn describe` and `check` do: say what a mechanism is and what it can do."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+import numpy as np
+from rich.text import Text
+
+from ...core.mechanics.exact import load
+from ...core.mechanism.mechanism import Mechanism
+from ...core.mechanism.undescribed import REMEDY
+from ...kit.errors import CardanError, as_text, choices
+from ...scene.describe import describe
+from ...scene.drives import Drive, Drives
+from ...scene.mechanism_report import MechanismReport
+from .quantities import shown
+from .tables import say, show
+
+
+def describe_source(source: str, *, strict: bool) -> None:
+    """Print what a mechanism is: joints, mobility, rank, and what statics leave open.
+
+    Raises:
+        CardanError: as `load` and `describe` do.
+    """
+    mechanism = load(source, strict=strict)
+    report = describe(mechanism)
+    for line in str(report).splitlines():
+        say(line)
+    loops = {loop.joint for loop in mechanism.loops}
+    rows = []
+    for item in mechanism.description.joints_and_loops:
+        if item.name in mechanism.joints:
+            parent, child = _between(item)
+            kind = f"{item.type}, loop" if item.name in loops else item.type
+            rows.append((item.name, kind, parent, child))
+    show(("joint", "type", "from", "to"), rows, texts=(0, 1, 2, 3))
+
+
+def _between(item: Any) -> tuple[str, str]:
+    if hasattr(item, "predecessor"):
+        return item.predecessor, item.successor
+    return item.parent, item.child
+
+
+def check_source(source: str, *, strict: bool, as_json: bool) -> bool:
+    """Print what is wrong with a mechanism, what is determined, and how it can be driven.
+
+    Returns:
+        Whether it can be swept as it is.
+
+    Raises:
+        CardanError: as `load` does.
+    """
+    mechanism = load(source, strict=strict)
+    report: MechanismReport | None = None
+    drives: Drives | None = None
+    reason = ""
+    try:
+        report = describe(mechanism)
+        drives = report.drives
+        if not drives.default:
+            reason = drives.reason
+    except CardanError as error:  # Loops that stay open, or a start that no scene accepts.
+        reason = str(error)
+    if as_json:
+        click.echo(_as_json(mechanism, report, drives, reason))
+        return not reason
+    _print_check(mechanism, report, drives, reason)
+    return not reason
+
+
+def _print_check(
+    mechanism: Mechanism,
+    report: MechanismReport | None,
+    drives: Drives | None,
+    reason: str,
+) -> None:
+    loops = f"{len(mechanism.loops)} loop{'s' * (len(mechanism.loops) != 1)}"
+    say(f"{mechanism.name}: {len(mechanism.joints)} joints, {loops}")
+    for text in mechanism.warnings:
+        say(f"warning: {text}", "yellow")
+    if report is not None:
+        for line in _determined(report):
+            say(line)
+    if drives is not None and len(drives):
+        _print_drives(mechanism, drives)
+    if reason:
+        say(f"It cannot be swept: {reason}", "bold red")
+        return
+    assert drives is not None
+    if drives.is_moved:
+        say(
+            "The description's zero is a singular configuration; ranges are those from beside it: "
+            f"{_near(mechanism, drives)}"
+        )
+    if drives.held:
+        texts = (
+            f"{name} {shown(mechanism, name, 'position', value, 4)}"
+            for name, value in drives.held.items()
+        )
+        say(f"held: {', '.join(texts)}")
+    say(f"It can be swept: {drives.reason}.", "green")
+
+
+def _determined(report: MechanismReport) -> list[str]:
+    """Return what the laws of motion decide, and what they leave open."""
+    idle = len(report.idle_rods)
+    mobility = f"mobility {report.mobility - idle}"
+    if idle:
+        mobility += f", and {idle} of idle rods, which need no drive"
+    lines = [mobility]
+    open_at: dict[str, str] = {}
+    for loop in report.loops:
+        open_at |= loop.indeterminate or {}
+    lines += report.silent
+    if report.silent:
+        lines.append(f"  {REMEDY}")
+    counted = [loop.name for loop in report.loops if loop.indeterminate is None]
+    if counted:
+        lines.append("too large to tell which wrenches statics determine")
+    elif not open_at:
+        what = "motion and statics" if report.loops else "statics"
+        if not report.silent:
+            lines.append(f"{what} determine all wrenches")
+    else:
+        redundant = sum(component.self_stresses for component in report.components)
+        lines.append(
+            f"not determined by statics, {redundant} redundant closure equations; sweeps choose "
+            "the least norm, or go by compliance="
+        )
+        alike: dict[str, list[str]] = {}
+        for name, components in open_at.items():
+            alike.setdefault(components, []).append(name)
+        lines += [f"  {components} at {choices(of)}" for components, of in alike.items()]
+    singular = [component for component in report.components if component.is_singular_at_zero]
+    lines += [f"singular at zero: {component.names}" for component in singular]
+    return lines
+
+
+def _print_drives(mechanism: Mechanism, drives: Drives) -> None:
+    rows = []
+    for item in drives.ranked:
+        role: str | Text = ""
+        if item.name in drives.default:
+            role = Text("drive", "green")
+        elif item.name in drives.held:
+            role = "held"
+        elif item.determines and item.instead_of:
+            role = f"instead of {item.instead_of[0]}"
+        low, high = _ends(mechanism, item)
+        rows.append((item.name, low, high, item.ends, role))
+    show(("joint", "from", "to", "ends at", "role"), rows, texts=(0, 3, 4))
+
+
+def _ends(mechanism: Mechanism, item: Drive) -> tuple[str, str]:
+    """Return the range of a drive as texts with units."""
+    if item.range is None or item.turns:
+        return "", ""
+    low, high = (
+        shown(mechanism, item.name, "position", value, 4) if np.isfinite(value) else "no end"
+        for value in item.range
+    )
+    return low, high
+
+
+def _near(mechanism: Mechanism, drives: Drives) -> str:
+    """Return where some joints are; of balls and universal joints the numbers of a row."""
+    places = list(drives.start.positions.items())[:4]
+    return ", ".join(
+        f"{name} {shown(mechanism, name, 'position', float(value), 4)}"
+        if name in mechanism.drivable
+        else f"{name} {as_text(np.atleast_1d(value))}"
+        for name, value in places
+    )
+
+
+def _as_json(
+    mechanism: Mechanism, report: MechanismReport | None, drives: Drives | None, reason: str
+) -> str:
+    """Return all that is printed, in SI units and radians; what has no end is null."""
+    told: dict[str, Any] = {
+        "mechanism": mechanism.name,
+        "warnings": list(mechanism.warnings),
+        "can_be_swept": not reason,
+        "reason": reason or (drives.reason if drives is not None else ""),
+    }
+    if report is not None:
+        told["mobility"] = report.mobility
+        told["idle_rods"] = [list(rod) for rod in report.idle_rods]
+        told["indeterminate"] = {loop.name: loop.indeterminate for loop in report.loops}
+    if drives is not None:
+        told["default"] = list(drives.default)
+        told["held"] = dict(drives.held)
+        told["drives"] = [
+            {
+                "name": item.name,
+                "unit": mechanism.drivable[item.name].unit,
+                "determines": item.determines,
+                "range": None if item.range is None else [_finite(value) for value in item.range],
+                "turns": item.turns,
+                "limits": [_finite(value) for value in item.limits],
+                "instead_of": list(item.instead_of),
+                "ends": item.ends,
+            }
+            for item in drives.ranked
+        ]
+    return json.dumps(told, ensure_ascii=False, indent=1)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,143 @@
+"""Quantities: what words of the command line mean, in SI units and radians."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...core.mechanism.mechanism import Mechanism
+from ...kit import units
+from ...kit.arrays import NOTHING
+from ...kit.errors import ArgumentError
+from ...scene.usual_motion import slides
+
+
+def assigned(pairs: Sequence[str], option: str, form: str = "JOINT=VALUE") -> dict[str, str]:
+    """Return names and texts from `NAME=TEXT`; the last equals sign separates.
+
+    Raises:
+        ArgumentError: a pair has another form; `option` and `form` are named in the message.
+    """
+    values: dict[str, str] = {}
+    for pair in pairs:
+        name, _, value = pair.rpartition("=")
+        if not name or not value.strip():
+            raise ArgumentError(f"{option} {pair!r} is not {form}")
+        values[name] = value
+    return values
+
+
+_KINDS = {
+    "position": (("angle", "deg"), ("length", "m")),
+    "speed": (("speed", "rpm"), ("velocity", "m/s")),
+    "acceleration": (("angular_acceleration", "rad/s²"), ("acceleration", "m/s²")),
+    "effort": (("torque", "N·m"), ("force", "N")),
+}
+"""What there is of a coordinate, to the dimension and the unit of a bare number: of one that turns,
+and of a slide."""
+_UNITS = {"deg": ("°", np.pi / 180.0), "rpm": (" rpm", np.pi / 30.0)}
+"""Units that are not of the SI, as they are printed, and their values in it."""
+
+
+def value_of(mechanism: Mechanism, joint: str, what: str, text: str, option: str) -> float:
+    """Return position, speed, acceleration or effort of a coordinate, in SI units and radians.
+
+    A number without a unit is in degrees, rpm, rad/s² or N·m, of slides in SI units.
+
+    Args:
+        mechanism: whose coordinate it is.
+        joint: name of the coordinate.
+        what: one of the four.
+        text: a number with or without a unit.
+        option: for messages.
+
+    Raises:
+        CardanError: the text has another form, or there is no such joint.
+    """
+    dimension, bare = _KINDS[what][slides(mechanism, joint)]
+    return units.read(text, dimension, option, bare)
+
+
+def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int = 6) -> str:
+    """Return what `value_of` reads as it is printed, in the unit of bare numbers."""
+    _, bare = _KINDS[what][slides(mechanism, joint)]
+    unit, size = _UNITS.get(bare, (f" {bare}", 1.0))
+    amount = value / size
+    return f"{0.0 if abs(amount) < NOTHING else amount:.{digits}g}{unit}"
+
+
+def by_coordinate(
+    mechanism: Mechanism, what: str, pairs: Sequence[str], option: str, form: str
+) -> dict[str, float]:
+    """Return what `value_of` does from `JOINT=VALUE`.
+
+    Raises:
+        CardanError: a pair has another form, which is told as `form`, or there is no such joint.
+    """
+    return {
+        name: value_of(mechanism, name, what, text, f"{option} {name}")
+        for name, text in assigned(pairs, option, form).items()
+    }
+
+
+def positions(
+    mechanism: Mechanism, pairs: Sequence[str], option: str = "--held"
+) -> dict[str, float]:
+    """Return positions [rad or m] from `JOINT=VALUE`; see `by_coordinate`."""
+    return by_coordinate(mechanism, "position", pairs, option, "JOINT=VALUE, as joint_angle=30")
+
+
+def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float]:
+    """Return efforts [N·m, of slides N] from `JOINT=VALUE`; see `by_coordinate`."""
+    return by_coordinate(mechanism, "effort", pairs, "--load", "JOINT=VALUE, as bearing_out=-5")
+
+
+def by_joint(
+    values: Sequence[str], option: str, kind: tuple[str, str], mechanism: Mechanism
+) -> float | Mapping[str, float]:
+    """Return a number of all joints, or numbers by joint; VALUE is of those that have no other.
+
+    Args:
+        values: `VALUE` or `JOINT=VALUE`.
+        option: for messages.
+        kind: dimension, and the unit of numbers without one.
+        mechanism: whose joints they are.
+
+    Raises:
+        CardanError: a value has another form, or there is no such joint.
+    """
+    plain = [value for value in values if "=" not in value]
+    if len(plain) > 1:
+        raise ArgumentError(f"{option} is {' and '.join(plain)}; of all joints it is one number")
+    named = [value for value in values if "=" in value]
+    given = {
+        mechanism.joint(name).name: units.read(text, kind[0], f"{option} {name}", kind[1])
+        for name, text in assigned(named, option).items()
+    }
+    if not plain:
+        return given
+    common = units.read(plain[0], kind[0], option, kind[1])
+    return {**dict.fromkeys(mechanism.joints, common), **given} if given else common
+
+
+def limits(pairs: Sequence[str]) -> dict[str, float | str]:
+    """Return limits of a verdict from `NAME=VALUE`; what has a unit must say it.
+
+    Raises:
+        CardanError: a pair has another form, no unit or a wrong one.
+    """
+    from ..drive_lines.verdict.case import KNOWN
+
+    dimensions = {units.plain(units.si(name)): name for name in units.DIMENSIONS}
+    found: dict[str, float | str] = {}
+    for name, text in assigned(pairs, "--limit", "NAME=VALUE, as residual_angle=3deg").items():
+        dimension = dimensions[units.plain(KNOWN[name].unit)] if name in KNOWN else "number"
+        if dimension != "number" and any(character.isdigit() for character in text):
+            found[name] = units.read(text, dimension, f"--limit {name}")
+            continue
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = text  # The name of a constant, or what the verdict refuses.
+    return found

@@ -1,0 +1,312 @@
+"""What `cardan-dyn vibration` does with its options: critical speeds of a rig that has springs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+import numpy as np
+
+from ...core.elements.described import described_elements
+from ...core.mechanics.exact import load
+from ...kit.errors import ArgumentError, choices
+from ...motion.vibration.results.campbell import campbell
+from ...motion.vibration.results.critical_speeds import (
+    CriticalSpeed,
+    CriticalSpeeds,
+    critical_speeds,
+)
+from ...motion.vibration.results.floquet import floquet
+from ...motion.vibration.results.forced_response import forced_response
+from ...motion.vibration.results.periodic_motion import search_of
+from ...motion.vibration.results.resonance import numbered_campbell
+from ...scene.presets import Preset, preset_of
+from ...scene.scene import Scene
+from .quantities import efforts, positions
+from .tables import say, show
+
+if TYPE_CHECKING:
+    from ..viewer.viewing import View
+
+_RAD_PER_S = np.pi / 30.0
+_PER_MINUTE = 1.0 / _RAD_PER_S
+_SLOW = 1e-3
+"""Part of the lowest natural frequency at which modes at rest are found: gyroscopic terms change
+them by about as much, which does not matter for a range."""
+_BELOW, _ABOVE = 0.2, 1.25
+"""Ends of the range of speeds unless it is given, as fractions of the lowest and of the greatest
+natural frequency: a little below a quarter of the lowest, and above what unbalance excites."""
+_SPEEDS, _CHART_SPEEDS, _CHART_ANGLES = 241, 61, 25
+"""Samples of figures."""
+
+
+class RigOptions(NamedTuple):
+    """What turns and what is free.
+
+    Attributes:
+        drive: joint that turns at constant speed; that of the preset if None.
+        free: free coordinates; all that have a spring in the description if empty.
+        held: held joints and positions, as `quantities.positions` reads them.
+        loads: joints and efforts, as `quantities.efforts` reads them.
+    """
+
+    drive: str | None = None
+    free: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
+    loads: tuple[str, ...] = ()
+
+
+class Drawn(NamedTuple):
+    """What is written beside the table.
+
+    Attributes:
+        directory: of the figures; none are drawn if None.
+        chart: joint and greatest angle [rad] of a chart of stability; none if None.
+        as_json: print JSON instead of the table.
+    """
+
+    directory: Path | None = None
+    chart: tuple[str, float] | None = None
+    as_json: bool = False
+
+
+def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
+    """Return the scene of a rig: its drive first, then its free coordinates, with its springs.
+
+    Args:
+        source: name of a bundled description, or a path.
+        options: what turns and what is free.
+        strict: refuse physically inconsistent inertias.
+
+    Raises:
+        ArgumentError: nothing is free, or nothing turns.
+        CardanError: as `load` and `Scene` do.
+    """
+    mechanism = load(source, strict=strict)
+    preset = preset_of(mechanism) or Preset(mechanism.independent_coordinates)
+    given = positions(mechanism, options.held)
+    taken = {*given, options.drive}
+    free = options.free or tuple(name for name in mechanism.joint_springs if name not in taken)
+    if not free:
+        raise ArgumentError(
+            f"{mechanism.name} has no free coordinate: none of its joints has a spring, unless it "
+            'is driven or held; state one as <dynamics spring_stiffness="..." damping="..."/> of '
+            "a joint"
+        )
+    drive = options.drive or next((name for name in preset.drive if name not in free), None)
+    if drive is None:
+        left = [name for name in mechanism.drivable if name not in (*free, *given)]
+        if len(left) != 1:
+            raise ArgumentError(f"nothing says what turns: give --drive, one of {choices(left)}")
+        (drive,) = left
+    held = {**{name: float(np.deg2rad(angle)) for name, angle in preset.held_deg.items()}, **given}
+    return Scene(
+        mechanism,
+        drive=drive,
+        free=free,
+        held={name: value for name, value in held.items() if name not in (drive, *free)},
+        loads=efforts(mechanism, options.loads),
+        elements=described_elements(mechanism),
+    )
+
+
+def found_speeds(
+    scene: Scene, speed: tuple[float, float] | None, orders: tuple[float, ...] = ()
+) -> CriticalSpeeds:
+    """Return the critical speeds of a rig.
+
+    Args:
+        scene: see `rig_scene`.
+        speed: ends of the range [rad/s]; unless given, from below a quarter of the lowest
+            natural frequency to above the greatest.
+        orders: that are looked at; those that excite if empty.
+
+    Raises:
+        CardanError: as `critical_speeds` does.
+    """
+    if speed is None:
+        at_rest = _frequencies(scene)
+        speed = _BELOW * at_rest[0], _ABOVE * at_rest[-1]
+    return critical_speeds(scene, np.array(speed), orders=orders or None)
+
+
+def run(scene: Scene, found: CriticalSpeeds, drawn: Drawn) -> None:
+    """Print critical speeds and draw what is wanted.
+
+    Raises:
+        MissingExtraError: an extra is not installed.
+        ArgumentError: a figure cannot be written.
+        CardanError: as `forced_response` and `floquet` do.
+    """
+    if drawn.as_json:
+        click.echo(as_json(found))
+    else:
+        print_table(found)
+    if (directory := drawn.directory) is None:
+        return
+    save_figures(scene, found, directory, drawn.chart)
+    click.echo(f"Figures: {directory}", err=drawn.as_json)
+
+
+def save_figures(
+    scene: Scene, found: CriticalSpeeds, directory: Path, chart: tuple[str, float] | None = None
+) -> list[Path]:
+    """Write the Campbell diagram, amplitudes by orders, multipliers and a chart that is wanted.
+
+    Args:
+        scene: see `rig_scene`.
+        found: its critical speeds, over whose range all is drawn.
+        directory: where to; it is created if missing.
+        chart: joint and greatest angle [rad] of a chart of stability.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        ArgumentError: they cannot be written.
+    """
+    from ...figures import save
+
+    speeds = np.linspace(found.low, found.high, _SPEEDS)
+    plots = {
+        "campbell": found.plot(),
+        "orders": forced_response(scene, speeds, joints=()).plot(
+            orders=found.orders, critical=found
+        ),
+        "multipliers": floquet(scene, speeds).plot(),
+    }
+    if chart is not None:
+        joint, greatest = chart
+        angles = np.linspace(0.0, greatest, _CHART_ANGLES)
+        coarse = np.linspace(found.low, found.high, _CHART_SPEEDS)
+        plots["chart"] = floquet(scene, coarse, held={joint: angles}).plot()
+    return [path for name, plot in plots.items() for path in save(plot, directory / name)]
+
+
+def mode_view(scene: Scene, number: int, speed: float) -> View:
+    """Return a mode of a rig as a moving scene, larger than life.
+
+    Args:
+        scene: see `rig_scene`.
+        number: of the mode, from 1, as the table has it: by frequency at next to no speed.
+        speed: of the drive at which it is taken [rad/s].
+
+    Raises:
+        ArgumentError: no such mode.
+        MissingExtraError: meshcat is not installed.
+    """
+    from ..viewer.mode_shapes import mode_sweep
+    from ..viewer.viewing import view
+
+    found = numbered_campbell(search_of(scene, 1.0), np.array([speed]))[0]
+    count = found.frequency.shape[1]
+    if not 1 <= number <= count:
+        raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {count}")
+    mode = number - 1
+    hertz = found.frequency[0, mode] / (2.0 * np.pi)
+    title = f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed / _RAD_PER_S:.4g} rpm"
+    swing = mode_sweep(scene, found.shape[0][:, mode])
+    return view(swing, moments=False, forces=False, traces=False, duration=4.0, title=title)
+
+
+def print_table(found: CriticalSpeeds) -> None:
+    """Print critical speeds, ascending."""
+    ends = f"{found.low / _RAD_PER_S:.4g} to {found.high / _RAD_PER_S:.4g} 1/min"
+    name = found.scene.mechanism.name
+    if not len(found):
+        say(f"{name}: no critical speed from {ends}")
+        for remark in found.remarks:
+            say(remark)
+        return
+    headings = ("1/min", "critical by", "Hz", "Q", "severity", "from", "to 1/min")
+    show(
+        headings,
+        [_cells(row) for row in found],
+        title=f"{name}: critical speeds from {ends}",
+        texts=(1,),
+    )
+    texts = [f"{_name(row)} {jumps}" for row in found if (jumps := row.jumps("1/min", _PER_MINUTE))]
+    texts += found.remarks
+    texts.append(
+        "severity: greatest amplitude of a resonance [rad, of slides m], growth of an instability; "
+        "from, to: half power of a resonance, or the fold before it at which it jumps; edges of an "
+        "instability"
+    )
+    for text in texts:
+        say(text)
+
+
+def as_json(found: CriticalSpeeds) -> str:
+    """Return critical speeds as JSON text, in SI units and radians."""
+    rows = [
+        {
+            name: None if isinstance(value, float) and not np.isfinite(value) else value
+            for name, value in row._asdict().items()
+        }
+        for row in found
+    ]
+    content = {
+        "mechanism": found.scene.mechanism.name,
+        "drive": found.scene.drives[0],
+        "free": list(found.scene.free),
+        "low": found.low,
+        "high": found.high,
+        "orders": list(found.orders),
+        "critical_speeds": rows,
+        "remarks": list(found.remarks),
+    }
+    return json.dumps(content, ensure_ascii=False, indent=1)
+
+
+def chart_of(scene: Scene, text: str | None) -> tuple[str, float] | None:
+    """Return joint and greatest angle [rad], of a slide position [m], of a chart.
+
+    Args:
+        scene: see `rig_scene`.
+        text: `JOINT=VALUE`, as `quantities.positions` reads it; no chart if None.
+
+    Raises:
+        ArgumentError: it has another form, or the scene does not hold the joint.
+    """
+    if text is None:
+        return None
+    ((joint, value),) = positions(scene.mechanism, [text], "--chart").items()
+    if joint not in scene.held:
+        raise ArgumentError(
+            f"--chart {joint!r} is not held; held: {choices(scene.held, joint) or '(none)'}"
+        )
+    if not value:
+        raise ArgumentError("--chart ends at 0, where it begins; give another angle")
+    return joint, value
+
+
+def _frequencies(scene: Scene) -> np.ndarray:
+    """Return the natural frequencies near rest that are not zero, ascending [rad/s]."""
+    # The first speed only says how slow is slow.
+    scale = float(np.nanmax(campbell(scene, np.array([1.0])).frequency, initial=0.0))
+    found = campbell(scene, np.array([_SLOW * (scale or 1.0)])).frequency[0]
+    swings = np.sort(found[np.isfinite(found) & (found > 0.0)])
+    if not len(swings):
+        raise ArgumentError("no mode swings near rest: give the range of speeds, --speed")
+    return swings
+
+
+def _name(row: CriticalSpeed) -> str:
+    return f"{row.order:g}× mode {row.mode}"
+
+
+def _cells(row: CriticalSpeed) -> tuple[str, ...]:
+    """Return a row of the table."""
+    speed, lower, upper = (
+        "" if np.isnan(value) else f"{value / _RAD_PER_S:.5g}"
+        for value in (row.speed, row.lower, row.upper)
+    )
+    if row.kind != "resonance":
+        return speed, row.kind, "", "", f"{row.severity_text} 1/s", lower, upper
+    whirl = "" if row.whirl == "planar" else f" {row.whirl}"
+    what = f"{_name(row)}{whirl}"
+    quality = f"{row.amplification:.3g}"
+    hertz = f"{row.frequency / (2.0 * np.pi):.4g}"
+    return speed, what, hertz, quality, row.severity_text, lower, upper

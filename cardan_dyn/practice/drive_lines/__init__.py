@@ -1,0 +1,1 @@
+"""Drive lines: shafts and universal joints as data, their closed-chain description and analysis."""

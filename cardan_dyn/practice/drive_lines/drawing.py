@@ -1,0 +1,714 @@
+"""Drawing: a line in both its views, what an analysis of it found, and the catalogue's diagram."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...figures.style import (
+    Axes,
+    Figure,
+    Into,
+    Size,
+    angle_axis,
+    curve_style,
+    in_look,
+    line_style,
+    plain,
+    sheet,
+    wrapped,
+)
+from ...kit.arrays import NOTHING, Array
+from ...kit.errors import ArgumentError, ModelError
+from .line.supports import Support, spline_distance, supports
+from .verdict.rows import HEADINGS, OPEN, VerdictRow
+from .wording import Wording
+
+if TYPE_CHECKING:
+    from .line.data import LineData
+
+_WIDTH = 6.8
+"""Width of the arrangement on paper [inch]."""
+_PANEL = 6.0
+"""Width of its axes without their labels [inch]."""
+_TALLEST = 3.0
+"""Greatest height of a line in one view [inch]."""
+_STUB = 0.12
+"""Length of an end shaft that has none, relative to all intermediate shafts."""
+_ROOM = 0.04
+"""Room around the line, relative to its length."""
+_SMALL = 8
+_LETTER = 0.6
+"""Width of a letter, relative to the size of the font; those of browsers are no wider."""
+_LINE_PITCH = 1.25
+"""Distance of lines of text, relative to the size of the font."""
+_LONGEST_NAME = 18
+"""Letters of a name in one line."""
+_MARKER = 7.0
+"""Size of a bearing [pt]."""
+_GAP = 8.0
+"""Between labels, and between them and the line [pt]."""
+
+
+@in_look
+def arrangement(
+    line: LineData,
+    *,
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
+    wording: Wording | None = None,
+) -> Figure:
+    """Draw a line at rest, seen from its right side and from above, to one scale.
+
+    Shafts are drawn in the diameter of their tubes and crosses in their span, else in a size that
+    goes with the line. Forks stand as they do while the pin of the input fork is horizontal.
+    Splines have sleeves; bearings are triangles, filled where they are locating; joints of constant
+    velocity are balls. Joints are told with their joint angles β and their bends in this view,
+    shafts with their lengths in the side view and with their fork offsets in the plan view.
+
+    Args:
+        line: the line.
+        title: of the figure; the name of the line unless given.
+        ax: two axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
+        wording: language and units; English and SI unless given.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ArgumentError: other than two axes.
+    """
+    wording = wording or Wording()
+    unit = wording.measure("length").factor
+    points = line_points(line) * unit
+    parts = solids(line)
+    extent = np.concatenate([points, *(part.points.reshape(-1, 3) * unit for part in parts)])
+    low, high = extent.min(axis=0), extent.max(axis=0)
+    room = _ROOM * float(high[0] - low[0])
+    tall = float(max(high[1] - low[1], high[2] - low[2]))
+    # Units per inch, so that neither view is wider or taller than its room.
+    scale = max((high[0] - low[0] + 2.0 * room) / _PANEL, tall / _TALLEST)
+    middle = (low + high) / 2.0
+    xlim = middle[0] - scale * _PANEL / 2.0, middle[0] + scale * _PANEL / 2.0
+    views = []
+    for axis in (2, 1):
+        above = _rows(_joint_labels(line, points, axis, wording), xlim, scale)
+        below = _rows(_shaft_labels(line, points, axis, wording), xlim, scale)
+        views.append((axis, above, below))
+    heights = [
+        (high[axis] - low[axis]) / scale + (_height(above) + _height(below) + 4 * _GAP) / 72.0
+        for axis, above, below in views
+    ]
+    size = (_WIDTH, sum(heights) + 1.2)
+    drawn = sheet(2, size=size, share_x=True, ax=ax, figsize=figsize)
+    if drawn.is_new:
+        drawn.panels[0].get_gridspec().set_height_ratios(heights)
+    length = wording.unit("length")
+    for panel, (axis, above, below) in zip(drawn.panels, views, strict=True):
+        _view(panel, line, parts, points, axis, unit, scale)
+        name, side = ("side view", "up") if axis == 2 else ("plan view", "left")
+        panel.set_ylabel(f"{wording(name)}\n{wording(side)}{length}")
+        panel.set_xlim(*xlim)
+        half = (high[axis] - low[axis]) / 2.0 + scale * _GAP / 72.0
+        tops = middle[axis] + half, middle[axis] - half
+        _write(panel, above, tops[0], scale, 1.0)
+        _write(panel, below, tops[1], scale, -1.0)
+        panel.set_ylim(
+            tops[1] - scale * (_height(below) + _GAP) / 72.0,
+            tops[0] + scale * (_height(above) + _GAP) / 72.0,
+        )
+        panel.set_aspect("equal")
+        panel.xaxis.set_major_formatter(_ticks(wording))
+        panel.yaxis.set_major_formatter(_ticks(wording))
+    drawn.panels[-1].set_xlabel(wording("forward") + length)
+    return drawn.finish(title or plain(line.name), 0)
+
+
+def line_points(line: LineData) -> Array:
+    """Return the ends of all shafts `(n + 2, 3)` [m]: both ends of the line and the joints between.
+
+    An end shaft goes on to its farthest bearing, or by a stub.
+    """
+    found = line.geometry
+    inner = found.lengths[1:-1]
+    stub = _STUB * float(inner.sum()) if inner.size else 6.0 * nominal_diameter(line)
+    ends = []
+    for end in (0, -1):
+        length = float(found.lengths[end])
+        places = [item.distance for item in line.shafts[end].bearings]
+        ends.append(length if np.isfinite(length) else 1.15 * max(places, default=stub / 1.15))
+    first = found.centres[0] - ends[0] * found.directions[0]
+    last = found.centres[-1] + ends[1] * found.directions[-1]
+    return np.vstack([first, found.centres, last])
+
+
+class _Label(NamedTuple):
+    """A text at a place along the line [in units of the drawing], and what of the line it tells."""
+
+    at: float
+    text: str
+    target: float
+
+
+def _joint_labels(line: LineData, points: Array, axis: int, wording: Wording) -> list[_Label]:
+    bends = line.geometry.views[:, 1 if axis == 2 else 0]
+    return [
+        _Label(
+            point[0],
+            f"β{k} = {_angle(line.joint_angles[k - 1], wording)}\n"
+            + wording("here {angle}", angle=_angle(bends[k - 1], wording)),
+            point[axis],
+        )
+        for k, point in enumerate(points[1:-1], 1)
+    ]
+
+
+def _shaft_labels(line: LineData, points: Array, axis: int, wording: Wording) -> list[_Label]:
+    found = []
+    for k, name in enumerate(line.shaft_names):
+        middle = points[k : k + 2].mean(axis=0)
+        text = "\n".join(textwrap.wrap(name, _LONGEST_NAME) or [name])
+        length = float(line.geometry.lengths[k])
+        if axis == 2 and np.isfinite(length):
+            text += "\n" + wording.with_unit(wording.fixed(length, "length"), "length")
+        elif axis == 1 and 0 < k < line.count:
+            offset = _angle(line.fork_offsets[k - 1], wording)
+            text += "\n" + wording("fork {angle}", angle=offset)
+        found.append(_Label(middle[0], text, middle[axis]))
+    return found
+
+
+def _angle(angle: float, wording: Wording) -> str:
+    return wording.with_unit(wording.fixed(float(angle), "angle"), "angle")
+
+
+def _rows(labels: list[_Label], xlim: tuple[float, float], scale: float) -> list[list[_Label]]:
+    """Return labels in rows, away from the line, in which none is over another."""
+    rows: list[list[_Label]] = []
+    ends: list[float] = []
+    for label in labels:
+        longest = max(map(len, label.text.split("\n")))
+        half = scale * _LETTER * _SMALL * longest / 2.0 / 72.0
+        at = min(max(label.at, xlim[0] + half), max(xlim[1] - half, xlim[0] + half))
+        free = (row for row, end in enumerate(ends) if at - half > end)
+        row = next(free, len(rows))
+        if row == len(rows):
+            rows.append([])
+            ends.append(0.0)
+        rows[row].append(label._replace(at=at))
+        ends[row] = at + half + scale * _GAP / 72.0
+    return rows
+
+
+def _height(rows: list[list[_Label]]) -> float:
+    """Return the height of rows of labels [pt]."""
+    lines = (max(label.text.count("\n") + 1 for label in row) for row in rows)
+    return sum(_SMALL * _LINE_PITCH * count + _GAP for count in lines)
+
+
+def _write(panel: Axes, rows: list[list[_Label]], start: float, scale: float, way: float) -> None:
+    """Write rows of labels from a height on upwards (1) or downwards (-1), led to their places."""
+    for index, row in enumerate(rows):
+        height = start + way * scale * _height(rows[:index]) / 72.0
+        for label in row:
+            panel.annotate(
+                plain(label.text),
+                (label.at, label.target),
+                (label.at, height),
+                ha="center",
+                va="bottom" if way > 0.0 else "top",
+                fontsize=_SMALL,
+                arrowprops={"arrowstyle": "-", "linewidth": 0.6, "color": "0.6", "shrinkB": 5},
+                linespacing=_LINE_PITCH,
+                zorder=6,
+            )
+
+
+def _view(
+    panel: Axes,
+    line: LineData,
+    parts: list[Solid],
+    points: Array,
+    axis: int,
+    unit: float,
+    scale: float,
+) -> None:
+    """Draw one view of the solids, those behind first, and the bearings."""
+    chosen = [0, axis]
+    # Seen from the right side, what lies to the left is behind; from above, what lies below.
+    depth, nearness = (1, -1.0) if axis == 2 else (2, 1.0)
+    for part in sorted(parts, key=lambda part: nearness * float(part.points[:, depth].mean())):
+        panel.fill(
+            *(hull(part.points[:, chosen]) * unit).T,
+            facecolor=part.color,
+            edgecolor="0.15",
+            linewidth=0.6,
+            zorder=2,
+        )
+    for k in range(len(points) - 1):
+        ends = points[k : k + 2, chosen]
+        panel.plot(*ends.T, color="0.35", linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=4)
+    for item in supports_or_none(line):
+        place, radius = _bearing_place(line, item)
+        panel.plot(
+            place[0] * unit,
+            (place[axis] - radius) * unit - scale * _MARKER / 2.0 / 72.0,
+            marker="^",
+            markersize=_MARKER,
+            color="black",
+            markerfacecolor="black" if item.locating else "white",
+            linestyle="none",
+            zorder=5,
+        )
+
+
+class Solid(NamedTuple):
+    """A convex part of the drawing: points `(p, 3)` [m] whose hull it is, and its colour."""
+
+    points: Array
+    color: str
+
+
+def solids(line: LineData) -> list[Solid]:
+    """Return what a line is drawn of: shafts, forks, crosses, sleeves, at rotation zero."""
+    found, points = line.geometry, line_points(line)
+    shapes: list[Solid] = []
+    radii = shaft_radii(line)
+    spans = joint_radii(line, radii)
+    front, rear = fork_pins(line)
+    for k, shaft in enumerate(line.shafts):
+        axis, color = found.directions[k], _tint(line_style(k)["color"])
+        length = float(np.linalg.norm(points[k + 1] - points[k]))
+        begin, end = 0.0, length
+        for at_rear in (False, True):
+            joint = k if at_rear else k - 1
+            if not 0 <= joint < line.count:
+                continue
+            span = spans[joint]
+            depth = min(_FORK_DEPTH * span, 0.45 * length)
+            centre = found.centres[joint]
+            way = -axis if at_rear else axis
+            if line.even[joint]:
+                if at_rear:
+                    shapes.append(Solid(_ball(centre, span), _tint("#666666")))
+                depth = 0.8 * span
+            else:
+                pin = (rear if at_rear else front)[k]
+                shapes += _fork(centre, way, pin, span, depth, radii[k], color)
+                shapes.append(
+                    Solid(_rod(centre - span * pin, centre + span * pin, 0.2 * span), "0.85")
+                )
+            if at_rear:
+                end = length - 0.8 * depth
+            else:
+                begin = 0.8 * depth
+        start = points[k]
+        if end > begin:
+            body = _rod(start + begin * axis, start + end * axis, radii[k])
+            shapes.append(Solid(body, color))
+        if shaft.spline is not None:
+            place = spline_distance(line, k)
+            half = 0.5 * (shaft.spline.profile or 3.0 * radii[k])
+            low, high = max(place - half, begin), min(place + half, end)
+            if high > low:
+                sleeve = _rod(start + low * axis, start + high * axis, 1.2 * radii[k])
+                shapes.append(Solid(sleeve, color))
+    return shapes
+
+
+def fork_pins(line: LineData) -> tuple[Array, Array]:
+    """Return directions of the pins in the forks of all shafts at rotation zero, `(n + 1, 3)` each.
+
+    First those of the forks at their fronts, then at their rears. The input shaft has no front
+    fork, the output shaft no rear one: these are NaN.
+    """
+    frames, rotations = line.geometry.frames, line.zero.rotations
+    front, rear = np.full((2, line.count + 1, 3), np.nan)
+    for k in range(line.count + 1):
+        # The pin of the front fork is along z, that of the input fork along y.
+        angle = float(rotations[k]) + (np.pi / 2 if k else 0.0)
+        offset = float(line.fork_offsets[k - 1]) if 0 < k < line.count else 0.0
+        for pins, turn in ((front, angle), (rear, angle + offset)):
+            pins[k] = frames[k] @ [0.0, np.cos(turn), np.sin(turn)]
+    front[0], rear[-1] = np.nan, np.nan
+    return front, rear
+
+
+def shaft_radii(line: LineData) -> list[float]:
+    """Return the radius of each shaft [m]; one that goes with the line without a tube."""
+    plain = nominal_diameter(line) / 2.0
+    return [shaft.tube.outer_diameter / 2.0 if shaft.tube else plain for shaft in line.shafts]
+
+
+def nominal_diameter(line: LineData) -> float:
+    """Return a diameter that goes with a line [m], for shafts without a tube."""
+    tubes = [shaft.tube.outer_diameter for shaft in line.shafts if shaft.tube]
+    spans = [joint.cross_span for joint in line.joints if joint.cross_span]
+    if tubes or spans:
+        return 0.7 * min([*tubes, *spans])
+    lengths = line.geometry.lengths[1:-1]
+    if not lengths.size:
+        return _PLAIN_DIAMETER
+    return float(min(_SLENDER * lengths.sum(), _SHORT * lengths.min()))
+
+
+def joint_radii(line: LineData, radii: list[float]) -> list[float]:
+    """Return half the span of each cross [m]; one that goes with its shafts unless given."""
+    return [
+        joint.cross_span / 2.0 or _NOMINAL_SPAN * max(radii[k : k + 2])
+        for k, joint in enumerate(line.joints)
+    ]
+
+
+_FORK_DEPTH = 1.15
+"""Distance from a joint to the foot of its forks, relative to half the span of the cross."""
+_NOMINAL_SPAN = 1.25
+"""Half the span of a cross, relative to the radius of the thicker shaft."""
+_PLAIN_DIAMETER = 0.06
+"""Of shafts of a line of which no length is known [m]."""
+_SLENDER, _SHORT = 0.045, 0.3
+"""Diameter of shafts without a tube, relative to the length of all between joints and to the
+shortest of them."""
+_CORNERS = 20
+"""Of a circle."""
+
+
+def _fork(
+    centre: Array, way: Array, pin: Array, span: float, depth: float, radius: float, color: str
+) -> list[Solid]:
+    """Return a fork: two arms and a foot, which stands off from its joint along `way`."""
+    normal = np.cross(way, pin)
+    arms = []
+    for side in (-1.0, 1.0):
+        near, far = centre - 0.32 * span * way, centre + depth * way
+        inner, outer = 0.7 * span * side * pin, span * side * pin
+        thick = 0.34 * span * normal
+        corners = [
+            place + across + up
+            for place in (near, far)
+            for across in (inner, outer)
+            for up in (-thick, thick)
+        ]
+        arms.append(Solid(np.array(corners), color))
+    wide = 0.34 * span * normal
+    foot = [
+        centre + along * way + across * span * pin + up
+        for along in (0.75 * depth, depth)
+        for across in (-1.0, 1.0)
+        for up in (-wide, wide)
+    ]
+    neck = _rod(centre + 0.8 * depth * way, centre + depth * way, min(radius, span))
+    return [*arms, Solid(np.array(foot), color), Solid(neck, color)]
+
+
+def _rod(start: Array, end: Array, radius: float) -> Array:
+    """Return points `(p, 3)` whose hull is a cylinder."""
+    axis = (end - start) / np.linalg.norm(end - start)
+    one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    one /= np.linalg.norm(one)
+    two = np.cross(axis, one)
+    turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    ring = radius * (np.outer(np.cos(turn), one) + np.outer(np.sin(turn), two))
+    return np.concatenate([start + ring, end + ring])
+
+
+def _ball(centre: Array, radius: float) -> Array:
+    """Return points `(p, 3)` whose hull is nearly a ball."""
+    turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    height = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _CORNERS // 2 + 1)
+    rings = [
+        np.stack(
+            [
+                np.cos(up) * np.cos(turn),
+                np.cos(up) * np.sin(turn),
+                np.full_like(turn, np.sin(up)),
+            ],
+            axis=1,
+        )
+        for up in height
+    ]
+    return centre + radius * np.concatenate(rings)
+
+
+def hull(points: Array) -> Array:
+    """Return the convex hull of points `(p, 2)`, counterclockwise; by Andrew's monotone chain."""
+    listed = sorted({(float(x), float(y)) for x, y in points})
+
+    def half(items: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+        chain: list[tuple[float, float]] = []
+        for x, y in items:
+            while len(chain) > 1:
+                (x1, y1), (x2, y2) = chain[-2:]
+                if (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1) > 0.0:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    return np.array(half(listed) + half(list(reversed(listed))) or listed)
+
+
+def _tint(color: str) -> Any:
+    """Return a colour mixed with white."""
+    from matplotlib.colors import to_rgb
+
+    return tuple(0.55 + 0.45 * part for part in to_rgb(color))
+
+
+def supports_or_none(line: LineData) -> tuple[Support, ...]:
+    """Return what carries a line; nothing if its bearings do not hold it."""
+    try:
+        return supports(line).bearings
+    except ModelError:
+        return ()
+
+
+def _bearing_place(line: LineData, item: Support) -> tuple[Array, float]:
+    """Return where a bearing is `(3,)`, and the radius of its shaft [m]."""
+    found, k = line.geometry, item.shaft
+    along = -item.distance if k == 0 else item.distance
+    place = found.centres[max(k - 1, 0)] + along * found.directions[k]
+    return place, shaft_radii(line)[k]
+
+
+def _ticks(wording: Wording) -> Any:
+    """Return what writes ticks with the decimal sign of the language."""
+    from matplotlib.ticker import FuncFormatter
+
+    def written(value: float, _: int) -> str:
+        return wording.given(value)
+
+    return FuncFormatter(written)
+
+
+@in_look
+def over_angle(
+    analysis: Any, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
+    """Draw what an analysis of a drive line found over the rotation of the input shaft.
+
+    From above: the angle error of every shaft behind a joint, its speed ratio, the bending moments
+    before and behind each joint, and the bearings' forces across their shafts, with inertia
+    and weight.
+
+    Args:
+        analysis: without variants.
+        title: of the figure; the name of the line unless given.
+        ax: four axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
+
+    Raises:
+        ArgumentError: the analysis is of many designs, or other than four axes.
+    """
+    if len(analysis.shape) != 1:
+        raise ArgumentError("the analysis is of many designs, expected one of a single line")
+    angle, forces = np.rad2deg(analysis.position), analysis.total
+    panels: list[tuple[str, list[tuple[str, Array]]]] = [
+        ("angle error [°]", _columns(analysis.shafts, np.rad2deg(analysis.angle_error), first=1)),
+        ("speed ratio [–]", _columns(analysis.shafts, analysis.ratio, first=1)),
+        (
+            "bending [N·m]",
+            [
+                *_columns([f"before {name}" for name in analysis.joints], forces.bending_in),
+                *_columns([f"behind {name}" for name in analysis.joints], forces.bending_out),
+            ],
+        ),
+        ("bearing force [N]", _columns(analysis.bearings, forces.bearing_radial)),
+    ]
+    drawn = sheet(len(panels), size=(7.6, 9.6), share_x=True, ax=ax, figsize=figsize)
+    for panel, (label, curves) in zip(drawn.panels, panels, strict=True):
+        for index, (name, values) in enumerate(curves):
+            panel.plot(angle, values, **curve_style(index, len(angle)), label=plain(name))
+        panel.set_ylabel(label)
+        panel.ticklabel_format(axis="y", useOffset=False)
+        panel.legend(fontsize=_SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    angle_axis(drawn.panels[-1], "rotation of the input shaft [°]", analysis.position)
+    return drawn.finish(title or plain(analysis.name), 0, open_note(analysis))
+
+
+def open_note(analysis: Any) -> str:
+    """Return what statics leaves open in a line, for a figure of its forces; empty if nothing."""
+    opened = "; ".join(analysis.indeterminate)
+    return f"not all forces are determined by statics: {opened}" if opened else ""
+
+
+def _columns(
+    names: tuple[str, ...] | list[str], values: Array, first: int = 0
+) -> list[tuple[str, Array]]:
+    return [(name, values[:, index]) for index, name in enumerate(names) if index >= first]
+
+
+_MOST_ROOM = 100.0
+"""Room to a limit that bars show at most [%]: what is further from its limit is not looked at."""
+_BAR = 0.32
+"""Height of the figure per bar [inch]."""
+
+
+@in_look
+def margins(
+    verdict: Any, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
+    """Draw how much room the values of a verdict have to their limits, the least on top.
+
+    Bars to the left, which are hatched, miss their limits; of open rows nobody can tell. Bars end
+    at 100 %; the number says how far they go.
+
+    Args:
+        verdict: of a line.
+        title: of the figure; the name of the line and the counts of its rows unless given.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ArgumentError: no row has a limit and a value, or more than one axes.
+    """
+    rows = sorted((row for row in verdict.rows if row.margin is not None), key=_room)
+    if not rows:
+        raise ArgumentError("no row of the verdict has a value and a limit, so that none has room")
+    drawn = sheet(size=(8.4, 1.6 + _BAR * len(rows)), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
+    for place, row in enumerate(rows):
+        percent = 100.0 * _room(row)
+        missed = percent < 0.0
+        color = line_style(1 if missed else 0)["color"]
+        length = float(np.clip(percent, -_MOST_ROOM, _MOST_ROOM))
+        look = {"facecolor": "white" if missed else color, "hatch": "///" if missed else ""}
+        axes.barh(place, length, 0.6, edgecolor=color, **look)
+        axes.annotate(
+            row.texts[HEADINGS.index("margin")],
+            (length, place),
+            (-4 if missed else 4, 0),
+            textcoords="offset points",
+            ha="right" if missed else "left",
+            va="center",
+            fontsize=_SMALL,
+        )
+    names = [
+        ", ".join(filter(None, [row.quantity, row.where, "open" * (row.status == OPEN)]))
+        for row in rows
+    ]
+    axes.set_yticks(range(len(rows)), [wrapped(plain(name), 3.2, _SMALL) for name in names])
+    axes.tick_params(axis="y", labelsize=_SMALL)
+    axes.axvline(0.0, color="black", linewidth=0.9)
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    least = min(0.0, 100.0 * _room(rows[0]))
+    axes.set_xlim(max(least, -_MOST_ROOM) - 22.0 * (least < 0.0), _MOST_ROOM + 22.0)
+    axes.set_xlabel("room to the limit, as a part of it [%]")
+    axes.grid(visible=False, axis="y")
+    return drawn.finish(title or f"{verdict.line}: {verdict.summary}")
+
+
+def _room(row: VerdictRow) -> float:
+    """Return the room to a limit as a part of it; from a limit of 0 any room is infinite."""
+    margin = float(row.margin or 0.0)
+    if row.limit is not None and row.limit.value == 0.0 and margin:
+        return float(np.copysign(np.inf, margin))
+    return margin
+
+
+_RING_STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+"""Distances of the rings [°]."""
+_MOST_RINGS = 5
+_DIAGRAM_ROOM = 1.18
+"""Half the width of the diagram in lengths of the longer line, so that labels have room."""
+_ARC = 0.55
+"""Radius of the arc of the fork offset in lengths of the shorter line."""
+_LEAST_ARC = np.deg2rad(1.0)
+"""Fork offset from which on there is an arc: a shorter one is hidden by its arrow."""
+
+
+@in_look
+def bending_planes(
+    found: Any, *, title: str = "", ax: Into = None, figsize: Size | None = None
+) -> Figure:
+    """Draw the bends of both joints as the catalogue does, H to the right and V up.
+
+    The bend of joint 1 is a dashed line, that of joint 2 a solid line; their lengths are the drawn
+    angles, those in brackets the joint angles by the printed formula. Bending planes go on beyond
+    the middle, as forks do: the arc is the fork offset, from the plane of joint 1 to that of joint
+    2, seen along the power flow.
+
+    Args:
+        found: from `drive_lines.arrangements.graphical_method`.
+        title: of the figure; what it shows unless given.
+        ax: axes to be drawn into instead of a new figure.
+        figsize: width and height of a new figure [inch].
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ArgumentError: more than one axes.
+
+    Source:
+        Catalogue 6.3, Bild 18.
+    """
+    drawn = sheet(size=(6.4, 6.6), ax=ax, figsize=figsize)
+    (axes,) = drawn.panels
+    h, v = np.rad2deg(found.beta_h), np.rad2deg(found.beta_v)
+    lengths = np.hypot(h, v)
+    size = _DIAGRAM_ROOM * max(float(lengths.max()), NOTHING)
+    _rings(axes, size)
+    for joint, dashes in ((0, "--"), (1, "-")):
+        style = line_style(joint) | {"linestyle": dashes}
+        tip = np.array([h[joint], v[joint]])
+        exact = float(np.rad2deg(found.joint_angles[joint]))
+        label = f"joint {joint + 1}: {lengths[joint]:.2f}° (β = {exact:.2f}°)"
+        axes.plot([0.0, tip[0]], [0.0, tip[1]], linewidth=2.4, label=label, **style)
+        axes.plot(*tip, "o", markersize=5, color=style["color"])
+        axes.plot([0.0, tip[0], tip[0]], [tip[1], tip[1], 0.0], color="0.6", linewidth=0.8)
+        if lengths[joint] > NOTHING:
+            plane = np.outer(tip / lengths[joint], (-size, size))
+            axes.plot(*plane, color=style["color"], linewidth=0.7, linestyle=(0, (1, 2)))
+            _label(axes, str(joint + 1), tip, 14)
+    axes.grid(visible=False)
+    if lengths.min() > NOTHING and abs(found.fork_offset) > _LEAST_ARC:
+        _arc(axes, found, _ARC * float(lengths.min()))
+    axes.set(
+        xlim=(-size, size),
+        ylim=(-size, size),
+        aspect="equal",
+        xlabel=r"to the right: plan view $β_\mathrm{H}$ [°]",
+        ylabel=r"up: side view $β_\mathrm{V}$ [°]",
+    )
+    offset = float(np.rad2deg(found.fork_offset))
+    told = f"Bending planes seen along the power flow, fork offset {offset:.2f}°"
+    return drawn.finish(title or told)
+
+
+def _rings(axes: Axes, size: float) -> None:
+    """Draw rings of equal joint angle, and both axes."""
+    step = next((s for s in _RING_STEPS if size / s <= _MOST_RINGS), _RING_STEPS[-1])
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    for radius in np.arange(step, size, step):
+        axes.plot(radius * np.cos(turn), radius * np.sin(turn), color="0.85", linewidth=0.8)
+    axes.axhline(0.0, color="0.3", linewidth=0.9)
+    axes.axvline(0.0, color="0.3", linewidth=0.9)
+
+
+def _arc(axes: Axes, found: Any, radius: float) -> None:
+    """Draw the fork offset as an arc with an arrow at its end."""
+    ends = found.directions[0] + np.array([0.0, found.fork_offset])
+    turn = np.linspace(ends[0], ends[1], 91)
+    points = radius * np.stack([np.sin(turn), np.cos(turn)])
+    axes.plot(*points[:, :-3], color="black", linewidth=1.2)
+    arrow = {"arrowstyle": "-|>", "color": "black"}
+    axes.annotate("", points[:, -1], points[:, -6], arrowprops=arrow)
+    middle = points[:, len(turn) // 2]
+    _label(axes, f"{abs(np.rad2deg(found.fork_offset)):.1f}°", middle, 18)
+
+
+def _label(axes: Axes, text: str, at: Array, gap: float) -> None:
+    """Write a label further out than a point, by a gap [pt]."""
+    out = at / np.linalg.norm(at)
+    axes.annotate(
+        text,
+        at,
+        gap * out,
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"},
+    )

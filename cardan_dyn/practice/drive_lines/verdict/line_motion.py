@@ -1,0 +1,138 @@
+"""Line motion: rotations, speeds and accelerations of the shafts from the pins of their joints.
+
+With the crosses' turns a and b about the driving and the driven pin, the next shaft is ahead by
+`lead`, and its speed is that of this shaft times cos a cos b plus a' sin b: the driven pin is
+normal to the next shaft, the driving pin has the component sin b along it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ....core.results.sweep import Sweep
+from ....kit.arrays import Array
+from ..line.data import LineData
+from ..line.geometry import lead
+
+_FEWEST, _MOST = 32, 65536
+"""Positions over half a turn, in which leads repeat, whose mean is that over a turn: leads of joint
+angles up to 30° are there to rounding with the fewest, those of a line at 89° with the most."""
+_SETTLED = 1e-15
+"""Change of a mean lead, in which nothing but rounding is left [rad]."""
+
+
+class LineMotion(NamedTuple):
+    """Motion of the shafts of a line.
+
+    Attributes:
+        rotation: `(…, n + 1)` see `Analysis` [rad].
+        ratio: `(…, n + 1)` speeds over that of the input shaft.
+        acceleration: `(…, n + 1)` [rad/s²].
+        slip: `(…, s)` by how much each spline is drawn out against the data [m].
+        mean_lead: `(…, n + 1)` mean of each shaft's rotation minus that of the input shaft over a
+            turn of this, for designs without their positions [rad].
+    """
+
+    rotation: Array
+    ratio: Array
+    acceleration: Array
+    slip: Array
+    mean_lead: Array
+
+
+def line_motion(
+    sweep: Sweep,
+    line: LineData,
+    slips: Sequence[str],
+    speed: float,
+    acceleration: float,
+) -> LineMotion:
+    """Return the motion of all shafts in a sweep.
+
+    Args:
+        sweep: at this speed and acceleration of the input shaft.
+        line: the line.
+        slips: joints of the splines.
+        speed: of the input shaft [rad/s].
+        acceleration: of the input shaft [rad/s²].
+    """
+    motion = sweep.motion
+    rotations = [np.broadcast_to(motion.position("bearing_in"), sweep.shape)]
+    ratios = [np.ones(sweep.shape)]
+    accelerations = [np.full(sweep.shape, acceleration)]
+    turns = []
+    for k, (zero_in, zero_out) in enumerate(zip(*line.zero[:2], strict=True), 1):
+        if line.even[k - 1]:
+            for values in (rotations, ratios, accelerations):
+                values.append(values[-1])
+            turns.append((np.zeros_like(ratios[-1][..., 0]),) * 2)
+            continue
+        a = motion.position(f"pin_{k}_in") + zero_in
+        b = motion.position(f"pin_{k}_out") + zero_out
+        along, across = np.cos(a) * np.cos(b), np.sin(b)
+        turns.append((a[..., 0], b[..., 0]))
+        rotations.append(rotations[-1] + lead(a, b))
+        ratio = ratios[-1] * along + motion.ratio(f"pin_{k}_in") * across
+        rate_a, rate_b = motion.velocity(f"pin_{k}_in"), motion.velocity(f"pin_{k}_out")
+        change = -rate_a * np.sin(a) * np.cos(b) - rate_b * np.cos(a) * np.sin(b)
+        accelerations.append(
+            accelerations[-1] * along
+            + speed * ratios[-1] * change
+            + motion.acceleration(f"pin_{k}_in") * across
+            + rate_a * rate_b * np.cos(b)
+        )
+        ratios.append(ratio)
+    drawn_out = [motion.position(name) for name in slips]
+    slip = np.stack(drawn_out, axis=-1) if drawn_out else np.zeros((*sweep.shape, 0))
+    driving, driven = (np.stack(item, axis=-1) for item in zip(*turns, strict=True))
+    rotation = np.stack(rotations, axis=-1)
+    return LineMotion(
+        rotation,
+        np.stack(ratios, axis=-1),
+        np.stack(accelerations, axis=-1),
+        slip,
+        mean_leads(driving, driven, rotation[..., 0, :]),
+    )
+
+
+def mean_leads(driving: Array, driven: Array, rotations: Array) -> Array:
+    """Return mean leads over a turn of the input shaft from how a line stands at one position.
+
+    With γ the angle of the driving pin from the bending plane, sin β cos γ = sin b and
+    sin β sin γ = sin a cos b, so that w = tan²(β/2) e^{2iγ} is known, and with it the lead at any
+    other rotation x of the shaft before the joint: -arg(1 - w e^{2i(x - x₀)}).
+
+    Args:
+        driving: `(…, n)` turns a of the crosses about the driving pins [rad].
+        driven: `(…, n)` turns b about the driven pins [rad].
+        rotations: `(…, n + 1)` of the shafts [rad].
+
+    Returns:
+        `(…, n + 1)` mean of each shaft's rotation minus that of the input shaft [rad]; 0 for this.
+    """
+    cosine = np.cos(driving) * np.cos(driven)
+    half = (np.sin(driven) + 1j * np.sin(driving) * np.cos(driven)) / (1.0 + cosine)
+    at_zero = half**2 * np.exp(-2j * rotations[..., :-1])
+    count, before = _FEWEST, _means_of(at_zero, _FEWEST)
+    while count < _MOST:
+        count *= 2
+        found = _means_of(at_zero, count)
+        if np.max(np.abs(found - before), initial=0.0) <= _SETTLED:
+            break
+        before = found
+    return found
+
+
+def _means_of(at_zero: Array, count: int) -> Array:
+    """Return the mean leads over so many positions, from w of each joint at rotation zero."""
+    position = np.linspace(0.0, np.pi, count, endpoint=False)
+    ahead = np.zeros((*at_zero.shape[:-1], count))
+    means = [ahead.mean(axis=-1)]
+    for k in range(at_zero.shape[-1]):
+        turned = at_zero[..., k, None] * np.exp(2j * (position + ahead))
+        ahead = ahead - np.angle(1.0 - turned)
+        means.append(ahead.mean(axis=-1))
+    return np.stack(means, axis=-1)

@@ -1,0 +1,564 @@
+"""Shaft rules: stress, critical speeds, lengths and balance of the shafts of a line, judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from cardan_dyn.analytic import bending_speed, installation, shaft_design, torsional_speed
+from cardan_dyn.analytic.limits import Limit
+
+from ....kit.arrays import EPS, Array
+from ....kit.errors import ModelError
+from ..line.closed_chain import cross_inertia, shaft_bodies
+from ..line.data import LineData
+from ..line.geometry import centring_places
+from ..line.parts import Shaft
+from ..line.supports import Support, supports
+from .case import Case
+from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
+
+_STEEL = (2.1e11, 7850.0)
+"""Modulus and density of the makers' constants [Pa, kg/m³]."""
+
+
+def shaft_rules(case: Case) -> Iterator[VerdictRow]:
+    """Yield the rows about shafts."""
+    for k in range(case.line.count + 1):
+        yield from _tube(case, k)
+    critical = _critical(case)
+    if any(shaft.centring is None for shaft in case.line.shafts[1:-1]):
+        yield from _bending_speed(case, critical)
+    for k in (0, case.line.count):
+        if case.line.shafts[k].tube is not None:
+            yield from _bending_speed(case, _end_critical(case, k), case.line.shaft_names[k])
+    for k in range(1, case.line.count):
+        yield from _lengths(case, k)
+    yield from _torsional_speed(case)
+    for k in range(1, case.line.count):
+        yield from _balance(case, k, critical)
+
+
+def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
+    line, strongest = case.line, case.strongest
+    shaft, where = line.shafts[k], line.shaft_names[k]
+    section = shaft.tube
+    row = VerdictRow(rule="tube", where=where, quantity="shear stress under T·K", unit="Pa")
+    if section is None:
+        if 0 < k < line.count and shaft.centring is None:
+            yield opened(row, f"give tube of {where}")
+        return
+    if strongest is None or strongest.torque is None:
+        yield opened(row, "give torque")
+        return
+    found, nominal = case.shaft_torque(k), abs(strongest.torque) * case.service_factor
+    stress, by_rule = (
+        float(shaft_design.shear_stress(size, *_diameters(shaft))) for size in (found.size, nominal)
+    )
+    allowed = section.shear_limit
+    row = replace(
+        row,
+        value=stress,
+        rule_value=by_rule,
+        condition=found.condition,
+        note=found.how,
+        inverses=(Inverse("allowed torque T·K", found.size * allowed / stress, "N m"),)
+        if stress and allowed is not None
+        else (),
+    )
+    limit = None if allowed is None else Limit(allowed, "Pa", "shear_limit of the tube")
+    yield case.of_forces(row, limit, "give shear_limit of the tube")
+
+
+def _diameters(shaft: Shaft) -> tuple[float, float]:
+    section = shaft.tube
+    return (0.0, 0.0) if section is None else (section.outer_diameter, section.inner_diameter)
+
+
+def _span(case: Case, k: int) -> float:
+    """Return the longest free length of a shaft between its joints and bearings [m].
+
+    A bearing of the shaft stands for the joint at its rear.
+    """
+    places = sorted(item.distance for item in case.line.shafts[k].bearings)
+    return float(max(np.diff([0.0, *places]), default=case.line.geometry.lengths[k]))
+
+
+class _Critical(NamedTuple):
+    """Critical bending speed of a line.
+
+    Attributes:
+        speed: [rad/s]; by the maker's constant if the caller gave one.
+        shaft: that bends or moves most.
+        by_rule: of that shaft alone, on rigid supports [rad/s].
+        span: free length of that shaft [m].
+        single: whether the line is one shaft on rigid supports, so that the rule is exact.
+        soft: names of centre bearings whose stiffness is not known.
+    """
+
+    speed: float
+    shaft: int
+    by_rule: float
+    span: float
+    single: bool
+    soft: tuple[str, ...]
+
+
+def _critical(case: Case) -> _Critical | str:
+    """Return the critical bending speed of a line; in words why there is none."""
+    line, lengths = case.line, case.line.geometry.lengths
+    inner = [k for k in range(1, line.count) if line.shafts[k].centring is None]
+    if not inner:
+        return "there is no shaft between joints"
+    lacking = [line.shaft_names[k] for k in inner if line.shafts[k].tube is None]
+    if lacking:
+        return f"give tube of {', '.join(lacking)}"
+    sections = [section for k in inner if (section := line.shafts[k].tube) is not None]
+    heavy = [
+        (section.density * section.area if (mass := line.shafts[k].mass) is None else mass / length)
+        for k, section, length in zip(inner, sections, lengths[inner], strict=True)
+    ]
+    if not min(heavy) > 0.0:
+        return "give mass of all shafts, or none to count with that of their tubes"
+    ends = [_end_stiffness(line.shafts[0]), _end_stiffness(line.shafts[-1])]
+    # E A i² with the radius of gyration i² = (D² + d²) / 16.
+    rigidities = [
+        s.modulus * s.area * (s.outer_diameter**2 + s.inner_diameter**2) / 16.0 for s in sections
+    ]
+    names = iter(item.name for item in _bearings(case))
+    soft, bearings = [], []
+    for k, shaft in enumerate(line.shafts):
+        for item in shaft.bearings:
+            name = next(names, "")
+            if k in inner:
+                stiffness = np.inf if item.stiffness is None else item.stiffness
+                soft += [name] if item.stiffness is None else []
+                place = item.distance + _extensions(case, k)[0]
+                bearings.append(bending_speed.LineBearing(inner.index(k), place, stiffness))
+    rigid = bool(np.isinf(ends).all())
+    single = len(inner) == 1 and not bearings and rigid and not line.centred
+    if single:
+        # The beam itself, without the elements' last digits.
+        found = float(np.sqrt(rigidities[0] / heavy[0]) * (np.pi / lengths[inner[0]]) ** 2)
+        at = inner[0]
+    else:
+        try:
+            bending = bending_speed.line_bending(
+                [lengths[k] + sum(_extensions(case, k)) for k in inner],
+                rigidities,
+                heavy,
+                _joint_masses(case),
+                ends,
+                bearings,
+            )
+        except ValueError as error:
+            return str(error)
+        found, at = bending.speed, inner[int(np.argmax(bending.shares))]
+    span = _span(case, at)
+    section = sections[inner.index(at)]
+    both, material = _diameters(line.shafts[at]), (section.modulus, section.density)
+    by_rule = float(shaft_design.critical_speed(*both, span, *material))
+    constant = case.critical_constant
+    if constant is not None:
+        by_maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
+        found, by_rule = found * by_maker / by_rule, by_maker
+    return _Critical(found, at, by_rule, span, single, tuple(soft))
+
+
+def _end_critical(case: Case, k: int) -> _Critical | str:
+    """Return the critical bending speed of an end shaft with a tube; in words why there is none.
+
+    It is a beam on its bearings, as stiff as they are said to be. Its ends are free: two bearings
+    hold the joint too. A shaft with one bearing hangs by its joint, which is rigid then.
+    """
+    line, shaft, tube = case.line, case.line.shafts[k], case.line.shafts[k].tube
+    if tube is None or not shaft.bearings:
+        return f"give bearings of {line.shaft_names[k]}"
+    given = float(line.geometry.lengths[k])
+    length = np.fmax(given, max(item.distance for item in shaft.bearings))
+    heavy = shaft.mass / length if shaft.mass else tube.density * tube.area
+    rigidity = tube.modulus * tube.area * np.hypot(*_diameters(shaft)) ** 2 / 16.0
+    bearings = [
+        bending_speed.LineBearing(0, item.distance, item.stiffness or np.inf)
+        for item in shaft.bearings
+    ]
+    masses = [line.joints[0 if k == 0 else -1].cross_mass, 0.0]
+    ends = [np.inf if len(bearings) == 1 else 0.0, 0.0]
+    try:
+        found = bending_speed.line_bending([length], [rigidity], [heavy], masses, ends, bearings)
+    except ValueError as error:
+        return str(error)
+    span, both = _span(case, k), _diameters(shaft)
+    by_rule = float(shaft_design.critical_speed(*both, span, tube.modulus, tube.density))
+    constant, speed = case.critical_constant, found.speed
+    if constant is not None:
+        by_maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
+        speed, by_rule = speed * by_maker / by_rule, by_maker
+    return _Critical(speed, k, by_rule, span, single=False, soft=())
+
+
+def _bearings(case: Case) -> tuple[Support, ...]:
+    """Return the bearings of a line; none if they do not hold it."""
+    try:
+        return supports(case.line).bearings
+    except ModelError:
+        return ()
+
+
+def _end_stiffness(shaft: Shaft) -> float:
+    """Return the stiffness of an end shaft's bearings at its joint [N/m]; the shaft is rigid."""
+    held = sorted(shaft.bearings, key=lambda item: item.distance)[:2]
+    levers = [1.0]
+    if len(held) == 2:
+        lever = held[0].distance / (held[1].distance - held[0].distance)
+        levers = [1.0 + lever, lever]
+    give = sum(
+        lever**2 / item.stiffness
+        for lever, item in zip(levers, held, strict=False)
+        if item.stiffness is not None
+    )
+    return 1.0 / give if give else np.inf
+
+
+def _extensions(case: Case, k: int) -> tuple[float, float]:
+    """Return by how much a shaft as a beam goes on to the centrings at its front and rear [m]."""
+    places = {
+        at: centring_places(case.line.shafts, case.line.geometry, at)
+        for at in (k - 1, k + 1)
+        if case.line.shafts[at].centring is not None
+    }
+    return places.get(k - 1, (0.0, 0.0))[1], places.get(k + 1, (0.0, 0.0))[0]
+
+
+def _joint_masses(case: Case) -> list[float]:
+    """Return the masses at the ends of beams [kg]; that of a coupling piece is with its joints."""
+    line = case.line
+    result = [joint.cross_mass for joint in line.joints]
+    for k in range(line.count - 1, 0, -1):
+        if line.shafts[k].centring is not None:
+            result[k - 1 : k + 1] = [sum(result[k - 1 : k + 1]) + (line.shafts[k].mass or 0.0)]
+    return result
+
+
+def _bending_speed(case: Case, found: _Critical | str, where: str = "") -> Iterator[VerdictRow]:
+    """Yield the rows of the shafts between joints, or of the end shaft of a name."""
+    fastest, line = case.fastest, case.line
+    row = VerdictRow(rule="bending_speed", where=where, quantity="share of the critical speed")
+    if isinstance(found, str) or fastest is None or fastest.speed is None:
+        yield opened(row, found if isinstance(found, str) else "give speed")
+        return
+    name = case.of_application("bending_speed_share")
+    row = replace(
+        row,
+        where=line.shaft_names[found.shaft],
+        value=fastest.speed / found.speed,
+        rule_value=fastest.speed / found.by_rule,
+        condition=fastest.name,
+        broken=_not_a_beam(case, found),
+        inverses=_greatest_length(case, found, case.limit(name)),
+        note=_critical_text(case, found),
+    )
+    for held in (case.held(row, name), _half_critical(case, found)):
+        yield withheld(_unless_soft(held, found), _unknown_speed(case))
+
+
+def _unless_soft(row: VerdictRow, found: _Critical) -> VerdictRow:
+    """Return the row of a line, which passes nothing while a bearing's stiffness is unknown."""
+    if not found.soft:
+        return row
+    return withheld(
+        row,
+        f"give stiffness of {', '.join(found.soft)}, across the shaft and with its bracket; the "
+        "value is that of rigid ones, which soft ones exceed",
+    )
+
+
+def _critical_text(case: Case, found: _Critical) -> str:
+    constant = case.critical_constant
+    by = "" if constant is None else f" by {constant.source}"
+    rpm = found.speed * 30.0 / np.pi
+    of = f"free length {found.span * 1e3:.0f} mm"
+    if found.shaft in (0, case.line.count):
+        of = "; ".join([of, "on its own bearings"])
+    elif not found.single:
+        of = "of all shafts together with joints and bearings"
+    return f"critical speed {rpm:.0f} 1/min{by}, {of}"
+
+
+def _greatest_length(case: Case, found: _Critical, limit: Limit | None) -> tuple[Inverse, ...]:
+    """Return the greatest free length of a shaft on rigid supports."""
+    fastest = case.fastest
+    if limit is None or limit.value <= 0.0 or fastest is None or not fastest.speed:
+        return ()
+    if not found.single:
+        return ()
+    outer, inner = _diameters(case.line.shafts[found.shaft])
+    # The beam or the constant that was used, in the form of the makers.
+    maker = found.speed * found.span**2 / np.hypot(outer, inner)
+    length = bending_speed.greatest_length(outer, inner, fastest.speed, maker, limit.value)
+    return (Inverse("greatest free length", float(length), "m"),)
+
+
+def _not_a_beam(case: Case, found: _Critical) -> tuple[str, ...]:
+    section = case.line.shafts[found.shaft].tube
+    broken = []
+    if found.shaft in (0, case.line.count):
+        broken.append(
+            "one shaft on rigid supports at its ends: the value counts with its bearings where "
+            "they are, and with what overhangs"
+        )
+    elif not found.single:
+        broken.append(
+            "one shaft on rigid supports close to its joints: the value counts with all shafts, "
+            "joints and bearings"
+        )
+    constant = case.critical_constant
+    material = None if section is None else (section.modulus, section.density)
+    if constant is not None and material != _STEEL:
+        broken.append("steel: the tube is of another material than the maker's constant")
+    return tuple(broken)
+
+
+def _half_critical(case: Case, found: _Critical) -> VerdictRow:
+    line, where, critical = case.line, case.line.shaft_names[found.shaft], found.speed
+    low, high = case.limit("half_critical_from"), case.limit("half_critical_to")
+    angle = case.limit("second_order_angle")
+    quantity = "distance from half the critical speed"
+    row = VerdictRow(rule="bending_speed", where=where, quantity=quantity)
+    if low is None or high is None:
+        name = "half_critical_from" if low is None else "half_critical_to"
+        return stated(row, case.why_not(name))
+    middle, half = (low.value + high.value) / 2.0, (high.value - low.value) / 2.0
+    points = [point for point in case.points if point.speed is not None]
+    distances = [abs((point.speed or 0.0) / critical - middle) for point in points]
+    worst = int(np.argmin(distances))
+    both = high.source if low.source in high.source else f"{low.source}; {high.source}"
+    row = replace(
+        row,
+        value=distances[worst],
+        condition=points[worst].name,
+        inverses=(
+            Inverse("zone from", low.value * critical, "rad/s"),
+            Inverse("zone to", high.value * critical, "rad/s"),
+        ),
+    )
+    if angle is not None and float(max(line.uneven_angles)) < angle.value:
+        shown = f"joint angles below {np.degrees(angle.value):.3g}° excite no second order"
+        return stated(row, shown)
+    return judged(row, Limit(half, "1", both, "least"), "")
+
+
+def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
+    line, fastest = case.line, case.fastest
+    quantity = "distance from a torsional critical speed"
+    row = VerdictRow(rule="torsional_speed", where="", quantity=quantity)
+    beta = float(max(line.uneven_angles))
+    # Unevenness is proportional to the square of the angle: rounding alone is none.
+    if beta**2 <= EPS:
+        yield stated(row, "no joint turns unevenly, so that nothing excites torsion")
+        return
+    ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]
+    names = [name for name, inertia in zip(("input", "output"), ends, strict=True) if not inertia]
+    soft = _compliances(case)
+    lacking = [name for name, value in zip(line.shaft_names, soft, strict=True) if value is None]
+    if not lacking and not any(soft):  # One of them has to twist, if nothing else can.
+        lacking = [line.shaft_names[0], line.shaft_names[-1]]
+    missing = [f"inertia of the {name} shaft" for name in names]
+    missing += [f"tube or torsional_stiffness of {'/'.join(lacking)}"] if lacking else []
+    missing += [] if fastest is not None else ["speed"]
+    if missing or fastest is None:
+        yield opened(row, "give " + ", ".join(missing))
+        return
+    inertias, stiffnesses = _chain(line, [value or 0.0 for value in soft])
+    modes = torsional_speed.chain_frequencies(inertias, stiffnesses)
+    speeds = torsional_speed.critical_speeds(modes)
+    found = [
+        (abs((point.speed or 0.0) / float(speed) - 1.0), name, mode, point)
+        for point in case.points
+        if point.speed is not None
+        for name, by_order in (("order 2", speeds.order_2), ("order 4", speeds.order_4))
+        for mode, speed in enumerate(by_order)
+    ]
+    distance, nearest, mode, point = min(found, key=lambda item: item[0])
+    critical = {"order 2": speeds.order_2[mode], "order 4": speeds.order_4[mode]}
+    rpm = critical[nearest] * 30.0 / np.pi
+    row = replace(
+        row,
+        value=distance,
+        condition=point.name,
+        inverses=tuple(Inverse(name, float(speed), "rad/s") for name, speed in critical.items()),
+        note=f"natural frequency {modes[mode] / (2 * np.pi):.4g} Hz, nearest: {nearest} at "
+        f"{rpm:.4g} 1/min",
+    )
+    yield withheld(case.held(row, "torsional_distance"), _unknown_speed(case))
+    yield _zone(case, modes, beta, 1.0 - inertias[0] / sum(inertias))
+
+
+def _unknown_speed(case: Case) -> str:
+    """Return what would tell the speed of all operating points; empty if it is known."""
+    return "give speed" if any(point.speed is None for point in case.points) else ""
+
+
+def _zone(case: Case, modes: Array, beta: float, share: float) -> VerdictRow:
+    """Return the row of the first zone of parametric instability of a mode.
+
+    It is the mode in whose zone a point is; the lowest one if there is none.
+    """
+    zone = torsional_speed.parametric_zone(beta, share)
+    lows, highs = float(zone.least) * modes, float(zone.greatest) * modes
+    held = [
+        (point, mode)
+        for point in case.points
+        for mode in range(len(modes))
+        if point.speed and lows[mode] <= point.speed <= highs[mode]
+    ]
+    mode = held[0][1] if held else 0
+    low, high = float(lows[mode]), float(highs[mode])
+    row = VerdictRow(
+        rule="torsional_speed",
+        where="",
+        quantity="damping that closes the first parametric zone",
+        value=float(zone.damping),
+        condition=held[0][0].name if held else "",
+        inverses=(Inverse("zone from", low, "rad/s"), Inverse("zone to", high, "rad/s")),
+        broken=("of one joint with the spring in front of it: the greatest joint angle is taken",),
+    )
+    if not held or low == high:
+        return stated(replace(row, note="no operating point is in the zone"))
+    note = "in the zone: damping has to exceed the value"
+    return replace(stated(row), status=FAIL, note=note)
+
+
+def _chain(line: LineData, compliances: list[float]) -> tuple[list[float], list[float]]:
+    """Return inertias of a line in a row [kg·m²], and the stiffness between them [N·m/rad].
+
+    Each shaft between joints has its inertia in its middle, the end shafts have it at their ends,
+    and crosses are at the joints. What has no inertia, or is rigid, leaves no place of its own.
+    """
+    ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]
+    # In the order of the flow: the softness in front of an inertia, and the inertia.
+    row = [(0.0, ends[0])]
+    before = compliances[0]
+    for k in range(1, line.count):
+        half = compliances[k] / 2.0
+        inertia = sum(body.inertia for body in shaft_bodies(line, k) if body is not None)
+        row += [(before, cross_inertia(line.joints[k - 1])[1]), (half, inertia)]
+        before = half
+    row += [(before, cross_inertia(line.joints[-1])[1]), (compliances[-1], ends[1])]
+    inertias, stiffnesses, soft = [row[0][1]], [], 0.0
+    for compliance, inertia in row[1:]:
+        soft += compliance
+        if not inertia:
+            continue
+        if soft:
+            inertias.append(inertia)
+            stiffnesses.append(1.0 / soft)
+        else:
+            inertias[-1] += inertia
+        soft = 0.0
+    return inertias, stiffnesses
+
+
+def _compliances(case: Case) -> list[float | None]:
+    """Return the torsional softness of each shaft [rad/(N·m)]; None where it does not tell it.
+
+    An end shaft or a coupling piece is rigid unless it tells otherwise.
+    """
+    line = case.line
+    found: list[float | None] = []
+    for k, shaft in enumerate(line.shafts):
+        length = float(line.geometry.lengths[k])
+        if shaft.torsional_stiffness is not None:
+            found.append(1.0 / shaft.torsional_stiffness)
+        elif shaft.tube is not None and np.isfinite(length):
+            found.append(1.0 / shaft.tube.torsional_stiffness(length))
+        else:
+            is_rigid = k in (0, line.count) or shaft.centring is not None
+            found.append(0.0 if is_rigid else None)
+    return found
+
+
+def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
+    line, where = case.line, case.line.shaft_names[k]
+    spline, length = line.shafts[k].spline, float(line.geometry.lengths[k])
+    if spline is None:
+        return
+    shortest = min(length, spline.shortest or length)
+    longest = max(length, spline.longest or length)
+    row = VerdictRow(rule="lengths", where=where, quantity="travel left when shortest", unit="m")
+    if spline.compressed is None:
+        yield opened(row, f"give compressed of the spline of {where}")
+        return
+    left = replace(
+        row,
+        value=shortest - spline.compressed,
+        note="" if spline.shortest else "no shortest: the length of the shaft",
+    )
+    limit = case.limit("telescope_travel_left")
+    yield judged(left, limit or Limit(0.0, "m", "the spline strikes", "least"), "")
+    overlap_limit = case.limit("telescope_overlap")
+    if spline.travel is not None:
+        found = installation.operating_lengths(spline.compressed, spline.travel)
+        drawn = replace(
+            row,
+            quantity="length when longest",
+            value=longest,
+            inverses=(Inverse("recommended length", float(found.recommended), "m"),),
+        )
+        yield judged(drawn, Limit(float(found.greatest), "m", "L_z + L_a of the spline"), "")
+    row = replace(row, quantity="overlap when longest")
+    if spline.profile is not None:
+        parts_at = spline.compressed + spline.profile
+        overlap = installation.telescope_margins(spline.compressed, parts_at, shortest, longest)
+        row = replace(
+            row,
+            value=float(overlap.overlap),
+            note="" if spline.longest else "no longest: the length of the shaft",
+        )
+        yield judged(row, overlap_limit or Limit(0.0, "m", "the profiles part", "least"), "")
+    elif overlap_limit is not None or spline.travel is None:
+        fields = "profile" if overlap_limit is not None else "travel or profile"
+        yield opened(row, f"give {fields} of the spline of {where}")
+
+
+def _balance(case: Case, k: int, critical: _Critical | str) -> Iterator[VerdictRow]:
+    line, where, fastest = case.line, case.line.shaft_names[k], case.fastest
+    shaft, length = line.shafts[k], float(line.geometry.lengths[k])
+    mass = shaft.mass
+    if mass is None and shaft.tube is not None:
+        mass = shaft.tube.area * length * shaft.tube.density
+    row = VerdictRow(rule="balancing", where=where, quantity="allowed residual unbalance")
+    grade = case.limit("balance_grade_maker")
+    if grade is None:
+        yield stated(row, case.why_not("balance_grade_maker"))
+        return
+    if fastest is None or not fastest.speed or not mass:
+        yield opened(row, "give speed and mass or tube")
+        return
+    needed = case.limit("balancing_speed")
+    text = ""
+    if needed is not None:
+        text = "needed" if fastest.speed > needed.value else "not needed"
+        text = f"balancing {text}: limit {needed.value * 30 / np.pi:.0f} 1/min"
+    yield replace(
+        row,
+        value=float(installation.residual_unbalance(grade.value, mass, fastest.speed)),
+        unit="kg m",
+        condition=fastest.name,
+        source=grade.source,
+        note=text,
+        broken=_not_rigid(case, critical),
+    )
+
+
+def _not_rigid(case: Case, critical: _Critical | str) -> tuple[str, ...]:
+    """Return that a line runs so close to its critical speed that it bends."""
+    fastest = case.fastest
+    if isinstance(critical, str) or fastest is None or not fastest.speed:
+        return ()
+    if fastest.speed <= critical.speed / 2.0:
+        return ()
+    return ("well below the critical speed: it runs above half of it",)

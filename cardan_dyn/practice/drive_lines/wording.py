@@ -1,0 +1,340 @@
+"""Wording: texts, numbers and quantities of a page, in a language and a system of units.
+
+English texts are the keys of `german.toml`, whose German ones say the same. What the verdict says
+is composed of clauses with names and quantities in them; their patterns stand in that file too, so
+that the quantities within a sentence have the units and digits of the page.
+"""
+
+from __future__ import annotations
+
+import datetime
+import math
+import re
+import tomllib
+from functools import cache
+from itertools import zip_longest
+from pathlib import Path
+from typing import NamedTuple
+
+from ...kit.arrays import NOTHING
+from ...kit.checks import described
+from ...kit.errors import ArgumentError, choices
+
+LANGUAGES = ("en", "de")
+UNITS = ("si", "imperial")
+DIGITS = 4
+"""Significant digits of what is computed."""
+GIVEN_DIGITS = 6
+"""Significant digits at most of what is given."""
+THIN = "\N{NARROW NO-BREAK SPACE}"
+"""Between groups of three digits."""
+SPACE = "\N{NO-BREAK SPACE}"
+"""Between a number and its unit: wider, so that no digit of the one joins the other."""
+MINUS = "\N{MINUS SIGN}"
+NONE = "\N{EN DASH}"
+_LONGEST = 7
+"""Digits before the decimal sign beyond which a number is written with a power of ten."""
+_LEAST_EXPONENT = -4
+"""Power of ten of the smallest numbers that are written without one."""
+
+
+class Measure(NamedTuple):
+    """In what a dimension is told.
+
+    Attributes:
+        unit: its name; empty for plain numbers.
+        factor: times which SI units, and radians, give it.
+        decimals: of what is told to a fixed place, such as lengths in tables.
+    """
+
+    unit: str
+    factor: float
+    decimals: int = 3
+
+
+_POUND = 0.45359237
+_FORCE = 4.4482216152605
+_FOOT = 0.3048
+_INCH = 0.0254
+_PSI = _FORCE / _INCH**2
+
+_SI: dict[str, Measure] = {
+    "length": Measure("mm", 1e3, 1),
+    "angle": Measure("°", 180.0 / math.pi, 3),
+    "torque": Measure("N·m", 1.0),
+    "speed": Measure("min⁻¹", 30.0 / math.pi),
+    "angular_acceleration": Measure("rad/s²", 1.0),
+    "mass": Measure("kg", 1.0),
+    "inertia": Measure("kg·m²", 1.0),
+    "stiffness": Measure("N·m/rad", 1.0),
+    "density": Measure("kg/m³", 1.0),
+    "modulus": Measure("GPa", 1e-9),
+    "stress": Measure("MPa", 1e-6),
+    "force": Measure("N", 1.0),
+    "rigidity": Measure("N/mm", 1e-3),
+    "n_beta": Measure("°/min", 5400.0 / math.pi**2),
+    "time": Measure("h", 1.0 / 3600.0),
+    "power": Measure("kW", 1e-3),
+    "unbalance": Measure("g·mm", 1e6),
+    "frequency": Measure("Hz", 1.0),
+    "share": Measure("%", 100.0),
+    "number": Measure("", 1.0),
+    "whole": Measure("", 1.0, 0),
+}
+_MEASURES: dict[str, dict[str, Measure]] = {
+    "si": _SI,
+    "imperial": _SI
+    | {
+        "length": Measure("in", 1.0 / _INCH, 3),
+        "torque": Measure("lbf·ft", 1.0 / (_FORCE * _FOOT)),
+        "speed": Measure("rpm", 30.0 / math.pi),
+        "mass": Measure("lb", 1.0 / _POUND),
+        "inertia": Measure("lb·ft²", 1.0 / (_POUND * _FOOT**2)),
+        "stiffness": Measure("lbf·ft/rad", 1.0 / (_FORCE * _FOOT)),
+        "density": Measure("lb/in³", _INCH**3 / _POUND),
+        "modulus": Measure("Mpsi", 1e-6 / _PSI),
+        "stress": Measure("ksi", 1e-3 / _PSI),
+        "force": Measure("lbf", 1.0 / _FORCE),
+        "rigidity": Measure("lbf/in", _INCH / _FORCE),
+        "power": Measure("hp", 1.0 / (550.0 * _FORCE * _FOOT)),
+        "unbalance": Measure("oz·in", 16.0 / (_POUND * _INCH)),
+    },
+}
+BY_UNIT = {
+    "1": "number",
+    "rad": "angle",
+    "rad/s": "speed",
+    "rad^2/s": "n_beta",
+    "rad/s^2": "angular_acceleration",
+    "Pa": "stress",
+    "m": "length",
+    "s": "time",
+    "kg m": "unbalance",
+    "N": "force",
+    "N m": "torque",
+    "N m/rad": "stiffness",
+}
+"""Dimensions of units as `analytic.limits` writes them."""
+_IN_SENTENCES: dict[str, tuple[str, float]] = {
+    "1/min": ("speed", math.pi / 30.0),
+    "rad/s²": ("angular_acceleration", 1.0),
+    "N·m": ("torque", 1.0),
+    "mm": ("length", 1e-3),
+    "m": ("length", 1.0),
+    "W": ("power", 1.0),
+    "Hz": ("frequency", 1.0),
+    "h": ("time", 3600.0),
+    "%": ("share", 1e-2),
+    "°": ("angle", math.pi / 180.0),
+}
+"""Units in sentences of the verdict, with their dimension and what they are in SI units."""
+_DECIMAL = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+_UNIT = "|".join(map(re.escape, _IN_SENTENCES))
+_MEASURED = re.compile(rf"([±+]?)({_DECIMAL}) ?({_UNIT})")
+_PLACES = {
+    "quantity": rf"±?{_DECIMAL} ?(?:{_UNIT})(?![\w/²])",
+    "number": _DECIMAL,
+    "name": r"(?:(?!: ).)+?",
+    "clause": r".+",
+}
+_PLACE = re.compile(r"\{(quantity|number|name|clause)\}")
+
+
+class Wording:
+    """How a page says things.
+
+    Args:
+        language: one of `LANGUAGES`.
+        units: one of `UNITS`.
+
+    Raises:
+        ArgumentError: neither of these.
+    """
+
+    def __init__(self, language: str = "en", units: str = "si") -> None:
+        for name, value, known in (("language", language, LANGUAGES), ("units", units, UNITS)):
+            if not isinstance(value, str) or value not in known:
+                raise ArgumentError(f"{name} is {described(value)}, expected: {choices(known)}")
+        self.language = language
+        self.units = units
+
+    def __call__(self, text: str, **values: str) -> str:
+        """Return a text of the page in its language, with values in its braces.
+
+        Raises:
+            KeyError: the catalogue has no such text.
+        """
+        told = text if self.language == "en" else catalogue()["page"][text]
+        return told.format(**values) if values else told
+
+    def sentence(self, text: str) -> str:
+        """Return a text of the verdict; a clause that the catalogue does not know stays."""
+        return "; ".join(
+            part if (told := self.clause(part)) is None else told for part in text.split("; ")
+        )
+
+    def clause(self, text: str) -> str | None:
+        """Return a clause of the verdict; None if the catalogue does not know it."""
+        known = _clauses()
+        if text in known.plain:
+            return text if self.language == "en" else known.plain[text]
+        for pattern, english, german in known.patterns:
+            if found := pattern.fullmatch(text):
+                template = english if self.language == "en" else german
+                kinds = _PLACE.findall(english)
+                shown = [self._place(*pair) for pair in zip(kinds, found.groups(), strict=True)]
+                if None not in shown:
+                    plain = _PLACE.split(template)[::2]
+                    pairs = zip_longest(plain, map(str, shown), fillvalue="")
+                    return "".join(text for pair in pairs for text in pair)
+        if ", " in text:
+            parts = [self.clause(part) for part in text.split(", ")]
+            if None not in parts:
+                return ", ".join(map(str, parts))
+        return None
+
+    def _place(self, kind: str, text: str) -> str | None:
+        """Return what stands in a place of a clause."""
+        if kind == "clause":
+            return self.clause(text)
+        if kind == "name":
+            return text
+        if kind == "number":
+            return self.number(float(text), _digits(text), sign=text[0] == "+")
+        found = _MEASURED.fullmatch(text)
+        if found is None:
+            return None
+        lead, value, unit = found.groups()
+        dimension, to_si = _IN_SENTENCES[unit]
+        factor = to_si * self.measure(dimension).factor
+        power = math.log10(factor)
+        digits = _digits(value)
+        if abs(power - round(power)) > NOTHING:
+            # What was rounded and is converted has one digit less, so that the last one is right.
+            digits = max(digits - 1, 1)
+        return lead + self.with_unit(self.number(float(value) * factor, digits), dimension)
+
+    def measure(self, dimension: str) -> Measure:
+        """Return in what a dimension is told."""
+        return _MEASURES[self.units][dimension]
+
+    def unit(self, dimension: str) -> str:
+        """Return the unit of a dimension in brackets, after a blank; empty for plain numbers."""
+        name = self.measure(dimension).unit
+        return f" [{name}]" if name else ""
+
+    def number(self, value: float, digits: int = DIGITS, *, sign: bool = False) -> str:
+        """Return a number to significant digits.
+
+        Args:
+            value: the number.
+            digits: significant ones.
+            sign: whether positive numbers have a sign too.
+        """
+        if math.isnan(value):
+            return NONE
+        if math.isinf(value):
+            return f"{MINUS if value < 0.0 else ''}∞"
+        if abs(value) < NOTHING:
+            return "0"
+        mantissa, _, power = f"{abs(value):.{digits - 1}e}".partition("e")
+        exponent = int(power)
+        if _LEAST_EXPONENT <= exponent < _LONGEST:
+            rounded = float(f"{mantissa}e{power}")
+            shown = self._grouped(f"{rounded:.{max(digits - 1 - exponent, 0)}f}")
+        else:
+            shown = f"{self._grouped(mantissa)}{THIN}×{THIN}10{_raised(exponent)}"
+        return (MINUS if value < 0.0 else "+" if sign else "") + shown
+
+    def given(self, value: float, dimension: str = "number", digits: int = GIVEN_DIGITS) -> str:
+        """Return a number that is given [SI units] in its unit, without it.
+
+        Args:
+            value: the number.
+            dimension: of it.
+            digits: significant ones of numbers that no six digits say.
+        """
+        shown = value * self.measure(dimension).factor
+        if not math.isfinite(shown) or abs(shown) < NOTHING:
+            return self.number(shown)
+        mantissa = f"{abs(shown):.{GIVEN_DIGITS - 1}e}".partition("e")[0]
+        is_said = math.isclose(float(f"{shown:.{GIVEN_DIGITS}g}"), shown, rel_tol=NOTHING)
+        least = max(len(mantissa.replace(".", "").rstrip("0")), 1)
+        return self.number(shown, least if is_said else digits)
+
+    def fixed(self, value: float, dimension: str) -> str:
+        """Return a number [SI units] in its unit without it, to the decimals of its dimension."""
+        measure = self.measure(dimension)
+        if math.isnan(value):
+            return NONE
+        text = f"{value * measure.factor:.{measure.decimals}f}"
+        is_negative = text.startswith("-") and float(text) != 0.0
+        return (MINUS if is_negative else "") + self._grouped(text.lstrip("-"))
+
+    def quantity(self, value: float, dimension: str, digits: int = DIGITS) -> str:
+        """Return a quantity [SI units] with its unit, to significant digits."""
+        return self.with_unit(
+            self.number(value * self.measure(dimension).factor, digits), dimension
+        )
+
+    def given_quantity(self, value: float, dimension: str) -> str:
+        """Return a quantity [SI units] that may be given, with its unit; see `given`."""
+        return self.with_unit(self.given(value, dimension, DIGITS), dimension)
+
+    def with_unit(self, number: str, dimension: str) -> str:
+        """Return a number with the unit of a dimension, which no line break parts."""
+        unit = self.measure(dimension).unit
+        return number + (unit if unit == "°" else f"{SPACE}{unit}" if unit else "")
+
+    def day(self, day: datetime.date) -> str:
+        """Return a day."""
+        return f"{day:%d.%m.%Y}" if self.language == "de" else day.isoformat()
+
+    def _grouped(self, digits: str) -> str:
+        """Return digits with the decimal sign of the language, from five on in groups of three."""
+        whole, _, rest = digits.partition(".")
+        if len(whole) > 4:
+            whole = f"{int(whole):,}".replace(",", THIN)
+        sign = "," if self.language == "de" else "."
+        return f"{whole}{sign}{rest}" if rest else whole
+
+
+class _Clauses(NamedTuple):
+    """Clauses of the verdict: plain ones, and patterns, those that say most first."""
+
+    plain: dict[str, str]
+    patterns: list[tuple[re.Pattern[str], str, str]]
+
+
+@cache
+def catalogue() -> dict[str, dict[str, str]]:
+    """Return English texts to German ones: those of the page, and clauses of the verdict."""
+    path = Path(__file__).with_name("german.toml")
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+@cache
+def _clauses() -> _Clauses:
+    plain: dict[str, str] = {}
+    patterns = []
+    for english, german in catalogue()["verdict"].items():
+        if not _PLACE.search(english):
+            plain[english] = german
+            continue
+        parts = _PLACE.split(english)
+        texts = [
+            f"({_PLACES[part]})" if index % 2 else re.escape(part)
+            for index, part in enumerate(parts)
+        ]
+        patterns.append((re.compile("".join(texts)), english, german))
+    return _Clauses(plain, sorted(patterns, key=lambda item: -len(_PLACE.sub("", item[1]))))
+
+
+def _digits(text: str) -> int:
+    """Return how many significant digits a number has as it is written."""
+    mantissa = text.lower().partition("e")[0].lstrip("+-±").replace(".", "").lstrip("0")
+    return max(len(mantissa), 1)
+
+
+def _raised(exponent: int) -> str:
+    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,0 +1,201 @@
+"""Closed forms as lines, wrenches from Pinocchio as points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cardan_dyn.analytic import grossmann, single_joint, thoma
+
+from ...core.results.sweep import Sweep
+from ...figures.compared import INPUT_LABEL
+from ...figures.style import (
+    Axes,
+    Figure,
+    angle_axis,
+    axes_grid,
+    legend,
+    line_style,
+    point_style,
+    refuse_grid,
+    thinned,
+)
+from ...kit.arrays import Array
+from ...kit.errors import ArgumentError, choices
+from .comparisons import thoma_moments
+
+_INPUT, _OUTPUT, _BEND = "bearing_in", "bearing_out", "joint_angle"
+_PER_TURN = 1440
+"""Points of a line per turn."""
+_TURN = np.linspace(0.0, 2.0 * np.pi, _PER_TURN + 1)
+_FEWEST = 90
+"""Least number of points of a line, so that it is smooth over a small part of a turn as well."""
+_CIRCLES = 3
+"""Circles of a polar diagram."""
+_ROUND_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+"""Distances of these circles, times a power of ten, that are easily read."""
+_POLAR_ROOM = 1.04
+"""Radius of a polar diagram in radii of its outermost circle, so that this circle is visible."""
+
+
+def torque_ratio(turn: Sweep) -> Figure:
+    """Draw D₂/D₁ over the input angle: Grossmann (1939), Abb. 3.
+
+    Args:
+        turn: sweep of a universal joint with the joints of the bundled one, its `joint_angle`
+            held, at any positions and under any load on its output.
+
+    Raises:
+        ModelError: the sweep lacks `bearing_in` or `bearing_out`.
+        ArgumentError: `joint_angle` is not held, or no torque passes through the joint.
+    """
+    beta = _held_angle(turn)
+    figure, axes, line = _axes("Torque ratio of the universal joint", beta, "D₂/D₁ [–]", turn)
+    computed = _ratio(-turn[_OUTPUT].torsion, turn[_INPUT].torsion)
+    _draw(axes, 0, "D₂/D₁", turn, computed, line, grossmann.moments(beta, line).torsion_2)
+    legend(figure)
+    return figure
+
+
+def bending_polar(turn: Sweep) -> Figure:
+    """Draw B₁/D₁ over φ₁ and B₂/D₁ over φ₂ as polar diagrams: Grossmann (1939), Abb. 4.
+
+    Arguments and errors are those of `torque_ratio`. The lines are drawn over one turn.
+    """
+    beta = _held_angle(turn)
+    closed = grossmann.moments(beta, _TURN)
+    greatest = max(float(np.max(line)) for line in (closed.bending_1, closed.bending_2))
+    title = f"Bending moments referred to the input torque, β = {_deg(beta)}°"
+    figure, axes = _polar_axes(title, greatest)
+    torque = np.abs(turn[_INPUT].torsion)
+    for index, (label, joint, line_angle, line) in enumerate(
+        (
+            ("B₁/D₁ over φ₁", _INPUT, _TURN, closed.bending_1),
+            ("B₂/D₁ over φ₂", _OUTPUT, single_joint.output_angle(beta, _TURN), closed.bending_2),
+        )
+    ):
+        shown = thinned(len(turn))
+        angle = turn.motion.position(joint)[shown]
+        computed = _ratio(turn[joint].bending, torque)[shown]
+        axes.plot(line_angle, line, **line_style(index), label=f"{label}, closed form")
+        axes.plot(angle, computed, **point_style(index), label=f"{label}, Pinocchio")
+    legend(figure)
+    return figure
+
+
+def thoma_bending(turn: Sweep) -> Figure:
+    """Draw M_x/M_t and M_z/M_t over the input angle: Thoma (1920), eqs 6 and 7.
+
+    Arguments and errors are those of `torque_ratio`.
+    """
+    beta = _held_angle(turn)
+    figure, axes, line = _axes(
+        "Bending of the output shaft in fixed axes", beta, "$M/M_t$ [–]", turn
+    )
+    closed = thoma.bending_moments(beta, line)
+    torque = -turn[_OUTPUT].torsion
+    for index, (label, moment) in enumerate(
+        zip(("$M_x/M_t$ (6)", "$M_z/M_t$ (7)"), thoma_moments(turn), strict=True)
+    ):
+        _draw(axes, index, label, turn, _ratio(moment, torque), line, closed[index])
+    legend(figure)
+    return figure
+
+
+def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep) -> Figure:
+    """Draw the speed ratio of the universal joint and of the double shaft over the input angle.
+
+    Args:
+        joint_turn: sweep of a universal joint, its `joint_angle` held, at any positions.
+        shaft_turn: sweep of a double shaft with equal joint angles, at any positions.
+
+    Raises:
+        ModelError: a sweep lacks `bearing_in` or `bearing_out`.
+        ArgumentError: `joint_angle` of the universal joint is not held.
+    """
+    beta = _held_angle(joint_turn)
+    title = "Speed ratio, output to input"
+    figure, axes, line = _axes(title, beta, "ω₂/ω₁ [–]", joint_turn, shaft_turn)
+    for index, (label, turn, closed) in enumerate(
+        (
+            ("universal joint", joint_turn, single_joint.speed_ratio(beta, line)),
+            ("double shaft", shaft_turn, np.ones_like(line)),
+        )
+    ):
+        _draw(axes, index, label, turn, turn.motion.ratio(_OUTPUT), line, closed)
+    legend(figure)
+    return figure
+
+
+def _draw(
+    axes: Axes, index: int, label: str, turn: Sweep, computed: Array, angle: Array, closed: Array
+) -> None:
+    """Draw a closed form over `angle` [rad], and values of a sweep over its input angles."""
+    axes.plot(np.rad2deg(angle), closed, **line_style(index), label=f"{label}, closed form")
+    shown = thinned(len(computed))
+    axes.plot(
+        np.rad2deg(turn.motion.position(_INPUT))[shown],
+        computed[shown],
+        **point_style(index),
+        label=f"{label}, Pinocchio",
+    )
+
+
+def _held_angle(turn: Sweep) -> float:
+    """Return the joint angle at which a universal joint is held [rad]."""
+    if _BEND not in turn.held:
+        raise ArgumentError(
+            f"the closed forms need a universal joint whose {_BEND!r} is held; held: "
+            f"{choices(turn.held)}"
+        )
+    beta = turn.held[_BEND]
+    if np.ndim(beta):
+        raise ArgumentError(f"the closed forms need one {_BEND!r}; draw one design at a time")
+    return float(beta)
+
+
+def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, Axes, Array]:
+    """Return axes over the input angle of sweeps, and the angles of lines in them [rad]."""
+    for turn in turns:
+        refuse_grid(turn)
+    angle = np.concatenate([turn.motion.position(_INPUT) for turn in turns])
+    low, high = float(np.min(angle)), float(np.max(angle))
+    if low == high:
+        # A single position spans no range; the whole turn around it is drawn.
+        low = 2.0 * np.pi * np.floor(low / (2.0 * np.pi))
+        high = low + 2.0 * np.pi
+    steps = max(_FEWEST, round(_PER_TURN * (high - low) / (2.0 * np.pi)))
+    line = np.linspace(low, high, 1 + steps)
+    figure, axes = axes_grid()
+    axes.set_title(f"{title}, β = {_deg(beta)}°")
+    axes.set_ylabel(label)
+    angle_axis(axes, INPUT_LABEL, line)
+    return figure, axes, line
+
+
+def _ratio(moment: Array, torque: Array) -> Array:
+    """Return a moment per torque; NaN at samples where no torque passes through."""
+    if not np.any(torque):
+        raise ArgumentError(
+            f"no torque passes through the joint at any sample; load {_OUTPUT!r} in the scene"
+        )
+    return np.divide(moment, torque, out=np.full(np.shape(moment), np.nan), where=torque != 0.0)
+
+
+def _polar_axes(title: str, greatest: float) -> tuple[Figure, Axes]:
+    """Return polar axes for curves whose greatest distance from the origin is `greatest`."""
+    figure, axes = axes_grid(size=(6.4, 6.0), projection="polar")
+    axes.set_title(title, pad=14)
+    # Circles at round numbers, the outermost just beyond the curves.
+    decade = 10.0 ** np.floor(np.log10(greatest / _CIRCLES)) if greatest > 0.0 else 1.0
+    steps = decade * np.array(_ROUND_STEPS)
+    circles = steps[np.argmax(_CIRCLES * steps >= greatest)] * np.arange(1, _CIRCLES + 1)
+    axes.set_rlim(0.0, _POLAR_ROOM * circles[-1])
+    axes.set_rticks(circles)
+    axes.set_rlabel_position(67.5)
+    for label in axes.get_yticklabels():
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
+    return figure, axes
+
+
+def _deg(beta: float) -> str:
+    return f"{np.rad2deg(beta):g}"

@@ -1,0 +1,203 @@
+"""Described: what a description says, as tables of a page."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from ...core.description.description import TWO_AXES, JointOrLoop
+from ...core.mechanism.mechanism import Mechanism
+from ...kit.arrays import Array
+from ...scene.mechanism_report import MechanismReport
+from .grids import Grid, number
+
+
+def fingerprint(mechanism: Mechanism) -> str:
+    """Return the SHA-256 of the text of a description, and of the file beside it if there is one.
+
+    Of one that was not read from a text, that of the URDF text that says the same.
+    """
+    source = mechanism.base.description.source
+    if source is None:
+        return hashlib.sha256(mechanism.base.to_urdf().encode("utf-8")).hexdigest()
+    beside = source.beside
+    more = beside.encode("utf-8") if isinstance(beside, str) else beside
+    return hashlib.sha256(source.text.encode("utf-8") + more).hexdigest()
+
+
+def described(mechanism: Mechanism) -> list[Grid]:
+    """Return links, joints, loops, couplings, and what rubs and springs, each if there are any."""
+    description = mechanism.base.description
+    links = Grid(
+        "links",
+        "Links: mass, centre of mass in the link's frame, and inertia about that in the link's "
+        "axes. What has no mass carries forces alone.",
+        (
+            *("link", "mass [kg]", "centre x [m]", "centre y [m]", "centre z [m]"),
+            *(f"I{pair} [kg·m²]" for pair in ("xx", "yy", "zz", "xy", "xz", "yz")),
+        ),
+        [
+            (
+                link.name,
+                float(link.mass),
+                *map(float, link.centre),
+                *(float(link.inertia[i, j]) for i, j in _PAIRS),
+            )
+            for link in description.links
+        ],
+    )
+    joints = Grid(
+        "joints",
+        "Joints of the tree, at zero: origin in the parent's frame, axis in the joint's.",
+        ("joint", "type", "parent", "child", "axis", "origin [m]", "turned [°]", "remarks"),
+        [
+            (
+                joint.name,
+                joint.type,
+                joint.parent,
+                joint.child,
+                _axes(joint),
+                _vector(joint.origin[:3, 3]),
+                _angles(joint.origin[:3, :3]),
+                "; ".join(_remarks(mechanism, joint)),
+            )
+            for joint in description.joints
+        ],
+    )
+    loops = Grid(
+        "loops",
+        "Joints that close loops: where they are on both links.",
+        (
+            *("loop", "type", "predecessor", "successor", "axis"),
+            *("on predecessor [m]", "on successor [m]"),
+        ),
+        [
+            (
+                loop.name,
+                loop.type,
+                loop.predecessor,
+                loop.successor,
+                _axes(loop),
+                _vector(loop.predecessor_origin[:3, 3]),
+                _vector(loop.successor_origin[:3, 3]),
+            )
+            for loop in description.loops
+        ],
+    )
+    couplings = Grid(
+        "couplings",
+        "Couplings: the motion of the successor is the ratio times that of the predecessor, plus "
+        "the offset.",
+        ("coupling", "predecessor", "successor", "ratio", "offset [rad or m]"),
+        [
+            (item.name, item.predecessor, item.successor, float(item.ratio), float(item.offset))
+            for item in description.couplings
+        ],
+    )
+    names = dict.fromkeys((*mechanism.base.joint_dynamics, *mechanism.base.joint_springs))
+    nothing = (0.0, 0.0)
+    dynamics = Grid(
+        "dynamics",
+        "What the description says of damping, friction and springs of joints. It acts only where "
+        "the case lists it among the elements.",
+        ("coordinate", "damping [SI]", "friction [N·m or N]", "stiffness [SI]", "rest [rad or m]"),
+        [
+            (
+                name,
+                *mechanism.base.joint_dynamics.get(name, nothing),
+                *mechanism.base.joint_springs.get(name, nothing),
+            )
+            for name in names
+        ],
+    )
+    return [grid for grid in (links, joints, loops, couplings, dynamics) if grid.rows]
+
+
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def mobility_grids(found: MechanismReport) -> list[Grid]:
+    """Return what was found of loops, and of those that share joints."""
+    loops = Grid(
+        "ranks",
+        "Closure equations of each loop by itself. Statics does not determine what it leaves open.",
+        ("loop", "type", "rank of 6", "redundant", "leaves open"),
+        [
+            (
+                loop.name,
+                loop.type,
+                loop.rank,
+                loop.redundant,
+                "not measured"
+                if loop.indeterminate is None
+                else "; ".join(f"{name}: {text}" for name, text in loop.indeterminate.items()),
+            )
+            for loop in found.loops
+        ],
+    )
+    components = Grid(
+        "components",
+        "Sets of loops and couplings that have no joint in common.",
+        ("loops and couplings", "coordinates", "equations", "mobility", "self-stresses"),
+        [
+            (item.names, item.coordinates, item.rank, item.mobility, item.self_stresses)
+            for item in found.components
+        ],
+    )
+    return [grid for grid in (loops, components) if grid.rows]
+
+
+def remarks_of(found: MechanismReport) -> Iterator[str]:
+    """Yield what is to be said about the mobility."""
+    if found.is_counted:
+        yield (
+            "Ranks were counted from the structure alone, as loops are too many to be measured; "
+            "that misses mechanisms that move only because of special dimensions."
+        )
+    for rod in found.idle_rods:
+        yield f"The rod at {', '.join(rod)} may spin about its line, which needs no drive."
+    for item in found.components:
+        if item.is_singular_at_zero:
+            yield (
+                f"{found.place[0].upper()}{found.place[1:]} is a singular configuration of "
+                f"{item.names}: {item.rank_at_zero} of {item.rank} equations are independent there."
+            )
+
+
+def _axes(joint: JointOrLoop) -> str:
+    if joint.type in ("fixed", "spherical", "floating"):
+        return ""
+    if joint.type in TWO_AXES:
+        return f"{_vector(joint.axis)} and {_vector(joint.axis_2)}"
+    return _vector(joint.axis)
+
+
+def _remarks(mechanism: Mechanism, joint: JointOrLoop) -> Iterable[str]:
+    if joint.name in mechanism.independent_joints:
+        yield "driven by its author"
+    limits, adjustable = getattr(joint, "limits", None), getattr(joint, "adjustable", "")
+    if limits is not None and np.isfinite([limits.lower, limits.upper]).all():
+        slides = joint.type == "prismatic"
+        low, high = (
+            (limits.lower, limits.upper) if slides else np.degrees([limits.lower, limits.upper])
+        )
+        yield f"limits {number(low, 4)} … {number(high, 4)} {'m' if slides else '°'}"
+    if adjustable:
+        yield f"adjustable: {adjustable}"
+
+
+def _vector(values: Array) -> str:
+    rounded = np.where(np.abs(values) < 1e-12, 0.0, values)
+    return ", ".join(number(float(value), 6) for value in rounded)
+
+
+def _angles(rotation: Array) -> str:
+    """Return roll, pitch and yaw of a rotation [°]; nothing where it is none."""
+    if np.allclose(rotation, np.eye(3), rtol=0.0, atol=1e-12):
+        return ""
+    import pinocchio
+
+    angles = np.degrees(pinocchio.rpy.matrixToRpy(rotation))
+    return ", ".join(number(round(float(angle), 6), 6) for angle in angles)

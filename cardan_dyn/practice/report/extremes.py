@@ -1,0 +1,502 @@
+"""Extremes: the greatest and least wrenches and efforts of a sweep, and where they occur."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...core.dynamics.problem_solver import ProblemSolver
+from ...core.elements.link_loads import Wrench
+from ...core.results.lost_digits import lost_part
+from ...core.results.sweep import Sweep
+from ...figures.wrenches import QUANTITIES, determined, values_of
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.errors import CardanError, ModelError
+from ...scene.scene import Scene
+from .panels import DEGREE, MOST, Known, Tolerance, greatest
+
+RIGHT = 1e-6
+"""Error of an extreme, as a part of the size of its quantity, above which it is in doubt."""
+_WITH_AXIS = ("force", "axial", "shear", "torsion", "bending")
+_WITHOUT = ("force", "moment")
+"""Quantities of joints with an axis, and of others."""
+SIZES = ("force", "shear", "moment", "bending")
+"""Those that are sizes, whose squares are smooth where they vanish."""
+_PANELS = 16
+"""Panels of a turn, or of the range of a slide, to begin with."""
+_MOST_GRID = 1024
+"""Positions of a grid over the ranges of several drives, at most: three for each of six drives, two
+for each of ten."""
+_LAST_STEP = 1e-4
+"""Part of the ranges below which steps uphill end: at a peak the value then misses its square."""
+_MOST_PLACES = 8
+"""Positions at which an extreme is said to occur, at most."""
+
+
+class Extreme(NamedTuple):
+    """A quantity over the sweep: how great and how small it is, and where.
+
+    Attributes:
+        owner: name of the joint, drive, coupling or element.
+        quantity: `force`, `axial`, `shear`, `moment`, `torsion`, `bending` of a `JointWrench`, or
+            `drive effort`, `holding effort`, `coupling effort`, or what an element exerts.
+        unit: of the values.
+        greatest, least: values; the same where it is constant.
+        greatest_at, least_at: `(n, d)` drive positions where these occur [rad or m]; empty where it
+            is constant.
+        determined: whether it follows from the laws of motion alone. If not, it was chosen by the
+            `rule` of the sweep.
+        error: by how much the quantity may exceed them anywhere in the range, measured; NaN if
+            they are those of the samples, and nothing is known of what lies between.
+    """
+
+    owner: str
+    quantity: str
+    unit: str
+    greatest: float
+    greatest_at: Array
+    least: float
+    least_at: Array
+    determined: bool
+    error: float
+
+    @property
+    def acts(self) -> bool:
+        """Whether it is ever different from zero."""
+        return bool(self.greatest or self.least)
+
+    @property
+    def size(self) -> float:
+        """Greatest absolute value."""
+        return max(abs(self.greatest), abs(self.least))
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing in the range exceeds it by more than a millionth of its size."""
+        return self.error <= RIGHT * self.size
+
+
+class Quantity(NamedTuple):
+    """Something that is sought: whose and which it is, its unit, and how a sweep tells it."""
+
+    owner: str
+    name: str
+    unit: str
+    determined: bool
+    values: Callable[[Sweep], Array]
+
+
+class Extremes(NamedTuple):
+    """What was found, and what could not be known.
+
+    Attributes:
+        rows: an extreme each, joint by joint.
+        search: over the range of the only drive; None if they were not sought between samples.
+        covered: what they are the extremes of, if not of a range.
+        unknown: why they may be exceeded; empty if they are not.
+        rounding: of the greatest wrench, as a part of it, by the condition where it is great.
+    """
+
+    rows: tuple[Extreme, ...]
+    search: Search | None
+    covered: str
+    unknown: str
+    rounding: float
+
+    @property
+    def doubt(self) -> str:
+        """What there is to doubt, as a sentence; empty if nothing."""
+        if not self.unknown:
+            return ""
+        loose = sum(not item.settled for item in self.rows)
+        of = f"{loose} of {len(self.rows)} extremes may be exceeded"
+        samples = f"extremes are those of {self.covered}" if self.covered else of
+        return f"{samples[0].upper()}{samples[1:]}: {self.unknown}."
+
+
+def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
+    """Return the extremes of the wrenches and efforts of a sweep, joint by joint.
+
+    Those of a sweep with one drive at constant rates and loads are those of the whole range between
+    its first and last position, however few samples it has: see `panels`. Several drives are
+    looked through on a grid, from the best positions of which the way is followed uphill. What else
+    there is between samples is not known, and said.
+
+    Args:
+        sweep: over one dimension.
+        box: `(d, 2)` ranges of several drives at rest, if all of them are meant.
+    """
+    quantities = list(quantities_of(sweep))
+    at = np.reshape(sweep.position, (len(sweep), -1))
+    samples = _values(quantities, sweep)
+    rounding = _Rounding.of(sweep, quantities, samples)
+    error, known_search = np.full(len(quantities), np.nan), None
+    given, unknown = _fixed_case(sweep)
+    covered = f"the {len(sweep)} samples"
+    if np.isnan(samples).any():
+        unknown = "some samples are not known themselves"
+    elif box is not None and len(box) > 1:
+        at, samples, covered, unknown = _uphill(sweep, quantities, box, at, samples)
+    elif not unknown and len(np.unique(at)) == 1:
+        error[:] = 0.0
+    elif not unknown:
+        try:
+            search = Search(sweep, given)
+            at, samples, error, rounding = search.found(quantities, samples)
+            known_search, covered = search, ""
+        except CardanError as failure:
+            unknown = f"positions between them cannot be solved: {failure}"
+    floor, is_turn = rounding.floor, known_search is not None and known_search.is_turn
+    samples = np.where(np.abs(samples) <= floor, 0.0, samples)
+    rows = []
+    for index, item in enumerate(quantities):
+        up, down = (_places(at, side * samples[:, index], is_turn) for side in (1.0, -1.0))
+        top, bottom = up[0] + 0.0, 0.0 - down[0]  # Without the sign of a negative zero.
+        is_constant = top - bottom <= NOTHING * max(abs(top), abs(bottom))
+        nowhere = np.zeros((0, at.shape[1]))
+        rows.append(
+            Extreme(
+                item.owner,
+                item.name,
+                item.unit,
+                top,
+                nowhere if is_constant else up[1],
+                top if is_constant else bottom,
+                nowhere if is_constant else down[1],
+                item.determined,
+                0.0 if error[index] <= floor[index] else float(error[index]),
+            )
+        )
+    loose = [item for item in rows if not item.settled]
+    if loose and not unknown:
+        worst = max(loose, key=lambda item: item.error / item.size if item.size else np.inf)
+        unknown = (
+            f"{worst.quantity} of {worst.owner} may exceed what was found by {worst.error:.2g} "
+            f"{worst.unit}, as it does not settle however close positions are to each other"
+        )
+    return Extremes(tuple(rows), known_search, covered, unknown, rounding.part)
+
+
+def _values(quantities: list[Quantity], sweep: Sweep) -> Array:
+    """Return `(N, K)` all quantities of a sweep."""
+    return np.stack([item.values(sweep) for item in quantities], axis=1)
+
+
+def _fixed_case(sweep: Sweep) -> tuple[dict[str, Any], str]:
+    """Return the arguments that all samples of a sweep have in common, or why there are none."""
+    if sweep.free:
+        return {}, "joints are free to move between the samples"
+    if len(sweep.coordinates) != 1:
+        return {}, "several drives move, and which way from sample to sample is not known"
+    rates: dict[str, Any] = {"speed": sweep.speed, "acceleration": sweep.acceleration}
+    rates["time"] = sweep.time
+    given: dict[str, dict[str, Any]] = {"held": {}, "loads": {}, "inertia": {}}
+    for what, found in given.items():
+        found.update(getattr(sweep, what))
+    every = [(rates, name, name) for name in rates]
+    every += [(part, name, f"{what} {name}") for what, part in given.items() for name in part]
+    for part, name, said in every:
+        value = part[name]
+        if isinstance(value, Wrench):
+            if np.ndim(value.force) > 1 or np.ndim(value.moment) > 1:
+                return {}, f"{said} differs from sample to sample"
+            continue
+        each = np.ravel(np.asarray(value, dtype=float))
+        if np.any(each != each[0]):
+            return {}, f"{said} differs from sample to sample"
+        part[name] = float(each[0])
+    gravity = np.reshape(sweep.gravity, (-1, 3))
+    if np.any(gravity != gravity[0]):
+        return {}, "gravity differs from sample to sample"
+    return {**rates, "gravity": gravity[0], **{k: part or None for k, part in given.items()}}, ""
+
+
+def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], int, bool]:
+    """Return between which positions a drive moves, a number of panels, and if it is a turn.
+
+    Raises:
+        CardanError: it is too long.
+    """
+    at = np.unique(sweep.position)
+    low, high = float(at[0]), float(at[-1])
+    if sweep.mechanism.drivable[sweep.coordinates[0]].slides:
+        return (low, high), _PANELS, False
+    turn = 2.0 * np.pi
+    steps = np.diff(at)
+    # Even samples of a turn may leave out its end, where it begins again.
+    around = high + float(np.mean(steps))
+    closes = round((around - low) / turn)
+    slack = NOTHING * around - NOTHING * low
+    if len(at) > 2 and closes and abs(around - low - turn * closes) <= slack:
+        high = low + turn * closes if np.ptp(steps) <= slack else high
+    if high - low > turn * (1.0 - NOTHING):
+        try:
+            period = solver.assembly.period()
+        except CardanError:
+            period = None
+        high = min(high, low + (period or np.inf))
+        is_turn = period is not None and high - low > period * (1.0 - NOTHING)
+    else:
+        is_turn = False
+    count = int(np.ceil((high - low) / turn * _PANELS))
+    if count * DEGREE > MOST:
+        raise ModelError(f"{(high - low) / turn:.4g} turns do not bring it back to where it was")
+    return (low, high), count, is_turn
+
+
+def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
+    """Return what is sought: of wrenches, then of drives, held joints, couplings and elements."""
+    for joint in sweep.outputs:
+        yield from _of_wrench(sweep, joint)
+    units = {name: item.effort_unit for name, item in sweep.mechanism.drivable.items()}
+    try:
+        count = np.reshape(sweep.drive_effort, (len(sweep), -1)).shape[1]
+    except ModelError:  # The outputs leave them out.
+        count = 0
+    for index, name in enumerate(sweep.coordinates[:count]):
+
+        def driving(at: Sweep, index: int = index) -> Array:
+            return np.reshape(at.drive_effort, (len(at), -1))[:, index]
+
+        yield Quantity(name, "drive effort", units[name], True, driving)
+    for name in sweep.holding_effort:
+
+        def holding(at: Sweep, name: str = name) -> Array:
+            return at.holding_effort[name]
+
+        yield Quantity(name, "holding effort", units[name], True, holding)
+    coupling_units = _coupling_units(sweep)
+    for name in coupling_units:
+
+        def coupled(at: Sweep, name: str = name) -> Array:
+            return at.coupling_moment[name]
+
+        yield Quantity(
+            name, "coupling effort", coupling_units[name], sweep.coupling_unique[name], coupled
+        )
+    for index, element in enumerate(sweep.elements):
+        for quantity in element.quantities:
+            if quantity.components:
+                continue
+
+            def exerted(at: Sweep, index: int = index, field: str = quantity.field) -> Array:
+                return np.asarray(getattr(at.element_force[index], field))
+
+            unit = quantity.units or units.get(element.joints[0], "N·m")
+            name = element.name or f"elements[{index}]"
+            yield Quantity(name, quantity.field, str(unit), True, exerted)
+
+
+def _coupling_units(sweep: Sweep) -> dict[str, str]:
+    """Return couplings and the units of their efforts, as the table of the sweep tells them."""
+    names = tuple(sweep.coupling_moment)
+    if not names:
+        return {}
+    return dict(zip(names, sweep.table(motion=False).units["coupling_unit"][1], strict=True))
+
+
+def _of_wrench(sweep: Sweep, joint: str) -> Iterator[Quantity]:
+    """Return what is sought of a joint's wrench: along and across its axis if it has one."""
+    wrench = sweep[joint]
+    for name in _WITH_AXIS if wrench.has_axis else _WITHOUT:
+
+        def values(at: Sweep, name: str = name) -> Array:
+            return values_of(at[joint], name)
+
+        yield Quantity(joint, name, QUANTITIES[name], determined(wrench, name), values)
+
+
+class Search:
+    """Looks for extremes over the range of a drive, all else being constant.
+
+    Attributes:
+        ends: between which positions of the drive [rad or m].
+        is_turn: whether the last position is the first one again.
+    """
+
+    def __init__(self, sweep: Sweep, given: dict[str, Any]) -> None:
+        """Begin with the arguments that all samples of a sweep have in common."""
+        solver = ProblemSolver(sweep.problem)
+        self.ends, self._count, self.is_turn = _range(sweep, solver)
+        self._scene, self._given = Scene._of(solver), given
+        self._position = np.ravel(sweep.position)
+
+    def evenly(self, count: int, *, endpoint: bool = False) -> Sweep:
+        """Return a sweep at so many even steps over the range, with or without the end."""
+        return self._scene.sweep(np.linspace(*self.ends, count, endpoint=endpoint), **self._given)
+
+    def found(
+        self, quantities: list[Quantity], samples: Array
+    ) -> tuple[Array, Array, Array, _Rounding]:
+        """Return where quantities are known, what they are there, and how much that may miss.
+
+        Args:
+            quantities: K of them.
+            samples: `(N, K)` of the sweep.
+
+        Returns:
+            `(M, 1)` positions; `(M, K)` quantities; `(K,)` errors of their extremes; what
+            rounding makes of them.
+
+        Raises:
+            CardanError: a position cannot be solved.
+        """
+        even = np.linspace(*self.ends, self._count * DEGREE // 2 + 1)
+        first = self._scene.sweep(even, **self._given)
+        values, is_size = (
+            _values(quantities, first),
+            np.array([q.name in SIZES for q in quantities]),
+        )
+        rounding = _Rounding.of(first, quantities, values)
+        inside = (self._position >= self.ends[0]) & (self._position <= self.ends[1])
+        at = np.concatenate([self._position[inside], even])
+        values = np.concatenate([samples[inside], values])
+        size = np.abs(values).max(axis=0)
+        # The least size that is not zero is found as well as the greatest one by its square.
+        enough = np.where(is_size, (0.3 * RIGHT * size) ** 2, 1e-3 * RIGHT * size)
+        tolerance = Tolerance(
+            np.tile(np.maximum(enough, np.where(is_size, 0.0, rounding.floor)), 2),
+            np.tile(rounding.each, 2),
+            np.tile(is_size, 2),
+        )
+
+        def smooth(values: Array) -> Array:
+            """Return `(N, 2 K)` quantities, of sizes their squares, with both signs."""
+            smooth = np.where(is_size, values**2, values)
+            return np.concatenate([smooth, -smooth], axis=1)
+
+        def both(at: Array) -> Array:
+            return smooth(_values(quantities, self._scene.sweep(at, **self._given)))
+
+        known, error = greatest(both, self.ends, self._count, Known(at, smooth(values)), tolerance)
+        values = known.values[:, : len(size)]
+        values = np.where(is_size, np.sqrt(np.abs(values)), values)
+        more, less = np.split(error, 2)
+        # A size is the root of what was looked for.
+        top, bottom = values.max(axis=0), values.min(axis=0)
+        more = np.where(is_size, np.sqrt(top**2 + more) - top, more)
+        less = np.where(is_size, bottom - np.sqrt(np.maximum(bottom**2 - less, 0.0)), less)
+        return known.at[:, None], values, np.maximum(more, less), rounding
+
+
+def _uphill(
+    sweep: Sweep, quantities: list[Quantity], box: Array, at: Array, samples: Array
+) -> tuple[Array, Array, str, str]:
+    """Return where quantities are known within a box of drives, what they are, what was covered.
+
+    Args:
+        sweep: of d drives.
+        quantities: K of them.
+        box: `(d, 2)`.
+        at: `(N, d)` positions of the samples.
+        samples: `(N, K)`.
+    """
+    scene, count = Scene._of(ProblemSolver(sweep.problem)), len(box)
+    covered = f"the {len(at)} samples"
+    steps = int(_MOST_GRID ** (1.0 / count) * (1.0 + NOTHING))
+    if steps < 2:
+        return at, samples, covered, f"a box of {count} drives has too many corners"
+    sides = [np.linspace(low, high, steps) for low, high in box]
+    grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, count)
+
+    def told(positions: Array) -> tuple[Array, Array]:
+        """Return which of positions are within reach, and quantities there."""
+        within = scene.reachable(positions)
+        found = np.full((len(positions), 2 * len(quantities)), -np.inf)
+        if within.any():
+            values = _values(quantities, scene.sweep(positions[within]))
+            found[within] = np.concatenate([values, -values], axis=1)
+        return within, found
+
+    try:
+        within, values = told(grid)
+        at, samples = (
+            np.concatenate([at, grid[within]]),
+            np.concatenate([samples, values[within, : len(quantities)]]),
+        )
+        covered += f" and {within.sum()} of {len(grid)} positions of a grid over all ranges"
+        both = np.concatenate([samples, -samples], axis=1)
+        place, top = at[both.argmax(axis=0)], both.max(axis=0)
+        step = np.full(len(top), 0.5 / (steps - 1))
+        moves = np.concatenate([np.eye(count), -np.eye(count)]) * np.ptp(box, axis=1)
+        asked = len(at)
+        climbing = np.flatnonzero(np.ptp(both, axis=0) > NOTHING * np.abs(both).max(axis=0))
+        while len(climbing) and len(at) - asked < 4 * _MOST_GRID:
+            around = place[climbing, None] + step[climbing, None, None] * moves
+            around = np.clip(around, box[:, 0], box[:, 1])
+            distinct, back = np.unique(around.reshape(-1, count), axis=0, return_inverse=True)
+            within, values = told(distinct)
+            at = np.concatenate([at, distinct[within]])
+            samples = np.concatenate([samples, values[within, : len(quantities)]])
+            back = back.reshape(around.shape[:2])
+            beside = values[back, climbing[:, None]]
+            best = beside.argmax(axis=1)
+            higher = beside.max(axis=1) > top[climbing]
+            moved = climbing[higher]
+            place[moved] = distinct[back[higher, best[higher]]]
+            top[moved] = beside.max(axis=1)[higher]
+            step[climbing[~higher]] *= 0.5
+            climbing = climbing[step[climbing] > _LAST_STEP]
+    except CardanError as failure:
+        return at, samples, covered, f"positions between them cannot be solved: {failure}"
+    covered += ", from the best of which the way was followed uphill"
+    unknown = "other positions of the drives may exceed them"
+    if not within.all():
+        unknown += ", and at the edge of what loops allow wrenches grow without limit"
+    if len(climbing):
+        unknown += ", as the way uphill was too long to be followed to its end"
+    return at, samples, covered, unknown
+
+
+class _Rounding(NamedTuple):
+    """What rounding makes of quantities.
+
+    Attributes:
+        floor: `(K,)` up to which size they count as zero.
+        each: `(K,)` rounding.
+        part: of the greatest wrench, relative to it.
+    """
+
+    floor: Array
+    each: Array
+    part: float
+
+    @classmethod
+    def of(cls, sweep: Sweep, quantities: list[Quantity], values: Array) -> _Rounding:
+        """Return that of a sweep, whose quantities are `values` `(N, K)`."""
+        length = sweep.mechanism.characteristic_length
+        to_moment = np.array([length if item.unit == "N" else 1.0 for item in quantities])
+        sizes = np.max(np.abs(values) * to_moment, axis=1, initial=0.0)
+        most = float(np.nanmax(sizes, initial=0.0))
+        # Where wrenches vanish, what they are sums of is as great as ever, and so is its rounding.
+        condition = np.where(np.isfinite(sweep.condition), sweep.condition, 1.0)
+        lost = 8.0 * most * lost_part(condition, sizes)
+        part = lost_part(sweep.condition, sizes)
+        return cls(max(ROUNDED * most, lost) / to_moment, lost / to_moment, part)
+
+
+def _places(at: Array, values: Array, is_turn: bool) -> tuple[float, Array]:
+    """Return the greatest of values `(N,)`, and at which of the positions `(N, d)` it occurs.
+
+    Args:
+        at: positions; those of a single drive in any order.
+        values: there.
+        is_turn: whether the last position is the first one again.
+    """
+    top = float(np.nanmax(values))
+    order = np.argsort(at[:, 0], kind="stable") if at.shape[1] == 1 else np.arange(len(at))
+    near = values[order] >= top - NOTHING * float(np.nanmax(np.abs(values)))
+    # Positions beside each other are one place: that of the greatest value, and of the first one
+    # that was known where only rounding tells them apart, as it is a round number.
+    starts = np.flatnonzero(near & ~np.concatenate([[False], near[:-1]]))
+    ends = np.flatnonzero(near & ~np.concatenate([near[1:], [False]])) + 1
+    found = []
+    for start, end in zip(starts, ends, strict=True):
+        own = np.sort(order[start:end])
+        equal = values[own] >= values[own].max() - 16.0 * EPS * abs(top)
+        found.append(int(own[equal.argmax()]))
+    if is_turn and len(found) > 1 and starts[0] == 0 and ends[-1] == len(at):
+        found.pop()
+    return top, at[found[:_MOST_PLACES]]

@@ -1,0 +1,174 @@
+"""Figures of a drive line's page: what moves and acts over a turn, and its orders."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...drive_lines import Analysis
+from ...figures.style import (
+    Axes,
+    Figure,
+    angle_axis,
+    curve_style,
+    in_look,
+    line_style,
+    plain,
+    sheet,
+)
+from ...kit.arrays import NOTHING, Array
+from ...kit.periodic import amplitudes
+from ..drive_lines.wording import Wording
+
+_WIDTH = 6.8
+"""Of a figure on paper [inch]."""
+_PANEL = 2.35
+"""Height of axes [inch]."""
+_SMALL = 8
+_LETTERS = 20
+"""Of a name in one line of a legend."""
+_PITCH, _GAP = 1.25, 0.6
+"""Of lines and between names of a legend, relative to the size of its font."""
+ORDERS = 8
+"""Orders that are drawn: those above are small where joint angles are those of lines."""
+
+
+@in_look
+def motion(analysis: Analysis, wording: Wording) -> Figure:
+    """Draw angle errors and speed ratios of the shafts behind the joints."""
+    names = analysis.shafts[1:]
+    degrees = wording.measure("angle").factor
+    return _over_turn(
+        analysis,
+        wording,
+        [
+            (wording("angle error") + " [°]", names, analysis.angle_error[:, 1:] * degrees),
+            (wording("speed ratio"), names, analysis.ratio[:, 1:]),
+        ],
+    )
+
+
+@in_look
+def forces(analysis: Analysis, wording: Wording) -> Figure:
+    """Draw bending moments on both sides of the joints, and forces across the shafts."""
+    total = analysis.total
+    torque, force = (wording.measure(name).factor for name in ("torque", "force"))
+    names = [
+        *(wording("{joint}, before", joint=name) for name in analysis.joints),
+        *(wording("{joint}, behind", joint=name) for name in analysis.joints),
+    ]
+    bending = np.concatenate([total.bending_in, total.bending_out], axis=1)
+    panels: list[tuple[str, Sequence[str], Array]] = [
+        (wording("bending moment") + wording.unit("torque"), names, bending * torque)
+    ]
+    radial = total.bearing_radial * force
+    panels.append(
+        (wording("bearing force across") + wording.unit("force"), analysis.bearings, radial)
+    )
+    return _over_turn(analysis, wording, panels)
+
+
+def has_orders(analysis: Analysis) -> bool:
+    """Return whether the positions are even steps of one turn, whose orders are known."""
+    count = len(analysis.position)
+    steps = np.diff(analysis.position, append=analysis.position[0] + 2.0 * np.pi)
+    return count > 2 * ORDERS and bool(np.abs(steps - 2.0 * np.pi / count).max() < NOTHING)
+
+
+@in_look
+def orders(analysis: Analysis, wording: Wording) -> Figure:
+    """Draw amplitudes of the orders of the angle errors and of the bearing forces.
+
+    Those of a force are of the vector across its shaft, the root of the sum of both squares.
+    """
+    shown = slice(1, ORDERS + 1)
+    errors = np.abs(amplitudes(analysis.angle_error[:, 1:])[shown])
+    errors *= wording.measure("angle").factor
+    across = amplitudes(analysis.total.bearing_force[..., 1:])[shown]
+    sizes = np.linalg.norm(across, axis=-1) * wording.measure("force").factor
+    height = max(_height(analysis.shafts[1:]), _height(analysis.bearings))
+    drawn = sheet(2, size=(_WIDTH, 2 * height), share_x=True)
+    for panel, label, names, values in (
+        (drawn.panels[0], wording("angle error") + " [°]", analysis.shafts[1:], errors),
+        (
+            drawn.panels[1],
+            wording("bearing force across") + wording.unit("force"),
+            analysis.bearings,
+            sizes,
+        ),
+    ):
+        width = 0.8 / max(len(names), 1)
+        for index, name in enumerate(names):
+            places = np.arange(1, ORDERS + 1) + (index - (len(names) - 1) / 2.0) * width
+            color = line_style(index)["color"]
+            panel.bar(places, values[:, index], width, color=color, label=_wrapped(plain(name)))
+        _finish(panel, label, values, wording)
+    drawn.panels[-1].set_xticks(range(1, ORDERS + 1))
+    drawn.panels[-1].set_xlabel(wording("order of the input shaft's rotation"))
+    return drawn.finish("", 0)
+
+
+def _over_turn(
+    analysis: Analysis, wording: Wording, panels: Sequence[tuple[str, Sequence[str], Array]]
+) -> Figure:
+    height = max(_height(names) for _, names, _ in panels)
+    drawn = sheet(len(panels), size=(_WIDTH, len(panels) * height), share_x=True)
+    angle = np.rad2deg(analysis.position)
+    for panel, (label, names, values) in zip(drawn.panels, panels, strict=True):
+        for index, name in enumerate(names):
+            panel.plot(
+                angle,
+                values[:, index],
+                **curve_style(index, len(angle)),
+                label=_wrapped(plain(name)),
+            )
+        _finish(panel, label, values, wording)
+    label = wording("rotation of the input shaft") + " [°]"
+    angle_axis(drawn.panels[-1], label, analysis.position)
+    return drawn.finish("", 0)
+
+
+def _wrapped(name: str) -> str:
+    return "\n".join(textwrap.wrap(name, _LETTERS) or [name])
+
+
+def _height(names: Sequence[str]) -> float:
+    """Return a height of axes [inch] beside which a legend of these names has room."""
+    lines = sum(_wrapped(name).count("\n") + 1 for name in names)
+    return max(_PANEL, (_PITCH * lines + len(names) * _GAP) * _SMALL / 72.0 + 0.2)
+
+
+def _finish(panel: Axes, label: str, values: Array, wording: Wording) -> None:
+    """Label axes, and leave no scale of rounding where nothing is."""
+    panel.set_ylabel(label)
+    panel.yaxis.set_major_formatter(_formatter(wording))
+    if values.size and np.ptp(values) <= NOTHING * max(float(np.abs(values).max()), NOTHING):
+        middle = float(values.mean())
+        room = max(abs(middle), 1.0) * 0.05
+        panel.set_ylim(middle - room, middle + room)
+    elif values.size and float(np.abs(values).max()) < NOTHING:
+        panel.set_ylim(-1.0, 1.0)
+    panel.legend(
+        fontsize=_SMALL,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        handlelength=2.4,
+        frameon=False,
+    )
+
+
+def _formatter(wording: Wording) -> Any:
+    """Return what writes ticks with the decimal sign of the language."""
+    from matplotlib.ticker import ScalarFormatter
+
+    class Ticks(ScalarFormatter):
+        def __call__(self, value: float, position: int | None = None) -> str:
+            text = str(super().__call__(value, position))
+            # Mathematical text sets a comma as one between numbers, unless it stands in braces.
+            comma = "{,}" if "$" in text else ","
+            return text.replace(".", comma) if wording.language == "de" else text
+
+    return Ticks(useOffset=False)

@@ -1,0 +1,468 @@
+"""Tables of a drive line: its data, its geometry, what acts in it and how it is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby, pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cardan_dyn.analytic.rules import RULES
+
+from ...drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
+from ...kit.arrays import Array
+from ...kit.errors import CardanError
+from ..drive_lines.line.fields import entries
+from ..drive_lines.line.supports import supports
+from ..drive_lines.verdict.rows import OPEN, STATED
+from ..drive_lines.wording import BY_UNIT, NONE, Wording
+
+ROUNDING = 1e-12
+"""Forces, relative to the greatest, that are the rounding of none."""
+_COLUMNS = 6
+"""Columns of numbers that a sheet of paper has room for."""
+_PLACED = {
+    *("name", "length", "slope_side", "slope_plan", "start", "end", "fork_offset"),
+    *("tube", "spline", "centring", "bearings"),
+}
+"""Fields of shafts that have tables of their own."""
+_STRESSES = {"shear_limit"}
+"""Fields of the dimension of moduli that are told as stresses."""
+
+
+class Listing(NamedTuple):
+    """A table: its caption, its header and rows of texts, the first `left` columns no numbers."""
+
+    caption: str
+    header: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    left: int = 1
+
+
+def line_pairs(line: DriveLine, wording: Wording) -> list[tuple[str, str]]:
+    """Return names and values of what is said of a line as a whole."""
+    found = [(wording("number of joints"), str(line.count))]
+    for name, (_, entry) in entries(type(line)).items():
+        value = getattr(line, name)
+        if (
+            entry.kind in ("quantity", "text", "flag")
+            and name != "name"
+            and value not in (None, "")
+        ):
+            shown = _cell(value, name, entry.dimension, wording)
+            if entry.kind == "quantity":
+                shown = wording.with_unit(shown, entry.dimension)
+            found.append((wording(_label(name)), shown))
+    return found
+
+
+def data_listings(line: DriveLine, wording: Wording) -> list[Listing]:
+    """Return tables of all data of a line that are not its geometry."""
+    shafts = list(zip(line.shaft_names, line.shafts, strict=True))
+    listed: list[tuple[str, list[tuple[str, Any]], set[str]]] = [
+        ("Shafts: masses and stiffness", shafts, _PLACED),
+        ("Tubes", [(name, shaft.tube) for name, shaft in shafts if shaft.tube], set()),
+        ("Splines", [(name, shaft.spline) for name, shaft in shafts if shaft.spline], set()),
+        (
+            "Centrings of double joints",
+            [(name, shaft.centring) for name, shaft in shafts if shaft.centring],
+            set(),
+        ),
+        ("Joints: data", list(zip(line.joint_names, line.joints, strict=True)), {"name"}),
+    ]
+    sheets = [bearing_listing(line, wording)] if line.bearings else []
+    for caption, parts, left_out in listed:
+        sheets += _part_listings(wording(caption), parts, left_out, wording)
+    duty = [
+        (point.name or wording("duty {index}", index=str(index)), point)
+        for index, point in enumerate(line.duty_cycle, 1)
+    ]
+    return sheets + list(_part_listings(wording("Duty cycle"), duty, {"name"}, wording))
+
+
+def _part_listings(
+    caption: str, parts: Sequence[tuple[str, Any]], left_out: set[str], wording: Wording
+) -> Iterator[Listing]:
+    """Yield tables of parts of one kind, a row each, with the fields that any of them has."""
+    if not parts:
+        return
+    columns = []
+    for name, (item, entry) in entries(type(parts[0][1])).items():
+        values = [getattr(part, name) for _, part in parts]
+        is_said = any(value not in (None, "") for value in values) and not (
+            item.default in (0.0, False) and all(value == item.default for value in values)
+        )
+        if name not in left_out and is_said:
+            cells = [_cell(value, name, entry.dimension, wording) for value in values]
+            title = wording(_label(name)) + wording.unit(_dimension(name, entry.dimension))
+            columns.append((title, cells))
+    count = -(-len(columns) // _COLUMNS)
+    ends = [round(len(columns) * index / count) for index in range(count + 1)] if count else []
+    for start, end in pairwise(ends):
+        chosen = columns[start:end]
+        rows = zip((name for name, _ in parts), *(cells for _, cells in chosen), strict=True)
+        yield Listing(caption, (wording("name"), *(title for title, _ in chosen)), list(rows))
+
+
+def _cell(value: Any, name: str, dimension: str, wording: Wording) -> str:
+    if value is None or value == "":
+        return NONE
+    if isinstance(value, bool):
+        return wording("yes" if value else "no")
+    if isinstance(value, str):
+        return (
+            wording(_label(value))
+            if name in ("kind", "fixed_to", "application", "din_808")
+            else value
+        )
+    return wording.given(value, _dimension(name, dimension))
+
+
+def _dimension(name: str, dimension: str) -> str:
+    return "stress" if name in _STRESSES else dimension
+
+
+def _label(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def shaft_listing(line: DriveLine, wording: Wording) -> Listing:
+    """Return a row per shaft: name, length, slopes and fork offset."""
+    found, rows = line.geometry, []
+    for k, name in enumerate(line.shaft_names):
+        axis = found.directions[k]
+        slopes = (float(np.arctan2(axis[i], axis[0])) for i in (2, 1))
+        offset = line.shafts[k].fork_offset
+        rows.append(
+            (
+                name,
+                wording.fixed(float(found.lengths[k]), "length"),
+                *(wording.fixed(slope, "angle") for slope in slopes),
+                NONE if k in (0, line.count) else wording.fixed(offset, "angle"),
+            )
+        )
+    angle = wording.unit("angle")
+    header = (
+        wording("shaft"),
+        wording("length") + wording.unit("length"),
+        wording("slope side") + angle,
+        wording("slope plan") + angle,
+        wording("fork offset") + angle,
+    )
+    return Listing(wording("Shafts: geometry"), header, rows)
+
+
+def joint_listing(line: DriveLine, wording: Wording) -> Listing:
+    """Return a row per joint: name, bends in both views, angle, plane and fork phase."""
+    found = line.geometry
+    phases = (found.fork_phases + np.pi / 2) % np.pi - np.pi / 2
+    angles = np.stack(
+        [found.views[:, 1], found.views[:, 0], found.joint_angles, found.plane_offsets, phases]
+    )
+    rows = [
+        (name, *(wording.fixed(float(angle), "angle") for angle in column))
+        for name, column in zip(line.joint_names, angles.T, strict=True)
+    ]
+    names = ("bend side", "bend plan", "joint angle β", "plane offset", "fork phase")
+    header = (wording("joint"), *(wording(name) + wording.unit("angle") for name in names))
+    return Listing(wording("Joints: angles"), header, rows)
+
+
+def place_listing(line: DriveLine, wording: Wording) -> Listing:
+    """Return a row per joint with where its centre is."""
+    rows = [
+        (name, *(wording.fixed(float(value), "length") for value in centre))
+        for name, centre in zip(line.joint_names, line.geometry.centres, strict=True)
+    ]
+    names = ("x forward", "y to the left", "z up")
+    header = (wording("joint"), *(wording(name) + wording.unit("length") for name in names))
+    return Listing(wording("Joints: places of their centres"), header, rows)
+
+
+def end_listing(line: DriveLine, wording: Wording) -> Listing | None:
+    """Return a row per point that the data give; None if shafts are given by slopes alone."""
+    rows = []
+    for name, shaft in zip(line.shaft_names, line.shafts, strict=True):
+        for end, point in (("front", shaft.start), ("rear", shaft.end)):
+            if point is not None:
+                rows.append((name, wording(end), *(wording.given(x, "length") for x in point)))
+    if not rows:
+        return None
+    names = ("x forward", "y to the left", "z up")
+    axes = (wording(name) + wording.unit("length") for name in names)
+    header = (wording("shaft"), wording("end"), *axes)
+    return Listing(wording("Ends of shafts as given"), header, rows, left=2)
+
+
+def bearing_listing(line: DriveLine, wording: Wording) -> Listing:
+    """Return a row per bearing: shaft, distance from its joint, what it carries and stands."""
+    rows = []
+    for item, bearing in zip(supports(line).bearings, line.bearings, strict=True):
+        limits = (
+            (bearing.stiffness, "rigidity"),
+            (bearing.radial_limit, "force"),
+            (bearing.axial_limit, "force"),
+        )
+        rows.append(
+            (
+                item.name,
+                line.shaft_names[item.shaft],
+                wording.given(item.distance, "length"),
+                wording("yes" if item.locating else "no"),
+                *(NONE if one is None else wording.given(one, kind) for one, kind in limits),
+            )
+        )
+    header = (
+        wording("bearing"),
+        wording("shaft"),
+        wording("distance") + wording.unit("length"),
+        wording("locating"),
+        wording("stiffness") + wording.unit("rigidity"),
+        wording("radial limit") + wording.unit("force"),
+        wording("axial limit") + wording.unit("force"),
+    )
+    return Listing(wording("Bearings"), header, rows, left=2)
+
+
+def motion_listing(analysis: Analysis, wording: Wording) -> Listing:
+    """Return a row per shaft behind a joint: angle error, speed ratios, acceleration."""
+    errors = np.abs(analysis.angle_error).max(axis=0)
+    rows = [
+        (
+            name,
+            wording.number(float(errors[k]) * wording.measure("angle").factor),
+            wording.number(float(analysis.ratio[:, k].min())),
+            wording.number(float(analysis.ratio[:, k].max())),
+            wording.number(_cleared(np.abs(analysis.acceleration).max(axis=0))[k]),
+        )
+        for k, name in enumerate(analysis.shafts)
+        if k
+    ]
+    header = (
+        wording("shaft"),
+        wording("angle error ±") + wording.unit("angle"),
+        wording("least speed ratio"),
+        wording("greatest speed ratio"),
+        wording("greatest acceleration") + wording.unit("angular_acceleration"),
+    )
+    return Listing(wording("Motion over a turn"), header, rows)
+
+
+def moment_listing(analysis: Analysis, wording: Wording) -> Listing:
+    """Return a row per joint: greatest torques and bending moments before and behind it."""
+    forces = analysis.total
+    names = ("torsion_in", "torsion_out", "bending_in", "bending_out")
+    sizes = np.array([np.abs(getattr(forces, name)).max(axis=0) for name in names])
+    factor = wording.measure("torque").factor
+    rows = [
+        (name, *(wording.number(float(size) * factor) for size in column))
+        for name, column in zip(analysis.joints, _cleared(sizes).T, strict=True)
+    ]
+    titles = ("torque before", "torque behind", "bending before", "bending behind")
+    header = (wording("joint"), *(wording(title) + wording.unit("torque") for title in titles))
+    return Listing(wording("Greatest moments over a turn"), header, rows)
+
+
+def extreme_listing(analysis: Analysis, verdict: Verdict, wording: Wording) -> Listing:
+    """Return a row per bearing: forces at the operating point of the analysis, and of all cases.
+
+    At this point, those are the greatest across, the mean across and the greatest along; of all
+    load cases the greatest across and along, as the verdict has them.
+    """
+    forces = analysis.total
+    worst = {(row.where, row.quantity): row.value for row in verdict}
+    kinds = ("force across the shaft", "force along the shaft")
+    sizes = np.array(
+        [
+            forces.bearing_radial.max(axis=0),
+            np.linalg.norm(forces.bearing_force[..., 1:].mean(axis=0), axis=-1),
+            np.abs(forces.bearing_axial).max(axis=0),
+        ]
+    )
+    factor = wording.measure("force").factor
+    rows = []
+    for name, column in zip(analysis.bearings, _cleared(sizes).T, strict=True):
+        found = [*column.tolist(), *(worst.get((name, kind)) for kind in kinds)]
+        cells = (NONE if size is None else wording.number(size * factor) for size in found)
+        rows.append((name, *cells))
+    titles = (
+        *("greatest across", "mean across", "greatest along"),
+        *("across, all load cases", "along, all load cases"),
+    )
+    header = (wording("bearing"), *(wording(title) + wording.unit("force") for title in titles))
+    return Listing(wording("Bearing forces over a turn"), header, rows)
+
+
+def _cleared(sizes: Array) -> Array:
+    """Return sizes, those of them 0 that are the rounding of none."""
+    return np.where(sizes < ROUNDING * sizes.max(initial=0.0), 0.0, sizes)
+
+
+def best_forks(line: DriveLine, teeth: int | None = None) -> Phasing[DriveLine] | None:
+    """Return where forks stand best; None for a line that has none to be put."""
+    try:
+        return line.phasing(teeth=teeth)
+    except CardanError:
+        if line.count > 1:
+            raise
+        return None
+
+
+def phasing_text(phasing: Phasing[DriveLine] | None, wording: Wording) -> str:
+    """Return in a sentence what other forks would give."""
+    if phasing is None:
+        return wording(
+            "The line has one joint: there are no forks that could be put to each other."
+        )
+    now, best = (
+        wording.with_unit(wording.fixed(angle, "angle"), "angle")
+        for angle in (phasing.given_value, phasing.value)
+    )
+    if phasing.value > phasing.given_value - _EQUAL:
+        return wording("The forks stand as well as they can: the residual angle is {now}.", now=now)
+    proof = wording("the global optimum" if phasing.proven else "the best that was found")
+    return wording(
+        "Other forks would lower the residual angle from {now} to {best}, {proof} ({method}).",
+        now=now,
+        best=best,
+        proof=proof,
+        method=wording.sentence(phasing.method),
+    )
+
+
+_EQUAL = np.radians(1e-3)
+"""Residual angles that differ by less are the same [rad]."""
+
+
+def phasing_listing(phasing: Phasing[DriveLine], wording: Wording) -> Listing:
+    """Return a row per intermediate shaft: name, fork offset now and at the best."""
+    offsets = zip(phasing.given.fork_offsets, phasing.fork_offsets, strict=True)
+    rows = [
+        (name, wording.fixed(float(now), "angle"), wording.fixed(float(best), "angle"))
+        for name, (now, best) in zip(phasing.line.shaft_names[1:-1], offsets, strict=True)
+    ]
+    angle = wording.unit("angle")
+    header = (wording("shaft"), wording("fork offset") + angle, wording("best fork offset") + angle)
+    return Listing(wording("Forks"), header, rows)
+
+
+class Judged(NamedTuple):
+    """A row of the verdict as the page shows it."""
+
+    where: str
+    quantity: str
+    condition: str
+    value: str
+    by_rule: str
+    limit: str
+    margin: str
+    status: str
+    mark: str
+    source: str
+    source_language: str
+    remarks: list[str]
+
+
+class Group(NamedTuple):
+    """Rows of one rule on the page.
+
+    Attributes:
+        title: of the rule.
+        shared: assumptions that fail for all of its rows.
+        rows: rows that have a value, each with its own remarks.
+        open: places and notes of all rows that are open, with a value or without.
+        idle: likewise of those without a value that do not apply.
+    """
+
+    title: str
+    shared: tuple[str, ...]
+    rows: list[Judged]
+    open: list[tuple[str, str]]
+    idle: list[tuple[str, str]]
+
+
+def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> Judged:
+    """Return a row in the words of a page, without remarks that are said elsewhere."""
+    dimension = BY_UNIT[row.unit]
+
+    def shown(value: float | None) -> str:
+        return "" if value is None else wording.quantity(value, dimension)
+
+    limit = ""
+    if row.limit is not None:
+        bound = "≥" if row.limit.bound == "least" else "≤"
+        limit = f"{bound} {wording.given_quantity(row.limit.value, dimension)}"
+    source = wording.sentence(row.source) if row.limit or row.status == STATED else ""
+    remarks = [
+        f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
+        for item in row.inverses
+    ]
+    remarks += [wording.sentence(row.note)] if row.note else []
+    remarks += [f"! {wording.sentence(text)}" for text in row.broken if text not in left_out]
+    return Judged(
+        row.where or wording("whole line"),
+        wording.sentence(row.quantity),
+        wording.sentence(row.condition),
+        shown(row.value),
+        shown(row.rule_value),
+        limit,
+        reserve(row, wording),
+        wording(row.status),
+        row.status,
+        source,
+        wording.language if source != row.source else "en",
+        remarks,
+    )
+
+
+def reserve(row: VerdictRow, wording: Wording) -> str:
+    """Return a margin in whole percents with its sign; from a limit of 0, the room itself.
+
+    Open rows have none: more may act than their values are of.
+    """
+    margin = row.margin
+    if margin is None or row.limit is None or row.status == OPEN:
+        return ""
+    sign = "+" if margin >= 0.0 else ""
+    if not row.limit.value:
+        # The margin is then not relative: it is the room in SI units.
+        return sign + wording.quantity(margin, BY_UNIT[row.unit])
+    return wording.with_unit(sign + wording.fixed(round(100.0 * margin), "whole"), "share")
+
+
+def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
+    """Return the rows of a verdict by rule; what all rows of a rule say is said once."""
+    found = []
+    for rule, members in groupby(verdict, key=lambda row: row.rule):
+        rows = list(members)
+        valued = [row for row in rows if row.value is not None]
+        broken = valued[0].broken if len(valued) > 1 else ()
+        shared = [text for text in broken if all(text in row.broken for row in valued)]
+        listed: dict[str, list[tuple[str, str]]] = {OPEN: [], STATED: []}
+        for row in rows:
+            if row.value is None or row.status == OPEN:
+                place = ", ".join(filter(None, [row.where, wording.sentence(row.quantity)]))
+                listed[row.status].append((place, wording.sentence(row.note)))
+        found.append(
+            Group(
+                wording(RULES[rule].title),
+                tuple(wording.sentence(text) for text in shared),
+                [judged(row, wording, shared) for row in valued],
+                listed[OPEN],
+                listed[STATED],
+            )
+        )
+    return found
+
+
+def assumption_rows(verdict: Verdict, wording: Wording) -> list[tuple[str, list[str], str]]:
+    """Return title, assumptions and source of each rule that the verdict goes by."""
+    return [
+        (
+            wording(RULES[rule].title),
+            [wording(text) for text in RULES[rule].assumptions],
+            wording.sentence(RULES[rule].source),
+        )
+        for rule in dict.fromkeys(row.rule for row in verdict)
+    ]

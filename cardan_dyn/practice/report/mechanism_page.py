@@ -1,0 +1,479 @@
+"""Mechanism page: the report on a mechanism as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..._version import __version__
+from ...core.elements.link_loads import Wrench
+from ...core.mechanism.mechanism import Mechanism
+from ...core.results.sweep import Sweep
+from ...figures.style import axes_grid, line_style, require_matplotlib
+from ...kit.errors import CardanError
+from ..viewer.viewing import view
+from . import page
+from .described import described, mobility_grids, remarks_of
+from .extremes import RIGHT, Extreme
+from .findings import Findings
+from .grids import Grid, number, place, stem_of
+
+_MOST_DRAWN = 6
+"""Joints of one figure: its lines and diagrams can still be told apart."""
+_MOST_COLUMNS = 8
+"""Numbers that stand beside each other in a row of a table on paper."""
+_FRAMES = 181
+"""Positions of the moving scene."""
+_COURSES = {
+    "axial": "Axial force",
+    "shear": "Radial force",
+    "torsion": "Torsion",
+    "bending": "Bending moment",
+}
+"""Quantities that are drawn over the drive, and how captions call them."""
+_OF_WRENCHES = ("force", "axial", "shear", "moment", "torsion", "bending")
+
+
+def write(report: Findings, path: Path, with_scene: bool) -> Path:
+    """Write the page; see `Report.save`.
+
+    Raises:
+        MissingExtraError: Matplotlib, Jinja or meshcat is not installed.
+        ArgumentError: it cannot be written.
+        CardanError: the mechanism cannot be described.
+    """
+    require_matplotlib()
+    found, sweep = report.description, report.sweep
+    content: dict[str, Any] = {
+        "stem": stem_of(report.mechanism.name),
+        "summary": _summary(report),
+        "warnings": _warnings(report),
+        "case": _case(report),
+        "said": report.said,
+        "case_grids": [] if sweep is None else list(_acting(sweep)),
+        "sweep": sweep is not None,
+        "mobility": _mobility(report),
+        "mobility_remarks": list(remarks_of(found)),
+        "mobility_grids": [*mobility_grids(found), *_drives(report)],
+        "described": described(report.mechanism),
+        "left_out": report.mechanism.warnings,
+        "proof": _proof(report),
+        "proof_remarks": _proof_remarks(report),
+        "versions": [
+            ("cardan_dyn", __version__),
+            *((name, version_of(name)) for name in ("pin", "numpy", "matplotlib")),
+            ("Python", platform.python_version()),
+            ("SHA-256 of the description", report.sha256),
+        ],
+    }
+    if sweep is not None:
+        content |= _extremes(report) | _figures(report, sweep, with_scene)
+    source = report.mechanism.description.source
+    file = "" if source is None or source.path is None else source.path.name
+    block = [
+        ("Mechanism", report.mechanism.name),
+        ("Project", report.project),
+        ("Author", report.author),
+        ("Date", report.date),
+        ("Revision", report.revision),
+        ("Description", f"{file or 'text'}, SHA-256 {report.sha256[:8]}…"),
+    ]
+    return page.write(
+        path,
+        "mechanism.html",
+        title=report.title,
+        title_block=[(name, value or "–") for name, value in block],
+        **content,
+    )
+
+
+def _summary(report: Findings) -> str:
+    """Return in a few sentences what there is and what was found."""
+    found = report.description
+    text = (
+        f"{report.mechanism.name}: {_count(len(report.mechanism.links), 'link')}, "
+        f"{_count(len(report.mechanism.joints), 'joint')}, "
+        f"{_count(len(report.mechanism.loops), 'loop')}, mobility {found.mobility}."
+    )
+    if report.sweep is None:
+        return text
+    text += f" {'Driven: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
+    if not report.acts:
+        return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
+    ends = list(_greatest(report))
+    if report.doubts:
+        ends.append("there are doubts, see below")
+    return f"{text} {ends[0][0].upper()}{ends[0][1:]}{''.join(f'; {end}' for end in ends[1:])}."
+
+
+def _greatest(report: Findings) -> Iterator[str]:
+    """Yield the greatest force and moment: of what statics determines, if it determines any."""
+    acting = [item for item in report.extremes if item.acts]
+    wholes = {"force": ("force", "axial", "shear"), "moment": ("moment", "torsion", "bending")}
+    is_found = False
+    for what, names in wholes.items():
+        own = [item for item in acting if item.quantity in names]
+        known = [item for item in own if item.determined]
+        if not own:
+            continue
+        is_found = True
+        # Sizes that are equal but for rounding are told of the whole.
+        top = max(
+            known or own, key=lambda item: item.size * (1.0 + RIGHT * (item.quantity == what))
+        )
+        is_open = any(item.quantity == what and not item.determined for item in own)
+        # Parts of what is open may be known: in flat linkages what is across the axes of pins.
+        is_part = bool(known) and is_open
+        name = top.quantity if is_part or top.quantity == what else f"{what} ({top.quantity})"
+        text = f"the greatest {name}{' that statics determines' * is_part} is "
+        text += f"{number(top.size)} {top.unit} at {top.owner}"
+        yield text + ("" if top.determined else ", not determined by statics")
+    if not is_found:
+        # As where a coupling passes on all that acts, or the outputs leave wrenches out.
+        is_known = all(item.determined for item in report.extremes)
+        yield "joints carry nothing" if is_known else "what joints carry is not known"
+        if acting:
+            top = max(acting, key=lambda item: item.size)
+            yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
+
+
+def _sentence(text: str) -> str:
+    return text and f"{text[0].upper()}{text[1:]}."
+
+
+def _count(count: int, name: str) -> str:
+    return f"{count} {name}{'s' * (count != 1)}"
+
+
+def _warnings(report: Findings) -> list[str]:
+    """Return what has to be known before any number is used."""
+    found = list(report.doubts)
+    if report.sweep is not None and report.left_open:
+        found.insert(0, _sentence(report.sweep.left_open.brief))
+    if report.description.is_counted:
+        found.append("Ranks were counted, not measured.")
+    return found
+
+
+def _case(report: Findings) -> list[tuple[str, str]]:
+    """Return names and values of the case."""
+    sweep = report.sweep
+    if sweep is None:
+        return [("computed", "nothing; see below")]
+    rows = []
+    for index, name in enumerate(report.drives):
+        slides = sweep.mechanism.drivable[name].slides
+        way, speed, acceleration = (
+            np.reshape(values, (len(sweep), -1))[:, index]
+            for values in (sweep.position, sweep.speed, sweep.acceleration)
+        )
+        low, high = place(float(way.min()), slides), place(float(way.max()), slides)
+        text = low if low == high else f"from {low} to {high}"
+        text += f", {_speed(speed, slides)}" if np.any(speed) else ", quasi-static"
+        if np.any(acceleration):
+            text += f", acceleration {_between(acceleration, number)} {'m' if slides else 'rad'}/s²"
+        rows.append((f"drive {name}", text))
+    rows.append(("positions", str(len(sweep))))
+    for name, value in sweep.held.items():
+        slides = sweep.mechanism.drivable[name].slides
+        every = np.ravel(np.asarray(value, dtype=float))
+        rows.append((f"held {name}", _between(every, lambda one, of=slides: place(one, of))))
+    gravity = np.reshape(sweep.gravity, (-1, 3))
+    if not np.any(gravity):
+        rows.append(("gravity", "none"))
+    elif np.all(gravity == gravity[0]):
+        listed = ", ".join(number(float(value)) for value in gravity[0])
+        rows.append(("gravity in world axes", f"({listed}) m/s²"))
+    else:
+        rows.append(("gravity", "varies over the samples"))
+    rows.append(("loads", _count(len(sweep.loads), "load") if sweep.loads else "none"))
+    rows.append(
+        ("elements", _count(len(sweep.elements), "element") if sweep.elements else "none act")
+    )
+    for name, factor in sweep.inertia.items():
+        every = np.ravel(np.asarray(factor, dtype=float))
+        rows.append((f"inertia of {name}", f"{_between(every, number)} times"))
+    return rows
+
+
+def _speed(values: np.ndarray, slides: bool) -> str:
+    """Return speeds of a drive as a text."""
+    if slides:
+        return f"{_between(values, number)} m/s"
+    per_minute = _between(values * 30.0 / np.pi, number)
+    return f"{_between(values, number)} rad/s ({per_minute} 1/min)"
+
+
+def _between(values: np.ndarray, shown: Any) -> str:
+    """Return a number that all values have, or their range."""
+    low, high = float(values.min()), float(values.max())
+    return str(shown(low)) if low == high else f"{shown(low)} … {shown(high)}"
+
+
+def _acting(sweep: Sweep) -> Iterator[Grid]:
+    """Yield the loads and the elements of the case."""
+    rows: list[tuple[Any, ...]] = []
+    for name, load in sweep.loads.items():
+        if isinstance(load, Wrench):
+            for quantity, unit in (("force", "N"), ("moment", "N·m")):
+                vectors = np.reshape(getattr(load, quantity), (-1, 3))
+                listed = ", ".join(_between(vectors[:, i], number) for i in range(3))
+                rows.append((name, f"{quantity} on the link, {load.frame} axes", listed, unit))
+            at = ", ".join(number(float(value)) for value in np.ravel(load.point))
+            rows.append((name, "point of application, link axes", at, "m"))
+        else:
+            every = np.ravel(np.asarray(load, dtype=float))
+            unit = sweep.mechanism.drivable[name].effort_unit
+            rows.append((name, "effort at the joint", _between(every, number), unit))
+    if rows:
+        yield Grid("loads", "Loads", ("joint or link", "what", "value", "unit"), rows)
+    if sweep.elements:
+        listed_elements = [
+            (item.name or f"elements[{index}]", type(item).__name__, repr(item))
+            for index, item in enumerate(sweep.elements)
+        ]
+        yield Grid("elements", "Force elements", ("element", "kind", "data"), listed_elements)
+
+
+def _mobility(report: Findings) -> list[tuple[str, str]]:
+    found = report.description
+    return [
+        ("mobility", str(found.mobility)),
+        ("joint coordinates", str(found.coordinates)),
+        ("independent closure equations (rank)", str(found.rank)),
+        ("redundant equations", str(sum(item.self_stresses for item in found.components))),
+        ("ranks around", found.place),
+        ("loops are written as", found.notation),
+        ("characteristic length", f"{number(found.length)} m"),
+    ]
+
+
+def _drives(report: Findings) -> Iterator[Grid]:
+    """Yield how the mechanism can be driven, and over which range."""
+    try:
+        drives = report.description.drives
+    except CardanError:
+        return
+    rows = []
+    for item in drives.ranked:
+        role = "default" if item.name in drives.default else ""
+        if item.name in drives.held:
+            role = f"held at {place(drives.held[item.name], item.slides)}"
+        elif not role and item.determines and item.instead_of:
+            role = f"instead of {', '.join(item.instead_of[:3])}"
+        low, high = item.range or (np.nan, np.nan)
+        rows.append(
+            (
+                item.name,
+                "slide" if item.slides else "angle",
+                "yes" if item.is_grounded else "no",
+                place(low, item.slides) if np.isfinite(low) else "",
+                place(high, item.slides) if np.isfinite(high) else "",
+                item.ends,
+                role,
+            )
+        )
+    header = ("coordinate", "kind", "at the ground", "from", "to", "what ends the range", "role")
+    if rows:
+        yield Grid(
+            "drives", f"How it can be driven, from where it starts ({drives.reason}).", header, rows
+        )
+
+
+def _extremes(report: Findings) -> dict[str, Any]:
+    """Return the tables of extremes."""
+    if not report.acts:
+        return {}
+    acting = [item for item in report.extremes if item.acts]
+    wrenches = [item for item in acting if item.quantity in _OF_WRENCHES]
+    others = [item for item in acting if item.quantity not in _OF_WRENCHES]
+    zero: dict[str, list[str]] = {}
+    for item in report.extremes:
+        if not item.acts and item.determined:
+            zero.setdefault(item.owner, []).append(item.quantity)
+    at = "place" if len(report.drives) > 1 else "at"
+    header = ("quantity", "unit", "greatest", at, "least", f"{at} ")
+    text = ""
+    if report.drives:
+        text = f"They are the extremes of {report.covered}"
+        text += "." if report.doubts else ", and exact to the digits shown."
+        if not all(item.settled for item in acting):
+            text += " A ? marks what may be exceeded."
+    return {
+        "wrenches": Grid(
+            "extremes",
+            "Greatest and least, with the drive's position",
+            ("joint", *header),
+            [_extreme(report, item) for item in wrenches],
+        )
+        if wrenches
+        else None,
+        "efforts": Grid(
+            "efforts",
+            "Efforts of drives, of what is held, of couplings and elements",
+            ("of", *header),
+            [_extreme(report, item) for item in others],
+        )
+        if others
+        else None,
+        "located": text,
+        "opened": _sentence(report.left_open),
+        "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
+        "places": _places(report),
+    }
+
+
+def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
+    mark = " *" * (not item.determined) + " ?" * (not item.settled)
+    up_at, down_at = (report.at(places, word="") for places in (item.greatest_at, item.least_at))
+    what = (item.owner, f"{item.quantity}{mark}", item.unit)
+    return *what, item.greatest, up_at, item.least, down_at
+
+
+def _places(report: Findings) -> Grid | None:
+    """Return the positions of several drives at the places that the extremes name."""
+    sweep = report.sweep
+    if sweep is None or len(report.drives) < 2:
+        return None
+    units = [sweep.mechanism.drivable[name].unit for name in report.drives]
+    header = (
+        "place",
+        *(f"{name} [{unit}]" for name, unit in zip(report.drives, units, strict=True)),
+    )
+    caption = "Positions of the drives at these places"
+    rows = list(enumerate(report.places.tolist(), start=1))
+    if len(units) > _MOST_COLUMNS:
+        listed = [(str(index), ", ".join(map(number, row))) for index, row in rows]
+        return Grid(
+            "positions", f"{caption}: {', '.join(header[1:])}", ("place", "positions"), listed
+        )
+    return Grid("positions", caption, header, [(str(index), *row) for index, row in rows])
+
+
+def _proof(report: Findings) -> Grid | None:
+    rows = [(name, f"{value:.1e}", text) for name, value, text in report.judgement]
+    return (
+        Grid("proof", "Residuals and condition", ("what", "value", "which means"), rows)
+        if rows
+        else None
+    )
+
+
+def _proof_remarks(report: Findings) -> list[str]:
+    sweep = report.sweep
+    if sweep is None:
+        return []
+    found = []
+    if sweep.unproven:
+        found.append(
+            f"Not proven by a balance, as not all that acts on them was asked for: "
+            f"{', '.join(sweep.unproven)}."
+        )
+    if sweep.outputs and not report.left_open:
+        found.append("All wrenches follow from the laws of motion alone.")
+    return found
+
+
+def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]:
+    """Return the figures and the scene."""
+    found: dict[str, Any] = {"courses": [], "polars": [], "no_orders": report.no_orders}
+    drawn, told = report.drawn
+    if with_scene and report.drives:
+        shown = view(sweep, title=report.title, frames=_FRAMES)
+        found["scene"] = shown.embedded()
+    if drawn is None or not (report.acts and report.drives):
+        return found
+    acting: dict[str, set[str]] = {}
+    for item in report.extremes:
+        if item.acts and item.quantity in _OF_WRENCHES:
+            acting.setdefault(item.owner, set()).add(item.quantity)
+    joints = [name for name in bearings(sweep) if name in acting] or list(acting)
+    for quantity, text in _COURSES.items():
+        names = [name for name in joints if quantity in acting[name]][:_MOST_DRAWN]
+        if names:
+            figure = drawn.plot(*names, quantities=quantity, figsize=(7.2, 3.4))
+            found["courses"].append((page.image(figure), f"{text} in {', '.join(names)}.{told}"))
+    without = [name for name in joints if "moment" in acting[name] or not sweep[name].has_axis][:2]
+    if without and not found["courses"]:
+        columns = [f"{name}.force_{axis}" for name in without for axis in "xyz"]
+        caption = f"Force in {', '.join(without)}, in the axes of the joints.{told}"
+        found["courses"].append((page.image(drawn.plot(*columns)), caption))
+    for quantity, part, text in (
+        ("force", "shear", "Radial force"),
+        ("moment", "bending", "Bending moment"),
+    ):
+        names = [name for name in joints if part in acting[name]][:_MOST_DRAWN]
+        if names:
+            figure = drawn.plot.polar(names, of=quantity)
+            caption = (
+                f"{text} in {', '.join(names)}: the curve of the vector in axes fixed in the "
+                f"parent, across the joint's axis; all diagrams have one scale.{told}"
+            )
+            found["polars"].append((page.image(figure), caption))
+    if report.orders:
+        found |= _order_parts(report)
+    return found
+
+
+def _order_parts(report: Findings) -> dict[str, Any]:
+    """Return the table and the figure of orders."""
+    rows: list[tuple[Any, ...]] = [
+        (owner, quantity, unit, *map(float, amplitudes))
+        for (owner, quantity, unit), amplitudes in report.orders.items()
+        if np.any(amplitudes[1:])
+    ]
+    if not rows:
+        return {"no_orders": "all quantities are constant", "orders": None}
+    header = ("of", "quantity", "unit", *(f"order {order}" for order in range(9)))
+    drawn = [row for row in rows if row[1] == "drive effort"] or rows[:1]
+    name, quantity, unit = drawn[0][:3]
+    figure, axes = axes_grid(size=(7.2, 3.4))
+    axes.bar(range(1, 9), drawn[0][4:], 0.6, color=line_style(0)["color"])
+    axes.set_xlabel("order: swings per revolution of the drive [–]")
+    axes.set_ylabel(f"amplitude [{unit}]")
+    axes.set_xticks(range(1, 9))
+    error = report.orders_error
+    return {
+        "orders_doubt": f"Known to {error:.0e} of the greatest: something jumps, or the motion "
+        "does not come back."
+        if error > RIGHT
+        else "",
+        "orders": Grid("orders", "Amplitudes by order", header, rows),
+        "order_figure": (
+            page.image(figure),
+            f"Orders of {name}, {quantity}, about a mean of {number(drawn[0][3])} {unit}.",
+        ),
+    }
+
+
+def bearings(sweep: Sweep) -> list[str]:
+    """Return the joints between what stands still over a sweep and what moves."""
+    mechanism = sweep.mechanism
+    ends = _links_of_joints(mechanism)
+    carrier = {joint.child: joint for joint in mechanism.description.joints}
+
+    def stands(link: str) -> bool:
+        while link in carrier and carrier[link].type == "fixed":
+            link = carrier[link].parent
+        if link not in carrier:
+            return True
+        name = carrier[link].name
+        spread = [np.ptp(part, axis=0).max() for part in (sweep.rotation(name), sweep.origin(name))]
+        return bool(max(spread) < 1e-9 * (1.0 + mechanism.characteristic_length))
+
+    known: dict[str, bool] = {}
+    for link in {link for pair in ends.values() for link in pair}:
+        known[link] = stands(link)
+    return [name for name in sweep.outputs if known[ends[name][0]] != known[ends[name][1]]]
+
+
+def _links_of_joints(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
+    """Return joints and loops with the two links that they connect."""
+    found = {joint.name: (joint.parent, joint.child) for joint in mechanism.description.joints}
+    loops = mechanism.description.loops
+    return found | {loop.name: (loop.predecessor, loop.successor) for loop in loops}

@@ -1,0 +1,116 @@
+"""Pages: what reports have in common, one HTML file each that needs nothing else.
+
+A template extends `base.html`, which says how a page looks on screens, in the dark and on paper.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+from collections.abc import Iterable
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Any
+
+from ..._version import __version__
+from ...figures.style import LOOK, Figure
+from ...kit.checks import writing
+from ...kit.errors import MissingExtraError
+
+EPOCH = "SOURCE_DATE_EPOCH"
+"""Environment variable [s since 1970] that builds set to be reproducible."""
+
+
+def template(name: str) -> Any:
+    """Return the template of a page.
+
+    Raises:
+        MissingExtraError: Jinja is not installed.
+    """
+    try:
+        from jinja2 import Environment, PackageLoader
+    except ImportError as error:
+        raise MissingExtraError(
+            'the report page needs Jinja: pip install "cardan-dyn[viz]"'
+        ) from error
+    environment = Environment(loader=PackageLoader("cardan_dyn.practice.report"), autoescape=True)
+    environment.filters |= {"css_text": css_text, "soft": soft}
+    return environment.get_template(name)
+
+
+def write(
+    path: Path,
+    name: str,
+    *,
+    title: str,
+    title_block: Iterable[tuple[str, str]],
+    language: str = "en",
+    page_word: str = "Page",
+    **content: Any,
+) -> Path:
+    """Write a page.
+
+    Args:
+        path: of the HTML file; its directory is made if it does not exist.
+        name: of a template that extends `base.html`.
+        title: of the page.
+        title_block: names and values at its head.
+        language: of the page, a tag as HTML has it.
+        page_word: "page" in this language, for the foot of each sheet.
+        content: what the template takes besides.
+
+    Raises:
+        MissingExtraError: Jinja is not installed.
+        ArgumentError: it cannot be written.
+    """
+    rows = list(title_block)
+    text = template(name).render(
+        version=__version__,
+        title=title,
+        title_block=rows,
+        foot=title,
+        language=language,
+        page_word=page_word,
+        **content,
+    )
+    with writing(path) as part:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text, encoding="utf-8")
+    return path
+
+
+def today() -> date:
+    """Return the day that a report has unless given: that of SOURCE_DATE_EPOCH, or today in UTC."""
+    seconds = os.environ.get(EPOCH, "")
+    if seconds.isascii() and seconds.isdigit():
+        return datetime.fromtimestamp(int(seconds), UTC).date()
+    return datetime.now(UTC).date()
+
+
+def image(figure: Figure) -> str:
+    """Return a figure as SVG in a data URI; equal figures give equal texts."""
+    import matplotlib
+
+    buffer = io.BytesIO()
+    with matplotlib.rc_context(LOOK):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def css_text(text: str) -> Any:
+    """Return a text as CSS in a style element has it: what ends either of them is escaped."""
+    from markupsafe import Markup
+
+    safe = "".join(
+        letter if letter.isalnum() or letter in " .,:;-_/()·" else f"\\{ord(letter):x} "
+        for letter in text
+    )
+    return Markup(f'"{safe}"')
+
+
+def soft(text: object) -> Any:
+    """Return a text that may break behind underscores, as the names of joints and links have."""
+    from markupsafe import Markup, escape
+
+    return Markup(str(escape(text)).replace("_", "_<wbr>"))

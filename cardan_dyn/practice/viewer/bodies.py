@@ -1,0 +1,395 @@
+"""Bodies of the viewer: where they are over the shown samples, and how their links are drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.results.sweep import Sweep
+from ...kit.arrays import Array
+from ...kit.errors import ModelError
+from . import shapes as forms
+from .commands import STEADY, Color, Drawing, Pose, mesh, node_name
+from .default_shapes import (
+    Attachment,
+    Body,
+    Parts,
+    Travel,
+    attachments_of,
+    bearing,
+    cross,
+    downwards,
+    is_cross,
+    rod_radius,
+    sleeve_on,
+    travel_of,
+)
+from .still import Still
+from .vectors import beside
+from .visuals import few_enough, shapes_of
+
+GROUND = Color.of("#6f7780")
+"""Colour of what stands still, where nothing states another."""
+PALETTE = tuple(
+    Color.of(css) for css in ("#0072b2", "#a08400", "#a8417e", "#008f68", "#6d62c9", "#b84600")
+)
+"""Colours of bodies of which nothing states one, in turn. Neighbours in the list differ for all
+eyes, and each stands out from a light and from a dark background (WCAG 2.2: at least 3 to 1)."""
+_WHITEST = 0.85
+"""Share of a stated colour that is drawn: the viewer's lights together are brighter than one, and
+white would lose its shades."""
+_FLOOR_OPACITY = 0.35
+"""Opacity of a plane that states no colour: what is below it is seen as well."""
+_PIN_SHADE = 0.6
+"""Share of a body's colour that its pins and balls have."""
+_CORNER_STRIDE = 8
+"""Every how manieth sample the corners of the shapes are followed: they only decide how much the
+camera has to see, and between two such samples a corner moves little."""
+
+
+class Bodies:
+    """The bodies of a sweep's mechanism over the samples that are shown.
+
+    Args:
+        sweep: over one dimension.
+        samples: `(n,)` indices of the samples that are shown.
+        visuals: whether the shapes of the links are drawn; rods between the joints otherwise.
+
+    Attributes:
+        loops: names of the joints that close loops.
+        shapes: the visuals of the links whose motion is known.
+        notes: what is drawn otherwise than the description says, and why.
+    """
+
+    def __init__(self, sweep: Sweep | Still, samples: Array, visuals: bool) -> None:
+        mechanism = sweep.mechanism
+        self._sweep, self._samples = sweep, samples
+        self._length = mechanism.characteristic_length
+        self._still: dict[int, bool] = {}
+        self.loops = frozenset(loop.joint for loop in mechanism.loops)
+        self._joint_of_body = {
+            joint.id: name
+            for name, joint in mechanism.joints.items()
+            if joint.id and name not in self.loops
+        }
+        self._link_of_body: dict[int, str] = {}
+        for name, (body, _) in mechanism.links.items():
+            self._link_of_body.setdefault(body, name)
+        # Those with a mass first, among which massless ones would break the turn of colours.
+        ordered = sorted(
+            self._link_of_body, key=lambda body: (body > 0 and self._centre(body) is None, body)
+        )
+        self._order = {body: index for index, body in enumerate(ordered)}
+        self._attachments = attachments_of(mechanism)
+        shapes, self.notes = shapes_of(mechanism) if visuals else ([], ())
+        self.shapes = [shape for shape in shapes if self._known(shape.body)]
+
+    def points(self) -> Array:
+        """Return the points `(n, 3)` between which the mechanism moves [m]; none if unknown."""
+        stated = self._stated_points
+        if not len(stated):
+            return stated
+        corners = [
+            self._swept(item.body, forms.corners(np.concatenate([v for v, _ in surfaces])))
+            for item in self._defaults
+            if item.pose is None and (surfaces := (*item.parts.link, *item.parts.pins))
+        ]
+        return np.concatenate([stated, *corners])
+
+    def spread(self) -> tuple[float, ...]:
+        """Return the extents of where joints are along x, y and z [m]; zero if that is unknown."""
+        points = np.concatenate(self._origins or [np.zeros((1, 3))])
+        return tuple(np.ptp(points, axis=0).tolist())
+
+    @cached_property
+    def _origins(self) -> list[Array]:
+        """Where each known joint is `(n, 3)` [m]."""
+        origins = (self._origin(name) for name in self._sweep.mechanism.joints)
+        return [points for points in origins if points is not None]
+
+    @cached_property
+    def _stated_points(self) -> Array:
+        """Points `(n, 3)` of joints and visuals [m]."""
+        drawn = self._drawn()
+        centres = (
+            self._swept(body, centre[None])
+            for body in self._attachments
+            if body and body not in drawn and self._known(body)
+            if (centre := self._centre(body)) is not None
+        )
+        return np.concatenate(
+            [
+                np.zeros((0, 3)),
+                *self._origins,
+                *centres,
+                *(self._swept(shape.body, shape.corners()) for shape in self.shapes),
+            ]
+        )
+
+    @cached_property
+    def _defaults(self) -> list[_Default]:
+        """What stands for the links without visuals, and for universal joints."""
+        extent = float(np.linalg.norm(np.ptp(self._stated_points, axis=0)))
+        rod = rod_radius(self._attachments.values(), extent / 2.0 or self._length)
+        crosses = frozenset(
+            body
+            for body, items in self._attachments.items()
+            if body and is_cross(items, self._centre(body), rod)
+        )
+        drawn = self._drawn()
+        travel = {
+            item.joint: travel_of(
+                *(item, items, self._attachments[item.other], self._span(item, body), rod)
+            )._replace(is_free=not (self._stands(body) or self._stands(item.other)))
+            for body, items in self._attachments.items()
+            for item in items
+            if item.kind == "slide" and not item.is_child
+        }
+        down = downwards(self._attachments.get(0, ()))
+        sleeves = {
+            body: item
+            for body, items in self._attachments.items()
+            if body not in drawn and self._known(body) and self._centre(body) is None
+            if (item := sleeve_on(items, rod)) is not None
+        }
+        found: list[_Default] = []
+        for body, items in self._attachments.items():
+            if body in drawn or body not in self._link_of_body or not self._known(body):
+                continue
+            if self._stands(body):
+                found += self._housings(body, items, down, sleeves, rod)
+            if body in sleeves:
+                continue
+            if self._stands(body):
+                found += self._bearings(body, items, down, crosses, travel, sleeves, rod)
+                continue
+            parts = Body(items, self._centre(body), crosses, travel, rod).parts()
+            path = f"/mechanism/{node_name(self._link_of_body[body])}"
+            found.append(_Default(path, body, parts))
+        return found + self._crosses({item.body for item in found} - {0, *sleeves}, rod)
+
+    def _drawn(self) -> set[int]:
+        """Return the bodies that have visuals; a floor alone holds no bearings."""
+        return {shape.body for shape in self.shapes if shape.kind != "plane"}
+
+    def _crosses(self, made_up: set[int], rod: float) -> list[_Default]:
+        """Return the crosses of universal joints that have no link for them.
+
+        Args:
+            made_up: bodies that have default shapes, of which a joint has at least one.
+            rod: radius of rods [m].
+        """
+        found = []
+        for body, items in self._attachments.items():
+            for item in items:
+                if item.kind != "cross" or not item.is_child or not {body, item.other} & made_up:
+                    continue
+                if not (self._known(body) and self._known(item.other)):
+                    continue
+                other = next(
+                    end for end in self._attachments[item.other] if end.joint == item.joint
+                )
+                turn, place = self._placement(body)
+                own = np.broadcast_to(turn @ item.axis, (len(self._samples), 3))
+                across = np.broadcast_to(self._placement(item.other)[0] @ other.axis, own.shape)
+                axes = np.stack([across, own, np.cross(across, own)], axis=2)
+                pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
+                path = f"/mechanism/{node_name(self._link_of_body[body])} {node_name(item.joint)}"
+                parts = cross(
+                    [np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])], np.zeros(3), rod
+                )
+                found.append(_Default(path, body, parts, pose))
+        return found
+
+    def _bearings(
+        self,
+        body: int,
+        items: list[Attachment],
+        down: Array,
+        crosses: frozenset[int],
+        travel: dict[str, Travel],
+        sleeves: dict[int, Attachment],
+        rod: float,
+    ) -> list[_Default]:
+        """Return the bearings of what moves on a body that stands still."""
+        found = []
+        turn = self._placement(body)[0][0].T
+        for item in items:
+            if self._stands(item.other) or not self._known(item.other) or item.other in sleeves:
+                continue
+            way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
+            span = travel.get(item.joint, Travel())
+            joint = self._sweep.mechanism.joints[item.joint]
+            along = beside(self._sweep.mechanism, joint, np.inf)
+            parts = bearing(item, turn @ down, way, along, crosses, span, rod)
+            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
+        return found
+
+    def _housings(
+        self,
+        body: int,
+        items: list[Attachment],
+        down: Array,
+        sleeves: dict[int, Attachment],
+        rod: float,
+    ) -> list[_Default]:
+        """Return housings on a body that stands still, of sleeves in which shafts turn."""
+        found = []
+        turn = self._placement(body)[0][0].T
+        for item in items:
+            shaft = sleeves.get(item.other)
+            if body in sleeves or shaft is None:
+                continue
+            axis = turn @ self._placement(item.other)[0][0] @ shaft.axis
+            seat = item._replace(kind="turn", axis=axis)
+            parts = bearing(seat, turn @ down, axis, 0.0, frozenset(), Travel(), rod)
+            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
+        return found
+
+    def _centre(self, body: int) -> Array | None:
+        """Return the centre of a body's mass `(3,)` in it [m]; None where it has none."""
+        inertia = self._sweep.mechanism.model.inertias[body]
+        return inertia.lever if inertia.mass > 0.0 else None
+
+    def _leaving(self, item: Attachment) -> Array:
+        """Return where the body on the other side of a joint leaves it `(3,)`, in that body."""
+        others = self._attachments[item.other]
+        start = next(other.point for other in others if other.joint == item.joint)
+        points = [other.point for other in others if other.joint != item.joint]
+        centre = self._centre(item.other)
+        points += [] if centre is None else [centre]
+        arm = np.mean([point - start for point in points], axis=0) if points else np.zeros(3)
+        length = float(np.linalg.norm(arm))
+        return np.asarray(arm / length) if length else np.zeros(3)
+
+    def _span(self, item: Attachment, body: int) -> tuple[float, float]:
+        """Return the least and the greatest coordinate of a slide over the shown samples [m]."""
+        origin = self._origin(item.joint)
+        if origin is None or not self._known(body):
+            return 0.0, 0.0
+        rotation, position = self._placement(body)
+        start, axis = position + rotation @ item.point, rotation @ item.axis
+        way = np.sum((origin - start) * axis, axis=1)
+        return float(np.min(way)), float(np.max(way))
+
+    def on_ground(self) -> frozenset[str]:
+        """Return the joints that carry what moves on what stands still over the shown samples."""
+        return frozenset(
+            item.joint
+            for body, items in self._attachments.items()
+            for item in items
+            if self._stands(body) and not self._stands(item.other)
+        )
+
+    def _stands(self, body: int) -> bool:
+        """Return whether a body does not move; of one sample alone, whether it is the ground."""
+        if body not in self._still:
+            self._still[body] = self._has_stood(body)
+        return self._still[body]
+
+    def _has_stood(self, body: int) -> bool:
+        if body == 0 or len(self._samples) == 1 or not self._known(body):
+            return body == 0
+        rotation, position = self._placement(body)
+        moves = np.ptp(rotation, axis=0).max() > STEADY
+        return not (moves or np.ptp(position, axis=0).max() > STEADY * self._length)
+
+    def draw(self, drawing: Drawing, radius: float) -> None:
+        """Draw the shapes of the links, default ones for those that have none.
+
+        Args:
+            drawing: what they are drawn on.
+            radius: of the scene [m].
+        """
+        self._draw_shapes(drawing, radius)
+        stand_in = [self._link_of_body[item.body] for item in self._defaults if item.body]
+        if self.notes and stand_in:
+            self.notes += (f"made up from joints: {', '.join(dict.fromkeys(stand_in))}",)
+        for item in self._defaults:
+            drawing.place(item.path, item.pose or self._pose(item.body))
+            color = self._color(item.body)
+            if item.pose is not None:
+                color = _shaded(color, _PIN_SHADE)
+            for name, surfaces, shade in (
+                ("shape", item.parts.link, color),
+                ("pins", item.parts.pins, _shaded(color, _PIN_SHADE)),
+            ):
+                if surfaces:
+                    drawing.add(f"{item.path}/{name}", mesh(forms.joined(*surfaces)), shade)
+
+    def _known(self, body: int) -> bool:
+        """Return whether the sweep knows how a body moves."""
+        return body == 0 or (
+            body in self._joint_of_body and self._origin(self._joint_of_body[body]) is not None
+        )
+
+    def _origin(self, joint: str) -> Array | None:
+        """Return where a joint is `(n, 3)` [m]; None if the sweep leaves it out."""
+        try:
+            return self._sweep.origin(joint)[self._samples]
+        except ModelError:
+            return None
+
+    def _placement(self, body: int) -> tuple[Array, Array]:
+        """Return rotations and positions [m] of a known body, one each for the fixed base."""
+        if body == 0:
+            return np.eye(3)[None], np.zeros((1, 3))
+        joint, samples = self._joint_of_body[body], self._samples
+        return self._sweep.rotation(joint)[samples], self._sweep.origin(joint)[samples]
+
+    def _pose(self, body: int) -> Pose:
+        rotation, position = self._placement(body)
+        if self._stands(body):
+            rotation, position = rotation[:1], position[:1]
+        return Pose.of(position, forms.quaternions(rotation))
+
+    def _swept(self, body: int, points: Array) -> Array:
+        """Return the points `(n, 3)` through which points `(k, 3)` of a body move [m]."""
+        rotation, position = (array[::_CORNER_STRIDE] for array in self._placement(body))
+        turned = np.einsum("nij,kj->nki", rotation, points)
+        return np.asarray((turned + position[:, None]).reshape(-1, 3))
+
+    def _draw_shapes(self, drawing: Drawing, radius: float) -> None:
+        shapes, note = few_enough(self.shapes, radius)
+        self.notes += (note,) if note else ()
+        for body in sorted({shape.body for shape in shapes}):
+            node = f"/mechanism/{node_name(self._link_of_body[body])}"
+            drawing.place(node, self._pose(body))
+            for count, shape in enumerate(item for item in shapes if item.body == body):
+                color = self._color(body)
+                if shape.color is not None:
+                    color = _shaded(Color(*shape.color), _WHITEST)
+                elif shape.kind == "plane":
+                    color = replace(color, opacity=_FLOOR_OPACITY)
+                geometry, placement = shape.drawn(radius)
+                path = f"{node}/{node_name(shape.link)} {count}"
+                drawing.add(path, geometry, color, placement)
+
+    def _color(self, body: int) -> Color:
+        """Return the colour of a body of which nothing states one."""
+        return GROUND if self._stands(body) else PALETTE[self._order[body] % len(PALETTE)]
+
+
+class _Default(NamedTuple):
+    """What is drawn of a body without visuals, of a bearing on it, or of a cross that it holds.
+
+    Attributes:
+        path: of the node.
+        body: index of the body.
+        parts: in the frame of the node.
+        pose: of the node; that of the body if None.
+    """
+
+    path: str
+    body: int
+    parts: Parts
+    pose: Pose | None = None
+
+
+def _shaded(color: Color, share: float) -> Color:
+    """Return a share of a colour."""
+    red, green, blue = (share * value for value in (color.red, color.green, color.blue))
+    return Color(red, green, blue, color.opacity)

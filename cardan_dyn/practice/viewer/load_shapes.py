@@ -1,0 +1,180 @@
+"""Load shapes of the viewer: what acts on joints and links from outside."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.elements.link_loads import Wrench
+from ...core.elements.link_motions import LinkMotions
+from ...core.results.sweep import Sweep
+from ...kit.arrays import Array
+from ...kit.errors import ModelError
+from . import shapes as forms
+from .commands import Color, Drawing, Pose, mesh, node_name
+from .vectors import beside
+
+_ARC_RADIUS = 0.16
+"""Radius of the arc of the greatest moment, as a fraction of the radius of the scene."""
+_DRIVE, _DRIVE_ARC, _BESIDE = 0.22, 0.17, 0.15
+"""Length of the arrow of a slide that is driven and of gravity, radius of the arc of a turn that is
+driven, and distance of gravity from the mechanism, likewise."""
+_LEAST = 0.35
+"""Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
+
+
+def draw_loads(
+    drawing: Drawing, sweep: Sweep, samples: Array, radius: float, color: Color
+) -> Array:
+    """Draw the loads of a sweep; forces end where they act, moments go about their axes.
+
+    The nodes are `/loads/NAME force` and `/loads/NAME moment`. Forces have a scale of their own,
+    as moments have: a load of another kind than what joints carry need not be seen beside it.
+
+    Args:
+        drawing: what they are drawn on.
+        sweep: over one dimension.
+        samples: `(n,)` indices of the samples that are shown.
+        radius: of the scene [m].
+        color: of all loads.
+
+    Returns:
+        Points `(n, 3)` that the camera has to see [m]; none where nothing was drawn.
+    """
+    acting = [item for load in sweep.loads for item in _acting(sweep, load, samples, radius)]
+    points = [np.zeros((0, 3))]
+    for kind in ("force", "moment"):
+        drawn = [(name, at, vector) for name, what, at, vector in acting if what == kind]
+        greatest = max((_greatest(vector) for _, _, vector in drawn), default=0.0)
+        for name, at, vector in drawn:
+            if not _greatest(vector) > 0.0:
+                continue
+            path = f"/loads/{node_name(name)} {kind}"
+            direction, size = forms.filled(vector, 1e-9 * greatest)
+            share = np.where(size > 0.0, np.maximum(size / greatest, _LEAST), forms.LEAST_SCALE)
+            turn = forms.towards(direction)
+            if kind == "force":
+                length = share * forms.ARROW * radius
+                tail = at - direction * length[:, None]
+                drawing.place(path, Pose.of(tail, turn, length))
+                drawing.add(path, mesh(forms.arrow(forms.ARROW_RADIUS)), color)
+                points += [tail, at]
+            else:
+                drawing.place(path, Pose.of(at, turn, share * _ARC_RADIUS * radius))
+                drawing.add(path, mesh(forms.arc_arrow()), color)
+                points.append(at)
+    return np.concatenate(points)
+
+
+def draw_drives(
+    drawing: Drawing, sweep: Sweep, samples: Array, radius: float, color: Color
+) -> Array:
+    """Draw the sense in which each drive grows: an arc about its axis, or an arrow along it.
+
+    The nodes are `/drive/NAME`, all of one size.
+
+    Returns:
+        Points `(n, 3)` that the camera has to see [m]; none where nothing was drawn.
+    """
+    points = [np.zeros((0, 3))]
+    for name in sweep.drives:
+        coordinate = sweep.mechanism.drivable[name]
+        joint = sweep.mechanism.joints[coordinate.joint]
+        try:
+            origin, rotation = (
+                sweep.origin(joint.name)[samples],
+                sweep.rotation(joint.name)[samples],
+            )
+        except ModelError:
+            continue
+        axis = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
+        axis = np.broadcast_to(axis, origin.shape)
+        if not np.all(np.isfinite(origin)):
+            continue
+        along = beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
+        path, turn = f"/drive/{node_name(name)}", forms.towards(axis)
+        length = (_DRIVE if coordinate.slides else _DRIVE_ARC) * radius
+        drawing.place(path, Pose.of(origin + along, turn, np.full(1, length)))
+        shape = forms.arrow(forms.ARROW_RADIUS) if coordinate.slides else forms.arc_arrow()
+        drawing.add(path, mesh(shape), color)
+        points += [origin + along + length * axis] if coordinate.slides else [origin + along]
+    return np.concatenate(points)
+
+
+def draw_gravity(
+    drawing: Drawing, gravity: Array, points: Array, radius: float, color: Color
+) -> Array:
+    """Draw gravity as one arrow beside a mechanism, at `/loads/gravity`.
+
+    Args:
+        drawing: what it is drawn on.
+        gravity: `(3,)` [m/s²].
+        points: `(n, 3)` between which the mechanism moves [m].
+        radius: of the scene [m].
+        color: of the arrow.
+
+    Returns:
+        Points `(2, 3)` that the camera has to see [m].
+    """
+    direction = gravity / np.linalg.norm(gravity)
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    tail = np.array([low[0] - _BESIDE * radius, low[1], 0.5 * (low[2] + high[2])])
+    tail = tail - 0.5 * _DRIVE * radius * direction
+    length = np.full(1, _DRIVE * radius)
+    drawing.place("/loads/gravity", Pose.of(tail, forms.towards(direction[None]), length))
+    drawing.add("/loads/gravity", mesh(forms.arrow(forms.ARROW_RADIUS)), color)
+    return np.stack([tail, tail + length * direction])
+
+
+def _acting(
+    sweep: Sweep, name: str, samples: Array, radius: float
+) -> list[tuple[str, str, Array, Array]]:
+    """Return name, kind, place `(n, 3)` [m] and vector `(n, 3)` of a load in world axes.
+
+    None of a load on something whose motion the sweep leaves out.
+    """
+    load = sweep.loads[name]
+    if isinstance(load, Wrench):
+        motions = LinkMotions(sweep.mechanism, [name])
+        rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
+        link = motions.at(sweep.motion.rows[samples], rates[samples])[name]
+        place = link.position + motions.corner + link.rotation @ np.asarray(load.point)
+        at = np.broadcast_to(place, (len(samples), 3))
+        found = []
+        for kind, values in (("force", load.force), ("moment", load.moment)):
+            vector = _of_samples(np.asarray(values), samples, trailing=1)
+            if load.frame != "world":
+                vector = np.einsum("...ij,...j->...i", link.rotation, vector)
+            found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
+        return found if np.all(np.isfinite(at)) else []
+    coordinate = sweep.mechanism.drivable[name]
+    joint = sweep.mechanism.joints[coordinate.joint]
+    try:
+        origin, rotation = sweep.origin(joint.name)[samples], sweep.rotation(joint.name)[samples]
+    except ModelError:
+        return []
+    direction = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
+    origin = origin + beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
+    effort = _of_samples(load, samples)
+    vector = np.broadcast_to(effort[..., None] * direction, origin.shape)
+    return [(name, "force" if coordinate.slides else "moment", origin, vector)]
+
+
+def _direction(sweep: Sweep, name: str, samples: Array) -> Array:
+    """Return the axis `(n, 3)` of one of several coordinates of a joint, in world axes."""
+    column = sweep.mechanism.coordinates.named[name].column
+    coordinates = sweep.mechanism.coordinates
+    part = dict(zip(coordinates.starts, coordinates.parts, strict=True))[column]
+    motions = LinkMotions(sweep.mechanism, [], [part.id])
+    rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
+    body = motions.bodies_at(sweep.motion.rows[samples], rates[samples])[part.id]
+    return np.asarray(body.rotation @ part.axis)
+
+
+def _of_samples(values: Array, samples: Array, trailing: int = 0) -> Array:
+    """Return values `(..., trailing)` at samples, or those of all samples."""
+    varies = values.ndim > trailing and len(values) > 1
+    return np.asarray(values[samples] if varies else values)
+
+
+def _greatest(vectors: Array) -> float:
+    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))

@@ -1,0 +1,270 @@
+"""Readings: what the page of a scene tells beside the picture: its slider, its state, its numbers.
+
+Angles are told in degrees, as people read them; all else in the units of the results.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...core.elements.link_loads import Wrench
+from ...core.mechanism.joints import Joint
+from ...core.mechanism.mechanism import Mechanism
+from ...core.results.left_open import named_components
+from ...core.results.sweep import Sweep
+from ...figures.wrenches import QUANTITIES, determined, together, values_of
+from ...kit.arrays import NOTHING, Array
+from ...kit.errors import ModelError
+from .commands import Arrays, node_name
+from .still import Still
+
+SIGN = "Forces and moments are those that the parent exerts on the child."
+_TYPES = {"continuous": "revolute"}
+"""Types that a reader would not tell apart."""
+_SHORT_WAY = 0.1
+"""Way of a slide [m] below which millimetres are told."""
+_WITH_AXIS = ("torsion", "bending", "force", "axial", "shear")
+_WITHOUT = ("moment", "force")
+"""Quantities that are told of joints with an axis, and of others."""
+_CLOSED = 1e-6
+"""How far the ends of a course may be apart for it to count as closed [rad, m]."""
+
+
+class Course(NamedTuple):
+    """Along what a scene is shown.
+
+    Attributes:
+        name: what it is: the drive, `time`, or `course` where nothing else increases.
+        unit: of its values.
+        values: `(n,)` increasing or decreasing; None for a single sample.
+        seconds: `(n,)` when each sample is passed [s]; None where no speed is known.
+    """
+
+    name: str
+    unit: str
+    values: Array | None
+    seconds: Array | None
+
+
+def readings(
+    sweep: Sweep | Still,
+    joints: tuple[str, ...],
+    samples: Array,
+    arrays: Arrays,
+    along: Course,
+) -> dict[str, Any]:
+    """Return what the page tells, its arrays in `arrays`.
+
+    Args:
+        sweep: over one dimension.
+        joints: whose wrenches are told.
+        samples: `(n,)` indices of the samples that are shown.
+        arrays: gets the numbers.
+        along: what the slider goes along.
+    """
+    told = _Teller(sweep, samples, arrays)
+    return {
+        "sign": SIGN,
+        "course": {
+            "name": along.name,
+            "unit": along.unit,
+            "values": None if along.values is None else arrays.add(along.values, "f8"),
+            "seconds": None if along.seconds is None else arrays.add(along.seconds, "f8"),
+        },
+        "state": told.state(),
+        "joints": [told.joint(name) for name in joints],
+        "links": told.links(),
+    }
+
+
+def course(sweep: Sweep | Still, samples: Array, *, timed: bool) -> Course:
+    """Return along what a scene is shown: time, a drive, or how much of all has been passed.
+
+    Args:
+        sweep: over one dimension.
+        samples: `(n,)` indices of the samples that are shown.
+        timed: whether the samples are moments of a simulation.
+    """
+    if isinstance(sweep, Still) or len(samples) < 2:
+        return Course("", "", None, None)
+    if timed:
+        time = np.broadcast_to(sweep.time, sweep.shape)[samples]
+        return Course("time", "s", time, time - time[0])
+    positions, speeds = (
+        np.reshape(values, (len(sweep), -1))[samples] for values in (sweep.position, sweep.speed)
+    )
+    for column, name in enumerate(sweep.coordinates):
+        position = positions[:, column]
+        steps = np.diff(position)
+        if np.all(steps > 0.0) or np.all(steps < 0.0):
+            unit, factor = _scale(sweep.mechanism, name, position)
+            return Course(name, unit, factor * position, _passed(steps, speeds[:, column]))
+    time = np.broadcast_to(sweep.time, sweep.shape)[samples]
+    if np.all(np.diff(time) > 0.0):
+        return Course("time", "s", time, time - time[0])
+    share = np.linspace(0.0, 1.0, len(samples))
+    if np.max(np.abs(positions[-1] - positions[0])) < _CLOSED:
+        return Course("phase", "°", 360.0 * share, None)
+    return Course("course", "%", 100.0 * share, None)
+
+
+def _passed(steps: Array, speeds: Array) -> Array | None:
+    """Return when samples are passed at their speeds `(n,)` [s]; None if these lead nowhere."""
+    middle = 0.5 * (speeds[1:] + speeds[:-1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        needed = steps / middle
+    if not (np.all(np.isfinite(needed)) and np.all(needed > 0.0)):
+        return None
+    return np.concatenate([[0.0], np.cumsum(needed)])
+
+
+def _scale(mechanism: Mechanism, coordinate: str, positions: Array) -> tuple[str, float]:
+    """Return the unit in which a coordinate is told, and its factor."""
+    if not mechanism.drivable[coordinate].slides:
+        return "°", 180.0 / np.pi
+    return ("mm", 1e3) if np.ptp(positions) < _SHORT_WAY else ("m", 1.0)
+
+
+class _Teller:
+    """Tells the state of a sweep and the numbers of its joints at some samples."""
+
+    def __init__(self, sweep: Sweep | Still, samples: Array, arrays: Arrays) -> None:
+        self._sweep, self._samples, self._arrays = sweep, samples, arrays
+        self._mechanism = sweep.mechanism
+        self._loops = {loop.joint for loop in self._mechanism.loops}
+        wrenches = [sweep[name] for name in sweep.outputs]
+        force = max((_greatest(item.force) for item in wrenches), default=0.0)
+        moment = max((_greatest(item.moment) for item in wrenches), default=0.0)
+        length = self._mechanism.characteristic_length
+        self._greatest = together(force, moment, length)
+
+    def state(self) -> list[dict[str, Any]]:
+        """Return what drives, holds and loads the mechanism: name, and value or values.
+
+        Loads say at which joint they act, empty for one on a link, and the node of their arrow.
+        """
+        sweep = self._sweep
+        if isinstance(sweep, Still):
+            return []
+        rows = []
+        positions = np.reshape(sweep.position, (len(sweep), -1))
+        speeds = np.reshape(sweep.speed, (len(sweep), -1))
+        for column, name in enumerate(sweep.coordinates):
+            kind = "free" if name in sweep.free else "drive"
+            unit, factor = _scale(self._mechanism, name, positions[self._samples, column])
+            rows.append(self._row(kind, name, factor * positions[:, column], unit))
+            if np.any(speeds[:, column]):
+                unit = f"{self._mechanism.drivable[name].unit}/s"
+                rows.append(self._row("speed", name, speeds[:, column], unit))
+        for name, load in sweep.loads.items():
+            if isinstance(load, Wrench):
+                for what, unit in (("force", "N"), ("moment", "N·m")):
+                    size = np.linalg.norm(np.asarray(getattr(load, what)), axis=-1)
+                    if np.any(size):
+                        row = self._row("load", f"{name}, {what}", size, unit)
+                        rows.append({**row, "joint": "", "node": f"{node_name(name)} {what}"})
+            else:
+                coordinate = self._mechanism.drivable[name]
+                node = f"{node_name(name)} {'force' if coordinate.slides else 'moment'}"
+                row = self._row("load", name, load, coordinate.effort_unit)
+                rows.append({**row, "joint": coordinate.joint, "node": node})
+        for name, position in sweep.held.items():
+            values = np.asarray(position, dtype=float)
+            unit, factor = _scale(self._mechanism, name, values)
+            rows.append(self._row("held", name, factor * values, unit))
+        size = np.linalg.norm(sweep.gravity, axis=-1)
+        if np.any(size):
+            rows.append(self._row("gravity", "", size, "m/s²"))
+        return rows
+
+    def _row(self, kind: str, name: str, values: Array, unit: str) -> dict[str, Any]:
+        row: dict[str, Any] = {"kind": kind, "name": name, "unit": unit}
+        if values.ndim and len(values) > 1 and np.ptp(values) > 0.0:
+            return {**row, "values": self._arrays.add(values[self._samples])}
+        return {**row, "value": float(np.ravel(values)[0])}
+
+    def joint(self, name: str) -> dict[str, Any]:
+        """Return what a joint is and what it carries."""
+        joint = self._mechanism.joints[name]
+        kind = _TYPES.get(joint.type, joint.type)
+        parent, child = self._ends(joint)
+        told: dict[str, Any] = {
+            "name": name,
+            "node": node_name(name),
+            "type": f"{kind}, closes a loop" if name in self._loops else kind,
+            "parent": parent,
+            "child": child,
+            "open": "",
+            "series": [],
+        }
+        if isinstance(self._sweep, Sweep):
+            wrench = self._sweep[name]
+            if not np.all(wrench.unique):
+                opened = named_components(~wrench.unique)
+                told["open"] = f"Not unique: {opened}, {self._sweep.left_open.why(name)}."
+            names = _WITH_AXIS if wrench.has_axis else _WITHOUT
+            parts = [
+                (name, QUANTITIES[name], values_of(wrench, name), determined(wrench, name))
+                for name in names
+            ]
+            told["series"] = [self._one(*item) for item in (*parts, *self._efforts(joint))]
+        return told
+
+    def links(self) -> list[dict[str, Any]]:
+        """Return names of links, and the nodes under which their shapes are."""
+        first: dict[int, str] = {}
+        for name, (body, _) in self._mechanism.links.items():
+            first.setdefault(body, name)
+        return [
+            {"name": name, "node": node_name(name), "body": node_name(first[body])}
+            for name, (body, _) in self._mechanism.links.items()
+        ]
+
+    def _ends(self, joint: Joint) -> tuple[str, str]:
+        """Return the links that a joint connects, by the first link of each body."""
+        names: dict[int, str] = {}
+        for name, (body, _) in self._mechanism.links.items():
+            names.setdefault(body, name)
+        if joint.name in self._loops:
+            (loop,) = (item for item in self._mechanism.loops if item.joint == joint.name)
+            child, parent = loop.successor, loop.predecessor
+            if not loop.is_fixed:
+                parent = int(self._mechanism.model.parents[joint.parts[0].id])
+        else:
+            child, parent = joint.id, int(self._mechanism.model.parents[joint.parts[0].id])
+        return names.get(parent, ""), names.get(child, "")
+
+    def _efforts(self, joint: Joint) -> list[tuple[str, str, Array, bool]]:
+        """Return what drives or holds a joint."""
+        sweep, found = self._sweep, []
+        if isinstance(sweep, Still):
+            return []
+        for column, name in enumerate(sweep.coordinates):
+            coordinate = self._mechanism.drivable[name]
+            if coordinate.joint == joint.name and name not in sweep.free:
+                try:
+                    effort = sweep.drive_effort.reshape(len(sweep), -1)[:, column]
+                except ModelError:  # The outputs leave it out.
+                    continue
+                found.append(("drive", coordinate.effort_unit, effort, True))
+        for name, effort in sweep.holding_effort.items():
+            coordinate = self._mechanism.drivable[name]
+            if coordinate.joint == joint.name:
+                found.append(("holding", coordinate.effort_unit, effort, True))
+        return found
+
+    def _one(self, name: str, unit: str, values: Array, unique: bool) -> dict[str, Any]:
+        values = values[self._samples]
+        if _greatest(values[:, None]) < NOTHING * self._greatest[unit]:
+            values = np.zeros_like(values)
+        return {"name": name, "unit": unit, "values": self._arrays.add(values), "unique": unique}
+
+
+def _sizes(vectors: Array) -> Array:
+    return np.asarray(np.linalg.norm(vectors, axis=-1))
+
+
+def _greatest(vectors: Array) -> float:
+    return float(np.max(_sizes(vectors), initial=0.0))

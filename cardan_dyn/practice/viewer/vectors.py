@@ -1,0 +1,155 @@
+"""Vectors of the viewer: where each joint's arrows start, and what they show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.mechanism.joints import Joint
+from ...core.mechanism.mechanism import Mechanism
+from ...core.results.sweep import Sweep
+from ...kit.arrays import NOTHING, Array
+from .still import Still
+
+_APART = 0.14
+"""Least distance of two joints' moments, as a fraction of the radius of the scene."""
+_APART_ENOUGH = 0.99
+"""Fraction of that distance that still counts: a gap of exactly one step must not fail by
+rounding."""
+_TURNING = 1e-6
+"""Change of an angle [rad] above which a joint turns: far beyond rounding, not to be seen."""
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """A joint's wrench and position over the shown samples, in world axes unless said otherwise.
+
+    Attributes:
+        name: the joint.
+        origin: `(N, 3)` joint origin [m], where forces are drawn.
+        axis: `(N, 3)` unit axis.
+        rotation: `(N, 3, 3)` from the joint frame.
+        anchor: `(N, 3)` point of the joint's axis at which moments are drawn [m]: beside the
+            centre of mass of its child, as several joints may share one origin. A moment is the
+            same everywhere on a body.
+        force: `(N, 3)` [N].
+        torsion: `(N, 3)` part of the moment along the axis [N·m].
+        bending: `(N, 3)` part of the moment across it [N·m].
+        moment: `(N, 3)` whole moment in the axes of the joint, which turn with its child [N·m].
+        turns: whether the child turns about its axis in a parent that stands still.
+    """
+
+    name: str
+    origin: Array
+    axis: Array
+    rotation: Array
+    anchor: Array
+    force: Array
+    torsion: Array
+    bending: Array
+    moment: Array
+    turns: bool
+
+    @property
+    def greatest_moment(self) -> float:
+        """Greatest size of the moment [N·m]."""
+        return float(np.max(np.linalg.norm(self.moment, axis=1)))
+
+    @property
+    def greatest_force(self) -> float:
+        """Greatest size of the force [N]."""
+        return float(np.max(np.linalg.norm(self.force, axis=1)))
+
+
+def collect(
+    sweep: Sweep | Still, joints: tuple[str, ...], samples: Array, radius: float
+) -> list[Vectors]:
+    """Return the vectors of joints, as far as their motion is known.
+
+    Args:
+        sweep: over one dimension.
+        joints: names among its outputs.
+        samples: `(n,)` indices of the samples that are shown.
+        radius: of the scene [m].
+    """
+    vectors: list[Vectors] = []
+    starts: list[Array] = []
+    for name in joints:
+        joint = sweep.mechanism.joints[name]
+        origin, rotation = sweep.origin(name)[samples], sweep.rotation(name)[samples]
+        if not (np.all(np.isfinite(origin)) and np.all(np.isfinite(rotation))):
+            continue
+        wrench = sweep[name]
+        moment, force = wrench.moment[samples], wrench.force[samples]
+        axis = np.broadcast_to(rotation @ joint.axis, origin.shape)
+        along = np.sum(moment * joint.axis, axis=1)[:, None] * joint.axis
+        offset = _free(origin[0], axis[0], beside(sweep.mechanism, joint, radius), starts, radius)
+        starts.append(origin[0] + offset * axis[0])
+        vectors.append(
+            Vectors(
+                name=name,
+                origin=origin,
+                axis=axis,
+                rotation=rotation,
+                anchor=origin + offset * axis,
+                force=_turned(rotation, force),
+                torsion=_turned(rotation, along),
+                bending=_turned(rotation, moment - along),
+                moment=moment,
+                turns=_turns(sweep, joint, samples),
+            )
+        )
+    return vectors
+
+
+def beside(mechanism: Mechanism, joint: Joint, radius: float) -> float:
+    """Return how far along its axis from its origin a joint's moments are drawn [m].
+
+    That is beside the centre of mass of its child, as several joints may share one origin.
+
+    Args:
+        mechanism: the joint's.
+        joint: the joint.
+        radius: of the scene, beyond which nothing is drawn [m].
+    """
+    if not joint.parts or joint.type in ("spherical", "universal", "floating"):
+        return 0.0
+    inertia = mechanism.model.inertias[joint.id]
+    distance = float(inertia.lever @ joint.axis) if inertia.mass > 0.0 else 0.0
+    return float(np.clip(distance, -radius, radius))
+
+
+def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius: float) -> float:
+    """Return the offset nearest to a given one at which no other joint's moments start."""
+    for step in (0, 1, -1, 2, -2, 3, -3):
+        candidate = offset + step * _APART * radius
+        gaps = [np.linalg.norm(origin + candidate * axis - point) for point in taken]
+        if min(gaps, default=radius) > _APART_ENOUGH * _APART * radius:
+            return candidate
+    return offset
+
+
+def _turns(sweep: Sweep | Still, joint: Joint, samples: Array) -> bool:
+    """Return whether a joint's child turns about its axis in a parent that stands still."""
+    if joint.type not in ("revolute", "continuous") or not joint.parts:
+        return False
+    if joint.name in {loop.joint for loop in sweep.mechanism.loops}:
+        return False
+    angle = sweep.motion.position(joint.name)[samples]
+    parent = int(sweep.mechanism.model.parents[joint.id])
+    if parent != 0:
+        joints = sweep.mechanism.joints.values()
+        carrier = next((item for item in joints if item.id == parent), None)
+        if carrier is None:
+            return False
+        if np.any(np.ptp(sweep.rotation(carrier.name)[samples], axis=0) > NOTHING):
+            return False
+    return float(np.ptp(angle)) > _TURNING
+
+
+def _turned(rotation: Array, vectors: Array) -> Array:
+    """Return vectors `(N, 3)` in the axes to which rotations `(N, 3, 3)` lead."""
+    return np.asarray(
+        np.einsum("nij,nj->ni", np.broadcast_to(rotation, (len(vectors), 3, 3)), vectors)
+    )
