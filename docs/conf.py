@@ -1,4 +1,10 @@
-"""Settings of the site: `sphinx-build -W docs site` builds it, offline."""
+"""Settings of the site: `sphinx-build -W docs site` builds it, offline.
+
+It is built from the pages here; `public_names` writes a page for each public name from its
+docstring, `write_pages` the pages that come from data. Notebooks and the scripts of the gallery are
+executed; `check_links` looks at every link of what was built, and `for_index` makes those of the
+README addresses for the package index. Tests run what pages show, and check what notebooks name.
+"""
 
 from __future__ import annotations
 

@@ -1,13 +1,17 @@
-"""The architecture: imports run one way."""
+"""The architecture: imports run one way, and the core says what others may take of it."""
 
 import ast
 import re
 from functools import cache
 from pathlib import Path
 
+import cardan_dyn
+from cardan_dyn import core
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "cardan_dyn"
-COMPILED = PACKAGE / "compiled"
+COMPILED = PACKAGE / "core" / "compiled"
+STOREYS = ("kit", "core", "motion", "practice")
 
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
@@ -29,8 +33,51 @@ FLOORS = (
     ("command_line",),
 )
 """The rooms of `docs/architecture.md`, from the ground up: each may import from lower floors."""
+STILL = {
+    "description.description": ("Description", "LoopDescription"),
+    "elements.contact_laws": ("ContactLaw",),
+    "elements.element_forces": ("ElementForces",),
+    "elements.link_loads": ("LinkLoad",),
+    "elements.one_state": ("ByArrays", "OneState"),
+    "elements.pin_contact": ("ContactForce",),
+    "elements.pin_motion": ("PinMotion", "PinPlace"),
+    "elements.recorded_contact": ("FREE", "PARTED", "PRESSED", "Phase", "RecordedContact"),
+    "elements.stepping": ("INSTANT", "ImplicitStepper", "Step", "Stepper", "Traced", "first_fall"),
+    "kinematics.loops.idle_rods": ("rods_by_name",),
+    "kinematics.tolerances": ("CLOSURE_TOLERANCE",),
+    "mechanics": ("closure",),
+    "mechanics.bodies": ("Tree", "tree_of"),
+    "mechanics.constrained": ("Free", "triangle"),
+    "mechanics.elimination": ("UnsuitableError",),
+    "mechanics.placements": ("moved", "moving", "normalised", "placed", "stepped"),
+    "mechanics.reactions": ("momentum_rates",),
+    "mechanics.vectors": ("Vector", "ZERO", "added", "times", "turned"),
+    "mechanism.coordinates": ("Coordinates",),
+    "mechanism.kept": ("Kept",),
+    "mechanism.welds": ("Coupling", "Loop", "constraint_models"),
+    "problem.acting": ("Acting",),
+    "problem.arguments": ("split_loads",),
+    "problem.coordinate_names": ("check_single",),
+    "problem.problem": ("Problem",),
+    "problem.samples": ("Targets", "acting_on"),
+    "response.identity": ("digest", "identity"),
+    "response.operating_points": ("solved_motion",),
+    "results.collect": ("motion_at", "scattered", "sweep_of"),
+    "results.element_results": ("ElementResults",),
+    "results.plot": ("draws",),
+    "results.point_motion": ("Points", "with_points"),
+    "results.prescribed": ("MotionResult", "Prescribed"),
+    "results.sweep": ("FRAMES",),
+    "results.table": ("SUFFIXES",),
+    "tape": ("Program", "Scalar", "Trace", "greater"),
+}
+"""What motion imports of the core besides what it offers. This list may only shrink."""
 ON_FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
-FILES = sorted(PACKAGE.rglob("*.py"))
+FILES = sorted(
+    path
+    for path in PACKAGE.rglob("*.py")
+    if path.parent.name not in STOREYS or path.name != "__init__.py"
+)
 
 
 def module_of(path: Path) -> str:
@@ -69,7 +116,41 @@ def graph() -> dict[str, set[str]]:
 
 
 def room_of(module: str) -> str:
-    return module.split(".")[1]
+    _, *parts = module.split(".")
+    return parts[parts[0] in STOREYS]
+
+
+def test_motion_and_practice_take_of_the_core_what_it_offers() -> None:
+    offered = {f"{module}.{name}" for module, names in core.OFFERED.items() for name in names}
+    still = {f"{module}.{name}" for module, names in STILL.items() for name in names}
+    taken: dict[str, set[str]] = {"motion": set(), "practice": set()}
+    for path in FILES:
+        if path.parent == PACKAGE:
+            continue
+        for name in names_of(path):
+            _, *own = module_of(path).split(".")
+            _, storey, *other = name.split(".")
+            if own[0] in taken and storey == "core":
+                taken[own[0]].add(".".join(other))
+    taken = {
+        own: {name for name in names if name.rpartition(".")[2] not in cardan_dyn.__all__}
+        for own, names in taken.items()
+    }
+    assert taken["practice"] <= offered
+    assert taken["motion"] <= offered | still
+    # Nothing is offered, or still taken, that nobody takes any more.
+    assert offered <= taken["practice"] | taken["motion"] and still <= taken["motion"] - offered
+
+
+def names_of(path: Path) -> set[str]:
+    """Names of the package that a file imports anywhere, each with its module in front."""
+    own = list(path.relative_to(ROOT).with_suffix("").parts)
+    return {
+        ".".join([*own[: len(own) - node.level], *(node.module or "").split("."), alias.name])
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.level and node.module
+        for alias in node.names
+    }
 
 
 def test_imports_run_down_and_never_in_a_circle() -> None:
@@ -105,7 +186,7 @@ def test_the_proof_takes_nothing_from_what_it_proves() -> None:
 
 def test_no_compiled_function_knows_the_proof() -> None:
     """What it shares with those that solve, machine and arrays, knows no mechanics."""
-    for path in (PACKAGE / "proof").glob("*.py"):
+    for path in (PACKAGE / "core" / "proof").glob("*.py"):
         assert "compiled" not in path.read_text(encoding="utf-8"), path.name
 
 
@@ -127,9 +208,10 @@ def test_every_compiled_function_is_called_and_twins_name_it() -> None:
 def test_every_room_is_in_the_architecture() -> None:
     rooms = {
         path.name.removesuffix(".py")
-        for path in PACKAGE.iterdir()
+        for place in (PACKAGE, *(PACKAGE / storey for storey in STOREYS))
+        for path in place.iterdir()
         if path.suffix == ".py" or (path / "__init__.py").is_file()
-    } - {"__init__"}
+    } - {"__init__", *STOREYS}
     assert rooms == set(ON_FLOOR)
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    assert not {room for room in rooms if f"`{room}`" not in text}
+    assert not {room for room in rooms if not re.search(rf"\b{room}\b", text)} - {"_version"}

@@ -1,1 +1,7 @@
-"""Scene: what a user asks for, checked and handed on."""
+"""Scene: what a user asks for, checked and handed on.
+
+`scene` is the facade: arguments in, results out, no arithmetic. `plan`, `branches`, `describe` and
+`assembling` answer what does not need drive positions; `drives` finds which coordinates can drive a
+mechanism and how far, `usual_motion` moves it where nobody says how (`presets` of the bundled
+ones).
+"""

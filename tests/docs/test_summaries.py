@@ -14,8 +14,8 @@ import cardan_dyn
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "summaries.md").read_text(encoding="utf-8")
 ROOMS = (
-    *("results", "response", "scene", "simulation", "vibration/results", "clearance"),
-    *("drive_lines", "report", "studies"),
+    *("core/results", "core/response", "scene", "motion/simulation", "motion/vibration/results"),
+    *("motion/clearance", "practice/drive_lines", "practice/report", "practice/studies"),
 )
 WORDS = frozenset(
     {

@@ -3,6 +3,17 @@
 NumPy does both where the extension is not at hand: it is built while the package is installed, if
 there is a compiler. Setting the environment variable `CARDAN_DYN_COMPILED=0` does without it.
 Results agree but for rounding. `cardan-dyn --version` says whether it is used, and why not.
+
+`kernel` is None where the extension was not built or cannot be loaded, or in a checkout is of other
+sources than those beside it, as a checksum tells. `machine.c` goes along rows of eight integers
+that say what is done with registers, each a number for every lane of a block of 4 or 32 (`run_one`
+runs a single lane, as `stepping.c` does for the stages of a step). `machine.h` has the table of
+operations, `machine_lanes.h` the text that is compiled for each set of instructions (AVX2, and what
+every processor has) and each size of blocks; all round alike. A program is checked when it is made,
+so that none that was damaged or made up leaves its memory. `lowering.c` makes the rows of a graph:
+which instructions, in which registers. `stepping.c` is the twin of `Stepper._taken` of
+`elements/stepping.py`, which says so, and takes what it knows of the method as a `Plan`.
+`kernels.h` lists what Python calls, `arrays.h` takes arrays of any strides from it.
 """
 
 from __future__ import annotations

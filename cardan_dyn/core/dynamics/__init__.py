@@ -1,1 +1,11 @@
-"""Dynamics: wrenches and efforts of closed positions, and what statics leaves open."""
+"""Dynamics: wrenches and efforts of closed positions, and what statics leaves open.
+
+`problem_solver` solves blocks of samples, and decides what fits into memory. `taped` solves them: a
+`tape` is the text of `mechanics` traced for the scene, run for all samples of a block side by side.
+It considers the numbers that were not zero when it was traced, and says so by a result where
+another one is not. Each sample judges itself (growth of the elimination, last Newton step, closure
+errors); what fails goes to a second tape with another order of elimination. Where none holds,
+`kinematics` closes the loops, or says why it cannot; tapes are asked again there, and at last each
+sample has a tape of the order that is chosen at itself. What elements exert follows from a tape of
+the motion alone. All are proven alike.
+"""

@@ -23,10 +23,10 @@ def _say_version(context: click.Context, _option: click.Parameter, is_asked: boo
     """Print the version, and whether compiled functions are used."""
     if not is_asked or context.resilient_parsing:
         return
-    from ...core import compiled
+    from ...core.compiled import absent
 
     click.echo(f"cardan-dyn, version {__version__}")
-    click.echo(f"compiled functions: {f'no, {compiled.absent}' if compiled.absent else 'yes'}")
+    click.echo(f"compiled functions: {f'no, {absent}' if absent else 'yes'}")
     context.exit()
 
 
