@@ -13,7 +13,7 @@ import click
 from click.shell_completion import CompletionItem
 
 _PACKAGE = Path(__file__).parents[2]
-_LINES = _PACKAGE / "drive_lines" / "line" / "examples"
+_LINES = _PACKAGE / "practice" / "drive_lines" / "line" / "examples"
 _MOST_READ = 4_000_000
 """Size of a file [bytes] up to which it is searched for names while somebody waits at a prompt."""
 _JOINT = re.compile(r"<(?:joint|loop|loop_joint|hinge|slide)\b[^>]*?\bname\s*=\s*[\"']([^\"']+)")
@@ -61,7 +61,7 @@ def joints(source: str) -> list[str]:
 @cache
 def limits() -> list[str]:
     """Return the names of the limits of verdicts, from the source that lists them."""
-    case = _PACKAGE / "drive_lines" / "verdict" / "case.py"
+    case = _PACKAGE / "practice" / "drive_lines" / "verdict" / "case.py"
     found: set[str] = set()
     for node in ast.parse(case.read_text(encoding="utf-8")).body:
         if not isinstance(node, (ast.Assign, ast.AnnAssign)):

@@ -74,9 +74,9 @@ def test_a_verdict_makes_one_scene_and_closes_its_loops_once(
     ]
     made, closed, swept, followed = (
         "scene.scene.Scene.__init__",
-        "dynamics.problem_solver.ProblemSolver.assemble_at",
+        "core.dynamics.problem_solver.ProblemSolver.assemble_at",
         "scene.scene.Scene.sweep",
-        "kinematics.assembly.Assembly.guesses",
+        "core.kinematics.assembly.Assembly.guesses",
     )
     counts = counted(monkeypatch, made, closed, swept, followed)
     line = line.replace(shafts=shafts)

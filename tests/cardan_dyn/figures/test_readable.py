@@ -15,8 +15,9 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_texts
 
 import cardan_dyn as cd
-from cardan_dyn import clearance, drive_lines, figures
+from cardan_dyn import drive_lines, figures
 from cardan_dyn.figures import critical_speeds, designs, style, vibration
+from cardan_dyn.motion.clearance import drawing
 from cardan_dyn.practice.drive_lines import drawing as line_drawing
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 73)
@@ -213,7 +214,7 @@ def test_labels_of_peaks_leave_lines_alone() -> None:
 
 
 def _drawing_functions() -> dict[str, Callable[..., Any]]:
-    rooms = (figures, clearance.drawing, line_drawing, critical_speeds, designs, vibration)
+    rooms = (figures, drawing, line_drawing, critical_speeds, designs, vibration)
     return {
         f"{room.__name__}.{name}": function
         for room in rooms

@@ -14,6 +14,9 @@ import xarray
 import zarr
 
 import cardan_dyn as cd
+from cardan_dyn.practice.studies.parameters import Samples
+from cardan_dyn.practice.studies.store import Store
+from cardan_dyn.practice.studies.study import Study
 
 LOG = "CARDAN_DYN_CALLS_OF_A_TEST"
 """Variable of the environment that names where calls are written: a global would be a part."""
@@ -346,7 +349,7 @@ def test_a_study_that_was_killed_before_it_had_arrays_is_made_again(
         raise SystemExit("killed")
 
     with monkeypatch.context() as patch:
-        patch.setattr(cd.studies.study.Store, "open", ending)
+        patch.setattr(Store, "open", ending)
         with pytest.raises(SystemExit):
             study_of(place).run()
     assert [path.name for path in place.iterdir()] == ["zarr.json"]
@@ -363,14 +366,14 @@ def test_samples_that_scipy_has_changed_are_refused(
         return cd.study(computed, given, store=tmp_path / "samples.zarr", workers=1).run()
 
     first = run().dataset.a.values
-    original = cd.studies.parameters.Samples.values
+    original = Samples.values
 
     def other(self: Any, start: int, stop: int) -> Any:
         found = original(self, start, stop)
         last = np.where(np.arange(start, stop) == 3, np.nextafter(found["a"], 9.0), found["a"])
         return found | {"a": last}
 
-    monkeypatch.setattr(cd.studies.parameters.Samples, "values", other)
+    monkeypatch.setattr(Samples, "values", other)
     with pytest.raises(cd.CardanError, match=rf"a goes from {first[0]} to {first[-1]}.*SciPy"):
         run()
 
@@ -384,7 +387,7 @@ def test_chunks_of_which_a_part_is_computed_are_read_too(
         raise SystemExit("killed")
 
     with monkeypatch.context() as patch:
-        patch.setattr(cd.studies.study.Study, "_engine", ending)
+        patch.setattr(Study, "_engine", ending)
         with pytest.raises(SystemExit):
             study_of(store, 10).run()
     assert study_of(store, 10).damage.empty

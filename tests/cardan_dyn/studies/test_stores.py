@@ -14,6 +14,7 @@ import zarr
 
 import cardan_dyn as cd
 from cardan_dyn import studies
+from cardan_dyn.practice.studies.store import Store
 
 
 def half(a: float) -> dict[str, Any]:
@@ -106,7 +107,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
 def test_too_little_room_is_said_before_anything_is_computed(
     tmp_path: Path, monkeypatch: Any
 ) -> None:
-    monkeypatch.setattr(studies.study.Store, "free", 5.0)
+    monkeypatch.setattr(Store, "free", 5.0)
     with pytest.raises(cd.CardanError, match="may take 330 bytes, and 5 bytes are free"):
         cd.study(half, AXIS, store=tmp_path / "half.zarr", workers=1).run()
     assert not (tmp_path / "half.zarr").exists()

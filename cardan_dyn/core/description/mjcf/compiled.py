@@ -89,6 +89,7 @@ def compiled(text: str, path: Path | None, where: str, shown: bool = False) -> C
             model = spec.compile()
         except (ValueError, TypeError, UnicodeDecodeError) as error:
             raise ModelError(f"{where}: MuJoCo: {' '.join(str(error).split())}") from error
+    _switch_off(model)
     return Compiled(
         *(model, spec, *_names(model), dict(_locked(model))),
         {geom.id: shape for geom, shape in meshes},
@@ -203,6 +204,23 @@ def _names(model: Any) -> tuple[list[list[str]], list[list[str]]]:
             or ([named(f"{own}_fixed", 1)] if body else [])
         )
     return links, carrying
+
+
+def _switch_off(model: Any) -> None:
+    """Remove the forces that the file's flags switch off."""
+    import mujoco
+
+    bits = mujoco.mjtDisableBit
+    for bit, word in (
+        (bits.mjDSBL_SPRING, "stiffness"),
+        (bits.mjDSBL_DAMPER, "damping"),
+        (bits.mjDSBL_FRICTIONLOSS, "frictionloss"),
+    ):
+        if model.opt.disableflags & bit:
+            for owner in ("jnt", "dof", "tendon"):
+                for name in (f"{owner}_{word}", f"{owner}_{word}poly"):
+                    if hasattr(model, name):
+                        getattr(model, name)[:] = 0.0
 
 
 def _locked(model: Any) -> Iterator[tuple[int, float]]:

@@ -154,6 +154,23 @@ def test_against_mujoco() -> None:
     assert "limits of 1 joint (j_3) left out" in limited
 
 
+def test_what_flags_switch_off_does_not_act() -> None:
+    joint = '<joint name="j" type="slide" damping="2" frictionloss="3" stiffness="4"/>'
+    text = (
+        "<mujoco><option><flag {}/></option><worldbody><body>"
+        f'<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{joint}</body></worldbody></mujoco>'
+    )
+    whole = cd.load(text.replace("{}", 'contact="disable"')).description.joints[0].dynamics
+    assert whole[:3] == (2.0, 3.0, 4.0)
+    for flag, kept in (
+        ("damper", (0.0, 3.0, 4.0)),
+        ("frictionloss", (2.0, 0.0, 4.0)),
+        ("spring", (2.0, 3.0, 0.0)),
+    ):
+        found = cd.load(text.replace("{}", f'{flag}="disable"'))
+        assert found.description.joints[0].dynamics[:3] == kept
+
+
 def test_names() -> None:
     """What has no name gets one that nothing else has; a joint may be named like Pinocchio's."""
     text = """<mujoco model="names"><worldbody>
