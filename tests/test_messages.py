@@ -183,6 +183,7 @@ def wrong_names(text: str) -> Iterator[str]:
             yield page
 
 
+@pytest.mark.slow
 def test_every_name_in_a_message_exists() -> None:
     texts = [item for item in messages() if " " in item[1] and not item[1].startswith("<")]
     wrong = [f"{where}: {name}" for where, text in texts for name in wrong_names(text)]
@@ -197,6 +198,7 @@ def test_every_name_on_a_page_exists(page: Path) -> None:
     assert not sorted(set(wrong_members(page.read_text(encoding="utf-8"))) - ADDED)
 
 
+@pytest.mark.slow
 def test_every_name_in_a_docstring_exists() -> None:
     wrong = []
     for path, tree in trees().items():

@@ -28,6 +28,7 @@ def worst(values, references):
     return np.max(relative_errors(values, references))
 
 
+@pytest.mark.slow
 def test_output_angle_is_exact(positions):
     beta, phi, crosses = positions
     assert worst(sj.output_angle(beta, phi), [c.phi_2 for c in crosses]) <= 8 * ULP
@@ -79,6 +80,7 @@ def test_error_of_the_denominator_is_its_error():
         assert abs(corrected / exact - 1) < mp.mpf(10) ** -30
 
 
+@pytest.mark.slow
 def test_input_angle_is_exact(positions):
     beta, phi, _ = positions
     # Seen from shaft 2, shaft 1 is the output of the joint a quarter turn further.

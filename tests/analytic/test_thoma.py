@@ -23,6 +23,7 @@ def bending(cross):
     return dot(moment, cross.e_x), dot(moment, cross.e_z)
 
 
+@pytest.mark.slow
 def test_bending_moments_are_exact(positions):
     beta, phi, crosses = positions
     values = thoma.bending_moments(beta, phi)

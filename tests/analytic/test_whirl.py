@@ -48,6 +48,7 @@ def test_amplitudes_at_the_peaks(speed, order, exact, linear):
     )
 
 
+@pytest.mark.slow
 def test_off_resonance_every_order_is_that_of_the_full_equations():
     """Error of the second order in the tilt and of what the tilt adds to beta."""
     reference = whirling(BETA, 0.37)

@@ -183,6 +183,7 @@ def test_tapes_hold_for_lines_of_short_levers(solved_alone: list[int]) -> None:
     assert not solved_alone
 
 
+@pytest.mark.slow
 def test_tapes_hold_for_most_designs(solved_alone: list[int]) -> None:
     scene = cd.Scene(cd.load(design_line(3)), drive="bearing_0", held=nominal(3))
     phi = np.linspace(0.0, 2.0 * np.pi, 24)

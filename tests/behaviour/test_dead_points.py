@@ -46,6 +46,7 @@ def assert_told_alike(
             assert said(used, share * end) == expected, (share, name)
 
 
+@pytest.mark.slow
 def test_a_dead_point_is_told_alike_after_what_lies_beyond_it() -> None:
     end = 0.5953805756157337
     shares = (1.0, 1.0 + 1e-9, 1.0 - 1e-6)

@@ -84,6 +84,7 @@ def test_a_grid_of_designs_is_that_of_scenes_made_one_by_one(name: str) -> None:
         assert_same(grid, alone, k, 1e-12)
 
 
+@pytest.mark.slow
 def test_a_line_of_many_design_variables_is_that_of_scenes_made_one_by_one() -> None:
     """Angles, phases and lengths together; every loop has a centre that the lengths move."""
     line = cd.load(design_line(4))
@@ -97,6 +98,7 @@ def test_a_line_of_many_design_variables_is_that_of_scenes_made_one_by_one() -> 
         assert_same(grid, alone.sweep(position, 9.0), k, 1e-11)
 
 
+@pytest.mark.slow
 def test_samples_with_designs_of_their_own_are_those_of_the_grid() -> None:
     """Whatever the order, and whether many or few samples share what was followed."""
     line = cd.load(design_line(3))
@@ -316,6 +318,7 @@ def test_assembled_designs_serve_several_sweeps() -> None:
         scene.sweep(closed, loads={"bearing_out": np.ones((3, 1, 1))})
 
 
+@pytest.mark.slow
 def test_a_design_costs_few_evaluations_per_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of each group: about four per sample where 72 positions share the way to their design."""
     line = cd.load(design_line(3))

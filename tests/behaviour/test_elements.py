@@ -337,6 +337,7 @@ def test_a_damper_between_points_that_meet() -> None:
     np.testing.assert_allclose(turn.drive_effort, 10.0 + 9.0 * np.array([-1e-3, 0.0, 1e-3]))
 
 
+@pytest.mark.slow
 def test_elements_on_an_idle_rod_turn_it_as_loads_do() -> None:
     mechanism = cd.load(as_balls())
     elements = [
@@ -400,6 +401,7 @@ ROTOR = (
 )
 
 
+@pytest.mark.slow
 def test_a_bushing_at_a_hinge_counts_whole_turns() -> None:
     """Like a torsion spring: swept, simulated as a harmonic oscillation, and at rest."""
     scene = cd.Scene(

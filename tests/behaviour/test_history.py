@@ -111,6 +111,7 @@ def test_designs_are_the_same_after_and_among_others() -> None:
     assert_same(joint().sweep(some[0], held=some[1]), used.sweep(some[0], held=some[1]))
 
 
+@pytest.mark.slow
 def test_poses_are_the_same_after_and_among_others() -> None:
     lengths = np.random.default_rng(6).uniform(-0.1, 0.1, (300, 6))
     used = platform()
@@ -120,6 +121,7 @@ def test_poses_are_the_same_after_and_among_others() -> None:
     np.testing.assert_allclose(whole.motion.q[:20], again.motion.q, rtol=0.0, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_positions_asked_one_by_one_are_the_same_as_asked_at_once() -> None:
     """Each is reached from the last one where that is near."""
     time = np.linspace(0.0, 3.0, 60)[:, None]

@@ -32,6 +32,7 @@ def turns(mechanisms: dict[str, cd.Mechanism]) -> dict[str, cd.Sweep]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_rods_need_no_drive(way: str, turns: dict[str, cd.Sweep]) -> None:
     turn = turns[way]
@@ -123,6 +124,7 @@ def test_rods_settle_to_rounding_in_calls_of_one_position(
         assert np.max(np.abs(rotation(alone) - rotation(q))) < 5e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_rods_do_not_remember_the_way(way: str) -> None:
     """Other positions before, another order, whole turns: nothing of a result depends on them."""
@@ -143,6 +145,7 @@ def test_rods_do_not_remember_the_way(way: str) -> None:
             np.testing.assert_allclose(later, wanted, rtol=0.0, atol=1e-11 * size)
 
 
+@pytest.mark.slow
 def test_weights_beside_the_line_turn_a_rod() -> None:
     """A centre of mass a little beside the line: gravity turns the rod, no moment holds it."""
     beside = 0.5 * ALONG + np.array([0.0, 0.01, 0.0])
@@ -281,6 +284,7 @@ def on_a_turntable(text: str) -> str:
     return text.replace("</robot>", turntable)
 
 
+@pytest.mark.slow
 def test_rods_on_a_moving_base_are_the_same_in_all_ways_of_writing() -> None:
     """Also a floating rod that hangs from the world in the tree, while its ends do not."""
     efforts = []
@@ -311,6 +315,7 @@ def test_loads_about_its_line_turn_a_rod(way: str, mechanisms: dict[str, cd.Mech
     np.testing.assert_allclose(turn.drive_effort, loaded.drive_effort, rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_loads_about_the_line_of_a_massless_rod_are_refused() -> None:
     text = as_balls()
     first = text.index('<link name="rod"')
@@ -323,6 +328,7 @@ def test_loads_about_the_line_of_a_massless_rod_are_refused() -> None:
     assert through.sweep([0.3]).balance_residual < 1e-13
 
 
+@pytest.mark.slow
 def test_a_rod_in_an_open_chain_swings() -> None:
     """Between two balls, but on no loop: a scene wants its joints driven, and so it is said."""
     hanging = (

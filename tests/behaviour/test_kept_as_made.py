@@ -215,6 +215,7 @@ def test_scenes_of_several_gravities_share_nothing() -> None:
         assert np.array_equal(effort, repeated)
 
 
+@pytest.mark.slow
 def test_positions_of_errors_are_numbers_for_one_drive_and_arrays_for_several() -> None:
     slider = cd.Scene(cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.0})
     with pytest.raises(cd.CardanError) as caught:
@@ -227,6 +228,7 @@ def test_positions_of_errors_are_numbers_for_one_drive_and_arrays_for_several() 
     assert caught.value.position.shape == (6,)
 
 
+@pytest.mark.slow
 def test_a_long_chain_of_driven_links_stays_small() -> None:
     """pin.Data of 200 free bodies alone would take gigabytes."""
     links = "".join(

@@ -48,6 +48,7 @@ def test_a_force_in_world_axes_moves_with_its_point() -> None:
     assert turn.balance_residual < 1e-13
 
 
+@pytest.mark.slow
 def test_responses_and_simulations_know_the_point() -> None:
     at_point = four_bar(cd.Wrench(FORCE, MOMENT, "world", POINT))
     same(at_point.response().sweep(TURN, speed=3.0), at_point.sweep(TURN, speed=3.0))

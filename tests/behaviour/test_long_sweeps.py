@@ -130,6 +130,7 @@ def test_positions_that_are_too_many_are_not_copied(
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="counts what the C library asks Linux for")
 def test_blocks_use_the_memory_of_those_before_them() -> None:
     """Each page that the system hands out anew costs as much as several samples' sines."""

@@ -84,6 +84,7 @@ def test_accelerations_are_those_that_pinocchio_finds(build: object) -> None:
         np.testing.assert_allclose(a, sweep.motion.a[sample], rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_models_are_as_small_as_their_loops() -> None:
     """Pinocchio's data grow with the third power of a model's bodies, so no model has many."""
     for mechanism in (stacked(40), tree(31), on_arms(20)):
@@ -108,6 +109,7 @@ def test_memory_of_many_drives() -> None:
     assert peak < 0.6e9
 
 
+@pytest.mark.slow
 def test_velocity_ratios_that_are_zero_are_not_kept() -> None:
     sweep = moved(stacked(8))
     assert sweep.motion.velocity_ratios.values.shape[1] == 4 * 8

@@ -98,6 +98,7 @@ def test_a_response_along_a_coordinate(drive: str, tmp_path: object) -> None:
         response.sweep([way[2]], loads={"s": 1.0})
 
 
+@pytest.mark.slow
 def test_a_scene_starts_with_coordinates_at_their_positions() -> None:
     found, reference = pair("crank", drive="r", near={"s.y": 0.1})
     positions = found.branches()["A"]
@@ -227,6 +228,7 @@ def test_the_spin_of_a_rod_can_be_held_and_driven(
             np.testing.assert_allclose(found[link].moment, expected[link].moment, atol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "load"), [(as_balls(), "b.x"), (as_a_floating_rod(), "b.turn_y")])
 def test_a_rod_stays_idle_where_its_ball_is_solved_with_angles(text: str, load: str) -> None:
     scene = cd.Scene(cd.load(text), drive="a", gravity=G)

@@ -134,6 +134,7 @@ def test_functions_compiled_of_other_sources_are_not_used(package: Path, source:
     assert f"compiled functions: no, {why}" in said
 
 
+@pytest.mark.slow
 @needs_kernel
 @pytest.mark.parametrize("content", [b"", b"of another machine"])
 def test_without_functions_that_cannot_be_loaded_numpy_does_it_all(
@@ -196,6 +197,7 @@ def test_importing_loads_nothing_until_a_name_is_asked_for(tmp_path: Path) -> No
     assert ran.stdout.split() == []
 
 
+@pytest.mark.slow
 def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
     """NumPy's random numbers alone would take longer to import than a scene takes to make."""
     code = (

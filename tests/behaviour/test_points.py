@@ -241,6 +241,7 @@ FIVE_BAR = f"""<robot name="five_bar"><link name="base"/>{
     <axis xyz="0 0 1"/></loop></robot>"""
 
 
+@pytest.mark.slow
 def test_the_tip_of_a_five_bar_moves_on_the_circle_that_its_drives_were_made_for() -> None:
     """Drives of the inverse problem, differentiated with fifty digits; the tip is on a circle."""
 

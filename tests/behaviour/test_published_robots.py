@@ -87,6 +87,7 @@ def rod_of_hinges(_: Path) -> None:
         assert np.all(cd.Scene(mechanism, near=near, **OPTIONS).reachable(positions))
 
 
+@pytest.mark.slow
 def test_hinges_in_line_may_keep_a_rod_from_settling() -> None:
     text = as_hinges().replace(
         '<child link="x1"/><origin xyz="0.3 0 0"',
@@ -181,6 +182,7 @@ def test_every_row_has_a_twin() -> None:
 _SOLVED = {planar_loop, rod_between_balls, rod_of_hinges}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("twin", dict.fromkeys(TWINS.values()), ids=lambda twin: twin.__name__)
 def test_twins_do_what_the_table_says(twin: Callable[[Path], None], tmp_path: Path) -> None:
     twin(tmp_path)

@@ -96,6 +96,7 @@ def test_energy_is_kept_for_tens_of_turns(name: str, method: str | None) -> None
     assert turned.energy_residual <= 1e-10
 
 
+@pytest.mark.slow
 def test_energy_of_a_platform_on_springs() -> None:
     legs = [f"leg_{k}" for k in range(1, 7)]
     springs = [cd.JointSpring(leg, 2e5 * (1.0 + 0.1 * k)) for k, leg in enumerate(legs)]
@@ -113,6 +114,7 @@ def test_energy_of_a_platform_on_springs() -> None:
     assert some.loop_residual < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_wrenches_are_those_of_the_sweep_along_the_motion(joint: cd.Mechanism, method: str) -> None:
     loads = {"bearing_out": 2.0, "shaft_out": cd.Wrench((1.0, 2.0, 3.0), (0.1, 0.0, 0.2), "world")}
@@ -138,6 +140,7 @@ def test_wrenches_are_those_of_the_sweep_along_the_motion(joint: cd.Mechanism, m
         np.testing.assert_allclose(some["bearing_out"].torsion, 2.0, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-11, 1e-12])
 def test_a_parallelogram_passes_its_flat_positions(rtol: float) -> None:
     """There the crank decides neither coupler nor rocker, but their inertia does."""
@@ -325,6 +328,7 @@ def test_a_motion_that_rounding_decides_is_no_result() -> None:
         scene.simulate(0.3, step=0.01, **begin)
 
 
+@pytest.mark.slow
 def test_links_without_mass_pass_where_links_are_in_line_as_light_ones_do() -> None:
     light = (
         '<link name="c"><inertial><mass value="1e-6"/><inertia ixx="1e-9" iyy="1e-9" izz="1e-9" '

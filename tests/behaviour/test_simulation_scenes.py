@@ -130,6 +130,7 @@ def test_joints_that_mimic_move_as_plain_pinocchio_says() -> None:
     np.testing.assert_allclose(found.at(TIMES).position, expected[0], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [as_balls, as_hinges])
 def test_rods_between_balls(form: Any) -> None:
     scene = cd.Scene(cd.load(form()), free="a", gravity=(0.0, 0.0, -9.81))

@@ -33,6 +33,7 @@ def compliant() -> cd.Sweep:
 # Rods
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [as_balls, as_a_floating_rod])
 def test_a_massless_rod_carries_what_the_moment_about_the_rocker_asks_for(text: Any) -> None:
     urdf = text().replace('<mass value="1.5"/>', '<mass value="0"/>')
@@ -54,6 +55,7 @@ def test_a_massless_rod_carries_what_the_moment_about_the_rocker_asks_for(text: 
     np.testing.assert_allclose(rod.length, np.linalg.norm(ALONG), rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_the_ends_of_a_heavy_rod_differ_by_its_inertia_and_weight() -> None:
     scene = cd.Scene(cd.load(as_balls()), drive="a", loads={"d": -3.0}, gravity=G)
     turn = scene.sweep(np.linspace(-1.0, 1.0, 9), speed=5.0, acceleration=2.0)
@@ -66,6 +68,7 @@ def test_the_ends_of_a_heavy_rod_differ_by_its_inertia_and_weight() -> None:
     assert "tension positive" in repr(rod)
 
 
+@pytest.mark.slow
 def test_what_is_no_rod_is_refused() -> None:
     turn = cd.Scene(cd.load(as_hinges()), drive="a").sweep(0.1)
     with pytest.raises(cd.ModelError, match=r"'rod' is no rod between two balls; its joints: b3"):
@@ -150,6 +153,7 @@ def test_what_statics_leaves_open_of_bearings_is_marked() -> None:
     assert forces.unique_a.tolist() == forces.unique_b.tolist() == [False, False, True]
 
 
+@pytest.mark.slow
 def test_bearings_at_one_place_or_without_axis_are_refused() -> None:
     wrench = universal()["bearing_out"]
     with pytest.raises(cd.ArgumentError, match=r"both at 0\.1 m"):
@@ -235,6 +239,7 @@ def test_flags_follow_a_wrench_to_another_point() -> None:
     assert not np.any(along.unique[:3])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "copied", [copy.copy, copy.deepcopy, lambda item: pickle.loads(pickle.dumps(item))]
 )
@@ -347,6 +352,7 @@ def test_parquet_files_hold_the_same_table(tmp_path: Path, monkeypatch: pytest.M
     assert "parent link on the child link" in read.attrs["wrenches"]
 
 
+@pytest.mark.slow
 def test_tables_have_magnitudes_of_joints_without_an_axis() -> None:
     pytest.importorskip("pandas")
     turn = cd.Scene(cd.load(as_balls()), drive="a", loads={"d": -3.0}).sweep([0.1, 0.2])

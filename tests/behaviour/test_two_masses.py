@@ -52,6 +52,7 @@ def released(law: LinearContact, start: str, ramp: float = RAMP, half: float = H
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("start", "peak"), [("rest", 2181.89), ("release", 1833.27)])
 def test_the_papers_example(start: str, peak: float) -> None:
     motion = released(SPRING, start)
@@ -120,6 +121,7 @@ def test_a_force_that_swings_drives_from_side_to_side(law: ContactLaw) -> None:
     np.testing.assert_allclose(state.speed.ravel(), run.y[1], atol=1e-5 * 0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law", [LinearContact.of_ratio(STIFFNESS, 0.2, MASS), HuntCrossley(3e9, 1.5, 0.8)]
 )

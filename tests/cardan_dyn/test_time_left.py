@@ -151,6 +151,7 @@ def test_sweeps_tell_of_their_blocks_and_change_nothing(
     np.testing.assert_array_equal(silent["bearing_out"].moment, watched["bearing_out"].moment)
 
 
+@pytest.mark.slow
 def test_what_looks_for_motions_and_responses_tells_how_far_it_is(
     joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -59,6 +59,7 @@ def test_a_summary_is_in_the_table(summary: str) -> None:
     assert f"`{summary}`" in PAGE
 
 
+@pytest.mark.slow
 def test_all_that_is_in_the_table_is_there() -> None:
     there = {*summaries()}
     told = set(re.findall(r"`([A-Z]\w+\.\w+)`", PAGE))

@@ -48,6 +48,7 @@ def assert_same(first: cd.Sweep, second: cd.Sweep) -> None:
         assert np.isnan(one) or abs(one - other) <= np.max(allowed), residual
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_bundled_mechanisms(name: str) -> None:
     at_rest, at_speed = (
@@ -58,6 +59,7 @@ def test_bundled_mechanisms(name: str) -> None:
     assert_same(*at_speed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
 def test_random_chains(seed: int) -> None:
     assert_same(*both_ways(lambda: sweep_of(draw(seed))))

@@ -186,6 +186,7 @@ def test_spring_in_front_grows_near_its_natural_frequency() -> None:
     assert growth("torsional_line_front", 1.1) < 1.05
 
 
+@pytest.mark.slow
 def test_spring_behind_never_grows() -> None:
     assert growth("torsional_line_behind", 1.0) < 1.05
 

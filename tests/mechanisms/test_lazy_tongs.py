@@ -22,6 +22,7 @@ def swept(mechanism: cd.Mechanism, speed: float = 0.0, **more: object) -> cd.Swe
     return scene.sweep(POSITIONS, speed)
 
 
+@pytest.mark.slow
 def test_arms_turn_as_far_as_each_other_and_reach_in_proportion(count: int) -> None:
     turn = swept(tongs.two_chains(count))
     slopes = tongs.slopes(POSITIONS)
@@ -36,6 +37,7 @@ def test_arms_turn_as_far_as_each_other_and_reach_in_proportion(count: int) -> N
     np.testing.assert_allclose(lower[:, 1], (count - 1) * tongs.ARM * np.sin(slopes), rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_rounding_of_a_pair_does_not_turn_the_next_ones() -> None:
     """Along both chains, rounding in the lowest pair would have the lever of all above it."""
     turn = swept(tongs.two_chains(40))
@@ -45,6 +47,7 @@ def test_rounding_of_a_pair_does_not_turn_the_next_ones() -> None:
         np.testing.assert_allclose(position, turned * (-1.0) ** k, rtol=0.0, atol=2e-14)
 
 
+@pytest.mark.slow
 def test_the_slide_holds_the_weight_by_virtual_work(count: int) -> None:
     """Pairs of 6 kg rise by (k + 1/2) 2 m sin(slope) while the slide moves by 2 m cos(slope)."""
     turn = swept(tongs.two_chains(count))
@@ -52,6 +55,7 @@ def test_the_slide_holds_the_weight_by_virtual_work(count: int) -> None:
     np.testing.assert_allclose(turn.drive_effort, expected, rtol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drive", "per_slope"), [("ja0", 1.0), ("ja11", -2.0), ("ja4", 2.0), ("p5", 2.0), ("p8", -2.0)]
 )
@@ -65,6 +69,7 @@ def test_any_joint_holds_the_weight_by_virtual_work(drive: str, per_slope: float
     assert np.max(turn.condition) < 100.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", [0, 3, 7])
 def test_a_cylinder_holds_the_weight_by_virtual_work(pair: int) -> None:
     """From one arm to the other one of the next pair: two loops that need each other."""
@@ -82,6 +87,7 @@ def test_a_cylinder_holds_the_weight_by_virtual_work(pair: int) -> None:
     np.testing.assert_allclose(reach, 8.0 * tongs.ARM * np.sin(slopes), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_every_wrench_is_that_of_the_other_description(count: int) -> None:
     """Arms of the same names in other trees: the wrenches that their joints share."""
     chains, pairs = tongs.two_chains(count), tongs.pair_by_pair(count)
@@ -96,6 +102,7 @@ def test_every_wrench_is_that_of_the_other_description(count: int) -> None:
             np.testing.assert_array_equal(first[name].unique, second[name].unique)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["ja7", "jb5", "p8", "slide"])
 def test_outputs_alone_are_those_among_all(output: str) -> None:
     every, alone = (
@@ -110,6 +117,7 @@ def test_outputs_alone_are_those_among_all(output: str) -> None:
     np.testing.assert_allclose(own[:, unique], whole[:, unique], rtol=0.0, atol=1e-13 * scale)
 
 
+@pytest.mark.slow
 def test_tongs_in_space_hold_their_balance_and_power() -> None:
     """Skew hinges, pins that are universal joints, balls: free bodies and power prove it."""
     mechanism = tongs.two_chains(7, pin="universal", hinge="0.2 -0.1 1")

@@ -132,6 +132,7 @@ def test_texts_on_arrays_have_the_bits_of_their_programs(
     assert max(compared) == 11
 
 
+@pytest.mark.slow
 def test_samples_solved_alone_have_the_same_bits_in_any_company(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

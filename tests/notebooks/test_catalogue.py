@@ -17,6 +17,7 @@ def story() -> SimpleNamespace:
     return tell("catalogue")
 
 
+@pytest.mark.slow
 def test_z_and_w_turn_uniformly(story: SimpleNamespace) -> None:
     beta = story.beta
     for shaft in (story.z_shaft, story.w_shaft):

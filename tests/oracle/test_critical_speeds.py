@@ -51,6 +51,7 @@ def test_continuation_of_duffings_backbone() -> None:
     assert size == pytest.approx(offset * speed / (2.0 * ratio), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_continuation_ends_in_motions_by_shooting() -> None:
     beta = np.radians(20.0)
 

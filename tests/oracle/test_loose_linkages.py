@@ -26,6 +26,7 @@ def test_the_interval_holds_what_is_simulated(seed: int) -> None:
     assert any(item.item.strikes for item in found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [4, 5])
 def test_no_peak_is_printed_below_what_is_known(seed: int) -> None:
     loose = draw(seed)

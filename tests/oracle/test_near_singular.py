@@ -28,6 +28,7 @@ def test_two_rods_close_to_in_line(bend: float) -> None:
         assert "singular" in moved.notes[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [27, 62])
 def test_platforms_close_to_singular_are_not_taken_for_locked(seed: int) -> None:
     what, error, said = near_singular.case(seed)

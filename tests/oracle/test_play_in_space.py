@@ -194,6 +194,7 @@ def test_the_package_simulates_what_it_expects(pin: str) -> None:
         assert impact.speed == pytest.approx(item.impact_speed, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_the_simulation_keeps_energy() -> None:
     """Kinetic energy and that of the springs change by the work of fork 1 alone."""
     _, model, run = both(("pin_in",), 1e-5, ratio=0.0)

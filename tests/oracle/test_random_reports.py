@@ -22,6 +22,7 @@ def test_more_of_them(seed: int) -> None:
     assert random_reports.ask(seed)[0] == []
 
 
+@pytest.mark.slow
 def test_the_judge_sees_extremes_that_are_missed() -> None:
     """A report of the samples alone would fail: sharp peaks lie between them."""
     missed = 0

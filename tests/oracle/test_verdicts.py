@@ -8,6 +8,7 @@ import verdicts
 from cardan_dyn.drive_lines import DriveLine, examples
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2])  # The first has joints of constant velocity.
 def test_what_fails_a_line_is_what_its_forces_and_limits_say(seed: int) -> None:
     line, worst = verdicts.draw(seed)

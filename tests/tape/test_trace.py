@@ -219,6 +219,7 @@ def test_wrong_operands_are_refused(trace: Trace, x: Variable) -> None:
         trace.input("z", [[1.0, 2.0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("collects", [True, False])
 def test_a_trace_leaves_nothing_to_collect_and_the_collector_as_it_was(collects: bool) -> None:
     def variables() -> int:

@@ -78,6 +78,7 @@ def test_slider_crank_turns_its_force_through() -> None:
         assert np.max(item.simulated) < item.reversal.peak == item.reversal.greatest
 
 
+@pytest.mark.slow
 def test_small_tau_is_doubted_and_fails() -> None:
     for item in compared("needle_drive", "main_shaft", "rocker_bearing", 600.0, 2e-5, 1e7):
         assert item.reversal.tau < 1.8386 and item.reversal.doubts
@@ -96,6 +97,7 @@ def test_tables() -> None:
     assert "coupler_pin at 0.247 rad" in str(found)
 
 
+@pytest.mark.slow
 def test_what_does_not_belong_together_is_refused() -> None:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
     contact = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}

@@ -49,6 +49,7 @@ def parallel_cranks() -> cd.Mechanism:
     return cd.load(f'<robot name="parallel_cranks">{"".join(text)}</robot>')
 
 
+@pytest.mark.slow
 def test_frames_oblique_to_the_pin_change_nothing() -> None:
     """Forces along pins are open in any planar linkage, and so is each component of this frame."""
     plain = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
@@ -78,6 +79,7 @@ def test_what_rigid_links_leave_open_stays_refused_whatever_the_compliance() -> 
             clearance.scan(scene, 100.0, joints="pin_two", **CONTACT)
 
 
+@pytest.mark.slow
 def test_no_damping_ratio_without_a_mass() -> None:
     scene = cd.Scene(parallel_cranks(), drive="at_one")
     with pytest.raises(IndeterminateError, match=r"damping_ratio of joint 'pin_two'.*give law="):

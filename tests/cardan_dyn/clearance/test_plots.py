@@ -23,6 +23,7 @@ def scanned() -> Scan:
     return scan(crank, 120.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.2)
 
 
+@pytest.mark.slow
 def test_a_scan_draws_its_ranking_and_more(scanned: Scan) -> None:
     forces, _ = scanned.plot().axes
     assert [label.get_text() for label in forces.get_yticklabels()] == scanned.ranking
@@ -39,6 +40,7 @@ def test_all_polar_diagrams_of_a_scan_have_one_scale(scanned: Scan) -> None:
     assert len(widths) == 1
 
 
+@pytest.mark.slow
 def test_joints_and_maps_draw_themselves() -> None:
     rig = scene("thoma_rig", 0.3)
     joint = scan(rig, 100.0, joints="cross", **GIVEN)["cross"]

@@ -126,6 +126,7 @@ def test_bearings_begin_pressed_by_the_moment_that_they_pass_on(pins: list[str])
     np.testing.assert_allclose(first.force, -second.force, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_damping_follows_from_the_mass_of_a_drive_that_gives_way() -> None:
     """By hand: the force turns the rotor as well, by its moment about the crank's bearing."""
     masses = {}

@@ -40,6 +40,7 @@ def test_every_cell_is_a_scan(found: ScanMap) -> None:
     assert len(list(found)) == 6
 
 
+@pytest.mark.slow
 def test_rigid_forces_grow_with_the_square_of_the_speed(found: ScanMap) -> None:
     np.testing.assert_allclose(found.rigid_peak[[0, 2], 1], 4.0 * found.rigid_peak[[0, 2], 0])
     assert np.all(found.peak[[0, 2]] > found.rigid_peak[[0, 2]])

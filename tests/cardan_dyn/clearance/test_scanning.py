@@ -29,6 +29,7 @@ def found(drive: cd.Scene) -> Scan:
     return scan(drive, 300.0, damping_ratio=0.25, **CONTACT)
 
 
+@pytest.mark.slow
 def test_every_pin_is_scanned_and_the_guide_is_not(drive: cd.Scene, found: Scan) -> None:
     assert set(found) | set(found.left_out) == set(drive.mechanism.joints)
     assert list(found.left_out) == ["needle_guide"]
@@ -119,6 +120,7 @@ def test_tables(found: Scan) -> None:
         assert row[f"exponent_{name}"] == exponent
 
 
+@pytest.mark.slow
 def test_joints_are_ranked_by_their_peaks_whether_they_strike_or_not() -> None:
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -300.0})
     found = scan(scene, 120.0, damping_ratio=0.25, **CONTACT)
@@ -129,6 +131,7 @@ def test_joints_are_ranked_by_their_peaks_whether_they_strike_or_not() -> None:
     assert strikes != sorted(strikes, reverse=True)
 
 
+@pytest.mark.slow
 def test_pins_that_never_part_press_by_more_than_without_clearance(
     drive: cd.Scene, found: Scan
 ) -> None:
@@ -297,6 +300,7 @@ def test_scenes_that_cannot_strike(joint: cd.Mechanism, found: Scan) -> None:
         found["nothing"]
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_all_simulations_and_keeps_the_estimates(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -148,6 +148,7 @@ def test_a_constant_torque_never_swings() -> None:
     assert found.rigid_peak == pytest.approx(5.0 / (2.0 * RADIUS))
 
 
+@pytest.mark.slow
 def test_other_descriptions_of_the_same_joint() -> None:
     """As one joint of type universal, and with joints elsewhere on their pins.
 
@@ -167,6 +168,7 @@ def test_other_descriptions_of_the_same_joint() -> None:
         assert peaks == pytest.approx([reversal.peak for reversal in expected.reversals], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_response_gives_the_numbers_of_a_sweep() -> None:
     turn = scene(rig(0.5, (1.5e-4, 1.5e-4, 3e-4)), BETA, -1.0)
     expected = scan_pins(turn, SPEED, "cross", bearings="pin_in", **GIVEN)
@@ -179,6 +181,7 @@ def test_a_response_gives_the_numbers_of_a_sweep() -> None:
         assert one.slope_growth == pytest.approx(two.slope_growth, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_geometry_decides_the_stiffness_of_bearings_at_the_peak() -> None:
     """Of a pin whose bearings carry the same, as of a number that is that stiffness."""
     pin = PinGeometry(0.02, 0.01, seat_stiffness=5e7)
@@ -213,6 +216,7 @@ def test_what_is_ahead_of_a_reversal_and_how_far() -> None:
         assert item.estimate >= item.rigid_ahead
 
 
+@pytest.mark.slow
 def test_backwards_and_with_a_rotor() -> None:
     still = scene("thoma_rig", BETA)
     one = scan_pins(still, SPEED, "cross", bearings="pin_in", **GIVEN)
@@ -234,6 +238,7 @@ def test_backwards_and_with_a_rotor() -> None:
     assert masses[0] == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_cross_with_mass_moves_where_its_inertia_pulls() -> None:
     """A cross as flat as a disc follows the joint by itself; a compact one has to be tilted."""
     flat, compact = (
@@ -313,6 +318,7 @@ def test_bad_input(changes: dict[str, Any], error: type[Exception], message: str
         scan_pins(scene("thoma_rig", BETA), given.pop("speed"), given.pop("joint"), **given)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_decided_is_refused() -> None:
     with pytest.raises(IndeterminateError, match="its moment across the pin 'pin_in'"):
         scan_pins(scene(doubled(), BETA), SPEED, "cross", **GIVEN)

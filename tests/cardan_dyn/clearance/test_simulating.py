@@ -57,6 +57,7 @@ def test_slider_crank_moves_as_by_equations_written_by_hand(
         assert np.count_nonzero(expected == 0.0) > 20
 
 
+@pytest.mark.slow
 def test_what_presses_is_the_force_of_the_other_joints(loose: clearance.ContactSimulation) -> None:
     """The wall's force on the rod and that of the piston pin accelerate the rod."""
     at = loose.evenly(50)

@@ -52,6 +52,7 @@ def test_every_variable_has_units_and_every_table_a_file(
             assert result.save(tmp_path / f"{name}{suffix}").stat().st_size > 100
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_the_results(every: dict[str, Any]) -> None:
     pytest.importorskip("xarray")
     found = scanned()

@@ -53,6 +53,7 @@ def test_prints_joints_by_their_peaks_doubts_and_what_was_not_scanned() -> None:
     assert "needle_guide: not scanned, it has no pin" in result.output
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("wide")
 def test_says_where_nothing_strikes() -> None:
     options = ("--speed", "100rad/s", *CONTACT, "--load", "piston_guide=-1000")
@@ -103,6 +104,7 @@ def test_json_of_numbers_and_geometries() -> None:
         assert row["exponent_clearance"] == pytest.approx(float(item.exponents.clearance))
 
 
+@pytest.mark.slow
 def test_what_is_no_number_is_null_in_json() -> None:
     soft = ("--speed", "300rad/s", "--clearance", "1e-5", "--stiffness", "1e6")
     content = json.loads(run("needle_drive", *soft, "--json").output)

@@ -145,6 +145,7 @@ def test_options_of_view(tmp_path: Path) -> None:
     assert "cannot be written" in result.output
 
 
+@pytest.mark.slow
 def test_command_prints_its_address_and_ends_with_its_process(tmp_path: Path) -> None:
     environment = {"PATH": "/usr/bin:/bin", "PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(

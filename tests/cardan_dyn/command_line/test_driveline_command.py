@@ -71,6 +71,7 @@ def table_of(output: str) -> list[str]:
     return [line for line in lines if re.search(r" (pass|fail|open|stated)$", line)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "lost", ["", ", travel_mm = 110", "friction = 0.1, radius_mm = 25, ", "inertia_kgm2 = 25\n"]
 )
@@ -149,6 +150,7 @@ def test_json_with_other_speed_limits_and_forks() -> None:
     assert speeds == pytest.approx([100 * np.pi] * 3)
 
 
+@pytest.mark.slow
 def test_the_help_names_a_limit_that_there_is() -> None:
     (named,) = re.findall(
         r"as (\w+=\w+)", " ".join(run("--help").output.split("--limit")[1].split())
@@ -193,6 +195,7 @@ def test_a_line_without_speed_asks_for_it(tmp_path: Path) -> None:
     assert DriveLine.from_toml(path).speed is None
 
 
+@pytest.mark.slow
 def test_view_serves_the_turning_line(monkeypatch: pytest.MonkeyPatch) -> None:
     served: list[View] = []
     monkeypatch.setattr(View, "serve", lambda self: served.append(self))

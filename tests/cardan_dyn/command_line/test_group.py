@@ -61,6 +61,7 @@ def test_help_says_exit_codes() -> None:
         assert line in shown
 
 
+@pytest.mark.slow
 def test_a_missed_limit_is_told_from_a_bad_file(tmp_path: Path) -> None:
     limit = ("driveline", "truck", "--check", "--limit", "residual_angle=0.001deg")
     assert CliRunner().invoke(main, limit).exit_code == 1
@@ -69,6 +70,7 @@ def test_a_missed_limit_is_told_from_a_bad_file(tmp_path: Path) -> None:
     assert bare.exit_code == 2 and "no unit" in bare.output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments", [("list",), ("check", "four_bar"), ("sweep", "four_bar", "--csv", "-")]
 )
@@ -83,6 +85,7 @@ def test_a_closed_pipe_ends_quietly(arguments: tuple[str, ...]) -> None:
     assert ended.stderr == ""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
 @pytest.mark.parametrize("arguments", [("list",), ("sweep", "four_bar", "--csv", "-")])
 def test_a_full_disk_behind_the_output_is_no_missed_limit(arguments: tuple[str, ...]) -> None:
@@ -95,6 +98,7 @@ def test_a_full_disk_behind_the_output_is_no_missed_limit(arguments: tuple[str, 
     assert "Traceback" not in ended.stderr
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "out.csv"
     rig = ("simulate", "elastic_thoma_rig", "--drive", "bearing_in=1000rpm", "--rtol", "1e-13")

@@ -61,6 +61,7 @@ def test_a_description_has_every_joint(tmp_path: Path) -> None:
         assert all(name in found.output for name in cd.load(path).joint_names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["four_bar", "universal_joint", "slider_crank"])
 def test_a_check_tells_drives_and_ranges(name: str) -> None:
     found = run("check", name)
@@ -76,12 +77,14 @@ def test_a_check_tells_drives_and_ranges(name: str) -> None:
             assert item["range"] == pytest.approx(list(expected.range))
 
 
+@pytest.mark.slow
 def test_what_statics_leave_open_is_said_once_for_all_joints_alike() -> None:
     found = " ".join(run("check", "four_bar").output.split())
     assert "force z, moment xy at crank_bearing, crank_pin, rocker_bearing, rocker_pin" in found
     assert "motion and statics determine all wrenches" in run("check", "stewart_platform").output
 
 
+@pytest.mark.slow
 def test_ranges_are_in_degrees_and_metres() -> None:
     rocker = cd.describe(cd.load("four_bar")).drives["rocker_bearing"].range
     assert rocker is not None
@@ -94,6 +97,7 @@ def test_ranges_are_in_degrees_and_metres() -> None:
     assert "-0.25 m" in run("check", "stewart_platform").output
 
 
+@pytest.mark.slow
 def test_foreign_files_are_checked(tmp_path: Path) -> None:
     found = run("check", written(tmp_path, as_balls()))
     assert found.exit_code == 0, found.output
@@ -108,6 +112,7 @@ def test_foreign_files_are_checked(tmp_path: Path) -> None:
     assert "warning:" in found.output and "panda_joint7" in found.output
 
 
+@pytest.mark.slow
 def test_what_cannot_be_swept_misses_the_check(tmp_path: Path) -> None:
     locked = run("check", written(tmp_path, triangle()))
     assert locked.exit_code == 1

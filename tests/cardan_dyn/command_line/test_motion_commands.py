@@ -95,6 +95,7 @@ def test_data_go_to_the_output_alone() -> None:
     assert both.exit_code == 2 and "into each other" in both.output
 
 
+@pytest.mark.slow
 def test_files_of_every_kind(tmp_path: Path) -> None:
     files = {f"--{name}": tmp_path / f"out.{name}" for name in ("csv", "json")}
     files["--plot"] = tmp_path / "out.png"
@@ -139,6 +140,7 @@ def test_the_greatest_wrenches_are_those_that_are_known(
     assert "Not known at 1 of 3 places" in printed
 
 
+@pytest.mark.slow
 def test_a_foreign_file_chooses_its_drive(foreign: Path, tmp_path: Path) -> None:
     found = run("sweep", foreign, "--samples", 9, "--gravity", 0, 0, -9.81)
     assert found.exit_code == 0, found.output
@@ -218,6 +220,7 @@ def test_errors_are_messages(arguments: tuple[str, ...], said: str) -> None:
     assert said in found.output and "Traceback" not in found.output
 
 
+@pytest.mark.slow
 def test_a_simulation_prints_and_writes_its_course(tmp_path: Path) -> None:
     file, picture = tmp_path / "out.csv", tmp_path / "out.svg"
     options = ("--time", "0.2s", "--at", "crank_bearing=90", "--gravity", 0, -9.81, 0)
@@ -232,6 +235,7 @@ def test_a_simulation_prints_and_writes_its_course(tmp_path: Path) -> None:
     assert picture.stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_initial_speeds_and_driven_joints() -> None:
     found = run("simulate", "four_bar", "--time", 0.05, "--initial", "crank_bearing=60rpm")
     assert found.exit_code == 0, found.output
@@ -242,6 +246,7 @@ def test_initial_speeds_and_driven_joints() -> None:
     assert "springs" not in run(*rig, "--no-elements").output
 
 
+@pytest.mark.slow
 def test_foreign_files_are_simulated_and_drawn(foreign: Path, tmp_path: Path) -> None:
     """Some of its joints are balls, which have no torsion or bending to be drawn."""
     picture = tmp_path / "out.svg"

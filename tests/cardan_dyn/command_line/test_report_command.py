@@ -26,6 +26,7 @@ def test_numbers_are_printed_and_saved(tmp_path: Path) -> None:
     assert f"{row.greatest:.6g} N at 171.887°" in found.output
 
 
+@pytest.mark.slow
 def test_page_has_what_was_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib", reason="the page has figures")
     monkeypatch.chdir(tmp_path)

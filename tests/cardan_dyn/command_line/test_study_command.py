@@ -55,6 +55,7 @@ def test_a_dry_run_tells_the_plan_and_writes_nothing(file: Path) -> None:
     assert not (file.parent / "study.zarr").exists()
 
 
+@pytest.mark.slow
 def test_a_run_keeps_results_and_goes_on_only_when_asked(file: Path) -> None:
     assert invoke(file, "--workers", "1").exit_code == 0
     data = xarray.open_zarr(file.parent / "study.zarr", consolidated=False)
@@ -176,6 +177,7 @@ def test_gravity_has_units(file: Path) -> None:
     assert float(found) == pytest.approx(np.linalg.norm(force, axis=-1).max(), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_store_is_verified(file: Path) -> None:
     nothing = invoke(file, "--verify", "--workers", "1")
     assert nothing.exit_code == 2

@@ -48,6 +48,7 @@ def told(arguments: tuple[str, ...]) -> frozenset[str]:
     return frozenset(CliRunner(env={"COLUMNS": "400"}).invoke(main, arguments).output.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [60, 80])
 @pytest.mark.parametrize(
     "arguments",

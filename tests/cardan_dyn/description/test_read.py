@@ -64,6 +64,7 @@ def test_the_limit_of_size_is_stated(bodies: int) -> None:
         cd.load(f"<mujoco><worldbody>{body * bodies}</worldbody></mujoco>")
 
 
+@pytest.mark.slow
 def test_massless_links_between_joints_count() -> None:
     """Two joints of a body have a link between them."""
     body = '<body><joint/><joint axis="0 1 0"/>'

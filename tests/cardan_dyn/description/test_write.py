@@ -327,6 +327,7 @@ RIGHT = [0.0, np.pi / 2, -np.pi / 2, np.pi, 1e-9, np.pi / 2 - 1e-9]
 ANGLES = st.one_of(st.sampled_from(RIGHT), st.floats(-4.0, 4.0))
 
 
+@pytest.mark.slow
 @settings(max_examples=300, derandomize=True, deadline=None)
 @given(roll=ANGLES, pitch=ANGLES, yaw=ANGLES)
 def test_angles_of_any_rotation(roll: float, pitch: float, yaw: float) -> None:

@@ -78,6 +78,7 @@ def test_results_can_be_pickled() -> None:
                 array[0] = 0.0
 
 
+@pytest.mark.slow
 def test_every_result_with_its_unit() -> None:
     found = LINE.analyse(speed=80, torque=200)
     table = found.to_xarray()

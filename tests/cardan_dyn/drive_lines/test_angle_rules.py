@@ -146,6 +146,7 @@ def test_allowed_speed_meets_the_limit() -> None:
     assert at_limit.status == "pass"
 
 
+@pytest.mark.slow
 def test_joint_angles_of_a_vehicle_and_of_any_line() -> None:
     line = planar(7.0, 5.0)
     of_any = {row.quantity: row.status for row in rows(line, "joint_angles")}

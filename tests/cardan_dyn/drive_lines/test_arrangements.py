@@ -35,6 +35,7 @@ def test_the_graphical_method() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parallel", "offset", "best", "printed", "wrong"),
     [

@@ -137,6 +137,7 @@ def test_friction_of_a_spline_by_the_equilibrium_of_free_bodies(seed: int) -> No
         np.testing.assert_allclose(sliding.static.bearing_force[0, column], own, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_force_of_a_centring_is_inside_the_joint() -> None:
     """695 N·m at 17.5° twice: 961 N at the near bearing with a disc, 13 933 N by one on the ground.
 
@@ -231,6 +232,7 @@ def test_description_and_file_come_back() -> None:
     assert f"centring_{piece}" in {loop.name for loop in mechanism.description.loops}
 
 
+@pytest.mark.slow
 def test_rows_of_a_centring() -> None:
     line = wide_angle(35.0, Centring(force_limit=3000.0), torque=695.0, speed=50.0)
     line = line.replace(

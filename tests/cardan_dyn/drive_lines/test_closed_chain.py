@@ -23,6 +23,7 @@ def motion_error(line: DriveLine, positions: np.ndarray = TURN) -> float:
     return float(max(np.abs(drift).max(), np.abs(ratio).max()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 7, 16])
 def test_motion_is_the_composed_closed_form(count: int) -> None:
     assert motion_error(random_line(count, seed=count)) < 1e-12
@@ -44,6 +45,7 @@ def test_fork_offsets_of_any_size(offset: float) -> None:
     assert motion_error(double_shaft((0.0, 0.2, 0.1), fork_offset=offset)) < 1e-12
 
 
+@pytest.mark.slow
 def test_shafts_of_very_different_lengths() -> None:
     shafts = [Shaft(bearings=end_bearings(0)), *random_line(4, 1).shafts[1:4], Shaft()]
     shafts[1] = Shaft(length=20, slope_side=0.1, bearings=[Bearing(distance=19)])
@@ -67,6 +69,7 @@ def every_spline(count: int) -> DriveLine:
     return line.replace(shafts=[line.shafts[0], *middle, line.shafts[-1]])
 
 
+@pytest.mark.slow
 def test_a_spline_in_every_shaft() -> None:
     line = every_spline(6)
     assert line.indeterminate == ()

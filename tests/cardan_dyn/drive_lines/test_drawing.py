@@ -82,6 +82,7 @@ LINES = {name: DriveLine.from_toml(name) for name in examples()} | {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LINES)
 def test_views_have_one_scale_and_labels_are_clear_of_each_other(name: str) -> None:
     line = LINES[name]

@@ -61,6 +61,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, *names: str) -> dict[str, int]:
     return counts
 
 
+@pytest.mark.slow
 def test_a_verdict_makes_one_scene_and_closes_its_loops_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -92,6 +93,7 @@ def test_a_verdict_makes_one_scene_and_closes_its_loops_once(
     assert counts == {made: 2, closed: 5, swept: 13, followed: 0}
 
 
+@pytest.mark.slow
 def test_a_verdict_needs_no_optimiser() -> None:
     code = (
         "import sys; from cardan_dyn.drive_lines import DriveLine; "

@@ -52,6 +52,7 @@ def test_analysis_proves_itself(name: str) -> None:
     assert DriveLine.from_toml(line.to_toml()) == line
 
 
+@pytest.mark.slow
 def test_the_paper_machine_is_a_spatial_z() -> None:
     line = DriveLine.from_toml("paper_machine")
     steep = math.atan(math.hypot(math.tan(math.radians(3.5)), math.tan(math.radians(4.0))))

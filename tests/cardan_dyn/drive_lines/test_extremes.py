@@ -43,6 +43,7 @@ def test_of_many_cases_each_place_has_its_own() -> None:
     assert one == pytest.approx(fine, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [5.0, 44.0, 46.0, 60.0, 80.0, 88.0])
 def test_verdicts_have_the_greatest_bending_moment_of_the_turn(degrees: float) -> None:
     beta = np.radians(degrees)
@@ -55,6 +56,7 @@ def test_verdicts_have_the_greatest_bending_moment_of_the_turn(degrees: float) -
         assert rows[f"bending moment {side} the joint"] == pytest.approx(100.0 * value, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_no_position_of_a_line_has_more_than_its_verdict() -> None:
     cycle = [DutyPoint(share=0.5, speed=200.0, torque=-300.0)] * 2
     line = random_line(3, 5, bend=0.6, mass=True).replace(duty_cycle=cycle, service_factor=1.5)

@@ -126,6 +126,7 @@ def sliding(limit: float, **fields: object) -> DriveLine:
     return given.replace(shafts=[ends[0], given.shafts[1], ends[1]], torque=1e4, **fields)
 
 
+@pytest.mark.slow
 def test_locating_bearings_bear_the_push_of_the_spline() -> None:
     """μ T / r = 50 kN along the shaft fail bearings for 5 kN; statics of an end shaft say F cos."""
     found = [row for row in rows(sliding(5e3), "bearing_forces") if "along" in row.quantity]
@@ -178,6 +179,7 @@ def test_weight_and_running_up_load_bearings() -> None:
     assert torque == pytest.approx({"joint_1": 300.0 * 2.5, "joint_2": 300.0 * 2.0}, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_spline_slides_under_all_of_its_torque() -> None:
     """Running up 25 kg·m² at 40 rad/s² on top of 200 N·m: μ T / r = 0.1 · 1200 / 0.025 = 4800 N."""
     text = FAN.replace("torque_nm = 800", "torque_nm = 200").replace("s2 = 10", "s2 = 40")
@@ -193,6 +195,7 @@ def test_a_spline_slides_under_all_of_its_torque() -> None:
         assert row.value == pytest.approx(4800.0, rel=rel)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slipping", ["out", "in"])
 def test_friction_loads_bearings_across_as_well(slipping: str) -> None:
     """Every row against analyses of all load cases, at positions between the samples."""
@@ -214,6 +217,7 @@ def test_friction_loads_bearings_across_as_well(slipping: str) -> None:
         assert row >= most * (1.0 - 1e-9) - 1e-6
 
 
+@pytest.mark.slow
 def test_a_line_that_starts_under_torque_is_at_rest() -> None:
     """Crosses that spin lighten the truck's centre bearing a little: 12 kN·m at rest count."""
     line = DriveLine.from_toml("truck")
@@ -230,6 +234,7 @@ def test_a_line_that_starts_under_torque_is_at_rest() -> None:
     assert row.value >= most[0.0] * (1.0 - 1e-9) and "at rest" in row.note
 
 
+@pytest.mark.slow
 def test_what_statics_leaves_open_passes_nothing() -> None:
     """A third bearing on the output shaft; without a spline, two that hold the line along."""
     spline = FAN[FAN.index("spline = ") : FAN.index("[[shafts]]\nmass_kg = 300")]

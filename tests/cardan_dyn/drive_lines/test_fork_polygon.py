@@ -35,6 +35,7 @@ def test_corners_are_the_residual_angles() -> None:
         assert np.abs(corner) == pytest.approx(np.tan(residual / 2) ** 2, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_polygons_have_the_distances_asked_for() -> None:
     for betas, corners in cases():
         sides = polygon.distance(betas)

@@ -42,6 +42,7 @@ def test_steps_are_all_tried() -> None:
     assert valleys(found.offsets).max(axis=1) == pytest.approx(best)
 
 
+@pytest.mark.slow
 def test_too_many_steps_are_searched() -> None:
     steps = [np.arange(400) * np.pi / 400, np.arange(400) * np.pi / 400]
     found = minima(valleys, valleys, steps, 3, np.zeros(2))

@@ -52,6 +52,7 @@ def torques() -> Array:
     return np.linspace(100.0, 300.0, len(POSITIONS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LINES)
 def test_positions_do_not_know_of_each_other(name: str) -> None:
     line = LINES[name]
@@ -61,6 +62,7 @@ def test_positions_do_not_know_of_each_other(name: str) -> None:
         assert_equal(together, alone, place, 0)
 
 
+@pytest.mark.slow
 def test_nor_do_those_of_designs_out_of_line() -> None:
     line = LINES["crosses"]
     far = {"offset_y_1": [0.01, 0.0, -0.02], "support_A_z": [0.0, 0.005, 0.01]}
@@ -84,6 +86,7 @@ def test_what_is_solved_once() -> None:
     assert HalfTurn.of(near).positions.tolist() == near[:2].tolist()
 
 
+@pytest.mark.slow
 def test_a_turn_is_solved_by_half(monkeypatch: pytest.MonkeyPatch) -> None:
     shapes, original = [], ProblemSolver.assemble_at
 

@@ -21,6 +21,7 @@ def test_slopes_that_make_a_line_turn_evenly() -> None:
     assert found.line is found.phasing.line
 
 
+@pytest.mark.slow
 def test_a_joint_that_may_be_moved() -> None:
     # Joint 2 where both joint angles are equal: halfway, for shafts that are parallel.
     line = DriveLine(
@@ -82,6 +83,7 @@ def test_a_centre_bearing_against_a_grid() -> None:
     )
 
 
+@pytest.mark.slow
 def test_forks_on_teeth_and_slopes() -> None:
     line = random_line(3, seed=2)
     found = line.layout({"shaft_1.slope_side": (-0.1, 0.1)}, teeth=8)

@@ -32,6 +32,7 @@ def test_angle_errors_at_any_positions(count: int, bend: float) -> None:
         assert single[k] == pytest.approx(output[-1] - output[:-1].mean(), abs=1e-13)
 
 
+@pytest.mark.slow
 def test_angle_errors_of_designs() -> None:
     line = double_shaft((0.0, 0.3, -0.1), (0.1, 0.0, 0.2))
     forks = np.linspace(-1, 1, 5)[:, None]

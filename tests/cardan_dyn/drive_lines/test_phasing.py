@@ -164,6 +164,7 @@ def test_a_z_arrangement_has_the_least_forces_by_its_closed_form() -> None:
     assert found.value == pytest.approx(min(every), rel=2e-4)
 
 
+@pytest.mark.slow
 def test_chosen_bearings() -> None:
     line = random_line(3, seed=1)
     everything, one = (

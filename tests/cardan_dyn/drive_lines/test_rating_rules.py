@@ -68,6 +68,7 @@ def test_required_rating_of_a_duty_cycle(field: str) -> None:
         assert row.value / HOUR == pytest.approx(900.0 * 1e10 / per_knm, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_one_joint_has_one_life_by_both_ratings() -> None:
     """L_C = 1.5e-4 T_D^(10/3) with T_D in kN·m is the same joint, whatever the shock factor."""
     for shock in (None, 1.5, 3.0):
@@ -126,6 +127,7 @@ def test_service_factor_and_sense_of_the_torque() -> None:
     assert design.value == pytest.approx(150.0)
 
 
+@pytest.mark.slow
 def test_a_duty_cycle_that_drives_and_brakes_reverses_the_torque() -> None:
     """Straight shafts pass on the torque: from -600 to 1000 N·m, whatever `reversing` says."""
     cycle = [

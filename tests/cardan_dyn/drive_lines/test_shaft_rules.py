@@ -37,6 +37,7 @@ def line(length: float = 1.2, angle: float = 5.0, **shaft: object) -> DriveLine:
     return given.replace(shafts=[given.shafts[0], middle, given.shafts[2]])
 
 
+@pytest.mark.slow
 def test_example_of_pss_by_the_constant_of_ae_7() -> None:
     case = line(60 * INCH, spline=Spline()).replace(speed=0.5 * 6251 * RPM)
     share, distance = rows(case, "bending_speed", critical_constant="ae_7")
@@ -47,6 +48,7 @@ def test_example_of_pss_by_the_constant_of_ae_7() -> None:
     assert rows(straight, "bending_speed")[1].status == "stated"
 
 
+@pytest.mark.slow
 def test_greatest_length_meets_the_limit() -> None:
     case = line().replace(speed=3000 * RPM)
     length = rows(case, "bending_speed")[0].inverses[0].value
@@ -54,6 +56,7 @@ def test_greatest_length_meets_the_limit() -> None:
     assert longest.value == pytest.approx(0.75, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_beam_of_its_own_material() -> None:
     # First eigenvalue of a supported beam, pi^2 sqrt(E I / (rho A)) / L^2.
     tube = Tube(outer_diameter=0.09, wall=0.003, modulus=7e10, density=2700.0)
@@ -65,6 +68,7 @@ def test_beam_of_its_own_material() -> None:
     assert "another material" in rows(case, "bending_speed", critical_constant="elbe")[0].broken[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("application", "limit"),
     [("", 0.75), ("agricultural", 0.75), ("industrial", 0.65), ("vehicle", 0.70)],
@@ -74,6 +78,7 @@ def test_share_by_application(application: str, limit: float) -> None:
     assert rows(case, "bending_speed")[0].limit.value == limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("own", "other"), [("industrial", "automotive"), ("automotive", "industrial")]
 )
@@ -118,6 +123,7 @@ def test_centre_bearing_shortens_and_softens() -> None:
     assert 10.0 / softest.value == pytest.approx(natural, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_stress_is_that_of_the_section() -> None:
     outer, inner, torque = 3.5 * INCH, 3.26 * INCH, 1500.0
     radii = np.linspace(inner / 2, outer / 2, 20_001)
@@ -137,6 +143,7 @@ def massive(line: DriveLine, first: float, second: float) -> DriveLine:
     return line.replace(shafts=shafts)
 
 
+@pytest.mark.slow
 def test_torsional_speeds_are_eigenvalues() -> None:
     """Of two inertias, as nothing between them has any."""
     case = massive(line(torsional_stiffness=4e4, tube=None), 0.5, 0.2).replace(speed=90.0)
@@ -157,6 +164,7 @@ def test_torsional_speeds_are_eigenvalues() -> None:
     assert [row.status for row in inside] == ["pass", "fail"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "middle", "last", "stiffness", "hertz"),
     [
@@ -200,6 +208,7 @@ def test_every_mode_of_the_chain_is_judged(
         assert rows(case.replace(speed=mode), "torsional_speed")[1].status == "fail"
 
 
+@pytest.mark.slow
 def test_tubes_and_crosses_are_inertias_of_the_chain() -> None:
     tube = Tube(outer_diameter=0.1, wall=0.004)
     given = random_line(3, 2)
@@ -226,6 +235,7 @@ def test_tubes_and_crosses_are_inertias_of_the_chain() -> None:
         assert row.value < 1e-8 and row.inverses[0].value == pytest.approx(mode / 2, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["constant_velocity", "cross"])
 def test_what_nothing_excites_is_no_critical_speed(kind: str) -> None:
     """Joints of constant velocity excite nothing, nor do straight ones: no order, no zone."""
@@ -272,6 +282,7 @@ def end_shaft(
     return [row for row in rows(case, "bending_speed") if row.where == case.shaft_names[k]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0, -1])
 def test_a_long_end_shaft_bends(k: int) -> None:
     share, half = end_shaft((0.06, 3.9), 4.0, k)
@@ -300,6 +311,7 @@ def test_a_long_end_shaft_bends(k: int) -> None:
     )
 
 
+@pytest.mark.slow
 def test_what_overhangs_its_bearings_bends_too() -> None:
     """The first eigenvalue of a rod with a free end: 3.516 for one that is clamped, at most."""
     section = np.sqrt(2.1e11 / 7850 * (0.04**2 + 0.034**2) / 16)
@@ -370,6 +382,7 @@ def test_end_shafts_turn_themselves_up_in_their_tubes() -> None:
     assert found == pytest.approx([100 + 50 * 5.5, 100 + 50 * 3.5, 100 + 50 * 3.0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_telescope_of_a_pto() -> None:
     spline = Spline(compressed=1.0, profile=0.5, travel=0.4, shortest=1.02, longest=1.36)
     case = line(1.2, spline=spline).replace(application="agricultural")
@@ -389,6 +402,7 @@ def test_unbalance_in_the_units_of_the_standard() -> None:
     assert "needed" in row.note
 
 
+@pytest.mark.slow
 def test_worst_of_all_speeds_counts() -> None:
     critical = 0.25 / rows(line().replace(speed=1.0), "bending_speed")[0].value * 4
     cycle = [

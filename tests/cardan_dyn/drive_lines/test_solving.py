@@ -373,6 +373,7 @@ def test_weight_is_carried_by_the_bearings() -> None:
     assert carried == pytest.approx(np.tile([0, 0, 9.81 * mass], (36, 1)), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_variants_are_lines_of_their_own() -> None:
     line = random_line(3, seed=4, mass=False)
     rng = np.random.default_rng(1)
@@ -400,6 +401,7 @@ def test_variants_are_lines_of_their_own() -> None:
             assert worst(found, getattr(exact.static, name)) < 1e-10, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spline", "bearing", "longer"),
     [(0.3, 0.5, 0.1), (0.6, 0.5, -0.05), (0.6, 0.5, 0.1)],
@@ -427,6 +429,7 @@ def test_longer_shafts_with_a_spline(spline: float, bearing: float, longer: floa
         assert worst(getattr(result.static, name)[0], getattr(exact.static, name)) < 1e-10, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "design",
     [
@@ -463,6 +466,7 @@ def test_shafts_are_where_they_are_designed_to_be(design: tuple[list[float], ...
     assert result.slip == pytest.approx(0.0, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_blocks_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     line = double_shaft((0.0, 0.2, 0.1))
     designs = line.variants(fork_offsets=np.linspace(0, 1, 7)[:, None])

@@ -28,6 +28,7 @@ def found(line: DriveLine) -> Verdict:
     return line.verdict()
 
 
+@pytest.mark.slow
 def test_every_rule_that_the_data_allow_has_a_row_in_their_order(found: Verdict) -> None:
     order = [list(RULES).index(row.rule) for row in found]
     assert order == sorted(order)
@@ -129,6 +130,7 @@ def test_what_is_not_given_is_open_and_named(lost: str) -> None:
     assert any(short in row.note for row in found.open)
 
 
+@pytest.mark.slow
 def test_without_its_rating_of_reversals_the_whole_swing_counts() -> None:
     """25 kg·m² at ±10 rad/s² and from 0 to 800 N·m: a swing of 1300 N·m, over cos 3°."""
 

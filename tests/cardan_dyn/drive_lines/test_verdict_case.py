@@ -94,6 +94,7 @@ def test_other_analyses_are_refused() -> None:
             given.verdict(analysis=analysis)
 
 
+@pytest.mark.slow
 def test_forces_without_torque_say_what_is_missing() -> None:
     assert case(line()).no_forces == "give torque"
     # What is known acts, and what is not known may add to it.

@@ -98,6 +98,7 @@ def test_texts_hold_inverses_notes_and_broken_assumptions() -> None:
     assert texts["remarks"] == "best 1000 mm; a note; ! straight: it is bent"
 
 
+@pytest.mark.slow
 def test_room_to_a_limit_of_nothing_is_said_in_its_unit() -> None:
     """A part of 0 says nothing: 25 mm of travel are left, not 2 %."""
     verdict = DriveLine.from_toml("truck").verdict()

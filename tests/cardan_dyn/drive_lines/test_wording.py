@@ -134,6 +134,7 @@ PUT_TOGETHER = {
 """Texts of the catalogue whose words between places are put together from several of the source."""
 
 
+@pytest.mark.slow
 def test_every_text_of_the_catalogue_is_one_of_the_source() -> None:
     package = Path(wording.__file__).parents[1]
     closed_forms = Path(limits.__file__).parent
@@ -199,6 +200,7 @@ def test_every_plain_text_of_the_rules_is_in_the_catalogue() -> None:
     }
 
 
+@pytest.mark.slow
 def test_every_text_of_a_verdict_is_in_the_catalogue() -> None:
     german, unknown = Wording("de"), set()
     lines = [DriveLine.from_toml(name) for name in examples()]

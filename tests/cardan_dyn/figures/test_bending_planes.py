@@ -14,6 +14,7 @@ from testkit.drawings import check_units_and_files
 from cardan_dyn.drive_lines import arrangements
 
 
+@pytest.mark.slow
 def test_bild_18(tmp_path: Path) -> None:
     found = arrangements.graphical_method(*np.radians([15.0, 7.0, -11.5, 12.0]))
     figure = found.plot()

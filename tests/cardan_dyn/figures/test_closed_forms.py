@@ -37,6 +37,7 @@ def lines_of(figure: Any) -> list[np.ndarray]:
     return [line.get_ydata() for line in figure.axes[0].get_lines()[::2]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CLOSED)
 def test_figures_have_units(
     name: str, joint_turn: cd.Sweep, shaft_turn: cd.Sweep, tmp_path: Path
@@ -162,6 +163,7 @@ def test_closed_forms_need_a_held_joint_angle(shaft_turn: cd.Sweep) -> None:
         closed_forms.speed_ratio(shaft_turn, shaft_turn)
 
 
+@pytest.mark.slow
 def test_compared_gives_a_label_one_colour(tmp_path: Path) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 73)
     computed = {"a": np.sin(angle), "only computed": np.cos(angle)}

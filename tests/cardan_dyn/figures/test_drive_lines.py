@@ -31,6 +31,7 @@ def test_many_designs_are_no_curve() -> None:
         found.plot()
 
 
+@pytest.mark.slow
 def test_margins_of_a_verdict_are_bars() -> None:
     verdict = DriveLine.from_toml("truck").verdict()
     (axes,) = verdict.plot().axes

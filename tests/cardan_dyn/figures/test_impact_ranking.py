@@ -20,6 +20,7 @@ from cardan_dyn.kit.arrays import Array
 from cardan_dyn.motion.clearance import drawing
 
 
+@pytest.mark.slow
 def test_bars_are_forces_and_points_what_less_would_buy(tmp_path: Path) -> None:
     loads = {"piston_guide": -300.0}
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads=loads)

@@ -33,6 +33,7 @@ def written(figure: object) -> str:
     return "\n".join(drawn).replace("\u200b", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_names_are_no_formulas(name: str) -> None:
     mechanism = renamed(name)

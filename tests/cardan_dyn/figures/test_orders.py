@@ -81,6 +81,7 @@ def test_the_message_names_what_is_wrong_with_the_angles(
         figures.order_amplitudes(angle, np.zeros(count))
 
 
+@pytest.mark.slow
 def test_bars_are_the_amplitudes(tmp_path: Path) -> None:
     values = {"a": 2.0 * np.sin(2.0 * TURN), "b": 1.0 + 0.5 * np.cos(3.0 * TURN)}
     figure = figures.order_spectrum(TURN, values, unit="N·m", highest=4, title="orders")
@@ -98,6 +99,7 @@ def test_bars_are_the_amplitudes(tmp_path: Path) -> None:
     assert axes.get_yscale() == "linear"
 
 
+@pytest.mark.slow
 def test_a_logarithmic_scale_ends_above_rounding(joint_turn: cd.Sweep, tmp_path: Path) -> None:
     bending = joint_turn.wrench("bearing_out", "parent").moment
     angle = joint_turn.motion.position("bearing_in")

@@ -16,6 +16,7 @@ from testkit.drawings import check_units_and_files
 from cardan_dyn import figures
 
 
+@pytest.mark.slow
 def test_figures_have_units(
     joint_turn: cd.Sweep, shaft_turn: cd.Sweep, needle_turn: cd.Sweep, tmp_path: Path
 ) -> None:
@@ -91,6 +92,7 @@ def test_a_constant_lead_is_left_out(shaft_turn: cd.Sweep) -> None:
     assert np.mean(drawn[:-1]) == pytest.approx(0.0, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_one_sample_is_drawn(one_position: cd.Sweep, tmp_path: Path) -> None:
     """A line of one point would not be seen."""
     for figure in (

@@ -28,6 +28,7 @@ def swing() -> cd.Trajectory:
     return scene.simulate(0.5, position=1.0).evenly(41)
 
 
+@pytest.mark.slow
 def test_wrenches_are_drawn_over_time(swing: cd.Trajectory, tmp_path: Path) -> None:
     figure = figures.over_time(swing, ["crank_pin", "rocker_pin"], ["shear", "bending"], title="t")
     check_units_and_files(figure, tmp_path)
@@ -51,6 +52,7 @@ def test_a_sweep_needs_times() -> None:
         figures.over_time(grid, "crank_pin")
 
 
+@pytest.mark.slow
 def test_energies_and_the_residual_of_their_balance(swing: cd.Trajectory, tmp_path: Path) -> None:
     figure = figures.energy_over_time(swing)
     check_units_and_files(figure, tmp_path)
@@ -73,5 +75,6 @@ def test_only_trajectories_have_energies() -> None:
         figures.energy_over_time(sweep)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_single_time_is_drawn_as_a_point(swing: cd.Trajectory, tmp_path: Path) -> None:
     check_units_and_files(figures.over_time(swing.at(0.2), "crank_pin"), tmp_path)

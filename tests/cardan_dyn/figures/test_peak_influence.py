@@ -20,6 +20,7 @@ PAPER = ImpactModel(3.6, 1e7, 1e-4, 360e3, start="rest")
 UNITS = {"speed": 1.0, "slope": 1e-3, "clearance": 1e6, "mass": 1.0, "stiffness": 1e-6}
 
 
+@pytest.mark.slow
 def test_bild_8(tmp_path: Path) -> None:
     both = {"paper": PAPER, "damped": replace(PAPER, damping_ratio=0.2)}
     figure = drawing.peak_influence(both, title="Bild 8")

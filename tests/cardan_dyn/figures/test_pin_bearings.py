@@ -20,6 +20,7 @@ GIVEN: dict[str, Any] = {"radius": 0.018, "clearance": 2e-5, "stiffness": 5e7, "
 HELD = {"joint_angle": np.radians([10.0, 30.0])}
 
 
+@pytest.mark.slow
 def test_forces_and_peaks_over_the_angle(tmp_path: Path) -> None:
     found = scan(scene("thoma_rig", 0.3), 100.0, joints="cross", **GIVEN)["cross"]
     figure = drawing.pin_forces(found)
@@ -33,6 +34,7 @@ def test_forces_and_peaks_over_the_angle(tmp_path: Path) -> None:
     assert points.get_label() == "peak with clearance"
 
 
+@pytest.mark.slow
 def test_peaks_over_speed(tmp_path: Path) -> None:
     found = scan_map(scene("thoma_rig", 0.3), [300.0, 100.0], "cross", held=HELD, **GIVEN)
     figure = drawing.pin_peaks(found)
@@ -51,6 +53,7 @@ def test_peaks_over_speed(tmp_path: Path) -> None:
         np.testing.assert_allclose(lines[2 * index + 1].get_ydata(), found.rigid_peak[index, ::-1])
 
 
+@pytest.mark.slow
 def test_one_speed_makes_no_line() -> None:
     found = scan_map(scene("thoma_rig", 0.3), 100.0, "cross", held=HELD, **GIVEN)
     with pytest.raises(ArgumentError, match="one speed only"):

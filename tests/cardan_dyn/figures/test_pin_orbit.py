@@ -18,6 +18,7 @@ from cardan_dyn.motion.clearance import drawing
 RADIUS = 0.5e6 * PLAY
 
 
+@pytest.mark.slow
 def test_states_are_on_their_side_of_the_play(tmp_path: Path) -> None:
     figure = drawing.pin_orbit(simulated(), JOINT)
     check_units_and_files(figure, tmp_path)
@@ -34,6 +35,7 @@ def test_states_are_on_their_side_of_the_play(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.hypot(*begun), RADIUS, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_lines_are_the_simulated_orbit() -> None:
     (axes,) = drawing.pin_orbit(simulated(), JOINT, plane="yz").axes
     _, pressed, free, _ = (np.array(line.get_data()) for line in axes.get_lines())
@@ -44,6 +46,7 @@ def test_the_lines_are_the_simulated_orbit() -> None:
     assert [axes.get_xlabel()[0], axes.get_ylabel()[0]] == ["y", "z"]
 
 
+@pytest.mark.slow
 def test_bad_input() -> None:
     with pytest.raises(cd.ModelError, match="has clearance"):
         drawing.pin_orbit(simulated(), "rocker_pin")

@@ -68,6 +68,7 @@ def test_plane_is_across_the_joints_axis(needle_turn: cd.Sweep) -> None:
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("$F_x$ [N]", "$F_y$ [N]")
 
 
+@pytest.mark.slow
 def test_each_joint_and_frame_has_its_diagram(needle_turn: cd.Sweep) -> None:
     joints = needle_turn.outputs[:5]
     axes = figures.force_polar(needle_turn, joints, "world", plane="xy").axes
@@ -151,6 +152,7 @@ def test_links_are_lines_through_joints_and_fixed_points(needle_turn: cd.Sweep) 
     assert axes.get_title() == "drive"
 
 
+@pytest.mark.slow
 def test_a_mechanism_without_forces_is_drawn(joint_without_load: cd.Sweep, tmp_path: Path) -> None:
     """A torque alone passes through the joint, or nothing at all."""
     figure = figures.forces_in_place(joint_without_load, ["bearing_in"], [], size=0.1)

@@ -49,6 +49,7 @@ def long_named() -> cd.Sweep:
     return cd.Scene(cd.load(description), drive=LONG).sweep(POSITIONS, speed=209.4)
 
 
+@pytest.mark.slow
 def test_long_names_and_titles(long_named: cd.Sweep) -> None:
     check_texts(long_named.plot(title=TITLE))
     check_texts(long_named.plot(*long_named.outputs))
@@ -56,6 +57,7 @@ def test_long_names_and_titles(long_named: cd.Sweep) -> None:
     check_texts(long_named.plot.polar(title=TITLE))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [1e-12, 1.0, 1e12])
 def test_sizes_of_any_kind(joint: cd.Mechanism, load: float) -> None:
     turn = universal(joint, 0.5, load=-load).sweep(POSITIONS)
@@ -66,6 +68,7 @@ def test_sizes_of_any_kind(joint: cd.Mechanism, load: float) -> None:
     check_texts(turn.plot.polar("bearing_out", ["parent", "joint"]))
 
 
+@pytest.mark.slow
 def test_one_sample_and_nothing(joint_without_load: cd.Sweep, one_position: cd.Sweep) -> None:
     check_texts(joint_without_load.plot())
     check_texts(joint_without_load.plot.polar("bearing_out"))
@@ -74,6 +77,7 @@ def test_one_sample_and_nothing(joint_without_load: cd.Sweep, one_position: cd.S
     check_texts(one_position.plot("drive_effort", peaks=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(drive_lines.examples()))
 def test_lines_in_both_views(name: str) -> None:
     line = drive_lines.DriveLine.from_toml(name)

@@ -110,6 +110,7 @@ def test_same_figure_is_the_same_file(joint_turn: cd.Sweep, tmp_path: Path) -> N
     assert contents[0] == contents[1]
 
 
+@pytest.mark.slow
 def test_names_with_points_are_not_cut(tmp_path: Path) -> None:
     figure, axes = style.axes_grid(size=(2.0, 1.0))
     axes.plot([0.0, 1.0])
@@ -118,6 +119,7 @@ def test_names_with_points_are_not_cut(tmp_path: Path) -> None:
     assert len({*first, *second}) == 4 and all(path.is_file() for path in (*first, *second))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".svg", ".png", ".pdf"])
 def test_a_suffix_is_the_format_and_files_of_one_figure_are_the_same(
     suffix: str, tmp_path: Path

@@ -77,6 +77,7 @@ def test_work_precision() -> None:
             work_precision(wrong)
 
 
+@pytest.mark.slow
 def test_figure_has_units(tmp_path: Path) -> None:
     figure = work_precision(RECORDS, title="methods")
     check_units_and_files(figure, tmp_path)

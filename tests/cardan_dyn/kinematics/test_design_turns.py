@@ -43,6 +43,7 @@ def test_each_design_comes_back_as_grashof_says(scene: cd.Scene) -> None:
     np.testing.assert_array_equal(np.abs(turns[:, column]), [0.0, 1.0, 0.0])
 
 
+@pytest.mark.slow
 def test_many_designs_come_back_as_each_alone(
     scene: cd.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -75,12 +76,14 @@ def test_motion_goes_on_over_whole_turns(scene: cd.Scene, design: float) -> None
         assert abs(found[2] - found[1]) < 0.2
 
 
+@pytest.mark.slow
 def test_designs_that_do_not_turn_are_not_reached_a_turn_later(scene: cd.Scene) -> None:
     position = np.array([1.5, TURN + 1.5, 2.0 * TURN])
     mask = scene.reachable(position[:, None], held={"frame": [CRANK_ROCKER, ROCKER]})
     np.testing.assert_array_equal(mask, [[True, True], [True, False], [True, False]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turns", [1.0, 3.0])
 def test_dense_designs_near_the_border_of_the_kinds_turn_as_grashof_says(turns: float) -> None:
     """From a frame of 0.55 m on, the drive swings: none is reached a turn later, however dense."""

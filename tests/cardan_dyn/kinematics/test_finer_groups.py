@@ -150,6 +150,7 @@ def test_indeterminate_forces_of_few_outputs_stay_as_they_are(
     assert relative(found[output].force, expected[output].force) < 1e-11
 
 
+@pytest.mark.slow
 def test_start_and_branches_are_those_of_the_undivided_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -14,6 +14,7 @@ from cardan_dyn.core.kinematics.loops.groups import components, matched
 ROWS = st.lists(st.lists(st.integers(0, 8), unique=True, max_size=5), max_size=10)
 
 
+@pytest.mark.slow
 @given(ROWS)
 @settings(max_examples=300, deadline=None)
 def test_a_matching_is_valid_and_as_great_as_that_of_scipy(options: list[list[int]]) -> None:
@@ -41,6 +42,7 @@ def test_rows_hand_over_columns(options: list[list[int]], expected: dict[int, in
     assert matched(options) == expected
 
 
+@pytest.mark.slow
 @given(st.sets(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=20))
 @settings(max_examples=300, deadline=None)
 def test_components_are_those_of_scipy(edges: set[tuple[int, int]]) -> None:

@@ -207,6 +207,7 @@ def test_drives_that_meet_are_followed_beside_others() -> None:
         np.testing.assert_allclose(values(mechanism, x, joint), wanted, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_drive_out_of_reach_is_named_with_its_sample() -> None:
     mechanism = five_bar_and_four_bar()
     guesses = guesses_of(mechanism, "A", "rocker_0", "D")

@@ -62,6 +62,7 @@ def test_a_path_leads_to_the_same(scene: cd.Scene) -> None:
         scene.sweep(scene.assemble(path), along_path=True)
 
 
+@pytest.mark.slow
 def test_one_sample_beyond_reach_is_named() -> None:
     """The pins of a five-bar move apart until its arms are in line."""
     at = np.random.default_rng(2).uniform(-0.3, 0.3, (200, 2))
@@ -104,6 +105,7 @@ def test_many_samples_take_hardly_an_evaluation(
     np.testing.assert_allclose(found.motion.position("bearing_out"), expected, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_positions_one_by_one_are_those_of_straight_lines() -> None:
     """Round where the arms of a five-bar do not meet: lines pass it on either side, or end there.
 

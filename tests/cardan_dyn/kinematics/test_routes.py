@@ -94,6 +94,7 @@ def test_the_inertia_of_every_body_counts_once_along_the_tree() -> None:
             assert set(parents) <= {group.base, *group.bodies}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", ["slide", "ja0", "p4", "ja{last}"])
 def test_rows_and_placed_bodies_grow_linearly(drive: str) -> None:
     """Entries of all closure matrices, and bodies that are placed."""

@@ -106,6 +106,7 @@ def test_ways_round_singular_positions_are_those_of_the_lines() -> None:
     assert apart(part, x, expected.x)[is_there].max() < 1e-6
 
 
+@pytest.mark.slow
 def test_positions_out_of_reach_are_not_there() -> None:
     """The arms of a five-bar do not meet where its pins are far apart."""
     part = motion_of(five_bar(), ["A", "D"])
@@ -128,6 +129,7 @@ def test_neighbours_and_order_change_no_bit() -> None:
         np.testing.assert_array_equal(found[there], x[chosen][there])
 
 
+@pytest.mark.slow
 def test_without_compiled_functions_lines_are_the_same() -> None:
     part = motion_of(cd.load("stewart_platform"), LEGS)
     rng = np.random.default_rng(5)

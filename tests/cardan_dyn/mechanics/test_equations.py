@@ -68,6 +68,7 @@ def state(seed: int) -> State:
 SEEDS = range(40)
 
 
+@pytest.mark.slow
 def test_seeds_have_all_joints() -> None:
     kinds = {joint.type for seed in SEEDS for joint in state(seed).mechanism.joints.values()}
     wanted = "revolute continuous prismatic fixed universal cylindrical planar spherical floating"

@@ -15,6 +15,7 @@ ASKEW = SLENDER + np.array([[0.0, 1e-3, 2e-3], [1e-3, 0.0, -1e-3], [2e-3, -1e-3,
 BESIDE = 0.5 * ALONG + np.array([0.0, 0.012, 0.004])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("speed", [0.0, 6.0])
 def test_the_moment_about_the_line_vanishes(way: str, speed: float) -> None:
@@ -52,6 +53,7 @@ def test_balanced_rods_do_not_spin_at_rest() -> None:
     assert np.max(np.abs(turn.motion.a)) < 1e-12
 
 
+@pytest.mark.slow
 def test_rods_without_mass_are_balanced_as_they_are() -> None:
     text = WAYS["balls"]()
     start = text.index('<link name="rod">')
@@ -63,6 +65,7 @@ def test_rods_without_mass_are_balanced_as_they_are() -> None:
     assert np.all(np.isfinite(turn.motion.a))
 
 
+@pytest.mark.slow
 def test_six_rods_spin_each_by_itself() -> None:
     arms = [f"arm_{k}" for k in (1, 2, 3)]
     scene = cd.Scene(cd.load(delta(True)), drive=arms, gravity=GRAVITY)

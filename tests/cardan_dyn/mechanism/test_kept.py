@@ -98,6 +98,7 @@ def test_scenes_share_what_solves_their_loops() -> None:
     assert all(a is b for a, b in zip(first, second, strict=True))
 
 
+@pytest.mark.slow
 def test_solvers_of_a_long_chain_stay_for_its_next_scene() -> None:
     """However many groups it has."""
     chain = tongs.two_chains(40)

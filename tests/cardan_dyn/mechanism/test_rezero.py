@@ -239,6 +239,7 @@ def spherical(noise: float) -> cd.Mechanism:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-14, 1e-13])
 def test_joints_meet_in_a_point_but_for_rounding(noise: float, tmp_path: Path) -> None:
     """How far a loop may be open is told by the masses, where joints are no distance apart."""

@@ -272,6 +272,7 @@ def test_claims_that_leave_joints_out(outputs: list[str]) -> None:
         assert_same(bodies, false)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_no_claim_with_what_is_not_a_number_is_proven(name: str) -> None:
     bodies, claim, _ = claimed(SCENES[name](), positions(SCENES[name]())[:5], **RATES)

@@ -15,6 +15,7 @@ def made() -> comparisons.Comparisons:
     return comparisons.run()
 
 
+@pytest.mark.slow
 def test_every_comparison_passes_at_every_angle(made: comparisons.Comparisons) -> None:
     assert {item.beta_deg for item in made} == {1.0, 8.5, 30.0, 50.0, 80.0}
     assert len(made) == 5 * 17

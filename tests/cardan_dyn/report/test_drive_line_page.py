@@ -350,6 +350,7 @@ def test_no_english_sentence_is_left_on_a_german_page(texts: dict[tuple[str, str
     assert not re.findall(r".*\b(?:the|give|of|not|is|and|with|on|at|its|this)\b.*", shown)
 
 
+@pytest.mark.slow
 def test_page_stands_alone_and_is_reproducible(
     report: page.LineReport, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
@@ -384,6 +385,7 @@ def test_scene_is_part_of_the_page(report: page.LineReport, tmp_path: Path) -> N
     assert "Turning scene" in text and "support_C1" in text and len(text) > 1_000_000
 
 
+@pytest.mark.slow
 def test_figures_are_saved(tmp_path: Path) -> None:
     plain = reported(double_shaft((0.0, 0.1, 0.0)))
     paths = page.save_figures(plain, tmp_path / "figures")
@@ -462,6 +464,7 @@ def test_figures_of_forces_say_what_they_leave_out(report: page.LineReport) -> N
         assert "Splines do not slide; without service factor and weight." in captions[name]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("plain")
 def test_the_headline_is_green_only_where_everything_was_judged(tmp_path: Path) -> None:
     def headline(found: page.LineReport) -> str:

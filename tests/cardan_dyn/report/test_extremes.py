@@ -194,6 +194,7 @@ def test_what_varies_leaves_doubt(what: str) -> None:
     assert item.least == torsion.min()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_what_does_not_settle_is_in_doubt(side: float) -> None:
     """Values that differ each time that they are asked for, the great ones or the small ones."""

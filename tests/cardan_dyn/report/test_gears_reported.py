@@ -38,6 +38,7 @@ def test_geared_shafts_that_bear_a_torque(
     assert ("nothing acts" in repr(scene.sweep([0.0])["a"])) == ("none" in stated)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_pictures")
 def test_what_is_not_known_is_not_reported_as_zero(tmp_path: Path) -> None:
     """Weight lies across the shafts: nothing would be along them, if nothing but weight acted."""

@@ -44,6 +44,7 @@ def test_day_is_that_of_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
     assert abs((page.today() - datetime.datetime.now(datetime.UTC).date()).days) <= 1
 
 
+@pytest.mark.slow
 def test_equal_figures_give_equal_images() -> None:
     pytest.importorskip("matplotlib")
     from cardan_dyn.figures.style import axes_grid

@@ -68,6 +68,7 @@ def test_figures_and_scenes_are_files(directory: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_page_shows_the_figures_that_were_written(directory: Path, page: str) -> None:
     shown = [
         base64.b64decode(text)
@@ -94,6 +95,7 @@ def test_page_holds_both_scenes_and_needs_no_network(page: str) -> None:
     assert "http" not in page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", ["matplotlib", "jinja2", "meshcat"])
 def test_without_an_extra_no_page_is_written(
     missing: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

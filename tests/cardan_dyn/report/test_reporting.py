@@ -156,6 +156,7 @@ def test_orders_of_a_universal_joint() -> None:
     assert not orders[1::2].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [3, 20])
 def test_orders_of_few_samples_are_those_of_the_turn(samples: int) -> None:
     """At 80° each even order still has 70 % of the one before: what is left out folds down."""
@@ -190,6 +191,7 @@ def test_table_and_text(tmp_path: Path) -> None:
     assert "114.231°" in text and "to rounding" in text
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_pictures")
 def test_page_begins_with_what_statics_determines(tmp_path: Path) -> None:
     """No force in a flat linkage is determined as a whole; the shear of its pins is."""
@@ -272,6 +274,7 @@ class TestPage:
     def page(self, report: Report, tmp_path: Path, scene: bool = False) -> str:
         return report.save(tmp_path / "page.html", scene=scene).read_text("utf-8")
 
+    @pytest.mark.slow
     def test_stands_alone_and_is_reproducible(
         self, pages: Callable[[str], Path], tmp_path: Path
     ) -> None:
@@ -285,6 +288,7 @@ class TestPage:
         for link in ("links", "joints", "loops", "extremes", "efforts", "orders", "drives"):
             assert f'download="four_bar_{link}.csv"' in text
 
+    @pytest.mark.slow
     @pytest.mark.usefixtures("without_pictures")
     def test_scene_has_a_name(self, tmp_path: Path) -> None:
         pytest.importorskip("meshcat", reason="the page has a scene")
@@ -316,6 +320,7 @@ class TestPage:
             and "</span> Not determined by statics, chosen by least norm: " in text
         )
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", [pytest.param("stewart_platform", marks=SLOW), "table"])
     def test_places_of_several_drives_are_a_table(
         self, pages: Callable[[str], Path], name: str
@@ -355,6 +360,7 @@ def test_in_a_browser(browser: Any, pages: Callable[[str], Path], name: str) -> 
         view.close()
 
 
+@pytest.mark.slow
 def test_few_digits_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """The condition where wrenches are great counts, not where they vanish."""
     report = Report(cd.load("thoma_rig"))
@@ -480,6 +486,7 @@ def test_several_drives_go_over_their_common_stroke() -> None:
     assert "at the edge of what loops allow" in report.doubts[0]
 
 
+@pytest.mark.slow
 def test_drives_are_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ranges of drives take most of the time of large mechanisms."""
     from cardan_dyn.scene import usual_motion

@@ -253,6 +253,7 @@ def test_too_few_samples_and_odd_numbers_of_them_are_refused(
         scene(joint).load_response(path)
 
 
+@pytest.mark.slow
 def test_a_changed_header_is_noticed(joint: cd.Mechanism, saved: Path, tmp_path: Path) -> None:
     with np.load(saved) as file:
         keys = list(json.loads(str(file["header"])))

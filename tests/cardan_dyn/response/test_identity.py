@@ -43,6 +43,7 @@ def canonical(value: object) -> object:
     return (type(value).__name__, repr(value + 0.0 if isinstance(value, float) else value))
 
 
+@pytest.mark.slow
 @modest
 @given(first=VALUES, second=VALUES)
 def test_hashes_are_equal_exactly_where_values_are(first: object, second: object) -> None:

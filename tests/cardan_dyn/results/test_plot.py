@@ -198,6 +198,7 @@ def test_what_is_no_column_is_refused(turn: cd.Sweep) -> None:
     assert "plot.orders" in repr(turn.plot)
 
 
+@pytest.mark.slow
 def test_stars_mark_what_statics_leaves_open(turn: cd.Sweep) -> None:
     # Both bearings of the needle drive could be bent against each other; shear is determined.
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft").sweep(POSITIONS, speed=200.0)

@@ -92,6 +92,7 @@ def test_describe_looks_around_a_configuration() -> None:
     assert "this configuration is a singular configuration of C" in text
 
 
+@pytest.mark.slow
 def test_what_cannot_be_closed_is_refused() -> None:
     mechanism = cd.load("four_bar")
     with pytest.raises(

@@ -64,6 +64,7 @@ def test_they_say_how_complete_the_search_was(branches: cd.Branches) -> None:
     )
 
 
+@pytest.mark.slow
 def test_unknown_branches_are_refused(branches: cd.Branches) -> None:
     assert "Z" not in branches
     assert branches.get("Z") is None

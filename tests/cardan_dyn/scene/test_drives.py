@@ -65,6 +65,7 @@ def boom() -> cd.Mechanism:
     return limited(limited(plain, "A", -0.5, 0.9), "S", -2.0, 0.5)
 
 
+@pytest.mark.slow
 def test_what_turns_through_beyond_the_limits_of_others_is_no_crank_but_its_cylinder_drives() -> (
     None
 ):
@@ -108,6 +109,7 @@ def test_a_joint_at_the_ground_that_turns_is_preferred_to_those_before_it() -> N
     assert found.reason == "driven at a joint at the ground that turns through: crank"
 
 
+@pytest.mark.slow
 def test_limits_of_the_description_end_a_range() -> None:
     low, high = rocker_range()
     inside = 0.5 * (low + high)
@@ -137,6 +139,7 @@ def test_several_drives_each_with_the_others_at_rest() -> None:
     assert set(found["B"].instead_of) == set(found.needed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", sorted(WAYS))
 def test_idle_rods_need_no_drive(way: str) -> None:
     found = drives(cd.load(WAYS[way]()))
@@ -182,6 +185,7 @@ def test_presets_hold_what_they_hold() -> None:
     assert found["pin_in"].reach == pytest.approx(np.deg2rad((-35.0, 35.0)), abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_arguments_make_scenes(name: str) -> None:
     mechanism = cd.load(name)
@@ -215,6 +219,7 @@ def test_a_locked_mechanism_has_no_drive() -> None:
     assert not any(item.determines for item in found.values())
 
 
+@pytest.mark.slow
 def test_described_configurations_are_where_ranges_begin() -> None:
     mechanism = four_bar()
     other = cd.Scene(mechanism, drive="A", branch="B").configuration()

@@ -532,6 +532,7 @@ def ways(first: np.ndarray, then: np.ndarray) -> Iterator[np.ndarray]:
         yield np.concatenate([share * [0.0, d], [0.0, d] + share * [a, 0.0]])
 
 
+@pytest.mark.slow
 def test_reach_of_a_drive_at_held_positions() -> None:
     """Held joints move first, then the drive; beyond a gap nothing is reached."""
     scene = cd.Scene(five_bar(), drive="A", held={"D": 0.1})
@@ -546,6 +547,7 @@ def test_reach_of_a_drive_at_held_positions() -> None:
     np.testing.assert_array_equal(alone, [is_in_reach(way) for way in ways(np.zeros(1), a)])
 
 
+@pytest.mark.slow
 def test_reach_of_several_drives() -> None:
     scene = cd.Scene(five_bar(), drive=["D", "A"])
     grid = np.stack(np.meshgrid(np.linspace(-1.5, 1.5, 9), np.linspace(-2.0, 2.0, 11)), axis=-1)
@@ -594,6 +596,7 @@ def test_reach_of_a_rocker_ends_at_its_dead_points() -> None:
     assert scene.reachable(0.0).tolist() == [True]
 
 
+@pytest.mark.slow
 def test_nothing_at_all_may_be_in_reach() -> None:
     """Neither the drives' positions nor those of the held joint, which moves first."""
     held = cd.Scene(five_bar(), drive="A", held={"D": 0.0})

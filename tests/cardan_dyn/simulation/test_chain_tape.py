@@ -85,6 +85,7 @@ def test_prescribed_coordinates(name: str, drive: str) -> None:
         assert np.max(np.abs(found - expected)) < 10.0 * EXACT * np.max(np.abs(expected))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", [parallelograms, spatial, tower])
 def test_many_loops(made: Callable[[int], cd.Mechanism]) -> None:
     """As exact as few, and of instructions in proportion to them unless all move by themselves."""
@@ -132,6 +133,7 @@ def test_states_beyond_all_numbers_give_none() -> None:
     assert np.all(np.isnan(model.accelerations(closed, beyond)))
 
 
+@pytest.mark.slow
 def test_free_motion_of_many_loops_needs_no_effort() -> None:
     scene = cd.Scene(parallelograms(16), free="pivot_0", gravity=(0, -9.81, 0))
     trajectory = scene.simulate(0.5, position=0.4, method="DOP853", rtol=1e-10)

@@ -72,6 +72,7 @@ def test_a_wall_that_follows_slowly_is_left_before_the_play() -> None:
     assert force.pressure[0] < 0.1 and force.pressure[1] == 0.0
 
 
+@pytest.mark.slow
 def test_grazing_touches_are_not_missed() -> None:
     """A pin on a spring beside the bush's axis that swings a hair beyond the play."""
     beyond = 1e-9

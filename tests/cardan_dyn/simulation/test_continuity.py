@@ -224,6 +224,7 @@ def test_motions_as_small_as_rounding_of_closed_loops_are_not_refused(
     np.testing.assert_allclose(moved.position, way, rtol=1e-2, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_loads_that_jump_between_the_steps_are_not_refused() -> None:
     """Steps on both sides of a jump are so short that rounding decides slopes of positions."""
 
@@ -236,6 +237,7 @@ def test_loads_that_jump_between_the_steps_are_not_refused() -> None:
     assert not any("could not be checked" in note for note in moved.notes)
 
 
+@pytest.mark.slow
 def test_springs_that_let_a_body_move_by_little_are_not_refused() -> None:
     """Steps are as long as stability allows, and the body moves by little more than their errors.
 

@@ -39,6 +39,7 @@ def test_kinetic_energy_of_the_universal_joint(joint: cd.Mechanism) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [3, 25])
 def test_energies_of_few_and_many_bodies_are_those_of_one_model(
     count: int, monkeypatch: pytest.MonkeyPatch

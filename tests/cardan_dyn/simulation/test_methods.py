@@ -155,6 +155,7 @@ def test_events_of_many_zeros_are_all_found_by_each_method(method: str) -> None:
     assert found.notes == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_limit_switch_is_found_at_each_passage(method: str) -> None:
     """A pendulum passes its lowest point at T/4 + k T/2, the edges beside it so much earlier."""
@@ -183,6 +184,7 @@ def test_a_limit_switch_is_found_at_each_passage(method: str) -> None:
     assert found.notes == ()
 
 
+@pytest.mark.slow
 def test_an_event_that_is_too_fast_is_told_of() -> None:
     scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
     for method in ("quadrature", "response"):

@@ -77,6 +77,7 @@ def pendulum_on_rubber() -> cd.Scene:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8])
 def test_a_settled_start_takes_no_more_steps_than_a_rigid_one(rtol: float) -> None:
     scene = pendulum_on_rubber()
@@ -90,6 +91,7 @@ def test_a_settled_start_takes_no_more_steps_than_a_rigid_one(rtol: float) -> No
     assert soft.position[-1, 1] == pytest.approx(rigid.position[-1], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_a_start_that_rings_is_told_with_its_frequency() -> None:
     scene = pendulum_on_rubber()
     begun = scene.simulate(5e-3, position={"hinge": 0.3, "slide": 1e-4}, rtol=1e-8)
@@ -103,6 +105,7 @@ def test_a_start_that_rings_is_told_with_its_frequency() -> None:
     assert crossings / 1e-2 == pytest.approx(told, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_start_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, start = pendulum_on_rubber(), {"hinge": 0.3, "slide": 1e-2}
     settled_one = scene.simulate(5e-3, position=start, rtol=1e-8, settle=True)

@@ -31,6 +31,7 @@ def swing() -> cd.Trajectory:
     return scene.simulate(1.0, position=1.0, events=turned).evenly(401)
 
 
+@pytest.mark.slow
 def test_a_dataset_has_time_as_its_dimension(swing: cd.Trajectory) -> None:
     data = swing.to_xarray()
     assert "sample" not in data.dims
@@ -86,6 +87,7 @@ def test_they_go_through_files(swing: cd.Trajectory, tmp_path: Path) -> None:
     xarray.testing.assert_equal(read[["work", "bending"]], data[["work", "bending"]])
 
 
+@pytest.mark.slow
 def test_several_drives_and_a_single_time_have_tables_too() -> None:
     scene = cd.Scene(cd.load("stewart_platform"), free=[f"leg_{k}" for k in range(1, 7)])
     trajectory = scene.simulate(0.01)

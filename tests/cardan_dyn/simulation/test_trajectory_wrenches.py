@@ -84,6 +84,7 @@ def test_it_is_proven(turn: cd.Trajectory, name: str) -> None:
     assert getattr(turn, f"{name}_residual") < 1e-13
 
 
+@pytest.mark.slow
 def test_figures_and_views_take_it(turn: cd.Trajectory) -> None:
     figures = pytest.importorskip("cardan_dyn.figures")
     pytest.importorskip("meshcat")

@@ -92,6 +92,7 @@ CHUNKS = ["curve/c/1/0/0", "nothing/c/1/0", "state/c/1/0"]
 WAYS = [flipped, emptied, cut, zeroed, Path.unlink]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "damage"),
     [(CHUNKS[0], way) for way in WAYS] + [(name, way) for name in CHUNKS[1:] for way in WAYS[::4]],
@@ -114,6 +115,7 @@ def test_a_damaged_chunk_is_computed_again_and_said(
     assert study_of(store).damage.empty
 
 
+@pytest.mark.slow
 def test_bytes_anywhere_in_a_chunk_count(store: Path) -> None:
     path = store / "curve/c/0/0/0"
     data = path.read_bytes()
@@ -216,6 +218,7 @@ def test_a_longer_study_mends_what_it_goes_on_from(store: Path) -> None:
     assert (0.0, 1.0) not in calls()
 
 
+@pytest.mark.slow
 def test_a_retry_says_what_it_leaves(store: Path) -> None:
     emptied(store / "curve/c/0/0/0")
     study = study_of(store)
@@ -269,6 +272,7 @@ def test_arrays_of_others_are_refused_before_anything_is_computed(
     assert files(store) == before
 
 
+@pytest.mark.slow
 def test_arrays_of_others_that_look_alike_are_computed_again(store: Path, kept: Path) -> None:
     group = zarr.open_group(store, mode="r+")
     group.create_array("curve", shape=(8, 2, 2), dtype="f8", chunks=(3, 2, 2), overwrite=True)
@@ -286,6 +290,7 @@ def test_studies_of_other_formats_are_refused(store: Path) -> None:
         study_of(store).run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["file", "local"])
 def test_urls_of_this_machine_are_paths(scheme: str, tmp_path: Path) -> None:
     url = f"{scheme}://{tmp_path}/deep/in/it.zarr"
@@ -378,6 +383,7 @@ def test_samples_that_scipy_has_changed_are_refused(
         run()
 
 
+@pytest.mark.slow
 def test_chunks_of_which_a_part_is_computed_are_read_too(
     store: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

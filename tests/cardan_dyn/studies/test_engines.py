@@ -177,6 +177,7 @@ def test_an_executor_that_is_shut_down_is_said() -> None:
         cd.study(half, {"x": [1.0]}, executor=executor).run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [10, 1000])
 def test_engines_hold_a_few_chunks_however_many_there_are(count: int) -> None:
     from concurrent.futures import ThreadPoolExecutor

@@ -176,6 +176,7 @@ def test_arguments_and_enclosed_values_are_parts() -> None:
     assert differences(fingerprint(first), fingerprint(other)) == ["values"]
 
 
+@pytest.mark.slow
 def test_fingerprints_are_the_same_in_every_process() -> None:
     code = (
         "import cardan_dyn as cd, numpy as np\n"

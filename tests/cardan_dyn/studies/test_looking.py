@@ -36,6 +36,7 @@ def test_sobol_indices_are_those_of_the_closed_form(sampled: studies.Study) -> N
     assert found.total == pytest.approx(expected, abs=0.03)
 
 
+@pytest.mark.slow
 def test_intervals_of_sobol_indices_hold_what_they_are_for() -> None:
     """A sum of three normal numbers: the part of each is its variance's, also in total."""
     weights = np.array([1.0, 2.0, 3.0])
@@ -127,6 +128,7 @@ def test_maps_and_contours_show_what_is_there(grid: studies.Study) -> None:
     assert np.abs(vertices[:, 0] * vertices[:, 1] - 4.0).max() < 0.3  # Between two points of 0.5.
 
 
+@pytest.mark.slow
 def test_tornado_bars_reach_from_end_to_end(grid: studies.Study, sampled: studies.Study) -> None:
     axes = studies.plot_tornado(grid.dataset, "force").axes[0]
     middle = 0.3**2 + 2.0 * 2.0
@@ -178,6 +180,7 @@ def test_figures_say_what_they_show_and_where(grid: studies.Study) -> None:
     assert figure.axes[0].lines[0].get_xdata().max() == pytest.approx(np.rad2deg(0.5))
 
 
+@pytest.mark.slow
 def test_limits_beyond_all_values_are_said_and_hatched(grid: studies.Study) -> None:
     def hatched(limit: float) -> tuple[float, str]:
         figure = studies.plot_contours(
@@ -243,6 +246,7 @@ def humped(x: float, y: float) -> float:
     return 10.0 - (x - 3.0) ** 2 + 0.1 * y
 
 
+@pytest.mark.slow
 def test_tornado_lines_span_all_that_is_known_and_rank_parameters() -> None:
     """A result that is the same at both ends of a parameter has a bar of no width."""
     axes = {"y": np.arange(5.0), "x": np.arange(7.0)}
@@ -259,6 +263,7 @@ def test_tornado_lines_span_all_that_is_known_and_rank_parameters() -> None:
         studies.plot_tornado(gone, "value")
 
 
+@pytest.mark.slow
 def test_tornado_lines_of_samples_span_the_means_of_all_tenths() -> None:
     given = studies.samples({"x": uniform(0.0, 6.0), "y": uniform(0.0, 1.0)}, 400, seed=1)
     data = cd.study(humped, given, vectorized=False, workers=1).run().dataset

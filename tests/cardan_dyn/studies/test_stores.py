@@ -24,6 +24,7 @@ def half(a: float) -> dict[str, Any]:
 AXIS = {"a": (np.arange(10.0), "m")}
 
 
+@pytest.mark.slow
 def test_object_storage_works_as_a_local_store_does(tmp_path: Path) -> None:
     place = "memory://studies/half.zarr"
     local = cd.study(half, AXIS, store=tmp_path / "half.zarr", workers=1, chunk=3).run().dataset
@@ -274,6 +275,7 @@ def test_another_studys_results_are_not_shown(tmp_path: Path) -> None:
             look()
 
 
+@pytest.mark.slow
 def test_an_extension_that_was_killed_goes_on(tmp_path: Path, monkeypatch: Any) -> None:
     place = tmp_path / "half.zarr"
     cd.study(half, AXIS, store=place, workers=1, chunk=4).run()
@@ -365,6 +367,7 @@ def test_names_of_dimensions_are_refused_likewise() -> None:
         cd.study(never, {"a": [1.0], "a_index": [2.0]})
 
 
+@pytest.mark.slow
 def test_a_store_that_was_killed_while_it_was_made_is_made_again(
     tmp_path: Path, monkeypatch: Any
 ) -> None:

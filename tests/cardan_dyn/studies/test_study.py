@@ -71,6 +71,7 @@ def test_failures_are_a_table() -> None:
     assert failures.message.tolist() == ["3.0 is too great"] * 2
 
 
+@pytest.mark.slow
 def test_nothing_is_imported_before_it_is_used() -> None:
     code = (
         "import sys, cardan_dyn as cd; cd.study; cd.studies.Sweeps\n"
@@ -96,6 +97,7 @@ class Counted:
         return len(self.path.read_text().splitlines()) if self.path.exists() else 0
 
 
+@pytest.mark.slow
 def test_a_run_computes_what_is_missing_and_nothing_else(tmp_path: Path) -> None:
     function, place = Counted(tmp_path / "calls"), tmp_path / "study.zarr"
     cd.study(function, GRID, store=place, workers=1, chunk=2).run()

@@ -30,6 +30,7 @@ def each(data: Any) -> Any:
         yield place, {name: float(data[name][place[name]]) for name in names}
 
 
+@pytest.mark.slow
 def test_all_that_a_sweep_broadcasts_goes_into_one_call() -> None:
     scene = scene_of()
     wanted = {"bending": "bearing_out.bending", "moment": ("bearing_out.moment", "max")}
@@ -94,6 +95,7 @@ def test_chunks_are_filled_along_what_one_call_takes() -> None:
     assert chunk_shape((10, 10), 100.0, 8) == (1, 1)
 
 
+@pytest.mark.slow
 def test_responses_hold_what_sweeps_do() -> None:
     scene = scene_of()
     axes = {"held.joint_angle": [0.1, 0.2], "speed": [0.0, 30.0, 60.0]}
@@ -113,6 +115,7 @@ def test_responses_hold_what_sweeps_do() -> None:
     )
 
 
+@pytest.mark.slow
 def test_positions_of_several_drives_are_parameters() -> None:
     legs = [f"leg_{index}" for index in range(1, 7)]
     robot = cd.Scene(cd.load("stewart_platform"), drive=legs, gravity=(0.0, 0.0, -9.81))
@@ -128,6 +131,7 @@ def test_positions_of_several_drives_are_parameters() -> None:
         cd.study(studies.Sweeps(robot, "drive_effort"), studies.points(lengths), workers=1).plan()
 
 
+@pytest.mark.slow
 def test_a_long_sweep_is_computed_in_parts() -> None:
     scene = scene_of()
     line = studies.Line(0.0, 20.0, 5000)
@@ -205,6 +209,7 @@ def test_what_statics_leaves_open_is_marked() -> None:
     assert studies.plot_scatter(data, "rocker_pin.shear").axes[0].get_ylabel()[-3:] == "[N]"
 
 
+@pytest.mark.slow
 def test_every_column_of_a_table_can_be_wanted() -> None:
     elements = [
         cd.Bushing("coupler", "base", (0.1, 0.0, 0.0), [3e3] * 3 + [5.0] * 3, name="rubber"),

@@ -149,6 +149,7 @@ def test_torsion_is_named_without_a_whirl() -> None:
     assert set(found.to_dataframe().whirl) == {"planar"}
 
 
+@pytest.mark.slow
 def test_modes_arefollowed_past_speeds_without_a_motion() -> None:
     """A circle keeps its sense in space, and is backward or forward by the drive's sense."""
     scene = elastic_rigs.scene(elastic_rigs.elastic_rig(POLAR), np.radians(5.0))

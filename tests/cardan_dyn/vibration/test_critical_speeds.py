@@ -68,6 +68,7 @@ def test_instabilities_stand_beside_resonances() -> None:
     assert kinds["resonance"].speed == pytest.approx(0.5, abs=5e-3)
 
 
+@pytest.mark.slow
 def test_peak_of_a_strongly_damped_mode() -> None:
     """A spring behind the joint is forced by the series φ₂ = φ + Σ κᵏ sin(2 k φ)/k, κ = tan²(β/2).
 
@@ -129,6 +130,7 @@ def test_a_drive_that_turns_back_has_the_same_critical_speeds(rig: CriticalSpeed
         assert (row.lower, row.upper) == pytest.approx((-other.upper, -other.lower), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_severity_is_the_greatest_that_is_known_where_motions_are_too_large() -> None:
     """κ/(2 ζ) = 1.55 rad exceeds the range of one radian, whose greatest amplitude is no peak."""
     line = elastic_rigs.torsional_line(0.5, 1.0, None, 1.0, damping_out=0.02)
@@ -161,6 +163,7 @@ def test_a_remark_says_why_a_branch_was_not_followed_further(
     assert "max_amplitude" not in remark
 
 
+@pytest.mark.slow
 def test_undamped_resonances_of_linear_lines_have_no_bound() -> None:
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5)
     found = vibration.critical_speeds(
@@ -243,6 +246,7 @@ def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
             vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=orders)
 
 
+@pytest.mark.slow
 def test_unbalance_between_equal_springs_excites_forward_whirl_alone() -> None:
     """Laval's rotor: its greatest amplitude is e/(2ζ√(1 - ζ²)), at ω_n/√(1 - 2ζ²)."""
     mass, offset, stiffness, damping = 20.0, 1e-4, 2e6, 250.0

@@ -39,6 +39,7 @@ def test_the_unstable_wedge_of_a_chart(chart: Floquet) -> None:
     assert chart.period == pytest.approx(np.pi)
 
 
+@pytest.mark.slow
 def test_a_design_of_a_chart_is_the_scene_that_holds_it(chart: Floquet) -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(20.0))
     alone = vibration.floquet(scene, chart.speed)
@@ -70,6 +71,7 @@ def test_a_lost_worker_is_reported(chart: Floquet, monkeypatch: pytest.MonkeyPat
         vibration.floquet(chart.scene, 1.0, held={"joint_angle": [0.1, 0.2]}, workers=2)
 
 
+@pytest.mark.slow
 def test_growth_is_that_of_the_fastest_disturbance() -> None:
     """ln|λ| over the time π/Ω of half a turn; forwards and backwards alike."""
     beta, speed = np.radians(20.0), 1.0
@@ -125,6 +127,7 @@ def test_a_chart_may_begin_without_an_angle_at_a_resonance() -> None:
     np.testing.assert_allclose(found.multipliers[0, 0], [1.0, 1.0], atol=1e-7)
 
 
+@pytest.mark.slow
 def test_null_test_with_the_spring_behind() -> None:
     """Multipliers e^{±iπ/r}, never unstable."""
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5, inertia_out=0.5)
@@ -202,6 +205,7 @@ def boxes(axes: object) -> list[tuple[float, float, float]]:
     return [(box.x0 * np.pi / 30.0, box.x1 * np.pi / 30.0, box.y0) for box in found]
 
 
+@pytest.mark.slow
 def test_a_chart_draws_the_regions_that_its_object_holds() -> None:
     """Two of the three lie between its speeds, where no sample is unstable."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
@@ -225,6 +229,7 @@ def test_a_chart_draws_the_regions_that_its_object_holds() -> None:
     assert sorted(edges) == pytest.approx([row.lower, row.upper])
 
 
+@pytest.mark.slow
 def test_speeds_without_a_motion_are_drawn_and_counted() -> None:
     line = elastic_rigs.torsional_line(damping_in=0.01)
     scene = elastic_rigs.scene(line, 0.1)

@@ -27,6 +27,7 @@ def model() -> ReducedModel:
     return ModelBuild(rotating_scene(scene)).model(np.zeros(1), np.array([0.2]))
 
 
+@pytest.mark.slow
 def test_motions_are_those_of_shooting(model: ReducedModel) -> None:
     speed = np.array([0.21, 0.7, 1.4])
     groups = resolved(model, speed, np.zeros((3, model.count, 1)))

@@ -49,6 +49,7 @@ def test_disturbances_go_forwards_in_time_where_the_drive_turns_back() -> None:
     assert np.all(np.abs(found.multipliers()) < 1.0)
 
 
+@pytest.mark.slow
 def test_it_is_not_about_the_uniform_motion() -> None:
     """Near r = 1/2 the latter invents an instability."""
     r, zeta = 0.5, 0.02

@@ -138,6 +138,7 @@ def test_a_range_that_is_refused_leaves_the_known_one(monkeypatch: pytest.Monkey
     assert min(tried) > first
 
 
+@pytest.mark.slow
 def test_four_coordinates_that_tilt_and_twist(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sweeps agree with a motion, and no more is sampled than it takes."""
     counts: list[int] = []

@@ -31,6 +31,7 @@ def found(rig: cd.Scene) -> PeriodicMotion:
     return vibration.periodic_motion(rig, [SPEED, 0.9])
 
 
+@pytest.mark.slow
 def test_amplitudes_against_shooting(found: PeriodicMotion) -> None:
     system = TiltingShaft(np.radians(5.0), SPEED)
     state = found.at(0.0)
@@ -111,6 +112,7 @@ def test_rows_of_a_speed_are_sorted_by_size() -> None:
     assert np.all(np.diff(np.ptp(found.at(places).position, axis=(1, 2))) > 0.0)
 
 
+@pytest.mark.slow
 def test_linear_resonance_without_damping_is_refused() -> None:
     # A spring behind the joint: the equation is linear, its resonance has no periodic motion.
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=2.0)

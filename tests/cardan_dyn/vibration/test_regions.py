@@ -17,6 +17,7 @@ from cardan_dyn.motion.vibration.motions.search import MotionSearch
 from cardan_dyn.motion.vibration.motions.stability import FOLD, NONE, STABLE, stability
 
 
+@pytest.mark.slow
 def test_first_region_of_a_spring_in_front() -> None:
     """15°, a = 1/2: 0.9911629395 … 1.0084989812, found between coarse steps."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))

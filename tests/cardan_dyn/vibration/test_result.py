@@ -32,6 +32,7 @@ def some() -> Some:
     return Some(np.arange(3.0), 2.5, 7, ("a", "b"), {"angle": np.ones(2)}, object)
 
 
+@pytest.mark.slow
 def test_headlines_count_speeds_without_a_motion() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.01), np.radians(10.0))
     for find in (vibration.campbell, vibration.forced_response, vibration.periodic_motion):

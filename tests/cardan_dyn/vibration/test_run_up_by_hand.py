@@ -53,6 +53,7 @@ def own_rising() -> Callable[..., np.ndarray]:
     return own_run(rate, begun * [1.0, FIRST], DURATION)
 
 
+@pytest.mark.slow
 def test_a_rising_speed_as_the_equation_has_it(rising: vibration.RunUp) -> None:
     own = own_rising()
     np.testing.assert_allclose(rising.position[:, 0], own(rising.time)[0], atol=2e-7)
@@ -97,6 +98,7 @@ def test_a_twist_that_swings_faster_than_the_drive_turns_is_seen() -> None:
     assert found.envelope[0, 0] == pytest.approx(swing, rel=5e-4)
 
 
+@pytest.mark.slow
 def test_what_constant_speeds_predict_is_the_motion_by_shooting(rising: vibration.RunUp) -> None:
     for row in (0, len(rising.predicted_speed) // 2):
         speed = float(rising.predicted_speed[row])
@@ -125,6 +127,7 @@ def test_tables_and_figures_of_a_run(rising: vibration.RunUp) -> None:
         rising.plot("twist")
 
 
+@pytest.mark.slow
 def test_a_torque_moves_the_drive_as_the_equations_have_it() -> None:
     """J₀ φ'' = T + k q + c q', from a motion whose speed at φ = 0 returns after half a turn."""
     torque = 0.01
@@ -187,6 +190,7 @@ def behind(inertia: float, beta: float, ratio: float) -> cd.Scene:
     return elastic_rigs.scene(line, beta)
 
 
+@pytest.mark.slow
 def test_a_barrier_is_what_dampers_absorb_at_most() -> None:
     """A heavy drive, which is held where its torque is half of that."""
     line = np.radians(10.0), 0.05

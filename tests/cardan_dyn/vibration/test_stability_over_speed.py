@@ -77,6 +77,7 @@ def test_nothing_is_told_across_jumps(looked_at: list[float]) -> None:
     assert looked_at
 
 
+@pytest.mark.slow
 def test_beside_speeds_without_a_motion_each_is_looked_at(looked_at: list[float]) -> None:
     line = elastic_rigs.torsional_line(damping_in=0.02)
     scene = elastic_rigs.scene(line, np.radians(15.0))

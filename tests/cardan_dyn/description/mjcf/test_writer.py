@@ -344,6 +344,7 @@ def test_generated_names_are_new() -> None:
     assert [loop.name for loop in again.loops] == ["c_weld_2"]
 
 
+@pytest.mark.slow
 def test_long_chains() -> None:
     """Deeper than Python's recursion would reach."""
     parts = ['<link name="l0"/>']

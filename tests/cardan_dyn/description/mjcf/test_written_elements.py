@@ -30,6 +30,7 @@ ANGLES = st.one_of(
 X = np.array([1.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 @settings(max_examples=300, derandomize=True, deadline=None)
 @given(ANGLES, ANGLES, ANGLES)
 def test_quaternions_of_any_rotation(roll: float, pitch: float, yaw: float) -> None:
