@@ -7,6 +7,7 @@ from .core.elements.contact_laws import (
     LankaraniNikravesh,
     LinearContact,
 )
+from .motion.clearance import drawing as drawing
 from .motion.clearance.comparing import compare
 from .motion.clearance.contact_simulation import ContactSimulation, JointContact, PinImpact
 from .motion.clearance.impact_model import ImpactModel
