@@ -50,8 +50,6 @@ class PointMotion(Frozen, Result):
     Attributes:
         link: name of the link, or of a frame that is fixed in one.
         xyz: `(3,)` the point, from the origin of that and in its axes [m].
-        position: where the point is `(N, 3)` [m].
-        orientation: rotations `(N, 3, 3)` that take components in the link's axes to world axes.
     """
 
     def __init__(self, moving: Any, link: str, xyz: ArrayLike = _ORIGIN) -> None:
@@ -77,7 +75,7 @@ class PointMotion(Frozen, Result):
             )
         self.link, self.xyz = carrier.name, point
         self._moving, self._carrier = moving, carrier
-        self.position, self.orientation = self._shaped(position), self._shaped(rotation)
+        self._rotation, self._position = self._shaped(rotation), self._shaped(position)
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -96,6 +94,16 @@ class PointMotion(Frozen, Result):
     def shape(self) -> tuple[int, ...]:
         """Shape of the samples."""
         return self._moving.shape
+
+    @property
+    def position(self) -> Array:
+        """Where the point is `(N, 3)` [m]."""
+        return self._position
+
+    @property
+    def orientation(self) -> Array:
+        """Rotations `(N, 3, 3)` that take components in the link's axes to world axes."""
+        return self._rotation
 
     @cached_property
     def velocity(self) -> Array:
