@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pinocchio as pin
@@ -10,6 +12,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.core.description.second_reading import reread
+from cardan_dyn.core.mechanism.rezero import rezeroed
 from cardan_dyn.core.mechanism.tree import joint_model
 from cardan_dyn.scene.presets import PRESETS
 
@@ -122,22 +125,34 @@ def test_models_of_mechanisms(name: str) -> None:
     np.testing.assert_allclose(one.drive_effort, other.drive_effort, atol=1e-9 * size)
 
 
-@pytest.mark.parametrize("contact", ["rigid", "anchor", "wrapped"])
-@pytest.mark.parametrize("seed", range(4))
-def test_closed_chains_against_constraint_dynamics(seed: int, contact: str) -> None:
-    """Efforts of a sweep give the accelerations of that sweep, by Pinocchio's own algorithm."""
+def closed_chain(seed: int) -> tuple[pin.Model, np.ndarray, pin.RigidConstraintModel]:
+    """Return a chain of five hinges whose end a ball holds, and where it does."""
     model, ids = linkage({f"j{k}": joint(HINGES[k % 4]) for k in range(5)}, seed)
     random = np.random.default_rng(seed)
     closed = random.uniform(-0.3, 0.3, model.nq)
     data = model.createData()
     pin.forwardKinematics(model, data, closed)
     here = pin.exp6(random.uniform(-0.2, 0.2, 6))
-    constraint = pin.RigidConstraintModel(
-        pin.ContactType.CONTACT_3D, model, ids[-1], here, 0, data.oMi[ids[-1]] * here
-    )
+    ends = ids[-1], here, 0, data.oMi[ids[-1]] * here
+    return model, closed, pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, *ends)
+
+
+def driven(mechanism: cd.Mechanism, closed: np.ndarray) -> cd.Scene:
+    near = {f"j{k}": float(closed[k]) for k in range(5)}
+    return cd.Scene(mechanism, drive=["j0", "j1"], near=near, gravity=WEIGHT)
+
+
+@pytest.mark.parametrize("contact", ["rigid", "anchor", "wrapped"])
+@pytest.mark.parametrize("seed", range(4))
+def test_closed_chains_against_constraint_dynamics(seed: int, contact: str) -> None:
+    """Efforts of a sweep give the accelerations of that sweep, by Pinocchio's own algorithm."""
+    model, closed, constraint = closed_chain(seed)
     given = constraint
     if contact != "rigid":
-        ends = ids[-1], here, 0, data.oMi[ids[-1]] * here
+        ends = (
+            *(constraint.joint1_id, constraint.joint1_placement),
+            *(constraint.joint2_id, constraint.joint2_placement),
+        )
         given = pin.PointAnchorConstraintModel(model, *ends)
         if contact == "wrapped":
             given = pin.ConstraintModel(given)
@@ -145,8 +160,7 @@ def test_closed_chains_against_constraint_dynamics(seed: int, contact: str) -> N
     mechanism = cd.from_pinocchio(wrapper, [given], actuated=["j0", "j1"])
     assert mechanism.independent_joints == ("j0", "j1")
     assert cd.describe(mechanism).mobility == 2
-    near = {f"j{k}": float(closed[k]) for k in range(5)}
-    scene = cd.Scene(mechanism, drive=["j0", "j1"], near=near, gravity=WEIGHT)
+    scene = driven(mechanism, closed)
     swept = scene.sweep(closed[:2], speed=[1.0, -2.0], acceleration=[0.5, 3.0])
     assert max(swept.balance_residual, swept.loop_residual) < 1e-12
     q, v, a = (
@@ -164,6 +178,50 @@ def test_closed_chains_against_constraint_dynamics(seed: int, contact: str) -> N
     settings = pin.ProximalSettings(1e-14, 1e-12, 50)
     found = pin.constraintDynamics(model, data, q, v, tau, constraints, datas, settings)
     np.testing.assert_allclose(found, a, rtol=1e-7, atol=1e-7 * np.max(np.abs(a)))
+
+
+def test_copies_threads_and_another_zero() -> None:
+    """What is made of a mechanism of a model is proven by the numbers that it then has."""
+    model, closed, constraint = closed_chain(1)
+    mechanism = cd.from_pinocchio(model, [constraint], actuated="j0")
+    assert mechanism.independent_joints == ("j0",)
+    swept = driven(mechanism, closed).sweep(closed[:2], speed=1.0)
+    constraint.joint1_placement = pin.SE3.Random()  # The mechanism has its own.
+    others = [
+        copy.deepcopy(mechanism),
+        pickle.loads(pickle.dumps(mechanism)),
+        cd.from_pinocchio(model, [closed_chain(1)[2]]),
+    ]
+    with ThreadPoolExecutor(3) as pool:
+        efforts = [
+            again.drive_effort
+            for again in pool.map(
+                lambda item: driven(item, closed).sweep(closed[:2], speed=1.0), others
+            )
+        ]
+    for effort in efforts:
+        np.testing.assert_array_equal(effort, swept.drive_effort)
+    at = {name: swept.motion.position(name)[0] for name in mechanism}
+    moved = cd.Mechanism(rezeroed(mechanism.description, at, mechanism.characteristic_length))
+    again = cd.Scene(moved, drive=["j0", "j1"], gravity=WEIGHT).sweep([0.0, 0.0], speed=1.0)
+    assert again.balance_residual < 1e-13
+    np.testing.assert_allclose(again.drive_effort, swept.drive_effort, rtol=1e-11, atol=1e-11)
+
+
+def test_screws_within_composites_are_coupled() -> None:
+    composite = pin.JointModelComposite()
+    composite.addJoint(pin.JointModelRY(), pin.exp6(np.full(6, 0.1)))
+    composite.addJoint(pin.JointModelHZ(0.05), pin.exp6(np.full(6, 0.2)))
+    model, _ = linkage({"first": joint("RZ"), "both": composite})
+    mechanism = cd.from_pinocchio(model)
+    assert list(mechanism) == ["first", "both_1", "both_2", "both"]
+    assert cd.describe(mechanism).mobility == 3
+    scene = cd.Scene(mechanism, drive=["first", "both_1", "both_2"], gravity=WEIGHT)
+    x, v, a = np.random.default_rng(0).uniform(-0.5, 0.5, (3, 3))
+    swept = scene.sweep(x, speed=v, acceleration=a)
+    model.gravity.linear = WEIGHT
+    tau = pin.rnea(model, model.createData(), x, v, a)
+    np.testing.assert_allclose(swept.drive_effort[0], tau, rtol=1e-12)
 
 
 def test_composites_are_joints_in_a_row() -> None:
@@ -248,13 +306,24 @@ def test_what_is_refused() -> None:
         cd.from_pinocchio("four_bar")  # type: ignore[arg-type]
     with pytest.raises(cd.ModelError, match="no joint 'c'; joints: a, b"):
         cd.from_pinocchio(model, actuated=["c"])
-    with pytest.raises(cd.ModelError, match="closes no loop here"):
+    with pytest.raises(cd.ModelError, match="of 0 rows closes no loop here"):
         cd.from_pinocchio(model, [pin.JointLimitConstraintModel(model, [1])])
     same = pin.RigidConstraintModel(
         pin.ContactType.CONTACT_3D, model, ids[1], pin.SE3.Identity(), ids[1], pin.SE3.Identity()
     )
     with pytest.raises(cd.ModelError, match="both of its ends are on"):
         cd.from_pinocchio(model, [same])
+    for contact, name, value in (
+        (pin.RigidConstraintModel, "desired_contact_placement", pin.SE3.Random()),
+        (pin.RigidConstraintModel, "desired_contact_velocity", pin.Motion.Random()),
+        (pin.PointAnchorConstraintModel, "desired_constraint_offset", np.ones(3)),
+    ):
+        kind = (pin.ContactType.CONTACT_3D,) * (contact is pin.RigidConstraintModel)
+        placed = ids[1], pin.SE3.Identity(), ids[2], pin.SE3.Identity()
+        constraint = contact(*kind, model, *placed)
+        setattr(constraint, name, value)
+        with pytest.raises(cd.ModelError, match=f"{name} is not read: place its two ends"):
+            cd.from_pinocchio(model, [constraint])
     model.armature[0] = 0.1
     with pytest.raises(cd.ModelError, match=r"joint 'a': armature 0\.1"):
         cd.from_pinocchio(model)

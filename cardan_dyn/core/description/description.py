@@ -40,10 +40,16 @@ class SourceText:
 
 
 class SourceModel(NamedTuple):
-    """The `pin.Model` that a description was read from, and its constraints."""
+    """The `pin.Model` that a description was read from, and its constraints.
+
+    Attributes:
+        model: a copy of it.
+        constraints: of each the joints (index) of its two ends, and its `(4, 4)` placements there
+            [m].
+    """
 
     model: pinocchio.Model
-    constraint_models: tuple[object, ...]
+    constraints: tuple[tuple[int, np.ndarray, int, np.ndarray], ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -258,8 +264,8 @@ class Description(Value):
         independent_joints: names of the joints that its author drives.
         notation: how the loops were written, and what else was found.
         warnings: what is wrong with it and was accepted.
-        source: its text and file.
-        given: the model of Pinocchio that it was read from, if it was.
+        source: what it was read from, a text and file or a model of Pinocchio; None where its
+            numbers are not those of one.
         frames: further frames by name, such as the sites of MJCF: the link that carries each, and
             its `(4, 4)` placement there [m].
         displacements: what was changed about the numbers of its text, see `displaced`.
@@ -276,8 +282,7 @@ class Description(Value):
     independent_joints: tuple[str, ...] = ()
     notation: str = field(default="URDF+", compare=False)
     warnings: tuple[str, ...] = field(default=(), compare=False)
-    source: SourceText | None = field(default=None, compare=False)
-    given: SourceModel | None = field(default=None, compare=False)
+    source: SourceText | SourceModel | None = field(default=None, compare=False)
     frames: Mapping[str, tuple[str, np.ndarray]] = field(
         default_factory=lambda: FrozenDict({}), compare=False
     )
@@ -364,6 +369,11 @@ class Description(Value):
     def joints_and_loops(self) -> tuple[JointOrLoop, ...]:
         """The joints of the tree, then the loops, in file order."""
         return (*self.joints, *self.loops)
+
+    @property
+    def text(self) -> SourceText | None:
+        """Its text and file, where it was read from one."""
+        return self.source if isinstance(self.source, SourceText) else None
 
     @property
     def root(self) -> str:

@@ -57,11 +57,11 @@ class Precision(NamedTuple):
 
 def precision_of(description: Description) -> Precision:
     """Return the precision of a description's text; zeros where it has no rounded numbers."""
-    if description.source is None:
+    if description.text is None:
         return Precision(0.0, 0.0)
     from xml.etree import ElementTree
 
-    root = ElementTree.fromstring(description.source.text)
+    root = ElementTree.fromstring(description.text.text)
     degrees = root.tag == "mujoco" and all(
         item.get("angle", "degree") == "degree" for item in root.iter("compiler")
     )

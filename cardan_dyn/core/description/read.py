@@ -101,7 +101,7 @@ def _parse(
     # The bundled files have limits only because URDF demands them of hinges and slides.
     if path is None or path.parent != bundled_directory():
         warnings += tuple(limits_left_out(description.joints, where))
-    beside = "" if description.source is None else description.source.beside
+    beside = "" if description.text is None else description.text.beside
     return replace(description, warnings=warnings, source=SourceText(text, path, beside, model))
 
 

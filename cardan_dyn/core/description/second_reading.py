@@ -16,7 +16,7 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
-from .description import TWO_AXES, Description, LinkDescription, Mesh
+from .description import TWO_AXES, Description, LinkDescription, Mesh, SourceModel
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -42,10 +42,10 @@ def reread(description: Description) -> Description:
 def _reread(description: Description) -> Description:
     """See `reread`."""
     source = description.source
-    if description.given is not None:
-        from .model_again import reread_model
+    if isinstance(source, SourceModel):
+        from .pinocchio import second_reading as pinocchio
 
-        return reread_model(description, description.given)
+        return pinocchio.reread(description, source)
     if source is None:
         return description
     from xml.etree import ElementTree

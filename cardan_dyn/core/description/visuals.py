@@ -19,7 +19,7 @@ from .visual import SIZES, Rgba, Visual, positive, read_each, rgba, scale_of
 
 def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
     """Return the visuals of a description, and messages about those that cannot be read."""
-    source = description.source
+    source = description.text
     if source is None:
         return [], []
     root = ElementTree.fromstring(source.text)

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pinocchio
 
-from ...kit.arrays import Array, generic
+from ...kit.arrays import EPS, Array, generic
 from ...kit.checks import described as told
 from ...kit.checks import flag, number
 from ...kit.errors import ArgumentError
@@ -40,7 +40,6 @@ from .vectors import UNTURNED, Rotation, Vector, added, cross, less, product, tu
 if TYPE_CHECKING:
     from ..description.description import Description
 
-_ROUNDING = float(np.finfo(float).eps)
 _CLOSED = 1e-12
 """Closure error that is rounding."""
 _SINGLE_PRECISION = float(np.finfo(np.float32).eps)
@@ -126,9 +125,9 @@ def from_pinocchio(
     found = getattr(model, "model", model)
     if not isinstance(found, pinocchio.Model):
         raise ArgumentError(f"from_pinocchio() takes a pin.Model, not {told(model)}")
-    from ..description.pinocchio_model import read_model  # Most mechanisms come from files.
+    from ..description.pinocchio import reader  # Most mechanisms come from files.
 
-    description = read_model(found, constraint_models, actuated, flag("strict", strict))
+    description = reader.read(found, constraint_models, actuated, flag("strict", strict))
     return made(description, closure_tolerance)
 
 
@@ -286,7 +285,7 @@ class _Chain:
             longest = np.abs(step).max(initial=0.0)
             if longest < _CLOSED:
                 break
-            x = self.moved(x, step * min(1.0, 0.5 / max(longest, _ROUNDING)))
+            x = self.moved(x, step * min(1.0, 0.5 / max(longest, EPS)))
         return self.at(x)
 
     def _step(self, here: _Positions, rank: int | None, tolerance: float) -> Array:

@@ -19,7 +19,7 @@ def fingerprint(mechanism: Mechanism) -> str:
 
     Of one that was not read from a text, that of the URDF text that says the same.
     """
-    source = mechanism.base.description.source
+    source = mechanism.base.description.text
     if source is None:
         return hashlib.sha256(mechanism.base.to_urdf().encode("utf-8")).hexdigest()
     beside = source.beside

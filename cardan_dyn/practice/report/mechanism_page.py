@@ -73,7 +73,7 @@ def write(report: Findings, path: Path, with_scene: bool) -> Path:
     }
     if sweep is not None:
         content |= _extremes(report) | _figures(report, sweep, with_scene)
-    source = report.mechanism.description.source
+    source = report.mechanism.description.text
     file = "" if source is None or source.path is None else source.path.name
     block = [
         ("Mechanism", report.mechanism.name),

@@ -7,17 +7,17 @@ massless links between.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pinocchio
 
-from ...kit.arrays import Array, inverse
-from ...kit.errors import ModelError, choices
-from ...kit.frozen import frozen
-from .description import (
+from ....kit.arrays import Array, inverse
+from ....kit.errors import ModelError, choices
+from ....kit.frozen import frozen
+from ..description import (
     CouplingDescription,
     Description,
     Dynamics,
@@ -27,10 +27,10 @@ from .description import (
     LoopDescription,
     SourceModel,
 )
-from .elements import GREATEST, LEAST_MASS, check_size, unique
-from .left_out import dynamics_left_out, forces_left_out, limits_left_out
-from .mimics import default_name
-from .urdf import check_inertia
+from ..elements import GREATEST, LEAST_MASS, check_size, unique
+from ..left_out import dynamics_left_out, forces_left_out, limits_left_out
+from ..mimics import default_name
+from ..urdf import check_inertia
 
 _TYPES = {
     "JointModelFreeFlyer": "floating",
@@ -48,11 +48,13 @@ _TYPES = {
     "JointModelHelicalUnaligned": "screw",
 }
 """Pinocchio's names of joints, and ours; a `screw` becomes a hinge and a slide that follows it."""
+_CLOSING = ("RigidConstraintModel", "PointAnchorConstraintModel", "FrameAnchorConstraintModel")
+"""Constraints that close loops."""
 _LOOPS = {3: "spherical", 6: "fixed"}
 """Rows of a constraint to the joint that it is."""
 
 
-def read_model(
+def read(
     model: pinocchio.Model,
     constraint_models: Iterable[Any],
     actuated: Iterable[str] | None,
@@ -74,8 +76,10 @@ def read_model(
 
 class _Reader:
     def __init__(self, model: pinocchio.Model, constraints: tuple[Any, ...], strict: bool) -> None:
-        self._model, self._constraints, self._strict = model, constraints, strict
-        self._where = f"pin.Model {model.name!r}"
+        self._model, self._strict, self._where = model, strict, f"pin.Model {model.name!r}"
+        self._constraints = [
+            item.extract() if hasattr(item, "extract") else item for item in constraints
+        ]
         check_size(model.njoints, self._where)
         bodies: dict[int, Any] = {}
         for frame in model.frames:
@@ -108,7 +112,7 @@ class _Reader:
             self._loop(number, constraint) for number, constraint in enumerate(self._constraints)
         )
         names = [joint.name for joint in self._joints]
-        motors = tuple(actuated or ())
+        motors = (actuated,) if isinstance(actuated, str) else tuple(actuated or ())
         for name in motors:
             if name not in names:
                 raise ModelError(
@@ -135,7 +139,7 @@ class _Reader:
                 *dynamics_left_out(self._joints, self._where),
                 *forces_left_out(forces, self._where, self._strict),
             ),
-            given=SourceModel(pinocchio.Model(model), self._constraints),
+            source=SourceModel(pinocchio.Model(model), tuple(map(_ends, self._constraints))),
             frames=frozen(
                 {
                     frame.name: self._on_link(frame.parentJoint, frame.placement)
@@ -174,30 +178,28 @@ class _Reader:
         follows = joint.shortname() == "JointModelMimic"
         parts = [self._mimicking(index)] if follows else list(_parts(joint, self._where, name))
         is_screw = joint.shortname().startswith("JointModelH")
-        for number, (kind, axes, before) in enumerate(parts, start=1):
-            own, end = name, self._links[index]
-            if is_screw and number == 2:
+        for number, (kind, axes, before, pitch) in enumerate(parts, start=1):
+            own, (child, place) = name, self._links[index]
+            if is_screw and pitch:
                 own = self._unique(f"{name}_slide")
             elif not is_screw and number < len(parts):
                 own = self._unique(f"{name}_{number}")
             if number < len(parts):
-                end = self._unique(f"{name}:{number}"), np.eye(4)
-                self._between.append(LinkDescription(end[0]))
-            child, place = end
+                child, place = self._unique(f"{name}:{number}"), np.eye(4)
+                self._between.append(LinkDescription(child))
             found = (own, kind, parent, child, origin @ before, axes[0], axes[-1], place)
             self._joints.append(JointDescription(*found))
+            if pitch:
+                self._couple(self._joints[-2].name, own, pitch, 0.0)
             parent, origin = child, np.eye(4)
         if len(parts) == 1:
             self._joints[-1] = self._with_numbers(self._joints[-1], index)
-        if is_screw:
-            hinge, slide = self._joints[-2].name, self._joints[-1].name
-            self._couple(hinge, slide, _pitch(joint), 0.0)
         if follows:
             leader = model.mimicked_joints[list(model.mimicking_joints).index(index)]
             self._couple(model.names[leader], name, joint.scaling, joint.offset)
 
-    def _mimicking(self, index: int) -> tuple[str, Sequence[Array], Array]:
-        """Return type, axis and placement of a joint that follows another, of whose rate it is."""
+    def _mimicking(self, index: int) -> _Part:
+        """Return the part of a joint that follows another, of whose rate its twist is."""
         model, data = self._model, self._model.createData()
         pinocchio.computeJointJacobians(model, data, pinocchio.neutral(model))
         twist = np.array(data.joints[index].S).reshape(6)
@@ -209,7 +211,7 @@ class _Reader:
                 "ratio that is not zero"
             )
         kind = "prismatic" if twist[:3].any() else "revolute"
-        return kind, ((twist[:3] + twist[3:]) / ratio,), np.eye(4)
+        return kind, ((twist[:3] + twist[3:]) / ratio,), np.eye(4), 0.0
 
     def _couple(self, first: str, second: str, ratio: float, offset: float) -> None:
         name = self._unique(default_name(second))
@@ -232,66 +234,77 @@ class _Reader:
         return replace(joint, limits=limits, dynamics=dynamics)
 
     def _loop(self, number: int, constraint: Any) -> LoopDescription:
-        constraint = constraint.extract() if hasattr(constraint, "extract") else constraint
         name = getattr(constraint, "name", "") or f"loop_{number + 1}"
-        at = f"{self._where}: constraint {name!r}"
-        kind = type(constraint).__name__
-        if kind == "RigidConstraintModel":
-            rows = 3 if constraint.type == pinocchio.ContactType.CONTACT_3D else 6
-        else:
-            rows = {"PointAnchorConstraintModel": 3, "FrameAnchorConstraintModel": 6}.get(kind, 0)
-        if not rows:
+        at, kind = f"{self._where}: constraint {name!r}", type(constraint).__name__
+        rows = constraint.residualSize() if kind in _CLOSING else 0
+        if rows not in _LOOPS:
             raise ModelError(
-                f"{at}: a {kind} closes no loop here; a RigidConstraintModel, a "
-                "PointAnchorConstraintModel or a FrameAnchorConstraintModel does"
+                f"{at}: a {kind} of {rows} rows closes no loop here; of contact type 3D or 6D, "
+                f"these do: {choices(_CLOSING)}"
             )
-        ends = [
-            self._on_link(constraint.joint1_id, constraint.joint1_placement),
-            self._on_link(constraint.joint2_id, constraint.joint2_placement),
-        ]
-        if ends[0][0] == ends[1][0]:
-            raise ModelError(f"{at}: both of its ends are on {ends[0][0]!r}")
+        _refuse_desired(constraint, at)
+        first, before, second, behind = _ends(constraint)
+        if first == second:
+            raise ModelError(f"{at}: both of its ends are on {self._links[first][0]!r}")
         axis = np.array([1.0, 0.0, 0.0])
-        (first, before), (second, behind) = ends
-        found = self._unique(name)
-        return LoopDescription(found, _LOOPS[rows], first, second, before, behind, axis, axis)
+        (one, own), (other, place) = (self._links[joint] for joint in (first, second))
+        ends = one, other, inverse(own) @ before, inverse(place) @ behind
+        return LoopDescription(self._unique(name), _LOOPS[rows], *ends, axis, axis)
 
 
-def _parts(joint: Any, where: str, name: str) -> Iterable[tuple[str, Sequence[Array], Array]]:
-    """Yield types, axes and `(4, 4)` placements in what is before, of the parts of a joint."""
+def _ends(constraint: Any) -> tuple[int, Array, int, Array]:
+    """Return the joints of the two ends of a constraint, and its `(4, 4)` placements there."""
+    return (
+        *(constraint.joint1_id, np.array(constraint.joint1_placement.homogeneous)),
+        *(constraint.joint2_id, np.array(constraint.joint2_placement.homogeneous)),
+    )
+
+
+def _refuse_desired(constraint: Any, at: str) -> None:
+    """Refuse a constraint whose ends are not meant to stay where they are placed."""
+    for name in dir(constraint):
+        if name.startswith("desired_"):
+            value = getattr(constraint, name)
+            if isinstance(value, pinocchio.SE3):
+                value = value.homogeneous - np.eye(4)
+            if np.any(np.array(value)):
+                raise ModelError(f"{at}: {name} is not read: place its two ends where they meet")
+
+
+_Part: TypeAlias = tuple[str, Sequence[Array], Array, float]
+"""Type, axes and `(4, 4)` placement in what is before of a part of a joint; and, of the slide of a
+screw, by how much it follows the hinge before it [m/rad], else 0."""
+
+
+def _parts(joint: Any, where: str, name: str) -> Iterator[_Part]:
+    """Yield the parts of a joint from the parent outwards."""
     kind = joint.shortname()
     if kind == "JointModelComposite":
         for part, placement in zip(joint.joints, joint.jointPlacements, strict=True):
             before = placement.homogeneous
-            for inner, axes, own in _parts(part.extract(), where, name):
-                yield inner, axes, before @ own
+            for inner, axes, own, pitch in _parts(part.extract(), where, name):
+                yield inner, axes, before @ own, pitch
                 before = np.eye(4)
         return
     if kind == "JointModelTranslation":
         for axis in np.eye(3):
-            yield "prismatic", (axis,), np.eye(4)
+            yield "prismatic", (axis,), np.eye(4), 0.0
         return
     if kind not in _TYPES:
         raise ModelError(
             f"{where}: joint {name!r}: a {kind} is not supported; joints: {choices(_TYPES, kind)}"
         )
-    twists = _twists(joint)
-    if _TYPES[kind] == "screw":
-        (axis,) = twists[3:].T
-        yield "revolute", (axis,), np.eye(4)
-        yield "prismatic", (axis,), np.eye(4)
-    elif _TYPES[kind] == "planar":
-        yield "planar", (np.array([0.0, 0.0, 1.0]),), np.eye(4)
-    elif _TYPES[kind] in ("spherical", "floating"):
-        yield _TYPES[kind], (np.array([1.0, 0.0, 0.0]),), np.eye(4)
-    else:
-        yield _TYPES[kind], list((twists[:3] + twists[3:]).T), np.eye(4)
-
-
-def _pitch(joint: Any) -> float:
-    """Return how far a screw moves along its axis [m/rad]."""
-    twist = _twists(joint)[:, 0]
-    return float(twist[:3] @ twist[3:])
+    twists, found = _twists(joint), _TYPES[kind]
+    if found == "screw":
+        along, axis = twists[:3, 0], twists[3:, 0]
+        yield "revolute", (axis,), np.eye(4), 0.0
+        if pitch := float(along @ axis):
+            yield "prismatic", (axis,), np.eye(4), pitch
+        return
+    axes = list((twists[:3] + twists[3:]).T)
+    if found in ("planar", "spherical", "floating"):
+        axes = [np.eye(3)[2 if found == "planar" else 0]]
+    yield found, axes, np.eye(4), 0.0
 
 
 def _twists(joint: Any) -> Array:

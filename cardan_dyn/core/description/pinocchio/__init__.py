@@ -1,0 +1,1 @@
+"""Models that Pinocchio has loaded, and their constraints."""
