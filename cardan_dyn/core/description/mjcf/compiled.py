@@ -207,28 +207,28 @@ def _names(model: Any) -> tuple[list[list[str]], list[list[str]]]:
 
 
 def _switch_off(model: Any) -> None:
-    """Remove the forces that the file's flags switch off."""
+    """Take away what the file's flags switch off."""
     import mujoco
 
-    bits = mujoco.mjtDisableBit
-    for bit, word in (
-        (bits.mjDSBL_SPRING, "stiffness"),
-        (bits.mjDSBL_DAMPER, "damping"),
-        (bits.mjDSBL_FRICTIONLOSS, "frictionloss"),
+    bits, flags = mujoco.mjtDisableBit, model.opt.disableflags
+    every = flags & bits.mjDSBL_CONSTRAINT
+    for is_off, *arrays in (
+        (every or flags & bits.mjDSBL_EQUALITY, model.eq_active0),
+        (every or flags & bits.mjDSBL_FRICTIONLOSS, model.dof_frictionloss),
+        (every or flags & bits.mjDSBL_FRICTIONLOSS, model.tendon_frictionloss),
+        (flags & bits.mjDSBL_SPRING, model.jnt_stiffness, model.jnt_stiffnesspoly),
+        (flags & bits.mjDSBL_SPRING, model.tendon_stiffness, model.tendon_stiffnesspoly),
+        (flags & bits.mjDSBL_DAMPER, model.dof_damping, model.dof_dampingpoly),
+        (flags & bits.mjDSBL_DAMPER, model.tendon_damping, model.tendon_dampingpoly),
     ):
-        if model.opt.disableflags & bit:
-            for owner in ("jnt", "dof", "tendon"):
-                for name in (f"{owner}_{word}", f"{owner}_{word}poly"):
-                    if hasattr(model, name):
-                        getattr(model, name)[:] = 0.0
+        for array in arrays if is_off else ():
+            array[:] = 0
 
 
 def _locked(model: Any) -> Iterator[tuple[int, float]]:
     """Yield joints that an active equality of one joint holds, and where."""
     import mujoco
 
-    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EQUALITY:
-        return
     for index in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT):
         if model.eq_active0[index] and model.eq_obj2id[index] < 0:
             yield int(model.eq_obj1id[index]), float(model.eq_data[index][0])

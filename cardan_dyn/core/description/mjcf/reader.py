@@ -232,8 +232,7 @@ class _Reader:
         ):
             if not is_single or first < 0.0 or np.any(more):
                 yield from _stated(what, first, *more)
-        # Springs that yield came with MuJoCo 4.0.
-        if is_single and hasattr(model, "jnt_springyield"):
+        if is_single:
             yield from _stated("springyield", model.jnt_springyield[index])
 
     def forces(self) -> Iterator[str]:
@@ -285,11 +284,10 @@ class _Reader:
         model, loops, couplings = self._model, [], []
         names = [self._name("EQUALITY", k) for k in range(model.neq)]
         taken = {joint.name for joint in self.joints}
-        disabled = model.opt.disableflags & self._mujoco.mjtDisableBit.mjDSBL_EQUALITY
         for index, name in enumerate(names):
             kind = _EQUALITIES.get(model.eq_type[index], "flex")
             at = f"{self._where}: <equality> <{kind}> {name or index + 1!r}"
-            if disabled or not model.eq_active0[index]:
+            if not model.eq_active0[index]:
                 self.warnings.append(f"{at}: left out, as it is not active")
                 continue
             if kind in ("tendon", "flex"):

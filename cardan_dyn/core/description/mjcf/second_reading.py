@@ -39,7 +39,6 @@ class _Placed:
             data.qpos[found.model.jnt_qposadr[joint]] += held
         mujoco.mj_kinematics(found.model, data)
         self._least = 2.0 * mujoco.mjMINVAL
-        self._disabled = mujoco.mjtDisableBit.mjDSBL_EQUALITY
         self._site, self._linear = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtEq.mjEQ_JOINT
         self._bodies = {name: body for body, of in enumerate(found.links) for name in of}
         self._joints = {
@@ -55,8 +54,6 @@ class _Placed:
         model = self._model
         active = [k for k in range(model.neq) if model.eq_active0[k]]
         loops = [k for k in active if model.eq_type[k] != self._linear]
-        if model.opt.disableflags & self._disabled:
-            active, loops = [], []
         ratios = {
             (self._of_joint(model.eq_obj1id[k]), self._of_joint(model.eq_obj2id[k])): model.eq_data[
                 k

@@ -169,6 +169,8 @@ def test_what_flags_switch_off_does_not_act() -> None:
     ):
         found = cd.load(text.replace("{}", f'{flag}="disable"'))
         assert found.description.joints[0].dynamics[:3] == kept
+    without = cd.load(text.replace("{}", 'constraint="disable"'))
+    assert without.description.joints[0].dynamics[:3] == (2.0, 0.0, 4.0)
 
 
 def test_names() -> None:
