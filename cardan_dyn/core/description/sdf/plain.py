@@ -43,10 +43,6 @@ def plain(
     whole = deepcopy(chosen)
     _merge(whole)
     _flatten(whole, version, where)
-    _attach(whole, where)
-    for joint in whole.findall("joint"):
-        if (joint.get("type") or "").lower() == "screw":
-            _replace_screw(whole, joint, version, f"{where}: joint {joint.get('name')!r}")
     return whole, warnings
 
 
@@ -128,7 +124,7 @@ def _is_zero(word: str) -> bool:
 
 
 def _flatten(model: Element, version: tuple[int, int], where: str) -> None:
-    """Make frames, links and joints of the models in a model."""
+    """Make frames, links and joints of the models in a model, of its plugins and screws."""
     for inner in model.findall("model"):
         name = inner.get("name") or ""
         at = f"{where}: model {name!r} in {model.get('name')!r}"
@@ -158,8 +154,14 @@ def _flatten(model: Element, version: tuple[int, int], where: str) -> None:
             if child.tag in ("link", "joint", "frame"):
                 _rename(child, name)
                 model.append(child)
-            elif child.tag in ("include", "plugin", "gripper", "enable_wind"):
+            elif child.tag in ("include", "plugin", "gripper") or (
+                child.tag == "enable_wind" and model.find("enable_wind") is None
+            ):
                 model.append(child)
+    _attach(model, where)
+    for joint in model.findall("joint"):
+        if (joint.get("type") or "").lower() == "screw":
+            _replace_screw(model, joint, version, f"{where}: joint {joint.get('name')!r}")
 
 
 def _within(name: str, model: str) -> str:

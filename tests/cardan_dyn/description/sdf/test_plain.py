@@ -271,6 +271,34 @@ def test_joints_of_plugins_between_links_of_the_model_are_joints() -> None:
     assert not other.loops and "passed over" in other.warnings[-1]
 
 
+def test_plugins_and_screws_of_models_in_models_are_their_own() -> None:
+    """The outer model has links of the same names, which they have nothing to do with."""
+    inner = (
+        '<model name="inner"><pose>0 0 1 0 0 0.2</pose>'
+        f'<link name="base">{inertial(0.0)}</link><link name="arm">{inertial(0.2)}</link>'
+        f'<link name="nut">{inertial(0.0, 3.0)}</link>'
+        '<joint name="hinge" type="revolute"><parent>base</parent><child>arm</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint>"
+        '<joint name="thread" type="screw"><parent>base</parent><child>nut</child>'
+        "<axis><xyz>0 0 1</xyz></axis><screw_thread_pitch>0.005</screw_thread_pitch></joint>"
+        '<plugin filename="detachable" name="gz::sim::systems::DetachableJoint">'
+        "<parent_link>base</parent_link><child_model>__model__</child_model>"
+        "<child_link>arm</child_link></plugin><enable_wind>false</enable_wind></model>"
+        '<joint name="stand" type="fixed"><parent>base</parent><child>inner::base</child></joint>'
+        "<enable_wind>false</enable_wind>"
+    )
+    text = pendulum(inertial(0.2)).replace("</model>", f"{inner}</model>")
+    mechanism = cd.load(text)
+    (loop,) = mechanism.description.loops
+    assert (loop.predecessor, loop.successor) == ("inner::base", "inner::arm")
+    assert set(mechanism.joint_names) >= {"hinge", "inner::thread", "inner::thread_slide"}
+    assert cd.describe(mechanism).mobility == 2
+    swept = cd.Scene(mechanism, drive=["hinge", "inner::thread"], gravity=WEIGHT).sweep([0.0, 0.5])
+    assert swept.balance_residual < 1e-14
+    efforts = [-2.0 * 9.81 * 0.2, 3.0 * 9.81 * 0.005 / (2.0 * np.pi)]
+    np.testing.assert_allclose(swept.drive_effort[0], efforts, rtol=1e-12)
+
+
 SHAPES = {
     "box": (("size", 3), "box", lambda size: 0.5 * size),
     "sphere": (("radius", 1), "sphere", lambda size: size),
