@@ -96,6 +96,7 @@ def test_models_are_as_small_as_their_loops() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_memory_of_many_drives() -> None:
     """A hundred drives: what is kept and what is needed on the way, Pinocchio's data aside."""
     mechanism = stacked(100)
