@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree
 from ..mechanics.elimination import MOST_GROWTH, Order
@@ -19,8 +19,7 @@ from ..mechanics.vectors import ZERO, Rotation, Vector, times, turned
 from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs
 
-_ROUNDING = float(np.finfo(float).eps)
-_EXACT = float(np.sqrt(_ROUNDING))
+_EXACT = float(np.sqrt(EPS))
 """Newton step that leaves rounding: its square."""
 _FAR = 1e-3
 """Newton step [rad, or lengths] that is left to the kinematics, which knows how far off a guess
@@ -314,7 +313,7 @@ class Equations:
         """
         points = placed(self.tree, x).points
         farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
-        return len(self.tree.bodies) * _ROUNDING * max(1.0, float(farthest))
+        return len(self.tree.bodies) * EPS * max(1.0, float(farthest))
 
     def found(self, results: Array) -> tuple[Found, Judged]:
         """Return rows of results `(k, n)` by their names."""

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import placed_inertia
 from ..mechanism.welds import Coupling as Stated
 from .vectors import UNTURNED, Rotation, Vector, added, less, product, turned
 
-_ROUNDING = 4.0 * float(np.finfo(float).eps)
+_ROUNDING = 4.0 * EPS
 """Entries of a rotation, or lengths in units of the mechanism's, that are rounding of zero."""
 
 

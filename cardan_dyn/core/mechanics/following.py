@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...kit.arrays import EPS
 from ..tape import absolute, greater, select, smaller, sqrt
 from .bodies import Tree
 from .elimination import Order
@@ -27,7 +28,7 @@ ALLOWED = 0.1
 """Error [rad, or lengths] of a prediction up to which a step is taken: small against the distance
 between branches where nothing singular is near. Nearer by, the sign of the determinant decides."""
 
-SHORTEST = float(np.sqrt(np.finfo(float).eps))
+SHORTEST = float(np.sqrt(EPS))
 """Step, as a part of the way, below which a line leads no farther."""
 NEAR = 1e-5
 """Newton step [rad, or lengths] that counts as the last one: what it leaves is its square, far

@@ -287,11 +287,6 @@ def _inertia(mass: float, centre: Array, tensor: Array) -> pinocchio.Inertia:
     return inertia
 
 
-def link_inertia(link: LinkDescription, placement: pinocchio.SE3) -> Array:
-    """Return the inertia `(6, 6)` of a link that is placed in a frame, linear part first."""
-    return np.asarray(placed_inertia(link, placement).matrix())
-
-
 def placed_inertia(link: LinkDescription, placement: pinocchio.SE3) -> pinocchio.Inertia:
     """Return the inertia of a link that is placed in a frame, in that frame."""
     return placement.act(_inertia(link.mass, link.centre, link.inertia))

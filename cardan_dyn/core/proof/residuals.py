@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ...kit.errors import AccuracyError, as_position, as_text
 from ..tape import Scalar, greater, select
 
@@ -21,7 +21,7 @@ BALANCE_TOLERANCE = 1e-8
 Rounding leaves some 1e-14 of well-conditioned mechanisms, and more in proportion to the condition
 number of the closure equations; a mistake in an equation or a number leaves far more.
 """
-CHECK_ROUNDING = 0.1 * float(np.finfo(float).eps)
+CHECK_ROUNDING = 0.1 * EPS
 """Imbalance of bodies that rounding may hide, as a part of `Residuals.inertia`.
 
 The size of inertial terms is estimated with the length of the whole mechanism, some ten times that

@@ -10,7 +10,7 @@ from collections.abc import Generator, Iterator, Mapping
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ...kit.checks import described, number
 from ...kit.errors import (
     AccuracyError,
@@ -57,7 +57,6 @@ stays what it is."""
 _SHORTEST_INTERVAL = 1e3
 """Half the length of an interval has to exceed the rounding of its middle by this factor: closer
 positions could not be told apart to three digits."""
-_EPS = float(np.finfo(float).eps)
 _COUNTED = r" \(sample \d+( of \d+)?\)|; \d+ other samples? (is|are) out of reach too"
 """What messages say of the number of a sample."""
 _MOST_SAMPLES = 65_536
@@ -191,7 +190,7 @@ def _response_in(
         frozen({name: index not in loose for index, name in solver.couplings.items()}),
         Proof(
             tolerance=tolerance,
-            error=max(reached, left_out, _EPS * samples.condition),
+            error=max(reached, left_out, EPS * samples.condition),
             condition=samples.condition,
             cancellation=cancellation,
             **vars(residuals.proven(loop_error, solver.inverse_dynamics.bodies.unproven)),
@@ -389,7 +388,7 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
     if interval is not None:
         low, high = _pair(interval)
         origin, length = 0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low
-        if not length > _SHORTEST_INTERVAL * _EPS * abs(origin):
+        if not length > _SHORTEST_INTERVAL * EPS * abs(origin):
             raise ArgumentError(f"the interval from {low:.9g} to {high:.9g} is empty")
         return Domain(origin, length, False)
     try:

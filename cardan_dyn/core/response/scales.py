@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ..mechanism.mechanism import Mechanism
 from ..proof.residuals import Residuals
 from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Layout
 
-_EPS = float(np.finfo(float).eps)
 _INERTIAL_ROUNDING = 10.0
 """Rounding of inertial terms in units of eps, per condition number and cancellation. Measured: up
 to 3, at bend angles from 1° to 85° and in a line of three joints."""
@@ -46,7 +45,7 @@ class Scales:
 
     def empty(self, values: Array) -> Array:
         """Return `(C,)` which functions are nothing but the rounding of weight or inertia."""
-        return (self._sizes(values) <= _EPS * self._body_terms[:, None]).ravel()
+        return (self._sizes(values) <= EPS * self._body_terms[:, None]).ravel()
 
     def cancellation(self, values: Array, proven: Residuals) -> float:
         """Return by how much inertial terms exceed what is left of them at constant speed.
@@ -65,7 +64,7 @@ class Scales:
         Only the column `speed²` has any: it is a small difference of inertial terms where these
         nearly cancel, and keeps their rounding.
         """
-        size = _INERTIAL_ROUNDING * _EPS * condition * cancellation
+        size = _INERTIAL_ROUNDING * EPS * condition * cancellation
         is_inertial = [column == SPEED_SQUARED for column in self._layout.columns]
         return np.repeat(size * np.array(is_inertial, dtype=float), self._layout.size)
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array, generic
+from ....kit.arrays import EPS, Array, generic
 from ...proof.closed_positions import refuse_left
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
@@ -57,7 +57,7 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
     greatest = np.max(np.diagonal(normal, axis1=1, axis2=2), axis=1, initial=1e-300)
     damping, growth = _FIRST_DAMPING * greatest, np.full(len(x), 2.0)
     # Less would be lost in the rounding of the normal equations, which may be singular without.
-    rounding = matrices.shape[1] * np.finfo(float).eps
+    rounding = matrices.shape[1] * EPS
     identity = np.eye(matrices.shape[1])
     for _ in range(_MOST_STEPS if matrices.shape[1] else 0):
         (active,) = np.nonzero((residual > _CLOSED) & np.isfinite(damping))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array, generic
+from ....kit.arrays import EPS, Array, generic
 from ...mechanism.kept import MOST, Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
@@ -246,7 +246,7 @@ class GroupSolver:
             now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
             state = state.with_samples(rest, now)
             # Steps that are mere rounding are as large as the condition makes them.
-            unmoved = np.maximum(_UNMOVED, 10.0 * np.finfo(float).eps * now.condition)
+            unmoved = np.maximum(_UNMOVED, 10.0 * EPS * now.condition)
             goes = ~((sizes < unmoved) & (spins < _SETTLED)) & np.isfinite(sizes)
             now, rest = now.of(goes), rest[goes]
             if not rest.size:
