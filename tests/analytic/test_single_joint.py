@@ -34,6 +34,7 @@ def test_output_angle_is_exact(positions):
     assert worst(sj.output_angle(beta, phi), [c.phi_2 for c in crosses]) <= 8 * ULP
 
 
+@pytest.mark.slow
 def test_lead_is_exact(positions):
     beta, phi, crosses = positions
     assert worst(sj.lead(beta, phi), [c.phi_2 - c.phi_1 for c in crosses]) <= 8 * ULP

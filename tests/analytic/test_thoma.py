@@ -62,6 +62,7 @@ def test_powers_of_the_denominator_do_not_multiply_its_error():
         assert np.sqrt(np.mean(errors**2)) <= limit
 
 
+@pytest.mark.slow
 def test_moment_is_normal_to_both_pins(positions):
     beta, phi, crosses = positions
     pin_1, pin_2 = thoma.pin_cosines(beta, phi)

@@ -180,6 +180,7 @@ def test_closed_chains_against_constraint_dynamics(seed: int, contact: str) -> N
     np.testing.assert_allclose(found, a, rtol=1e-7, atol=1e-7 * np.max(np.abs(a)))
 
 
+@pytest.mark.slow
 def test_copies_threads_and_another_zero() -> None:
     """What is made of a mechanism of a model is proven by the numbers that it then has."""
     model, closed, constraint = closed_chain(1)

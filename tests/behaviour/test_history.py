@@ -188,7 +188,7 @@ MADE: dict[str, Callable[[], cd.Scene]] = {
     **{way: (lambda way=way: cd.Scene(cd.load(WAYS[way]()), drive="a")) for way in WAYS},
 }
 """Mechanisms of one drive and of several, with balls, gears and idle rods."""
-FAST = ("universal_joint", "five_bar", "hinges")
+FAST = ("universal_joint", "five_bar")
 
 
 def assert_equal_to_rounding(first: cd.Sweep, second: cd.Sweep) -> None:

@@ -45,6 +45,7 @@ def test_rods_need_no_drive(way: str, turns: dict[str, cd.Sweep]) -> None:
     assert all(np.all(turn[name].unique) for name in ("a", "d"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["floating", "hinges"])
 def test_all_ways_of_writing_give_the_same_wrenches(way: str, turns: dict[str, cd.Sweep]) -> None:
     expected, found = turns["balls"], turns[way]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 import pickle
 import re
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -51,15 +53,21 @@ def told(mechanism: cd.Mechanism, words: str = "rounded numbers made exact") -> 
     return [warning for warning in mechanism.warnings if words in warning]
 
 
+@cache
+def of_exact_numbers(name: str) -> tuple[Any, cd.Sweep]:
+    exact = cd.load(LOOPS[name])
+    return cd.describe(exact), swept(exact)
+
+
 @pytest.mark.parametrize("digits", [4, 5, 6, 8, 10, 14])
 @pytest.mark.parametrize("name", LOOPS)
 def test_what_only_dimensions_let_move_moves_with_few_digits(name: str, digits: int) -> None:
     """Ranks, flags and forces are those of the exact numbers, as far as digits tell."""
-    exact, text = cd.load(LOOPS[name]), rounded(LOOPS[name], digits)
-    mechanism = cd.load(text)
-    described, wanted = cd.describe(mechanism), cd.describe(exact)
+    wanted, expected = of_exact_numbers(name)
+    mechanism = cd.load(rounded(LOOPS[name], digits))
+    described = cd.describe(mechanism)
     assert (described.mobility, described.rank) == (wanted.mobility, wanted.rank)
-    found, expected = swept(mechanism), swept(exact)
+    found = swept(mechanism)
     assert found.loop_residual < 1e-10  # What counts as closed.
     assert not np.any(found.unique & ~expected.unique)
     off = np.max(np.abs(found.drive_effort - expected.drive_effort))

@@ -78,6 +78,7 @@ def test_similar_mechanisms_have_similar_results(
         assert other.motion_range() == one.motion_range()
 
 
+@pytest.mark.slow
 @SIZES
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "universal_joint"])
 def test_similar_mechanisms_have_similar_dead_points_and_assembly_modes(

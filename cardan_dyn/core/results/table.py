@@ -20,6 +20,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.checks import described, file_path, writing
 from ...kit.errors import ArgumentError, MissingExtraError, ModelError, choices
+from ...kit.frozen import frozen
 
 if TYPE_CHECKING:
     import pandas
@@ -171,7 +172,11 @@ class Table:
             index = pandas.MultiIndex.from_product(map(range, sizes), names=list(self.samples))
         values = {name: values for name, (values, _) in columns.items()}
         frame = pandas.DataFrame(values, index=index)
-        frame.attrs = {"units": units, **self.frame_attributes, **self.attributes}
+        told = {"units": units, **self.frame_attributes, **self.attributes}
+        # pandas copies them deeply whenever a column is read: what cannot be changed stays itself.
+        frame.attrs = {
+            name: frozen(item) if isinstance(item, dict) else item for name, item in told.items()
+        }
         return frame
 
     def save(self, path: str | os.PathLike[str]) -> Path:
