@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Set
-from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from cardan_dyn.analytic.impact import Start
 
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.problem.problem import Problem
-from ...core.response.identity import digest, identity
+from ...core.response.identity import forces_identity
 from ...kit.checks import described, mapping, names, number, positive
 from ...kit.errors import ArgumentError, ModelError, choices
 from .pin_geometry import PinGeometry
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
-
-_MOVES = ("description", "drives", "held", "near", "near of balls", "branch")
-"""What an identity holds that decides how a mechanism moves."""
 
 
 def damping_ratio_of(ratio: Any) -> float:
@@ -171,36 +165,10 @@ def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]
 def made_of(problem: Problem, rotor: Any) -> dict[str, str]:
     """Return what the forces of a mechanism without clearance depend on, each with its hash.
 
-    Two that differ in one of these have other forces. Functions, such as an actuator's, cannot be
-    compared and are left out.
+    Two that differ in one of these have other forces.
 
     Args:
         problem: of the scene.
         rotor: inertia that turns with the drive; None if its motion is prescribed.
     """
-    found = identity(problem)
-    acts = {
-        "loads": [
-            {name: effort for name, effort in problem.joint_loads.items() if np.any(effort)},
-            _record(problem.link_loads),
-        ],
-        "gravity": problem.gravity,
-        "elements": [_record(item) for item in problem.elements],
-        "rotor": None if rotor is None else float(rotor),
-    }
-    return {
-        **{name: found[name] for name in _MOVES},
-        **{name: digest(value) for name, value in acts.items()},
-    }
-
-
-def _record(value: Any) -> Any:
-    """Return all fields of a record by name, those of records in it as well."""
-    if is_dataclass(value) and not isinstance(value, type):
-        every = {field.name: _record(getattr(value, field.name)) for field in fields(value)}
-        return [type(value).__name__, every]
-    if isinstance(value, Mapping):
-        return {name: _record(item) for name, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_record(item) for item in value]
-    return "a function" if callable(value) else value
+    return forces_identity(problem, rotor=None if rotor is None else float(rotor))

@@ -22,7 +22,7 @@ from .row_tables import COMPONENTS, row_table, variable
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ...core.elements.pin_contact import ContactForce, PinContact
+    from ...core.elements.pin_contact import PinContact
 
 _SPEED, _MASS = 0.1, 1.0
 """A touch [m/s, kg] by which laws are judged."""
@@ -207,7 +207,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         """Greatest energy that is missing in the balance, and greatest that walls store [J]."""
         whole = self.trajectory.at(self.steps)
         energy = whole.kinetic_energy + whole.potential_energy - whole.work
-        forces = [cast("ContactForce", whole.element_force[at]) for at in self._indices.values()]
+        forces = (whole.element_force[index] for index in self._indices.values())
         stored = max(float(np.max(force.energy)) for force in forces)
         return float(np.max(np.abs(energy - energy[0]))), stored
 
@@ -225,8 +225,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
 
     def __getitem__(self, bearing: str) -> JointContact:
         contact = self.contact(bearing)
-        index = self._indices[bearing]
-        force = cast("ContactForce", self.trajectory.element_force[index])
+        force: Any = self.trajectory.element_force[self._indices[bearing]]
         return JointContact(
             bearing,
             self.time,
