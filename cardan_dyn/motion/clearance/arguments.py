@@ -94,19 +94,22 @@ def refuse_unknown(joints: Collection[str], **given: Any) -> None:
                 )
 
 
+def joint_names(asked: Any) -> tuple[str, ...]:
+    """Return names of joints, each once; of a set, any order will do."""
+    found = names("joints", list(asked) if isinstance(asked, Set) else asked)
+    if len(set(found)) < len(found):
+        raise ArgumentError("joints names a joint twice")
+    return found
+
+
 def pins_of(
     problem: Problem, asked: str | Collection[str] | None
 ) -> tuple[list[str], dict[str, str]]:
     """Return the joints that turn about one axis, and why others are left out."""
     pins, left_out = [], {}
-    wanted = tuple(problem.mechanism.joints)
-    if asked is not None:
-        # Of a set, any order will do.
-        wanted = names("joints", list(asked) if isinstance(asked, Set) else asked)
+    wanted = tuple(problem.mechanism.joints) if asked is None else joint_names(asked)
     if not wanted:
         raise ArgumentError("joints is empty; name those that have clearance")
-    if len(set(wanted)) < len(wanted):
-        raise ArgumentError("joints names a joint twice")
     for name in wanted:
         parts = problem.mechanism.joint(name).parts
         if len(parts) == 1 and parts[0].kind == "revolute" and name in problem.outputs:

@@ -116,11 +116,6 @@ class JointContact(Result):
         )
 
     @property
-    def is_pressed(self) -> Array:
-        """Whether the wall presses the pin `(N,)`."""
-        return read_only(self.force > 0.0)
-
-    @property
     def peak(self) -> float:
         """Greatest force in the simulation [N], whether the pin struck or never left its wall."""
         return max([float(np.max(self.force)), *(item.peak for item in self.impacts)])
@@ -230,12 +225,12 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
             bearing,
             self.time,
             self._drive_position,
-            read_only(force.pressure),
-            read_only(force.friction),
-            read_only(force.depth),
-            read_only(force.offset),
+            force.pressure,
+            force.friction,
+            force.depth,
+            force.offset,
             read_only(self._orbit(contact, force.offset)),
-            read_only(force.force),
+            force.force,
             tuple(item for item in self.impacts if item.bearing == bearing),
         )
 

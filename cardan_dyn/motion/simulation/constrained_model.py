@@ -339,24 +339,14 @@ class ConstrainedChain:
 
         dependent, x = kept.of("chain orders", (*place, spared.tobytes()), best)
         self._spared = ~np.isin(self._rates, dependent)
-        self._main = self._moving(dependent, x)
+        self._main, rest = self._tapes.of(dependent), (self._nothing, self._untold, self._nothing)
+        if self._main and self._lent and self._main.rates(x, *rest, at_last=True) is None:
+            self._main = None  # A direction moves no mass.
         self._traced = self._main.traced() if self._main is not None else None
 
     def __reduce__(self) -> tuple[object, ...]:
         # Pinocchio's data cannot be copied.
         return ConstrainedChain, self._made_of
-
-    def _moving(self, dependent: tuple[int, ...], x: Array) -> ChainTape | None:
-        """Return the tape of an order of elimination; None if a direction moves no mass.
-
-        Args:
-            dependent: the order.
-            x: coordinates `(size,)`.
-        """
-        tape, rest = self._tapes.of(dependent), (self._nothing, self._untold, self._nothing)
-        if tape and self._lent and tape.rates(x, *rest, at_last=True) is None:
-            return None
-        return tape
 
     def _dependent(self, x: Array, spared: Array) -> tuple[tuple[int, ...], float]:
         """Return what others decide best at a configuration, and how well the last of them.

@@ -672,12 +672,8 @@ class Trajectory(MotionResult):
         if steps[-1] > period:
             # No work is left of a whole period, and one is resolved however many there are.
             steps, times = np.linspace(0.0, period, _STEPS_PER_PERIOD + 1), times % period
-        return read_only(gained(self._power, steps, times, self._is_idle))
-
-    @property
-    def _is_idle(self) -> bool:
-        """Whether nothing does work but weight and springs."""
-        return self._forces.does_no_work and not self._prescribed
+        is_idle = self._forces.does_no_work and not self._prescribed
+        return read_only(gained(self._power, steps, times, is_idle))
 
     def _power(self, times: Array) -> Array:
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
