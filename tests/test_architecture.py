@@ -33,45 +33,6 @@ FLOORS = (
     ("command_line",),
 )
 """The rooms of `docs/architecture.md`, from the ground up: each may import from lower floors."""
-STILL = {
-    "description.description": ("Description", "LoopDescription"),
-    "elements.contact_laws": ("ContactLaw",),
-    "elements.element_forces": ("ElementForces",),
-    "elements.link_loads": ("LinkLoad",),
-    "elements.one_state": ("ByArrays", "OneState"),
-    "elements.pin_contact": ("ContactForce",),
-    "elements.pin_motion": ("PinMotion", "PinPlace"),
-    "elements.recorded_contact": ("FREE", "PARTED", "PRESSED", "Phase", "RecordedContact"),
-    "elements.stepping": ("INSTANT", "ImplicitStepper", "Step", "Stepper", "Traced", "first_fall"),
-    "kinematics.loops.idle_rods": ("rods_by_name",),
-    "kinematics.tolerances": ("CLOSURE_TOLERANCE",),
-    "mechanics": ("closure",),
-    "mechanics.bodies": ("Tree", "tree_of"),
-    "mechanics.constrained": ("Free", "triangle"),
-    "mechanics.elimination": ("UnsuitableError",),
-    "mechanics.placements": ("moved", "moving", "normalised", "placed", "stepped"),
-    "mechanics.reactions": ("momentum_rates",),
-    "mechanics.vectors": ("Vector", "ZERO", "added", "times", "turned"),
-    "mechanism.coordinates": ("Coordinates",),
-    "mechanism.kept": ("Kept",),
-    "mechanism.welds": ("Coupling", "Loop", "constraint_models"),
-    "problem.acting": ("Acting",),
-    "problem.arguments": ("split_loads",),
-    "problem.coordinate_names": ("check_single",),
-    "problem.problem": ("Problem",),
-    "problem.samples": ("Targets", "acting_on"),
-    "response.identity": ("digest", "identity"),
-    "response.operating_points": ("solved_motion",),
-    "results.collect": ("motion_at", "scattered", "sweep_of"),
-    "results.element_results": ("ElementResults",),
-    "results.plot": ("draws",),
-    "results.point_motion": ("Points", "with_points"),
-    "results.prescribed": ("MotionResult", "Prescribed"),
-    "results.sweep": ("FRAMES",),
-    "results.table": ("SUFFIXES",),
-    "tape": ("Program", "Scalar", "Trace", "greater"),
-}
-"""What motion imports of the core besides what it offers. This list may only shrink."""
 ON_FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 FILES = sorted(
     path
@@ -122,7 +83,6 @@ def room_of(module: str) -> str:
 
 def test_motion_and_practice_take_of_the_core_what_it_offers() -> None:
     offered = {f"{module}.{name}" for module, names in core.OFFERED.items() for name in names}
-    still = {f"{module}.{name}" for module, names in STILL.items() for name in names}
     taken: dict[str, set[str]] = {"motion": set(), "practice": set()}
     for path in FILES:
         if path.parent == PACKAGE:
@@ -136,10 +96,8 @@ def test_motion_and_practice_take_of_the_core_what_it_offers() -> None:
         own: {name for name in names if name.rpartition(".")[2] not in cardan_dyn.__all__}
         for own, names in taken.items()
     }
-    assert taken["practice"] <= offered
-    assert taken["motion"] <= offered | still
-    # Nothing is offered, or still taken, that nobody takes any more.
-    assert offered <= taken["practice"] | taken["motion"] and still <= taken["motion"] - offered
+    # Nothing is offered that nobody takes.
+    assert taken["practice"] | taken["motion"] == offered
 
 
 def names_of(path: Path) -> set[str]:

@@ -65,7 +65,8 @@ def over_column(
         style["label"] = f"{style['label']}{MARK if name in marked else ''}"
         curves[unit] += panels[unit].plot(at.values, values, **style)
     for unit, panel in panels.items():
-        panel.set_ylabel(ylabel if ylabel and len(units) == 1 else _unit_label(unit))
+        label = f"[{unit}]" if unit not in ("", "1") else "[–]"
+        panel.set_ylabel(ylabel if ylabel and len(units) == 1 else label)
         scale = (scales or {}).get(unit, 0.0)
         settle(panel, scale)
         told = unit if unit != "1" else ""
@@ -76,7 +77,3 @@ def over_column(
 
 def _in_degrees(values: Array, unit: str) -> Column:
     return (np.rad2deg(values), "°") if unit == "rad" else (values, unit)
-
-
-def _unit_label(unit: str) -> str:
-    return f"[{unit}]" if unit not in ("", "1") else "[–]"

@@ -353,9 +353,7 @@ class Scene(Prescribed):
                     solver = solver.of_varied(targets.varied)
                 solver.refuse_too_many(math.prod(shape))
                 positions = solver.assembled_in_turn(targets, along_path)
-            solver = positions.solver
-            solution = solver.solve(positions, acting)
-        return _collecting()(solver, positions, acting, solution)
+            return _collecting()(positions.solver, positions, acting)
 
     def assemble(
         self,

@@ -94,7 +94,7 @@ def test_a_damped_peak(ratio: float, start: Any) -> None:
     [
         SPRING,
         LinearContact.of_ratio(STIFFNESS, 0.5, MASS),
-        HuntCrossley.of_factor(3e9, 1.5, factor=3.0),
+        HuntCrossley(3e9, 1.5, factor=3.0),
         ImpactFunction(3e9, 1.5, 3e3, 2e-5),
     ],
 )

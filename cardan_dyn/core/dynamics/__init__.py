@@ -8,4 +8,7 @@ errors); what fails goes to a second tape with another order of elimination. Whe
 `kinematics` closes the loops, or says why it cannot; tapes are asked again there, and at last each
 sample has a tape of the order that is chosen at itself. What elements exert follows from a tape of
 the motion alone. All are proven alike.
+
+What is simulated has programs as well, for one state after the other: a `chain_tape` gives rates of
+a chain's state, and what closes its loops; an `open_tree` energies, and efforts without loops.
 """

@@ -190,11 +190,6 @@ class HuntCrossley(_PowerLaw):
         loss = None if restitution is None else loss_of_restitution(restitution)
         self._set(wanted=restitution, factor=factor, _known_loss=loss)
 
-    @classmethod
-    def of_factor(cls, stiffness: float, exponent: float = 1.5, *, factor: float) -> HuntCrossley:
-        """Return the law F = k δⁿ (1 + λ δ̇) of a factor λ [s/m]."""
-        return cls(stiffness, exponent, factor=factor)
-
     @property
     def _loss(self) -> float:
         return float(vars(self)["_known_loss"])
@@ -230,11 +225,6 @@ class LankaraniNikravesh(_PowerLaw):
     def true_restitution(self) -> float:
         """Restitution that a free impact has, at any speed and mass."""
         return restitution_of_loss(self._loss)
-
-    @property
-    def restitution_error(self) -> float:
-        """By how much the true restitution is greater than the wanted one."""
-        return self.true_restitution - self.wanted
 
     @property
     def _loss(self) -> float:

@@ -96,6 +96,18 @@ class ElementForces:
         """Return what results show of every element; arguments and errors as of `at`."""
         return [done.force for done in self.exerted(x, v, time)]
 
+    def supplied(self, x: Array, v: Array, time: ArrayLike = 0.0) -> Array:
+        """Return the power `(N,)` of actuators, less what dampers and friction take [W].
+
+        Arguments and errors as of `at`.
+        """
+        power = np.zeros(len(x))
+        for element, done in zip(self.elements, self.exerted(x, v, time), strict=True):
+            power -= done.force.dissipation
+            if element.gives_power:
+                power += done.power
+        return power
+
     def exerted(self, x: Array, v: Array, time: ArrayLike = 0.0) -> list[Exerted]:
         """Return what every element exerts, and where; arguments and errors as of `at`."""
         times = np.broadcast_to(np.asarray(time, dtype=float), (len(x),))

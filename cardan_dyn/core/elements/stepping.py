@@ -206,13 +206,7 @@ class Step:
 
 
 class Stepper:
-    """DOP853, one step at a time, whose rows may be changed in between.
-
-    Attributes:
-        is_explicit: whether it is of this kind.
-    """
-
-    is_explicit = True
+    """DOP853, one step at a time, whose rows may be changed in between."""
 
     def __init__(
         self,
@@ -367,13 +361,7 @@ def _mean(values: Array) -> float:
 
 
 class ImplicitStepper:
-    """SciPy's Radau, one step at a time, whose rows may be changed in between.
-
-    Attributes:
-        is_explicit: whether it is of the other kind.
-    """
-
-    is_explicit = False
+    """SciPy's Radau, one step at a time, whose rows may be changed in between."""
 
     def __init__(
         self,

@@ -17,7 +17,7 @@ from .closing.all_groups import ClosedState, Kinematics
 from .division import Division
 from .following.guesses import Guess, Guesses
 from .loop_system import LoopSystem
-from .loops.idle_rods import rods_by_name
+from .loops.idle_rods import rods_of
 from .start import states_to_start
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
@@ -132,7 +132,7 @@ class Assembly:
             from .diagnosis.reach import open_at  # Imported here: only errors need it.
 
             bad = int(np.argmin(is_closed))
-            rods = [] if state.correction[bad] > SAFE_CORRECTION else self._idle_rods()
+            rods = [] if state.correction[bad] > SAFE_CORRECTION else rods_of(self._problem)
             raise open_at(positions[bad], state, bad, first + bad, next(iter(rods), ()))
         worst = int(state.condition.argmax())
         if state.condition[worst] > SINGULAR_CONDITION:
@@ -199,7 +199,7 @@ class Assembly:
             division.kinematics.with_open_reductions(self._first_mode),
             division.decided,
             self._first_mode,
-            {name for rod in self._idle_rods() for name in rod},
+            {name for rod in rods_of(self._problem) for name in rod},
         )
 
     def with_all_loops(self, branch: str) -> Assembly:
@@ -210,11 +210,6 @@ class Assembly:
         """
         joints = tuple(self._problem.mechanism.joints)
         return Assembly(replace(self._problem, outputs=joints, all_outputs=True, branch=branch))
-
-    def _idle_rods(self) -> list[tuple[str, ...]]:
-        """Return the joints at the ends of every rod that may spin."""
-        free = set(self._problem.passive_columns.tolist())
-        return rods_by_name(self._problem.mechanism, free)
 
     def _mode_called(self, name: str) -> Array:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""

@@ -46,6 +46,10 @@ class Kept:
                 del values[next(iter(values))]
         return value
 
+    def part(self, key: Hashable) -> Kept:
+        """Return values that follow from a key as well."""
+        return self.of("part", key, Kept)
+
     def forget(self, *kinds: str) -> None:
         """Forget all values of some kinds, so that they are made again."""
         with self._lock:

@@ -31,7 +31,6 @@ from .tree import TreeBuilder, artificial_inertia
 from .welds import (
     LEAST_LENGTH,
     characteristic_length,
-    constraint_models,
     coupling_of,
     greatest_length,
     shown,
@@ -150,7 +149,8 @@ class Mechanism(Frozen):
             for loop in self.loops
             if loop.successor == 0 and self.joints[loop.joint].parts
         )
-        self.constraint_models = constraint_models(self.model, self.loops)
+        self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
+        self.constraint_models.extend([loop.constraint(self.model) for loop in self.loops])
         # Variants are compared by the same length, however their bodies are divided.
         self.characteristic_length: float = (
             characteristic_length(self.model, self.loops)

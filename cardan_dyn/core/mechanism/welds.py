@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -46,6 +46,18 @@ class Loop(NamedTuple):
     successor_placement: pinocchio.SE3
     is_fixed: bool
 
+    def constraint(self, model: pinocchio.Model) -> pinocchio.RigidConstraintModel:
+        """Return the weld as a constraint of a model in which its bodies are."""
+        return pinocchio.RigidConstraintModel(
+            pinocchio.ContactType.CONTACT_6D,
+            model,
+            self.predecessor,
+            self.predecessor_placement,
+            self.successor,
+            self.successor_placement,
+            pinocchio.ReferenceFrame.LOCAL,
+        )
+
 
 def weld(loop: LoopDescription, links: Mapping[str, tuple[int, pinocchio.SE3]], joint: int) -> Loop:
     """Return the weld of a loop.
@@ -62,26 +74,6 @@ def weld(loop: LoopDescription, links: Mapping[str, tuple[int, pinocchio.SE3]], 
     successor, frame = links[loop.successor]
     end = frame * se3(loop.successor_origin)
     return Loop(loop.name, predecessor, placement, successor, end, is_fixed=not joint)
-
-
-def constraint_models(
-    model: pinocchio.Model, loops: Iterable[Loop]
-) -> pinocchio.StdVec_RigidConstraintModel:
-    """Return welds as Pinocchio's constraints."""
-    result = pinocchio.StdVec_RigidConstraintModel()
-    for loop in loops:
-        result.append(
-            pinocchio.RigidConstraintModel(
-                pinocchio.ContactType.CONTACT_6D,
-                model,
-                loop.predecessor,
-                loop.predecessor_placement,
-                loop.successor,
-                loop.successor_placement,
-                pinocchio.ReferenceFrame.LOCAL,
-            )
-        )
-    return result
 
 
 def characteristic_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:

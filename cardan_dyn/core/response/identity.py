@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,8 @@ _NOT_MECHANICAL = {
 }
 """Fields of a description that no response depends on: where it comes from, how it is written,
 what it advises. The same mechanism from another file has the same responses."""
+_MOVES = ("description", "drives", "held", "near", "near of balls", "branch")
+"""What decides how a mechanism moves."""
 
 
 def identity(problem: Problem) -> dict[str, str]:
@@ -41,6 +44,41 @@ def identity(problem: Problem) -> dict[str, str]:
         "strict": problem.strict,
     }
     return {name: digest(value) for name, value in arguments.items()}
+
+
+def forces_identity(problem: Problem, **more: object) -> dict[str, str]:
+    """Return what the forces of a scene depend on: the name of each argument to its hash.
+
+    The values of efforts and gravity count. Functions, such as an actuator's, cannot be compared
+    and are left out.
+
+    Args:
+        problem: of the scene.
+        more: what they depend on besides.
+    """
+    acts = {
+        "loads": [
+            {name: effort for name, effort in problem.joint_loads.items() if np.any(effort)},
+            _record(problem.link_loads),
+        ],
+        "gravity": problem.gravity,
+        "elements": [_record(item) for item in problem.elements],
+        **more,
+    }
+    moves = {name: hashed for name, hashed in identity(problem).items() if name in _MOVES}
+    return {**moves, **{name: digest(value) for name, value in acts.items()}}
+
+
+def _record(value: Any) -> Any:
+    """Return all fields of a record by name, those of records in it as well."""
+    if is_dataclass(value) and not isinstance(value, type):
+        every = {field.name: _record(getattr(value, field.name)) for field in fields(value)}
+        return [type(value).__name__, every]
+    if isinstance(value, Mapping):
+        return {name: _record(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_record(item) for item in value]
+    return "a function" if callable(value) else value
 
 
 def digest(value: object) -> str:

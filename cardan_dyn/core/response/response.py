@@ -22,8 +22,9 @@ from ...kit.checks import numbers, whole
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, FrozenDict, frozen, read_only
 from ..dynamics.problem_solver import ProblemSolver
-from ..problem.samples import common_shape, drive_values
+from ..problem.samples import Targets, common_shape, drive_values
 from ..proof.residuals import CHECK_ROUNDING, Proven
+from ..results.collect import motion_at
 from ..results.motion import Motion
 from ..results.sweep import Sweep
 from .columns import ACCELERATION, SPEED_SQUARED, Column
@@ -34,7 +35,6 @@ from .operating_points import (
     OperatingPoints,
     checked_acting,
     column_factors,
-    solved_motion,
     steps,
 )
 
@@ -315,10 +315,9 @@ class Response(Frozen):
         if not domain.periodic:
             raise ArgumentError("the drive does not turn through; there is no period")
         if count not in self._turns:
-            zeros = np.zeros(count)
             # Two threads may both solve it: either's is as good.
             at = steps(domain._replace(origin=0.0), count)
-            self._turns[count] = solved_motion(self._solver, at, zeros, zeros)
+            self._turns[count] = motion_at(self._solver, Targets.of_positions(at[:, None]))
         return self._turns[count]
 
     @cached_property
@@ -357,8 +356,7 @@ class Response(Frozen):
         positions = np.atleast_1d(drive_values("position", position, self._problem)[..., 0])
         if positions.ndim > 1:
             raise ArgumentError(f"position has shape {positions.shape}, expected (N,)")
-        zeros = np.zeros_like(positions)
-        return solved_motion(self._solver, positions, zeros, zeros).ratio(joint)
+        return motion_at(self._solver, Targets.of_positions(positions[:, None])).ratio(joint)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the response to one file (NumPy's `.npz`).

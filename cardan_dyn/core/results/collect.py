@@ -23,17 +23,18 @@ from .sweep import Sweep
 _NOTHING: FrozenDict[str, Any] = frozen({})
 
 
-def sweep_of(
-    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, solution: Solution
-) -> Sweep:
-    """Return a solution as a sweep.
+def sweep_of(solver: ProblemSolver, assembled: AssembledPositions, acting: Acting) -> Sweep:
+    """Return what a solver finds at positions, as a sweep.
 
     Args:
-        solver: that found it.
-        assembled: its positions.
+        solver: of the scene.
+        assembled: the positions.
         acting: how fast the drives move and what acts, as it was given.
-        solution: what the solver found there.
+
+    Raises:
+        CardanError: as `ProblemSolver.solve`.
     """
+    solution = solver.solve(assembled, acting)
     problem, targets = solver.problem, assembled.targets
     if type(assembled.blocks) is not InTurn or len(assembled.spans) > 1:
         # What made the positions may be large; what is asked of them later is not.
@@ -127,11 +128,20 @@ def scattered(
 
 
 def motion_at(
-    solver: ProblemSolver, targets: Targets, speeds: Array, accelerations: Array
+    solver: ProblemSolver,
+    targets: Targets,
+    speed: Array | float = 0.0,
+    acceleration: Array | float = 0.0,
 ) -> Motion:
-    """Return the motion alone at targets, speeds and accelerations `(N, d)` of the drives.
+    """Return the motion alone.
 
     As in a sweep, joints that no output needs are not solved, and are NaN.
+
+    Args:
+        solver: of the scene.
+        targets: N of them.
+        speed: of the drives `(N, d)`, or one of all [rad/s or m/s].
+        acceleration: likewise.
 
     Raises:
         AssemblyError: the loops cannot be closed at a position.
@@ -140,7 +150,8 @@ def motion_at(
     assembled = solver.assembled_in_turn(targets)
     from ..dynamics.collected import Rows  # Sweeps of one block do without.
 
-    rows = Rows(targets.size)
+    rows, drives = Rows(targets.size), (targets.size, len(solver.problem.independent))
+    speeds, accelerations = (np.broadcast_to(given, drives) for given in (speed, acceleration))
     for span, state in zip(assembled.spans, assembled.blocks, strict=True):
         rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
         ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)

@@ -6,11 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
-from ...kit.frozen import Frozen
+from ...kit.frozen import Frozen, read_only
 
 if TYPE_CHECKING:
     from ..elements.element import Element, ElementForce
+    from ..problem.problem import Problem
 
 
 class ElementResults(Frozen, Mapping["int | str", "ElementForce"]):
@@ -25,6 +29,31 @@ class ElementResults(Frozen, Mapping["int | str", "ElementForce"]):
         self._results, self._made_of = dict(zip(names, results, strict=True)), (elements, results)
         self._indices: dict[object, int | str] = dict(enumerate(names))
         self._freeze()
+
+    @classmethod
+    def of(
+        cls, problem: Problem, x: Array, v: Array, time: Array, shape: tuple[int, ...]
+    ) -> ElementResults:
+        """Return what the elements of a scene exert at states.
+
+        Args:
+            problem: of the scene.
+            x: coordinates `(N, size)`, all turns counted.
+            v: velocities `(N, nv)`.
+            time: which broadcasts with the shape [s].
+            shape: of the N samples.
+        """
+        forces = problem.element_forces
+        if forces is None:
+            return cls((), ())
+        each = forces.each(x, v, np.broadcast_to(time, shape).reshape(-1))
+        return cls(
+            forces.elements,
+            [
+                type(of)(*(read_only(part.reshape(*shape, *part.shape[1:])) for part in of))
+                for of in each
+            ],
+        )
 
     def __reduce__(self) -> tuple[object, ...]:
         return ElementResults, self._made_of

@@ -142,6 +142,14 @@ class MotionResult(Result, Prescribed):
             points: see `to_dataframe`.
         """
 
+    def _with_points(self, table: Table, points: Points) -> Table:
+        """Return a table with the motions of some points besides."""
+        if not points:
+            return table
+        from .point_motion import with_points  # Imported here: most tables have none.
+
+        return with_points(table, self, points)
+
     def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> PointMotion:
         """Return where a point of a link is and how it moves, in world axes.
 

@@ -57,7 +57,7 @@ from ...kit.checks import described
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import frozen, made, read_only
 from ..elements.link_loads import WRENCH_COMPONENTS, Wrench
-from ..kinematics.loops.idle_rods import rods_by_name
+from ..kinematics.loops.idle_rods import rods_of
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
@@ -284,7 +284,7 @@ class Sweep(MotionResult):
         Positions, rates and accelerations about the line are therefore not derivatives of each
         other.
         """
-        return rods_by_name(self.mechanism, set(self._problem.passive_columns.tolist()))
+        return rods_of(self._problem)
 
     @property
     def gravity(self) -> Array:
@@ -333,18 +333,8 @@ class Sweep(MotionResult):
         """
         from .element_results import ElementResults  # Imported here: most scenes have no elements.
 
-        forces, shape, x = self._problem.element_forces, self.shape, self.motion.rows
-        if forces is None:
-            return ElementResults((), ())
-        times = np.broadcast_to(self.time, shape).reshape(-1)
-        each = forces.each(x, self.motion.v.reshape(len(x), -1), times)
-        return ElementResults(
-            forces.elements,
-            [
-                type(of)(*(read_only(part.reshape(*shape, *part.shape[1:])) for part in of))
-                for of in each
-            ],
-        )
+        x, v = self.motion.rows, self.joint_velocities
+        return ElementResults.of(self._problem, x, v, self.time, self.shape)
 
     @cached_property
     def elastic_energy(self) -> Array:
@@ -586,12 +576,7 @@ class Sweep(MotionResult):
             motion: whether to include the motion of the joints.
             points: see `to_dataframe`.
         """
-        table = _table_of(self, motion)
-        if not points:
-            return table
-        from .point_motion import with_points  # Imported here: most tables have none.
-
-        return with_points(table, self, points)
+        return self._with_points(_table_of(self, motion), points)
 
     def _repr_html_(self) -> str:
         """Return the greatest wrenches, then the residuals."""

@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Set
-from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from cardan_dyn.analytic.impact import Start
 
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.problem.problem import Problem
-from ...core.response.identity import digest, identity
+from ...core.response.identity import forces_identity
 from ...kit.checks import described, mapping, names, number, positive
 from ...kit.errors import ArgumentError, ModelError, choices
 from .pin_geometry import PinGeometry
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
-
-_MOVES = ("description", "drives", "held", "near", "near of balls", "branch")
-"""What an identity holds that decides how a mechanism moves."""
 
 
 def damping_ratio_of(ratio: Any) -> float:
@@ -100,19 +94,22 @@ def refuse_unknown(joints: Collection[str], **given: Any) -> None:
                 )
 
 
+def joint_names(asked: Any) -> tuple[str, ...]:
+    """Return names of joints, each once; of a set, any order will do."""
+    found = names("joints", list(asked) if isinstance(asked, Set) else asked)
+    if len(set(found)) < len(found):
+        raise ArgumentError("joints names a joint twice")
+    return found
+
+
 def pins_of(
     problem: Problem, asked: str | Collection[str] | None
 ) -> tuple[list[str], dict[str, str]]:
     """Return the joints that turn about one axis, and why others are left out."""
     pins, left_out = [], {}
-    wanted = tuple(problem.mechanism.joints)
-    if asked is not None:
-        # Of a set, any order will do.
-        wanted = names("joints", list(asked) if isinstance(asked, Set) else asked)
+    wanted = tuple(problem.mechanism.joints) if asked is None else joint_names(asked)
     if not wanted:
         raise ArgumentError("joints is empty; name those that have clearance")
-    if len(set(wanted)) < len(wanted):
-        raise ArgumentError("joints names a joint twice")
     for name in wanted:
         parts = problem.mechanism.joint(name).parts
         if len(parts) == 1 and parts[0].kind == "revolute" and name in problem.outputs:
@@ -171,36 +168,10 @@ def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]
 def made_of(problem: Problem, rotor: Any) -> dict[str, str]:
     """Return what the forces of a mechanism without clearance depend on, each with its hash.
 
-    Two that differ in one of these have other forces. Functions, such as an actuator's, cannot be
-    compared and are left out.
+    Two that differ in one of these have other forces.
 
     Args:
         problem: of the scene.
         rotor: inertia that turns with the drive; None if its motion is prescribed.
     """
-    found = identity(problem)
-    acts = {
-        "loads": [
-            {name: effort for name, effort in problem.joint_loads.items() if np.any(effort)},
-            _record(problem.link_loads),
-        ],
-        "gravity": problem.gravity,
-        "elements": [_record(item) for item in problem.elements],
-        "rotor": None if rotor is None else float(rotor),
-    }
-    return {
-        **{name: found[name] for name in _MOVES},
-        **{name: digest(value) for name, value in acts.items()},
-    }
-
-
-def _record(value: Any) -> Any:
-    """Return all fields of a record by name, those of records in it as well."""
-    if is_dataclass(value) and not isinstance(value, type):
-        every = {field.name: _record(getattr(value, field.name)) for field in fields(value)}
-        return [type(value).__name__, every]
-    if isinstance(value, Mapping):
-        return {name: _record(item) for name, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_record(item) for item in value]
-    return "a function" if callable(value) else value
+    return forces_identity(problem, rotor=None if rotor is None else float(rotor))

@@ -22,7 +22,7 @@ from .row_tables import COMPONENTS, row_table, variable
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ...core.elements.pin_contact import ContactForce, PinContact
+    from ...core.elements.pin_contact import PinContact
 
 _SPEED, _MASS = 0.1, 1.0
 """A touch [m/s, kg] by which laws are judged."""
@@ -116,11 +116,6 @@ class JointContact(Result):
         )
 
     @property
-    def is_pressed(self) -> Array:
-        """Whether the wall presses the pin `(N,)`."""
-        return read_only(self.force > 0.0)
-
-    @property
     def peak(self) -> float:
         """Greatest force in the simulation [N], whether the pin struck or never left its wall."""
         return max([float(np.max(self.force)), *(item.peak for item in self.impacts)])
@@ -207,7 +202,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         """Greatest energy that is missing in the balance, and greatest that walls store [J]."""
         whole = self.trajectory.at(self.steps)
         energy = whole.kinetic_energy + whole.potential_energy - whole.work
-        forces = [cast("ContactForce", whole.element_force[at]) for at in self._indices.values()]
+        forces = (whole.element_force[index] for index in self._indices.values())
         stored = max(float(np.max(force.energy)) for force in forces)
         return float(np.max(np.abs(energy - energy[0]))), stored
 
@@ -225,18 +220,17 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
 
     def __getitem__(self, bearing: str) -> JointContact:
         contact = self.contact(bearing)
-        index = self._indices[bearing]
-        force = cast("ContactForce", self.trajectory.element_force[index])
+        force: Any = self.trajectory.element_force[self._indices[bearing]]
         return JointContact(
             bearing,
             self.time,
             self._drive_position,
-            read_only(force.pressure),
-            read_only(force.friction),
-            read_only(force.depth),
-            read_only(force.offset),
+            force.pressure,
+            force.friction,
+            force.depth,
+            force.offset,
             read_only(self._orbit(contact, force.offset)),
-            read_only(force.force),
+            force.force,
             tuple(item for item in self.impacts if item.bearing == bearing),
         )
 

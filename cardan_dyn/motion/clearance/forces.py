@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...core.response.operating_points import solved_motion
+from ...core.problem.samples import Targets
 from ...core.response.response import Response
+from ...core.results.collect import motion_at
 from ...kit.arrays import NOTHING, ROUNDED, Array
 from ...kit.checks import described
 from ...kit.errors import AccuracyError, ArgumentError, IndeterminateError
@@ -80,8 +81,7 @@ class ForceSource:
 
     def motion(self, positions: Array, speed: float = 0.0) -> Motion:
         """Return the motion at drive positions `(K,)`."""
-        speeds = np.full(len(positions), speed)
-        return solved_motion(self.solver, positions, speeds, np.zeros(len(positions)))
+        return motion_at(self.solver, Targets.of_positions(positions[:, None]), speed)
 
     def closed(self, positions: list[float]) -> Array:
         """Return closed coordinates `(K, size)` at drive positions."""

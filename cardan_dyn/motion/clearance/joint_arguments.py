@@ -13,7 +13,7 @@ from ...kit.arrays import Array
 from ...kit.checks import names as checked_names
 from ...kit.checks import positive
 from ...kit.errors import ArgumentError, ModelError, choices
-from .arguments import clearance_of, of_joint, pins_of, refuse_unknown, stiffness_of
+from .arguments import clearance_of, joint_names, of_joint, pins_of, refuse_unknown, stiffness_of
 from .opened_joint import Bearing, OpenedJoint
 from .pin_geometry import PinGeometry
 from .universal_joint import PinAxis, is_universal, universal_pins
@@ -39,10 +39,7 @@ def opened_joints(
 ) -> tuple[dict[str, OpenedJoint], dict[str, str]]:
     """Return the joints that are scanned, by name, and why others are left out; see `scan`."""
     problem, mechanism = solver.problem, solver.problem.mechanism
-    asked: Any = list(joints) if isinstance(joints, Set) else joints
-    wanted = () if asked is None else checked_names("joints", asked)
-    if len(set(wanted)) < len(wanted):
-        raise ArgumentError("joints names a joint twice")
+    wanted = () if joints is None else joint_names(joints)
     crosses = {
         name: _pins(problem, name)
         for name in wanted
@@ -58,7 +55,7 @@ def opened_joints(
     simple = [name for name in wanted if name not in crosses]
     left_out: dict[str, str] = {}
     if simple or not crosses:
-        simple, left_out = pins_of(problem, asked if not crosses else simple)
+        simple, left_out = pins_of(problem, None if joints is None else simple)
     known = [*mechanism.joints, *(pin.name for pins in crosses.values() for pin in pins)]
     refuse_unknown(known, clearance=clearance, stiffness=stiffness, radius=radius)
     length = mechanism.characteristic_length

@@ -20,7 +20,8 @@ import numpy as np
 
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.mechanism.undescribed import REMEDY
-from ...core.response.operating_points import solved_motion
+from ...core.problem.samples import Targets
+from ...core.results.collect import motion_at
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
 from ...kit.periodic import Fourier
@@ -187,7 +188,7 @@ class OpenedJoint:
 
     @cached_property
     def _start(self) -> Motion:
-        return solved_motion(self._solver, *np.zeros((3, 1)))
+        return motion_at(self._solver, Targets.of_positions(np.zeros((1, 1))))
 
     @cached_property
     def _ends(self) -> dict[tuple[int, float], Array]:
@@ -505,8 +506,7 @@ def what_is_open(solver: ProblemSolver, sweep: Sweep, name: str) -> str:
         return ""
     if np.count_nonzero(axis > NOTHING) > 1:
         chosen = np.linspace(0, len(sweep) - 1, min(len(sweep), _TRIED)).astype(int)
-        zeros = np.zeros(len(chosen))
-        motion = solved_motion(solver, np.asarray(sweep.position)[chosen], zeros, zeros)
+        motion = motion_at(solver, Targets.of_positions(np.asarray(sweep.position)[chosen, None]))
         joint = OpenedJoint(solver, None, name)
         if all(joint.gives_way(x) for x in motion.rows):
             return ""

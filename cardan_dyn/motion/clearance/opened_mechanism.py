@@ -15,7 +15,6 @@ import pinocchio
 
 from ...core.mechanism.joints import Part
 from ...core.mechanism.mechanism import Mechanism
-from ...core.mechanism.welds import constraint_models
 from ...kit.arrays import NOTHING, Array
 from ..simulation.closed_directions import ClosedDirections
 
@@ -79,17 +78,16 @@ class OpenedMechanism:
         places = np.insert(np.ones(mechanism.coordinates.size, dtype=bool), columns, False)
         self._columns = np.nonzero(places)[0]
         self._moved = moved
-        loops = [
+        constraints = [
             loop._replace(
                 predecessor=self._own[loop.predecessor], successor=self._own[loop.successor]
-            )
+            ).constraint(model)
             for loop in mechanism.loops
         ]
         rows = np.zeros((len(mechanism.couplings), model.nv))
         for row, coupling in zip(rows, mechanism.couplings, strict=True):
             row[[moved[index] for index in coupling.predecessor_columns]] += coupling.ratio
             row[[moved[index] for index in coupling.successor_columns]] -= 1.0
-        constraints = constraint_models(model, loops)
         none = np.array([], dtype=int)
         self._closure = ClosedDirections(model, constraints, rows, none, rank=model.nv)
         self._free = np.delete(np.arange(model.nv), [moved[index] for index in fixed])

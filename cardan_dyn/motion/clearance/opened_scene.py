@@ -22,7 +22,7 @@ from ...scene.scene import Scene
 from .opened_mechanism import OpenedMechanism
 
 if TYPE_CHECKING:
-    from ...core.description.description import Description, JointDescription, LoopDescription
+    from ...core.description.description import Description
     from ...core.mechanism.configuration import Configuration
 
 
@@ -226,10 +226,9 @@ def _contacts(description: Description, pin: OpenPin) -> list[PinContact]:
 
 def _sides(description: Description, joint: str) -> tuple[str, Array, str, Array, Array]:
     """Return both links of a joint, where its frame is in them, and its axis there."""
-    item: JointDescription | LoopDescription
-    for item in description.joints:
-        if item.name == joint:
-            return item.parent, item.origin, item.child, inverse(item.child_placement), item.axis
+    for own in description.joints:
+        if own.name == joint:
+            return own.parent, own.origin, own.child, inverse(own.child_placement), own.axis
     item = next(loop for loop in description.loops if loop.name == joint)
     ends = item.predecessor_origin, item.successor_origin
     return item.predecessor, ends[0], item.successor, ends[1], item.axis

@@ -23,13 +23,7 @@ half-spaces to each other any more."""
 
 
 class StiffnessLaw(ABC):
-    """A stiffness that depends on the force, and with the same power inversely on the clearance.
-
-    Attributes:
-        is_bare: whether a line contact is all there is of it.
-    """
-
-    is_bare: bool
+    """A stiffness that depends on the force, and with the same power inversely on the clearance."""
 
     @abstractmethod
     def limit(self, clearance: float) -> float:
@@ -84,11 +78,6 @@ class PinGeometry(StiffnessLaw):
             else:
                 checked = positive(field.name, value)
             object.__setattr__(self, field.name, checked)
-
-    @property
-    def is_bare(self) -> bool:  # type: ignore[override]
-        """Whether it has no seat."""
-        return self.seat_stiffness is None
 
     @property
     def compliance(self) -> float:
@@ -181,11 +170,6 @@ class InSeries(StiffnessLaw):
     laws: tuple[float | PinGeometry, ...]
     shares: tuple[float, ...]
     clearances: tuple[float, ...]
-
-    @property
-    def is_bare(self) -> bool:  # type: ignore[override]
-        """Whether one of them has no seat."""
-        return any(law.is_bare for law, *_ in self._geometries)
 
     @property
     def _geometries(self) -> list[tuple[PinGeometry, float, float]]:

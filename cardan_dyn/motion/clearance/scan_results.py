@@ -625,7 +625,7 @@ class Scan(Result, Mapping[str, JointScan]):
             name
             for name in self.ranking
             if any(
-                isinstance(law, PinGeometry) and law.is_bare
+                isinstance(law, PinGeometry) and law.seat_stiffness is None
                 for law in self._joints[name].stiffness.values()
             )
             and self._joints[name].reversals

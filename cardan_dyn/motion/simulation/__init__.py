@@ -15,10 +15,10 @@ Methods of `Scene.simulate`, of which the first that suits is taken:
 one loop follows `integration` with its `events` and contacts (`contact_following`). A `trajectory`
 computes wrenches where they are asked for.
 
-A model has chains, and a chain has a `chain_tape`: rates of a state, and what closes its loops, as
-two programs of `mechanics.constrained`. It judges itself (ratios of rates, strength of closure
-equations, inertia that is left): where other coordinates should be independent, another tape is
-chosen by that state alone, so that results do not depend on what was asked before; where closures
-are weak, or nothing has mass, `closed_directions` solve by singular values. Programs are kept with
-the mechanism. Where nothing acts, compiled steps run them by themselves (`Traced`).
+A model has chains, and a chain has tapes (`dynamics.chain_tape`): rates of a state, and what closes
+its loops, as two programs of `mechanics.constrained`. A tape judges itself (ratios of rates,
+strength of closure equations, inertia that is left): where other coordinates should be independent,
+another tape is chosen by that state alone, so that results do not depend on what was asked before;
+where closures are weak, or nothing has mass, `closed_directions` solve by singular values. Programs
+are kept with the mechanism. Where nothing acts, compiled steps run them by themselves (`Traced`).
 """

@@ -18,19 +18,16 @@ well the equations keep the rank that they have where loops are closed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pinocchio
 
-from ...core.mechanics.bodies import Tree, tree_of
-from ...core.mechanics.elimination import UnsuitableError
-from ...core.mechanics.placements import moved, normalised
+from ...core.dynamics.chain_tape import ChainTape, ChainTapes
 from ...core.mechanism.mechanism import Mechanism
-from ...core.mechanism.welds import Loop, constraint_models
+from ...core.mechanism.welds import Loop
 from ...kit.arrays import Array, consecutive
-from .chain_tape import ChainTape, Programs, pivot_sizes, sparse_first
 from .closed_directions import ClosedDirections, rank_of, refuse_open
 from .free_balls import WithBalls
 from .turning_model import in_lengths, turning_model
@@ -287,15 +284,15 @@ class ConstrainedChain:
         self._of_positions, self._of_rates = coordinates.scale[chain.columns], 1.0 / rate_scale
         self._of_efforts = rate_scale / length**2
         self.model = turning_model(mechanism, gravity, length, chain.bodies)
-        loops = [
+        constraints = [
             loop._replace(
                 predecessor_placement=in_lengths(loop.predecessor_placement, length),
                 successor_placement=in_lengths(loop.successor_placement, length),
-            )
+            ).constraint(self.model)
             for loop in chain.loops
         ]
         couplings = _Couplings(mechanism, chain)
-        self._is_open = not (loops or len(couplings.rows))
+        self._is_open = not (constraints or len(couplings.rows))
         state = state[chain.columns] * self._of_positions
         # Its size grows with the third power of the coordinates: there is one for all that works.
         data = self.model.createData()
@@ -303,7 +300,6 @@ class ConstrainedChain:
         self._free = np.delete(np.arange(self.model.nv), self.prescribed)
         self._lent = _lent_inertia(upper + np.triu(upper, 1).T, self._free)
         self.model.armature = np.full(self.model.nv, self._lent)
-        constraints = constraint_models(self.model, loops)
 
         def directions(rank: int) -> ClosedDirections:
             made_of = self.model, constraints, couplings.rows, self.prescribed
@@ -319,21 +315,20 @@ class ConstrainedChain:
             )
 
         bodies, kept = tuple(chain.bodies), mechanism.kept
-        own = bodies, self.prescribed.tobytes()
-        self._kept, self._place = kept, (*own, state.tobytes())
-        self._elsewhere = kept.of("closures elsewhere", self._place, measured)
+        place = bodies, self.prescribed.tobytes(), state.tobytes()
+        self._elsewhere = kept.of("closures elsewhere", place, measured)
         self._by_rank = directions(self._elsewhere.rank)
-
-        def tree() -> Tree:
-            return tree_of(cast("Mechanism", mechanism)).part([body - 1 for body in bodies])
-
-        self._tree = kept.of("chain trees", bodies, tree)
-        self._columns, self._rates, self._gravity = chain.columns, chain.rates, gravity
+        self._tapes = ChainTapes(
+            # With balls, it has all that a tree is read from.
+            cast("Mechanism", mechanism),
+            bodies,
+            chain.rates[self.prescribed].tolist(),
+            gravity,
+            self._elsewhere.places / self._of_positions,
+        )
+        self._rates = chain.rates[self._free]
         self._nothing, self._untold = np.zeros(self.model.nv), np.zeros(self.prescribed.size)
-        # The same for all models of the mechanism.
-        self._programs: dict[Hashable, Programs] = kept.of("chain tapes", gravity.tobytes(), dict)
-        self._tapes: dict[tuple[int, ...], ChainTape] = {}
-        spared = np.isin(chain.rates[self._free], independent)
+        spared = np.isin(self._rates, independent)
 
         def best() -> tuple[tuple[int, ...], Array]:
             # The state itself may be singular.
@@ -342,30 +337,16 @@ class ConstrainedChain:
             index = max(range(len(places)), key=lambda index: chosen[index][1])
             return chosen[index][0], places[index] / self._of_positions
 
-        dependent, x = kept.of("chain orders", (*self._place, spared.tobytes()), best)
-        self._spared = ~np.isin(chain.rates[self._free], dependent)
-        self._main = self._moving(dependent, x)
+        dependent, x = kept.of("chain orders", (*place, spared.tobytes()), best)
+        self._spared = ~np.isin(self._rates, dependent)
+        self._main, rest = self._tapes.of(dependent), (self._nothing, self._untold, self._nothing)
+        if self._main and self._lent and self._main.rates(x, *rest, at_last=True) is None:
+            self._main = None  # A direction moves no mass.
         self._traced = self._main.traced() if self._main is not None else None
 
     def __reduce__(self) -> tuple[object, ...]:
         # Pinocchio's data cannot be copied.
         return ConstrainedChain, self._made_of
-
-    def _moving(self, dependent: tuple[int, ...], x: Array) -> ChainTape | None:
-        """Return the tape of an order of elimination; None if a direction moves no mass.
-
-        Args:
-            dependent: the order.
-            x: coordinates `(size,)`.
-        """
-        try:
-            tape = self._tape(dependent)
-        except UnsuitableError:
-            return None
-        rest = self._nothing, self._untold, self._nothing
-        if self._lent and tape.rates(x, *rest, at_last=True) is None:
-            return None
-        return tape
 
     def _dependent(self, x: Array, spared: Array) -> tuple[tuple[int, ...], float]:
         """Return what others decide best at a configuration, and how well the last of them.
@@ -383,26 +364,8 @@ class ConstrainedChain:
             return (), 1.0
         rows = self._every.jacobian(x)[:, self._free] * np.where(spared, _SPARED, 1.0)
         upper, order = qr(rows, mode="r", pivoting=True, check_finite=False)
-        rates = self._rates[self._free][order[:rank]].tolist()
-        return sparse_first(self._tree, rates), abs(float(upper[rank - 1, rank - 1]))
-
-    def _tape(self, dependent: tuple[int, ...]) -> ChainTape:
-        """Return the tape of an order of elimination."""
-        if dependent not in self._tapes:
-            prescribed = self._rates[self.prescribed].tolist()
-            key = *self._place[:2], dependent
-            programs = self._programs.get(key)
-            if programs is None:
-                programs = Programs(self._tree, prescribed, self._gravity, dependent)
-                self._programs[key] = programs
-            places = self._elsewhere.places / self._of_positions
-            sizes = self._kept.of(
-                "pivot sizes",
-                (*self._place, dependent),
-                lambda: pivot_sizes(self._tree, prescribed, dependent, places),
-            )
-            self._tapes[dependent] = ChainTape(programs, sizes)
-        return self._tapes[dependent]
+        rates = self._rates[order[:rank]].tolist()
+        return self._tapes.sparse_first(rates), abs(float(upper[rank - 1, rank - 1]))
 
     def rates(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
@@ -416,7 +379,7 @@ class ConstrainedChain:
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
         """
         if self.closes_stages:
-            x, v = self._closed_by_rank(self._unit(x), v)
+            x, v = self._closed_by_rank(self._tapes.unit(x), v)
         acting = self._nothing if efforts is None else efforts
         told = self._untold if prescribed is None else prescribed
         found = self._main.rates(x, v, told, acting) if self._main is not None else None
@@ -424,7 +387,7 @@ class ConstrainedChain:
             found = other.rates(x, v, told, acting, at_last=True)
         if found is not None:
             return found
-        x = self._unit(x)
+        x = self._tapes.unit(x)
         solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
         a = solve(
             x * self._of_positions,
@@ -432,20 +395,7 @@ class ConstrainedChain:
             acting * self._of_efforts,
             told * self._of_rates[self.prescribed],
         )
-        by_rate = dict(zip(self._rates, v, strict=True))
-        return np.concatenate((self._row(moved, x, by_rate), a / self._of_rates))
-
-    def _unit(self, x: Array) -> Array:
-        """Return coordinates with quaternions of unit length."""
-        return self._row(normalised, x)
-
-    def _row(self, of_body: Callable[..., Mapping[int, Any]], x: Array, *more: Any) -> Array:
-        """Return a row of what is known of the coordinates of each body."""
-        own = dict(zip(self._columns, x, strict=True))
-        found: dict[int, Any] = {}
-        for body in self._tree.bodies:
-            found.update(of_body(body, own, *more))
-        return np.array([found[column] for column in self._columns])
+        return np.concatenate((self._tapes.gains(x, v), a / self._of_rates))
 
     @property
     def traced(self) -> tuple[Any, Array, Array] | None:
@@ -466,7 +416,7 @@ class ConstrainedChain:
         if self._elsewhere.weakness(self._every, place) < _WEAK:
             self.was_weak = True
             return None
-        return self._tape(self._dependent(place, self._spared)[0])
+        return self._tapes.of(self._dependent(place, self._spared)[0])
 
     def weakness(self, x: Array) -> float:
         """Return how strong the weakest closure equation is that is not redundant.

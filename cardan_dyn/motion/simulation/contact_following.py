@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from ...core.elements.pin_motion import PinMotion, PinPlace
-from ...core.elements.recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
+from ...core.elements.pin_motion import PinPlace
 from ...core.elements.stepping import first_fall
+from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import NOTHING, Array
 from .integration import Integration
+from .recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
 from .system import System
 
 _INNER = 8
@@ -82,9 +83,7 @@ class ContactFollowing:
             most: number of touches after which the simulation ends.
         """
         self._system, self._most = system, most
-        self._pins = [
-            _Pin(index, contact, contact.motion(system.mechanism)) for index, contact in contacts
-        ]
+        self._pins = [_Pin(index, contact, system.mechanism) for index, contact in contacts]
         self._data = system.physical.createData()
         self.touches: list[Touch] = []
 
@@ -167,8 +166,9 @@ class _Pin:
         motion: of the pin.
     """
 
-    def __init__(self, index: int, contact: RecordedContact, motion: PinMotion) -> None:
-        self._index, self._contact, self.motion = index, contact, motion
+    def __init__(self, index: int, contact: RecordedContact, mechanism: Mechanism) -> None:
+        self._index, self._contact = index, contact
+        self.motion = contact.motion(mechanism)
         self._begun, self._left, self._speed = 0.0, np.inf, np.nan
         self._peak: _Peak | None = None
 

@@ -190,7 +190,7 @@ class Continuity:
 
     def _from_neighbours(self, times: Array, states: States, rounding: Array) -> Array:
         """Return `(N,)` how far states are off what the ones before and after them say."""
-        misfits = self._off(times, states, _NEAR) - rounding
+        misfits = _worst_of_rows(*self._differences(times, states, _NEAR)) - rounding
         bad = np.nonzero(misfits > self.tolerance)[0]
         for _ in range(_MOST_HALVINGS):
             if not bad.size:
@@ -201,10 +201,6 @@ class Continuity:
             if not bad.size or not self._is_narrowed(times[bad]):
                 break
         return np.maximum(misfits, 0.0)
-
-    def _off(self, times: Array, states: States, size: int) -> Array:
-        """Return `(N,)` how far states are off what some neighbours say."""
-        return _worst_of_rows(*self._differences(times, states, size))
 
     def _off_both(self, times: Array, states: States) -> Array:
         """Return `(N,)` how far states are off what fewer and more neighbours say.

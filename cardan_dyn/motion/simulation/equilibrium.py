@@ -213,7 +213,7 @@ class _Statics:
         driven = np.broadcast_to(self._driven, (len(positions), len(self._driven)))
         targets = Targets.of_positions(np.concatenate([driven, positions], axis=1))
         assembled = solver.assembled_in_turn(targets)
-        return sweep_of(solver, assembled, acting, solver.solve(assembled, acting))
+        return sweep_of(solver, assembled, acting)
 
     def _of_free(self, sweep: Sweep, count: int) -> Array:
         """Return the efforts `(N, f)` along the free coordinates."""

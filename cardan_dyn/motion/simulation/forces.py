@@ -11,14 +11,13 @@ import numpy as np
 import pinocchio
 
 from ...core.elements.element import Element
+from ...core.elements.element_efforts import ElementEfforts
 from ...core.elements.link_loads import LinkLoad
 from ...core.elements.pin_contact import PinContact
-from ...core.mechanism.coordinates import Coordinates
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
 from ...kit.checks import described
 from ...kit.errors import ArgumentError
-from .element_efforts import ElementEfforts
 from .turning_model import turning_model
 
 
@@ -41,9 +40,10 @@ class Named(Mapping[str, float]):
 class StateNames:
     """Reads states by the names of their coordinates."""
 
-    def __init__(self, coordinates: Coordinates) -> None:
-        self._columns = {name: item.column for name, item in coordinates.named.items()}
-        self._rates = {name: item.rate for name, item in coordinates.named.items()}
+    def __init__(self, mechanism: Mechanism) -> None:
+        named = mechanism.coordinates.named.items()
+        self._columns = {name: item.column for name, item in named}
+        self._rates = {name: item.rate for name, item in named}
 
     def positions(self, x: Array) -> Named:
         """Return the positions of a state `x (size,)` by name [rad or m]."""
@@ -136,7 +136,7 @@ class Forces:
         """
         self._mechanism = mechanism
         coordinates = mechanism.coordinates
-        self.names = StateNames(coordinates)
+        self.names = StateNames(mechanism)
         self._constant = np.zeros(mechanism.model.nv)
         for name, effort in joint_loads.items():
             if name not in functions:

@@ -26,9 +26,7 @@ import pinocchio
 
 from ...core.mechanism.coordinates import Coordinates
 from ...core.mechanism.joints import Joint, Part
-from ...core.mechanism.kept import Kept
 from ...core.mechanism.mechanism import Mechanism
-from ...core.mechanism.welds import Coupling
 from ...kit.arrays import NOTHING, ROUNDED, Array, quaternion_product
 
 _PIECES = 4
@@ -322,9 +320,9 @@ class WithBalls:
             hinges: indices in its model of the first turns of the balls.
         """
         self.source, self._hinges = source, tuple(hinges)
-        self.kept = source.kept.of("kept with balls", self._hinges, Kept)
+        self.kept = source.kept.part(self._hinges)
         self.characteristic_length = source.characteristic_length
-        self.couplings: tuple[Coupling, ...] = source.couplings
+        self.couplings = source.couplings
         old, model = source.model, pinocchio.Model()
         parts = source.coordinates.parts
         starts = dict(zip((part.id for part in parts), source.coordinates.starts, strict=True))

@@ -303,7 +303,8 @@ class Integration:
         self.points.append(Point(time, wrapped, equations.turns, rate))
         if not self.is_running:
             return None
-        if is_stiff or (stepper.is_explicit and self._looks_stiff(time, wrapped, length)):
+        is_explicit = isinstance(stepper, Stepper)
+        if is_stiff or (is_explicit and self._looks_stiff(time, wrapped, length)):
             self._tried = len(self.steps) + _TRIED, length
             self.stiff_from, self.method, self._stepper = time, "Radau", None
         elif self._tried and len(self.steps) >= self._tried[0]:

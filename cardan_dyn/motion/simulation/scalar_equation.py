@@ -41,7 +41,7 @@ class ScalarEquation(Equations):
         self._forces = forces
         self._model = turning_model(solver.problem.mechanism)
         self._data = self._model.createData()
-        self._names = StateNames(solver.problem.mechanism.coordinates)
+        self._names = StateNames(solver.problem.mechanism)
         self._period = 2.0 * np.pi / functions.inertia.frequency
         self.turns, self.evaluations = np.zeros(2), 0
         self._size = solver.problem.mechanism.coordinates.size
@@ -87,7 +87,7 @@ def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:
     inertia, force = functions.inertia, functions.force
     count, period = inertia.coefficients.shape[1], 2.0 * np.pi / inertia.frequency
     grid = period / (2 * count) * np.arange(2 * count + 1)[:, None]
-    motion = motion_at(solver, Targets.of_positions(grid), np.ones_like(grid), np.zeros_like(grid))
+    motion = motion_at(solver, Targets.of_positions(grid), 1.0)
     x = motion.rows
     slope = np.concatenate([(x[-1] - x[0]) / period, np.zeros(motion.v.shape[1])])
     joints = Fourier.of((np.concatenate([x, motion.v], axis=1) - grid * slope)[:-1].T, period)

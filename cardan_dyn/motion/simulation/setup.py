@@ -9,9 +9,8 @@ import numpy as np
 
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.elements.pin_contact import PinContact
-from ...core.elements.recorded_contact import RecordedContact
 from ...core.mechanism.mechanism import Mechanism
-from ...core.problem.arguments import split_loads
+from ...core.problem.samples import acting_on
 from ...kit.arrays import EPS, Array
 from ...kit.checks import flag, mapping, positive, whole
 from ...kit.errors import ArgumentError
@@ -20,6 +19,7 @@ from .events import Watched, watched
 from .forces import Forces, StateFunction, state_function
 from .prescribed_motion import begun_at, prescribed_motions
 from .progress import Progress
+from .recorded_contact import RecordedContact
 from .start_state import closed_start, drive_positions, rounding_of_speeds
 from .system import Motion
 
@@ -240,15 +240,15 @@ def forces_of(solver: ProblemSolver, loads: Any = None) -> Forces:
             functions[name] = state_function(f"loads[{name!r}]", value)
         else:
             constant[name] = value
-    joints, links = split_loads(problem.mechanism, constant)
-    joints, links = {**problem.joint_loads, **joints}, {**problem.link_loads, **links}
-    for name, effort in joints.items():
+    acting = acting_on(problem, loads=constant)
+    for name, effort in acting.joint_loads.items():
         if np.size(effort) != 1:
             raise ArgumentError(
                 f"loads[{name!r}] has shape {np.shape(effort)}; a simulation takes one value, or a "
                 "function of time"
             )
-    for name, load in links.items():
+    for name, load in acting.link_loads.items():
         if load.force.size != 3 or load.moment.size != 3:
             raise ArgumentError(f"loads[{name!r}]: a simulation takes one wrench, or a function")
-    return Forces(problem.mechanism, joints, links, functions, problem.elements)
+    loads_on = acting.joint_loads, acting.link_loads
+    return Forces(problem.mechanism, *loads_on, functions, problem.elements)

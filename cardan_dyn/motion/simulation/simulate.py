@@ -8,7 +8,7 @@ from typing import Any
 
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.elements.pin_contact import PinContact
-from ...core.kinematics.loops.idle_rods import rods_by_name
+from ...core.kinematics.loops.idle_rods import rods_of
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, ModelError, choices
 from .energy_functions import NotSuitableError
@@ -79,7 +79,7 @@ def _reasons_against(
     several = integral = ""
     if prescribed or len(problem.independent) != 1:
         several = "it takes one free coordinate and no drive"
-    elif rods_by_name(problem.mechanism, set(problem.passive_columns.tolist())):
+    elif rods_of(problem):
         several = "rods that spin about their lines are further free coordinates"
     if not forces.is_constant:
         integral = "it takes constant loads and springs without damping alone"

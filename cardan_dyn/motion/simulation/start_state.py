@@ -123,7 +123,7 @@ def _following(
 
 
 def _motion(solver: ProblemSolver, positions: Array, speeds: Array) -> Motion:
-    return motion_at(solver, Targets.of_positions(positions), speeds, np.zeros_like(speeds))
+    return motion_at(solver, Targets.of_positions(positions), speeds)
 
 
 def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[str, float]) -> None:

@@ -87,7 +87,7 @@ class System:
         )
         start = free.row(start) if free else start
         named = self.mechanism.coordinates.named
-        self._names = StateNames(self.mechanism.coordinates)
+        self._names = StateNames(self.mechanism)
         self.size = coordinates.size
         self.turns, self.evaluations = np.zeros(self.size), 0
         self._balls = coordinates.balls[0].tolist()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 
 import numpy as np
 
+from ...core.dynamics.open_tree import OpenTree
 from ...core.dynamics.velocity_ratios import VelocityRatios
 from ...core.elements.link_loads import Wrench
 from ...core.kinematics.tolerances import CLOSURE_TOLERANCE
@@ -34,7 +35,7 @@ from ...kit.errors import (
 from ...kit.frozen import frozen, made, read_only
 from .contact_following import Touch
 from .continuity import Continuity, States
-from .energy import WeightEnergy, element_power, gained, open_efforts
+from .energy import gained
 from .events import Happened
 from .runs import Rows, Run
 from .setup import Setup
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from ...core.mechanism.mechanism import Mechanism
     from ...core.results.point_motion import Points
     from ...core.results.rods import RodForce
 
@@ -530,10 +532,8 @@ class Trajectory(MotionResult):
         columns = problem.mechanism.coordinates.columns_of(problem.independent)
         x[:, columns], turns[:, columns] = positions, 0.0
         assembled = self._solver.assembled_near(Targets.of_positions(positions), x, turns)
-        acting = self._acting()
         with np.errstate(over="ignore", invalid="ignore"):
-            solution = self._solver.solve(assembled, acting)
-        return sweep_of(self._solver, assembled, acting, solution)
+            return sweep_of(self._solver, assembled, self._acting())
 
     def _wrong_accelerations(self, sweep: Sweep, errors: Array) -> AccuracyError:
         """Return the error that refuses wrong accelerations."""
@@ -601,10 +601,7 @@ class Trajectory(MotionResult):
     @cached_property
     def element_force(self) -> ElementResults:
         """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
-        forces = self._problem.element_forces
-        if forces is None:
-            return ElementResults((), ())
-        return ElementResults(forces.elements, forces.each(*self.states, self.time))
+        return ElementResults.of(self._problem, *self.states, self.time, self.shape)
 
     @property
     def effort_residual(self) -> float:
@@ -637,8 +634,7 @@ class Trajectory(MotionResult):
         bodies = self._rows.bodies
         states = (bodies.x, bodies.v) if bodies else self.states
         moved = (bodies or self._rows).a
-        of = bodies.mechanism if bodies else mechanism
-        open_tree = open_efforts(of, self._problem.gravity, *states, moved)
+        open_tree = self._open_tree.efforts(*states, moved)
         loads = self._forces.all_efforts(mechanism, self.time, *self.states)
         efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
         greatest = max(float(np.max(efforts, initial=0.0)), float(np.max(self.kinetic_energy)))
@@ -647,24 +643,24 @@ class Trajectory(MotionResult):
     @cached_property
     def kinetic_energy(self) -> Array:
         """Kinetic energy of all bodies `(N,)` [J]."""
-        bodies = self._rows.bodies
-        if bodies is not None:
-            energy = WeightEnergy(bodies.mechanism, self._problem.gravity)
-            return read_only(energy.kinetic(bodies.x, bodies.v))
-        return read_only(self._energy.kinetic(self._rows.x, self._rows.v))
+        states = self._rows.bodies or self._rows
+        return read_only(self._open_tree.kinetic(states.x, states.v))
 
     @cached_property
     def potential_energy(self) -> Array:
         """Potential energy of the weight and of springs `(N,)` [J]."""
-        energy = self._energy.potential(self._rows.x)
+        energy = OpenTree(self.mechanism, self._problem.gravity).potential(self._rows.x)
         elements = self._problem.element_forces
         if elements is not None:
             energy = energy + elements.at(*self.states, self.time).potential_energy
         return read_only(energy)
 
     @cached_property
-    def _energy(self) -> WeightEnergy:
-        return WeightEnergy(self.mechanism, self._problem.gravity)
+    def _open_tree(self) -> OpenTree:
+        bodies = self._rows.bodies
+        # With balls, it has all that a tree is read from.
+        mechanism = cast("Mechanism", bodies.mechanism) if bodies else self.mechanism
+        return OpenTree(mechanism, self._problem.gravity)
 
     @cached_property
     def work(self) -> Array:
@@ -676,12 +672,8 @@ class Trajectory(MotionResult):
         if steps[-1] > period:
             # No work is left of a whole period, and one is resolved however many there are.
             steps, times = np.linspace(0.0, period, _STEPS_PER_PERIOD + 1), times % period
-        return read_only(gained(self._power, steps, times, self._is_idle))
-
-    @property
-    def _is_idle(self) -> bool:
-        """Whether nothing does work but weight and springs."""
-        return self._forces.does_no_work and not self._prescribed
+        is_idle = self._forces.does_no_work and not self._prescribed
+        return read_only(gained(self._power, steps, times, is_idle))
 
     def _power(self, times: Array) -> Array:
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
@@ -691,7 +683,7 @@ class Trajectory(MotionResult):
         power = np.einsum("nk,nk->n", loads, v)
         elements = self._problem.element_forces
         if elements is not None:
-            power = power + element_power(elements, x, v, times)
+            power = power + elements.supplied(x, v, times)
         if self._prescribed:
             # What is wrong with an effort shows in the balance of energy, which takes it.
             try:
@@ -738,7 +730,7 @@ class Trajectory(MotionResult):
         Walls of contacts are left out, whose forces act over a small part of a radian.
         """
         mechanism, forces = self.mechanism, self._forces.without_contacts()
-        weight = self._energy.weight * mechanism.characteristic_length
+        weight = self._open_tree.weight * mechanism.characteristic_length
         if forces.is_nothing:
             return weight
         x, rest = self.states[0], np.zeros_like(self._rows.v)
@@ -830,13 +822,7 @@ class Trajectory(MotionResult):
             variables=list({**first, **energies, **variables}.items()),
             attributes={**swept.attributes, **told},
         )
-        if not points:
-            return table
-        from ...core.results.point_motion import (
-            with_points,  # Imported here: most tables have none.
-        )
-
-        return with_points(table, self, points)
+        return self._with_points(table, points)
 
     def _over_time(self, swept: Table) -> Table:
         """Return a table of the sweep with times along its dimension, `time` the first column."""

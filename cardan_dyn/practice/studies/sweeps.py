@@ -41,17 +41,13 @@ _UNITS = {**_TURNS_OR_SLIDES, "time": ("s",), "inertia": ("1",), "gravity": ("m/
 """What each parameter of a sweep is in; nothing is converted."""
 
 
-def _rms(values: Array) -> Array:
-    return np.sqrt(np.mean(np.square(values), axis=-1))
-
-
 _OVER: Mapping[str, Callable[[Array], Array]] = {
     "max": lambda values: np.max(values, axis=-1),
     "min": lambda values: np.min(values, axis=-1),
     "mean": lambda values: np.mean(values, axis=-1),
     "range": lambda values: np.ptp(values, axis=-1),
     "greatest": lambda values: np.max(np.abs(values), axis=-1),
-    "rms": _rms,
+    "rms": lambda values: np.sqrt(np.mean(np.square(values), axis=-1)),
 }
 """What can be taken over the positions of a case."""
 
@@ -250,7 +246,7 @@ class Sweeps(Frozen):
                 "no position is given: Sweeps(..., position=…) for all cases, or a parameter "
                 "called position"
             )
-        if trailing and any(_stem(name) == "position" for name in mesh):
+        if trailing and any(name.partition(".")[0] == "position" for name in mesh):
             raise ArgumentError("position is a parameter and an argument of Sweeps: give one")
         sweep = self._swept(scene, arguments)
         axes = (1,) * (len(shape) + trailing)
@@ -325,10 +321,6 @@ def _pair(label: str, what: object) -> tuple[str, str]:
         f"wanted[{label!r}] is {described(what)}, expected a column or a pair of a column and one "
         f"of {choices(_OVER)}"
     )
-
-
-def _stem(name: str) -> str:
-    return name.partition(".")[0]
 
 
 def _is_swept(name: str) -> bool:

@@ -164,10 +164,12 @@ class Drawing:
     def _track(self, path: str, pose: Pose, arrays: Arrays) -> dict[str, Any]:
         """Return a node: its pose at the first sample, and the arrays of what changes."""
         node: dict[str, Any] = {"path": path}
+        scale = pose.scale
+        scale = np.repeat(scale[:, None], 3, axis=1) if scale.ndim == 1 else scale
         for name, values, tolerance in (
             ("position", pose.position, STEADY * self.size),
             ("quaternion", pose.quaternion, STEADY),
-            ("scale", _along_axes(pose.scale), STEADY),
+            ("scale", scale, STEADY),
         ):
             if len(values) > 1 and np.max(np.ptp(values, axis=0)) > tolerance:
                 node[name] = arrays.add(values)
@@ -268,8 +270,3 @@ def _shape(geometry: Any, arrays: Arrays) -> tuple[tuple[str, Any], ...]:
 
 def _numbers(values: Sequence[float]) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
-
-
-def _along_axes(scale: Array) -> Array:
-    """Return scales `(N,)` or `(N, 3)` as `(N, 3)`."""
-    return np.repeat(scale[:, None], 3, axis=1) if scale.ndim == 1 else scale

@@ -37,8 +37,7 @@ def test_courses_fit_the_trajectory(found: clearance.ContactSimulation) -> None:
     np.testing.assert_allclose(turn @ turn.T, np.eye(2), atol=1e-9)
     assert np.linalg.det(turn) == pytest.approx(1.0)
     np.testing.assert_allclose(slides @ turn, course.orbit, atol=1e-14)
-    assert np.array_equal(course.is_pressed, course.force > 0.0)
-    assert 0 < np.count_nonzero(course.is_pressed) < 200
+    assert 0 < np.count_nonzero(course.force > 0.0) < 200
 
 
 @pytest.mark.slow

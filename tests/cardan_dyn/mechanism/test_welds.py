@@ -8,12 +8,11 @@ import pytest
 from testkit.mixed_chain import MIXED
 
 import cardan_dyn as cd
-from cardan_dyn.core.mechanism.welds import constraint_models
 
 
 def test_loops_are_pinocchios_constraints() -> None:
     mechanism = cd.load(MIXED)
-    models = constraint_models(mechanism.model, mechanism.loops)
+    models = mechanism.constraint_models
     assert len(models) == 3
     for model, loop in zip(models, mechanism.loops, strict=True):
         assert (model.joint1_id, model.joint2_id) == (loop.predecessor, loop.successor)

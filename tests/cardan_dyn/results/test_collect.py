@@ -29,8 +29,7 @@ def solver_of(mechanism: cd.Mechanism, **options: object) -> ProblemSolver:
 def sweep(solver: ProblemSolver, *rates: np.ndarray, positions: np.ndarray = POSITIONS) -> cd.Sweep:
     targets = Targets.of_positions(positions)
     acts = acting(solver, *(rates or (np.zeros_like(positions),) * 2))
-    solution = solver.solve(solver.assemble(targets), acts)
-    return sweep_of(solver, solver.assemble(targets), acts, solution)
+    return sweep_of(solver, solver.assemble(targets), acts)
 
 
 def test_one_drive_has_no_dimension_of_its_own(joint: cd.Mechanism) -> None:
@@ -62,7 +61,7 @@ def test_residuals_are_those_of_the_solution(joint: cd.Mechanism) -> None:
     assembled = solver.assemble(Targets.of_positions(POSITIONS))
     acts = acting(solver, SPEEDS, ACCELERATIONS)
     solution = solver.solve(assembled, acts)
-    turn = sweep_of(solver, assembled, acts, solution)
+    turn = sweep_of(solver, assembled, acts)
     assert turn.loop_residual == np.max(solution.loop_error)
     assert turn.balance_residual == solution.residuals.balance
     assert turn.power_residual == solution.residuals.power
@@ -166,12 +165,12 @@ def test_a_grid_has_what_its_samples_have_in_a_row(joint: cd.Mechanism) -> None:
     speeds = np.linspace(1.0, 2.0, 6)[:, None]
     acts = acting(solver, speeds, -speeds)
     assembled = solver.assemble(targets)
-    flat = sweep_of(solver, assembled, acts, solver.solve(assembled, acts))
+    flat = sweep_of(solver, assembled, acts)
     rates = speeds.reshape(2, 3, 1)
     acts = acts._replace(speeds=rates, accelerations=-rates)
     on_grid = targets.positions.reshape(2, 3, 1)
     assembled = solver.assemble(targets._replace(shape=(2, 3), given=on_grid))
-    grid = sweep_of(solver, assembled, acts, solver.solve(assembled, acts))
+    grid = sweep_of(solver, assembled, acts)
     assert grid.shape == (2, 3)
     for name in ("position", "speed", "acceleration", "drive_effort", "condition"):
         expected = getattr(flat, name).reshape(2, 3)

@@ -13,8 +13,8 @@ from testkit.scaling import in_lengths
 from testkit.scenes import forward_accelerations, universal
 
 import cardan_dyn as cd
+from cardan_dyn.core.dynamics.chain_tape import ChainTape
 from cardan_dyn.core.tape import machine_is_at_hand
-from cardan_dyn.motion.simulation.chain_tape import ChainTape
 from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
 from cardan_dyn.motion.simulation.turning_model import turning_model
 

@@ -140,7 +140,7 @@ def test_functions_of_modules_can_be_pickled() -> None:
 
 
 def test_names_of_states() -> None:
-    names = StateNames(MECHANISM.coordinates)
+    names = StateNames(MECHANISM)
     positions = names.positions(X[0])
     assert dict(positions)["a"] == 0.3
     assert len(positions) == len(list(positions))

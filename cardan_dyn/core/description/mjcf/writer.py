@@ -208,8 +208,9 @@ class _MjcfWriter:
             frames.append(inverse(behind))
             behind = _origin(item) @ behind
         check_kinds([kind for item in chain for kind, _ in _parts(item)], name)
-        parent = _parent(chain[0])
-        if chain[0].type == "floating" and self._groups.is_fixed(parent):
+        first = chain[0]
+        parent = first.parent if isinstance(first, JointDescription) else first.predecessor
+        if first.type == "floating" and self._groups.is_fixed(parent):
             return self._free(chain, name, behind)
         body = self._add(self._bodies[parent], name, behind)
         for item, frame in zip(chain, reversed(frames), strict=True):
@@ -297,10 +298,6 @@ class _MjcfWriter:
 def _parts(item: JointOrLoop) -> list[tuple[str, Array]]:
     """Return MJCF's words and axes for the coordinates of a joint, outermost first."""
     return [(_WORDS[kind], axis) for kind, axis in elementary(item.type, item.axis, item.axis_2)]
-
-
-def _parent(item: JointOrLoop) -> str:
-    return item.parent if isinstance(item, JointDescription) else item.predecessor
 
 
 def _origin(item: JointOrLoop) -> Array:

@@ -19,6 +19,7 @@ from ....kit.arrays import Array, cross
 from ....kit.frozen import read_only
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
+from ...problem.problem import Problem
 from .structure import Structure
 
 _SAME = 1e-9
@@ -137,6 +138,11 @@ def rods_by_name(mechanism: Mechanism, free: set[int]) -> list[tuple[str, ...]]:
         tuple(dict.fromkeys(owner[column] for column in rod.columns))
         for rod in idle_rods(mechanism, free)
     ]
+
+
+def rods_of(problem: Problem) -> list[tuple[str, ...]]:
+    """Return the same of every rod that may spin while a scene moves."""
+    return rods_by_name(problem.mechanism, set(problem.passive_columns.tolist()))
 
 
 class JointGraph:

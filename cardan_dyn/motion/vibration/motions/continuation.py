@@ -310,11 +310,9 @@ class Branch:
                 return None
             if length <= _CORRECTED and abs(change[-1]) <= _CORRECTED * abs(speed):
                 sign = float(np.linalg.slogdet(matrix[:-1, :-1])[0])
-                return Point(model, float(speed), q, sign) if self._is_near(model, q) else None
+                is_near = np.max(np.abs((q - model.centre) / model.half)) <= 1.02
+                return Point(model, float(speed), q, sign) if is_near else None
         return None
-
-    def _is_near(self, model: ReducedModel, q: Array) -> bool:
-        return bool(np.max(np.abs((q - model.centre) / model.half)) <= 1.02)
 
     def _bordered(
         self, model: ReducedModel, q: Array, speed: float, across: Array

@@ -206,9 +206,9 @@ class CriticalSpeeds(VibrationResult):
             for name, points in named.items()
         }
 
-    def stored(self) -> dict[str, Any]:
+    def _stored(self) -> dict[str, Any]:
         """Return what `save` writes, of the rows a column for each field."""
-        stored = {name: value for name, value in super().stored().items() if name != "rows"}
+        stored = {name: value for name, value in super()._stored().items() if name != "rows"}
         columns = {
             name: np.array([getattr(row, name) for row in self.rows])
             for name in CriticalSpeed._fields

@@ -161,13 +161,13 @@ class Floquet(VibrationResult):
         known = self.region[design] if self.region else ()
         return found + [(row.lower, row.upper, row.kind) for row in known]
 
-    def stored(self) -> dict[str, Any]:
+    def _stored(self) -> dict[str, Any]:
         """Return what `save` writes: of `region` a column for each field, and the design."""
         every = [(design, *row) for design, found in enumerate(self.region) for row in found]
         columns = zip(*every, strict=True) if every else [()] * (1 + len(Region._fields))
         names = [f"region.{name}" for name in ("design", *Region._fields)]
         regions = zip(names, map(np.array, columns), strict=True)
-        stored = {name: value for name, value in super().stored().items() if name != "region"}
+        stored = {name: value for name, value in super()._stored().items() if name != "region"}
         return {**stored, **(dict(regions) if self.region else {})}
 
     def table(self) -> Table:

@@ -45,7 +45,7 @@ class VibrationResult(Record, Result):
         """Names of the free coordinates."""
         return self.scene.free
 
-    def stored(self) -> dict[str, Any]:
+    def _stored(self) -> dict[str, Any]:
         """Return what `save` writes, by its name in the file."""
         stored: dict[str, Any] = {}
         for field in fields(self):  # type: ignore[arg-type]
@@ -63,7 +63,7 @@ class VibrationResult(Record, Result):
                 stored |= {f"{field.name}.{key}": np.asarray(item) for key, item in value.items()}
             elif isinstance(value, VibrationResult):
                 # Its coordinates are those of the whole.
-                own = {key: item for key, item in value.stored().items() if key not in _NAMES}
+                own = {key: item for key, item in value._stored().items() if key not in _NAMES}
                 stored |= {f"{field.name}.{key}": item for key, item in own.items()}
             elif field.name == "scene":
                 # Columns of arrays are in the order of the free coordinates.
@@ -94,7 +94,7 @@ class VibrationResult(Record, Result):
         if target.suffix in SUFFIXES:
             return super().save(target)
         with writing(target) as part, part.open("wb") as file:
-            np.savez_compressed(file, **self.stored())
+            np.savez_compressed(file, **self._stored())
         return target
 
 

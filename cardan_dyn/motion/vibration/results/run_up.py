@@ -387,13 +387,13 @@ class RunUp(VibrationResult):
         """Figures: `found.plot()`, a free coordinate over speed, and `plot.torque()`."""
         return RunUpPlot(self)
 
-    def stored(self) -> dict[str, Any]:
+    def _stored(self) -> dict[str, Any]:
         """Return what `save` writes, of the barriers a column for each field."""
         columns = zip(*self.barriers, strict=True) if self.barriers else [()] * len(_COLUMNS)
         table = {
             f"barriers.{name}": np.array(of) for name, of in zip(_COLUMNS, columns, strict=True)
         }
-        stored = {name: value for name, value in super().stored().items() if name != "barriers"}
+        stored = {name: value for name, value in super()._stored().items() if name != "barriers"}
         return {**stored, **table}
 
     def __str__(self) -> str:

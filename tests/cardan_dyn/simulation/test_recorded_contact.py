@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.core.elements.recorded_contact import FREE, PRESSED, Phase, RecordedContact
+from cardan_dyn.motion.simulation.recorded_contact import FREE, PRESSED, Phase, RecordedContact
 
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.elements.pin_contact import PinContact
 from ...kit.arrays import Array
-from .pin_contact import PinContact
 
 FREE, PRESSED, PARTED = "free", "pressed", "parted"
 """States of a contact: the pin is in the clearance; its law acts; the wall follows too slowly to

@@ -6,18 +6,21 @@ which ratios the others move, and how strong closure equations are beside elsewh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ...core.mechanics import closure
-from ...core.mechanics.bodies import Tree
-from ...core.mechanics.constrained import Free, triangle
-from ...core.mechanics.placements import moved, normalised, placed, stepped
-from ...core.tape import Program, Scalar, Trace, greater
 from ...kit.arrays import Array
+from ..mechanics import closure
+from ..mechanics.bodies import Tree, tree_of
+from ..mechanics.constrained import Free, triangle
+from ..mechanics.elimination import UnsuitableError
+from ..mechanics.placements import moved, normalised, placed, stepped
+from ..mechanism.mechanism import Mechanism
+from ..tape import Program, Scalar, Trace, greater
 
 _GROWTH = 100.0
 """Greatest ratio of rates up to which independent coordinates suit a state: as many times rounding
@@ -28,7 +31,92 @@ _LIGHT = 1e11
 """Inertia along a way, over what is left of it beside other ways, beyond which there is none."""
 
 
-class Programs:
+class ChainTapes:
+    """The tapes of a chain, by orders of elimination; not for several threads.
+
+    Attributes:
+        made: those that were asked for; None of an order that suits no state.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        bodies: tuple[int, ...],
+        prescribed: Sequence[int],
+        gravity: Array,
+        places: Array,
+    ) -> None:
+        """Read the chain, and trace nothing yet.
+
+        Args:
+            mechanism: that the chain is part of; its tapes share programs.
+            bodies: of the chain, in the mechanism's model.
+            prescribed: velocity coordinates of the chain that are driven or held.
+            gravity: `(3,)` [m/s²].
+            places: coordinates `(P, size)` of the chain at which pivots have their usual sizes.
+        """
+
+        def read() -> Tree:
+            return tree_of(mechanism).part([body - 1 for body in bodies])
+
+        kept = self._kept = mechanism.kept
+        self._tree = kept.of("chain trees", bodies, read)
+        self._prescribed, self._gravity, self._places = prescribed, gravity, places
+        self._programs: dict[Any, _Programs] = kept.of("chain tapes", gravity.tobytes(), dict)
+        self._key = bodies, tuple(prescribed)
+        self._columns = sorted(column for body in self._tree.bodies for column in body.columns)
+        self._rates = sorted(rate for body in self._tree.bodies for rate in body.rates)
+        self.made: dict[tuple[int, ...], ChainTape | None] = {}
+
+    def of(self, dependent: tuple[int, ...]) -> ChainTape | None:
+        """Return the tape of an order of elimination; None if it suits no state.
+
+        Args:
+            dependent: velocity coordinates that the others decide, in that order.
+        """
+        if dependent not in self.made:
+            self.made[dependent] = None
+            with suppress(UnsuitableError):
+                self.made[dependent] = self._traced(dependent)
+        return self.made[dependent]
+
+    def _traced(self, dependent: tuple[int, ...]) -> ChainTape:
+        key, tree, prescribed = (*self._key, dependent), self._tree, self._prescribed
+        programs = self._programs.get(key)
+        if programs is None:
+            programs = _Programs(tree, prescribed, self._gravity, dependent)
+            self._programs[key] = programs
+        sizes = self._kept.of(
+            "pivot sizes",
+            (*key, self._places.tobytes()),
+            lambda: _pivot_sizes(tree, prescribed, dependent, self._places),
+        )
+        return ChainTape(programs, sizes)
+
+    def sparse_first(self, dependent: Sequence[int]) -> tuple[int, ...]:
+        """Return velocity coordinates in an order of elimination: few closure rows first."""
+        x = dict.fromkeys(self._columns, 0.0)
+        rows = closure.rows(self._tree, placed(self._tree, x), dependent)
+        return tuple(sorted(dependent, key=lambda rate: (sum(rate in row for row in rows), rate)))
+
+    def unit(self, x: Array) -> Array:
+        """Return coordinates `(size,)` of the chain with quaternions of unit length."""
+        return self._row(normalised, x)
+
+    def gains(self, x: Array, v: Array) -> Array:
+        """Return the rates of coordinates `(size,)` at velocities `(nv,)` of the chain."""
+        return self._row(moved, x, dict(zip(self._rates, v, strict=True)))
+
+    def _row(self, of_body: Callable[..., Mapping[int, Any]], x: Array, *more: Any) -> Array:
+        """Return a row of what is known of the coordinates of each body."""
+        own = dict(zip(self._columns, x, strict=True))
+        found: dict[int, Any] = {}
+        for body in self._tree.bodies:
+            found.update(of_body(body, own, *more))
+        return np.array([found[column] for column in self._columns])
+
+
+class _Programs:
     """Programs of a chain for one order of elimination; they serve all who ask.
 
     Their inputs are coordinates, velocities, sizes of pivots elsewhere, prescribed accelerations
@@ -95,7 +183,7 @@ class Programs:
 class ChainTape:
     """Programs of a chain, and how great its pivots are elsewhere; not for several threads."""
 
-    def __init__(self, programs: Programs, sizes: Array) -> None:
+    def __init__(self, programs: _Programs, sizes: Array) -> None:
         """Keep both."""
         self._program, rates = programs.rates, programs.count
         self._find_rates, self._find_closer = programs.rates.of_one(), programs.closer.of_one()
@@ -145,12 +233,12 @@ class ChainTape:
         return found[: len(x)], found[len(x) : -3], found.item(-3)
 
 
-def pivot_sizes(
+def _pivot_sizes(
     tree: Tree, prescribed: Sequence[int], dependent: Sequence[int], places: Array
 ) -> Array:
     """Return the sizes of pivots `(r,)` at places `(P, size)`: medians.
 
-    Arguments else as of `Programs`.
+    Arguments else as of `_Programs`.
     """
     columns = sorted(column for body in tree.bodies for column in body.columns)
     slides = {body.column for body in tree.bodies if body.kind == "prismatic"}
@@ -161,10 +249,3 @@ def pivot_sizes(
     free = {rate for body in tree.bodies for rate in body.rates} - {*prescribed}
     rows = triangle(closure.rows(tree, placed(tree, x), free), dependent)
     return np.array([np.median(np.abs(row[column])) for column, row in rows])
-
-
-def sparse_first(tree: Tree, dependent: Sequence[int]) -> tuple[int, ...]:
-    """Return velocity coordinates in an order of elimination: first what is in few closure rows."""
-    x = dict.fromkeys((column for body in tree.bodies for column in body.columns), 0.0)
-    rows = closure.rows(tree, placed(tree, x), dependent)
-    return tuple(sorted(dependent, key=lambda rate: (sum(rate in row for row in rows), rate)))

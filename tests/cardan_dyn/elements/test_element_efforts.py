@@ -11,8 +11,8 @@ from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
 from cardan_dyn.core.elements.element import Acting, Element
+from cardan_dyn.core.elements.element_efforts import ElementEfforts
 from cardan_dyn.core.elements.element_forces import ElementForces
-from cardan_dyn.motion.simulation.element_efforts import ElementEfforts
 from cardan_dyn.motion.simulation.turning_model import turning_model
 
 SPRINGS: dict[str, list[Element]] = {

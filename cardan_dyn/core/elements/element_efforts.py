@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pinocchio
 
-from ...core.elements.element import Element
-from ...core.elements.element_forces import ElementForces
-from ...core.elements.one_state import ByArrays, OneState
-from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
+from ..mechanism.mechanism import Mechanism
+from .element import Element
+from .element_forces import ElementForces
+from .one_state import ByArrays, OneState
 
 _MANY = 8
 """Linear laws from which on arrays take less time than one after the other."""
