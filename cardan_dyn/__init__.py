@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from .practice.viewer.viewing import View, view
     from .scene.assembling import assemble, write
     from .scene.branches import Branches
+    from .scene.closing import close
     from .scene.describe import describe
     from .scene.drives import Drive, Drives
     from .scene.mechanism_report import MechanismReport
@@ -114,6 +115,7 @@ _MODULES = {
     "Wrench": ".core.elements.link_loads",
     "assemble": ".scene.assembling",
     "bundled_names": ".core.description.read",
+    "close": ".scene.closing",
     "describe": ".scene.describe",
     "described_elements": ".core.elements.described",
     "from_pinocchio": ".core.mechanics.exact",
@@ -178,6 +180,7 @@ __all__ = [
     "assemble",
     "bundled_names",
     "clearance",
+    "close",
     "describe",
     "described_elements",
     "drive_lines",

@@ -31,16 +31,26 @@ _VANISHING = 1e-150
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    Frames that were displaced are displaced again.
+    Loops that were added are read from their own text, and frames that were displaced are displaced
+    again.
     """
-    if not description.displacements:
-        return _reread(description)
     by = {item[:2]: item.matrix for item in description.displacements}
-    return _reread(description.undisplaced()).displaced(by)
+    result = description.undisplaced() if by else description
+    if result.added:
+        from xml.etree import ElementTree
+
+        added = {item.attrib["name"]: item for item in ElementTree.fromstring(result.added)}
+        of_source = tuple(loop for loop in result.loops if loop.name not in added)
+        further = (_loop(loop, added[loop.name]) for loop in result.loops if loop.name in added)
+        result = _reread(replace(result, loops=of_source))
+        result = replace(result, loops=(*result.loops, *further))
+    else:
+        result = _reread(result)
+    return result.displaced(by) if by else result
 
 
 def _reread(description: Description) -> Description:
-    """See `reread`."""
+    """Return a description with the numbers of its source."""
     source = description.source
     if isinstance(source, SourceModel):
         from .pinocchio import second_reading as pinocchio

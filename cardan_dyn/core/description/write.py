@@ -213,7 +213,7 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
         element.set("adjustable", joint.adjustable)
     SubElement(element, "parent", link=joint.parent)
     SubElement(element, "child", link=joint.child)
-    _write_origin(element, joint.origin, at)
+    write_origin(element, joint.origin, at)
     if joint.type != "fixed" or joint.adjustable:
         _write_axes(element, joint)
     _write_limits(element, joint.limits, joint.type, at)
@@ -260,7 +260,7 @@ def _write_loop(robot: Element, loop: LoopDescription) -> None:
         ("predecessor", loop.predecessor, loop.predecessor_origin),
         ("successor", loop.successor, loop.successor_origin),
     ):
-        _write_origin(SubElement(element, side, link=link), origin, at)
+        write_origin(SubElement(element, side, link=link), origin, at)
     _write_axes(element, loop)
     _write_dynamics(element, loop)
 
@@ -283,7 +283,12 @@ def _write_axes(element: Element, joint: JointOrLoop) -> None:
         SubElement(element, "axis2", xyz=words(joint.axis_2))
 
 
-def _write_origin(element: Element, placement: Array, at: str) -> None:
+def write_origin(element: Element, placement: Array, at: str) -> None:
+    """Add the `<origin>` of a `(4, 4)` placement.
+
+    Raises:
+        ModelError: it has no rotation; `at` says in the message of what it is.
+    """
     origin = SubElement(element, "origin", xyz=words(placement[:3, 3]))
     angles = angles_of(placement[:3, :3])
     if not np.allclose(rotation(*angles), placement[:3, :3], rtol=0.0, atol=ROTATION_TOLERANCE):
