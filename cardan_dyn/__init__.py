@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .core.elements.joint_elements import Actuator, JointFriction, JointSpring
     from .core.elements.link_loads import Wrench
     from .core.elements.pin_contact import PinContact
+    from .core.elements.point_actuator import PointActuator
     from .core.elements.point_spring import PointSpring
     from .core.mechanics.exact import from_pinocchio, load
     from .core.mechanism.configuration import Configuration
@@ -101,6 +102,7 @@ _MODULES = {
     "PinContact": ".core.elements.pin_contact",
     "Plan": ".scene.plan",
     "PointMotion": ".core.results.point_motion",
+    "PointActuator": ".core.elements.point_actuator",
     "PointSpring": ".core.elements.point_spring",
     "Report": ".practice.report.reporting",
     "Response": ".core.response.response",
@@ -162,6 +164,7 @@ __all__ = [
     "Motion",
     "PinContact",
     "Plan",
+    "PointActuator",
     "PointMotion",
     "PointSpring",
     "Report",

@@ -125,7 +125,8 @@ def interface() -> str:
         "load and describe": ("load", "close", "describe", "assemble", "write", "bundled_names"),
         "scenes": ("Scene", "Wrench", "described_elements", "view", "study"),
         "force elements": (
-            *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator", "PinContact"),
+            *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),
+            *("PointActuator", "PinContact"),
             *("LinearContact", "HuntCrossley", "LankaraniNikravesh", "ImpactFunction", "Event"),
         ),
     }
