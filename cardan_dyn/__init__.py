@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from .practice.viewer.viewing import View, view
     from .scene.assembling import assemble, write
     from .scene.branches import Branches
-    from .scene.closing import close
+    from .scene.closing import close, couple
     from .scene.describe import describe
     from .scene.drives import Drive, Drives
     from .scene.mechanism_report import MechanismReport
@@ -118,6 +118,7 @@ _MODULES = {
     "assemble": ".scene.assembling",
     "bundled_names": ".core.description.read",
     "close": ".scene.closing",
+    "couple": ".scene.closing",
     "describe": ".scene.describe",
     "described_elements": ".core.elements.described",
     "from_pinocchio": ".core.mechanics.exact",
@@ -184,6 +185,7 @@ __all__ = [
     "bundled_names",
     "clearance",
     "close",
+    "couple",
     "describe",
     "described_elements",
     "drive_lines",

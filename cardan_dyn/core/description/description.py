@@ -284,7 +284,8 @@ class Description(Value):
         displacements: what was changed about the numbers of its text, see `displaced`.
         remedy: what would let loops close all along their motion, where its numbers miss that;
             empty where nothing is known.
-        added: URDF+ text of the loops that were added to those of the source; empty without any.
+        added: URDF+ text of the loops and couplings that were added to those of the source; empty
+            without any.
     """
 
     name: str

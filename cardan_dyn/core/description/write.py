@@ -113,12 +113,12 @@ def to_urdf(description: Description) -> str:
     for joint in _in_order_of_drives(urdf):
         element = _write_joint(robot, joint, joint.name in urdf.independent_joints)
         if joint.name in mimics:
-            _write_mimic(element, mimics[joint.name])
+            write_mimic(element, mimics[joint.name])
     for loop in urdf.loops:
         _write_loop(robot, loop)
     for coupling in urdf.couplings:
         if not coupling.of_joints:
-            _write_coupling(robot, coupling)
+            write_coupling(robot, coupling)
     indent(robot)
     return f'<?xml version="1.0"?>\n{tostring(robot, encoding="unicode")}\n'
 
@@ -230,7 +230,7 @@ def _write_dynamics(element: Element, joint: JointOrLoop) -> None:
         SubElement(element, "dynamics", {name: words([value]) for name, value in stated.items()})
 
 
-def _write_mimic(joint: Element, coupling: CouplingDescription) -> None:
+def write_mimic(joint: Element, coupling: CouplingDescription) -> None:
     """Add a `<mimic>` to a joint; with a name where it is not the one that the joint gives it."""
     mimic = SubElement(joint, "mimic", joint=coupling.predecessor)
     mimic.set("multiplier", words([coupling.ratio]))
@@ -265,7 +265,8 @@ def _write_loop(robot: Element, loop: LoopDescription) -> None:
     _write_dynamics(element, loop)
 
 
-def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:
+def write_coupling(robot: Element, coupling: CouplingDescription) -> None:
+    """Add the `<coupling>` of a coupling of links."""
     element = SubElement(robot, "coupling", {"name": coupling.name, **forces_words(coupling)})
     SubElement(element, "predecessor", link=coupling.predecessor)
     SubElement(element, "successor", link=coupling.successor)
