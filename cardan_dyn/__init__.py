@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .core.elements.joint_elements import Actuator, JointFriction, JointSpring
     from .core.elements.link_loads import Wrench
     from .core.elements.pin_contact import PinContact
+    from .core.elements.point_actuator import PointActuator
     from .core.elements.point_spring import PointSpring
     from .core.mechanics.exact import from_pinocchio, load
     from .core.mechanism.configuration import Configuration
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from .practice.viewer.viewing import View, view
     from .scene.assembling import assemble, write
     from .scene.branches import Branches
+    from .scene.closing import close, couple
     from .scene.describe import describe
     from .scene.drives import Drive, Drives
     from .scene.mechanism_report import MechanismReport
@@ -100,6 +102,7 @@ _MODULES = {
     "PinContact": ".core.elements.pin_contact",
     "Plan": ".scene.plan",
     "PointMotion": ".core.results.point_motion",
+    "PointActuator": ".core.elements.point_actuator",
     "PointSpring": ".core.elements.point_spring",
     "Report": ".practice.report.reporting",
     "Response": ".core.response.response",
@@ -114,6 +117,8 @@ _MODULES = {
     "Wrench": ".core.elements.link_loads",
     "assemble": ".scene.assembling",
     "bundled_names": ".core.description.read",
+    "close": ".scene.closing",
+    "couple": ".scene.closing",
     "describe": ".scene.describe",
     "described_elements": ".core.elements.described",
     "from_pinocchio": ".core.mechanics.exact",
@@ -160,6 +165,7 @@ __all__ = [
     "Motion",
     "PinContact",
     "Plan",
+    "PointActuator",
     "PointMotion",
     "PointSpring",
     "Report",
@@ -178,6 +184,8 @@ __all__ = [
     "assemble",
     "bundled_names",
     "clearance",
+    "close",
+    "couple",
     "describe",
     "described_elements",
     "drive_lines",

@@ -122,10 +122,19 @@ def interface() -> str:
         "`to_dataframe()`, `plot(…)` and `save(path)`.",
     ]
     titles = {
-        "load and describe": ("load", "describe", "assemble", "write", "bundled_names"),
+        "load and describe": (
+            "load",
+            "close",
+            "couple",
+            "describe",
+            "assemble",
+            "write",
+            "bundled_names",
+        ),
         "scenes": ("Scene", "Wrench", "described_elements", "view", "study"),
         "force elements": (
-            *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator", "PinContact"),
+            *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),
+            *("PointActuator", "PinContact"),
             *("LinearContact", "HuntCrossley", "LankaraniNikravesh", "ImpactFunction", "Event"),
         ),
     }

@@ -32,6 +32,9 @@ _LONGEST_NAME = 255
 _SYMMETRIC = 1e-12
 """Relative difference of mirrored entries of a matrix that counts as rounding of the numbers that
 were given, which may come from a file or from other matrices."""
+_RIGID = 1e-6
+"""Deviation of a placement's axes from unit vectors at right angles that counts as rounding of the
+numbers given."""
 _NEGATIVE = -1e-12
 """Least eigenvalue of a matrix, as a fraction of its greatest entry, that counts as the rounding of
 a zero."""
@@ -355,6 +358,38 @@ def vector(name: str, value: object, size: int) -> Array:
     array = numbers(name, value)
     if array.shape != (size,):
         raise ArgumentError(f"{name} has shape {array.shape}, expected ({size},)")
+    return array
+
+
+def placement(name: str, value: object) -> Array:
+    """Return an argument as a placement `(4, 4)`; a point `(3,)` has the axes of its frame.
+
+    Args:
+        name: how messages call the argument.
+        value: see `numbers`; or a `pin.SE3`, which has the matrix as its `homogeneous`.
+
+    Raises:
+        ArgumentError: it is not finite, has another shape, or is not rigid.
+    """
+    array = numbers(name, getattr(value, "homogeneous", value))
+    if array.shape == (3,):
+        result = np.eye(4)
+        result[:3, 3] = array
+        return result
+    if array.shape != (4, 4):
+        raise ArgumentError(f"{name} has shape {array.shape}, expected (3,) or (4, 4)")
+    rotation = array[:3, :3]
+    is_rigid = (
+        np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=_RIGID)
+        and np.linalg.det(rotation) > 0.0
+        and np.array_equal(array[3], [0.0, 0.0, 0.0, 1.0])
+    )
+    if not is_rigid:
+        raise ArgumentError(
+            f"{name} is no placement: a rotation (3, 3) beside a point, above 0, 0, 0, 1"
+        )
+    left, _, right = np.linalg.svd(rotation)
+    array[:3, :3] = left @ right
     return array
 
 

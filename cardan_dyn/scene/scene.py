@@ -80,8 +80,8 @@ class Scene(Prescribed):
             point or through open loops, the mechanism is assembled there.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
         elements: springs, dampers, bushings, friction and actuators: `JointSpring`,
-            `JointFriction`, `PointSpring`, `Bushing`, `Actuator`. Like a load, an effort of theirs
-            is part of the wrench at its joint.
+            `JointFriction`, `PointSpring`, `PointActuator`, `Bushing`, `Actuator`. Like a
+            load, an effort of theirs is part of the wrench at its joint.
 
     Raises:
         ModelError: unknown joint or link.

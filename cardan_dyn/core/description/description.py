@@ -18,6 +18,8 @@ from ...kit.frozen import FrozenDict, Value
 if TYPE_CHECKING:
     import pinocchio
 
+ROUNDING = 1e-12
+"""Displacement [rad, m] and closure error that is rounding."""
 PRESSURE_ANGLE = np.pi / 9.0
 """Pressure angle of the usual basic rack [rad]. Source: ISO 53:1998."""
 
@@ -244,6 +246,17 @@ class Displacement(NamedTuple):
     matrix: np.ndarray
     before: np.ndarray
 
+    def __str__(self) -> str:
+        """Return it in words, without what is rounding."""
+        turn = self.matrix[:3, :3]
+        # An axial vector's length is the sine: rounding does not decide small angles.
+        sine = 0.5 * float(np.linalg.norm(np.cross(np.eye(3), turn, axisb=0).sum(axis=0)))
+        angle = float(np.arctan2(sine, 0.5 * (np.trace(turn) - 1.0)))
+        distance = float(np.linalg.norm(self.matrix[:3, 3]))
+        parts = [f"turned by {angle:.2g} rad"] * (angle > ROUNDING)
+        parts += [f"shifted by {distance:.2g} m"] * (distance > ROUNDING)
+        return f"{self.joint}{' on its successor' * self.is_end} {' and '.join(parts)}"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Description(Value):
@@ -271,6 +284,8 @@ class Description(Value):
         displacements: what was changed about the numbers of its text, see `displaced`.
         remedy: what would let loops close all along their motion, where its numbers miss that;
             empty where nothing is known.
+        added: URDF+ text of the loops and couplings that were added to those of the source; empty
+            without any.
     """
 
     name: str
@@ -288,6 +303,7 @@ class Description(Value):
     )
     displacements: tuple[Displacement, ...] = field(default=(), compare=False)
     remedy: str = field(default="", compare=False)
+    added: str = field(default="", compare=False)
 
     def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
         """Return the description with frames of joints and ends of loops elsewhere.

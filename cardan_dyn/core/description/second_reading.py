@@ -31,16 +31,43 @@ _VANISHING = 1e-150
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    Frames that were displaced are displaced again.
+    Loops and couplings that were added are read from their own text, and frames that were displaced
+    are displaced again.
     """
-    if not description.displacements:
-        return _reread(description)
     by = {item[:2]: item.matrix for item in description.displacements}
-    return _reread(description.undisplaced()).displaced(by)
+    result = description.undisplaced() if by else description
+    result = _with_added(result) if result.added else _reread(result)
+    return result.displaced(by) if by else result
+
+
+def _with_added(description: Description) -> Description:
+    """Return a description with the numbers of its source and of what was added to it."""
+    from xml.etree import ElementTree
+
+    stated = list(ElementTree.fromstring(description.added))
+    named = {item.attrib["name"]: item for item in stated if item.tag != "joint"}
+    mimics = {item.attrib["name"]: item for item in stated if item.tag == "joint"}
+    loops = [_loop(loop, named[loop.name]) for loop in description.loops if loop.name in named]
+    couplings = [
+        _mimic(item, mimics[item.successor])
+        if item.of_joints
+        else _coupling(item, named[item.name])
+        for item in description.couplings
+        if (item.successor in mimics if item.of_joints else item.name in named)
+    ]
+    added = {item.name for items in (loops, couplings) for item in items}
+    kept = _reread(
+        replace(
+            description,
+            loops=tuple(item for item in description.loops if item.name not in added),
+            couplings=tuple(item for item in description.couplings if item.name not in added),
+        )
+    )
+    return replace(kept, loops=(*kept.loops, *loops), couplings=(*kept.couplings, *couplings))
 
 
 def _reread(description: Description) -> Description:
-    """See `reread`."""
+    """Return a description with the numbers of its source."""
     source = description.source
     if isinstance(source, SourceModel):
         from .pinocchio import second_reading as pinocchio

@@ -10,7 +10,7 @@ for velocity, effort and upper, `-inf` for lower.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -88,7 +88,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     elif path is not None:
         left_out += unread_files(path)
     left_out += open_types
-    couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
+    couplings = [coupling(item, link_names, where) for item in robot.findall("coupling")]
     taken = [item.name for items in (loops, couplings) for item in items]
     solved = frozenset() if beside is None else beside.solved
     if robot.find("joint/mimic") is not None:
@@ -325,9 +325,14 @@ def _is_independent(joint: ElementTree.Element, where: str) -> bool:
     return value == "true"
 
 
-def _coupling(
-    element: ElementTree.Element, links: dict[str, None], where: str
+def coupling(
+    element: ElementTree.Element, links: Collection[str], where: str
 ) -> CouplingDescription:
+    """Return the coupling of links that a `<coupling>` states.
+
+    Raises:
+        ModelError: what is wrong with it.
+    """
     from .coupled_forces import with_forces  # Few descriptions have couplings.
 
     name = name_of(element, where)

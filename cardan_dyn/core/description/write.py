@@ -113,12 +113,12 @@ def to_urdf(description: Description) -> str:
     for joint in _in_order_of_drives(urdf):
         element = _write_joint(robot, joint, joint.name in urdf.independent_joints)
         if joint.name in mimics:
-            _write_mimic(element, mimics[joint.name])
+            write_mimic(element, mimics[joint.name])
     for loop in urdf.loops:
         _write_loop(robot, loop)
     for coupling in urdf.couplings:
         if not coupling.of_joints:
-            _write_coupling(robot, coupling)
+            write_coupling(robot, coupling)
     indent(robot)
     return f'<?xml version="1.0"?>\n{tostring(robot, encoding="unicode")}\n'
 
@@ -213,7 +213,7 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
         element.set("adjustable", joint.adjustable)
     SubElement(element, "parent", link=joint.parent)
     SubElement(element, "child", link=joint.child)
-    _write_origin(element, joint.origin, at)
+    write_origin(element, joint.origin, at)
     if joint.type != "fixed" or joint.adjustable:
         _write_axes(element, joint)
     _write_limits(element, joint.limits, joint.type, at)
@@ -230,7 +230,7 @@ def _write_dynamics(element: Element, joint: JointOrLoop) -> None:
         SubElement(element, "dynamics", {name: words([value]) for name, value in stated.items()})
 
 
-def _write_mimic(joint: Element, coupling: CouplingDescription) -> None:
+def write_mimic(joint: Element, coupling: CouplingDescription) -> None:
     """Add a `<mimic>` to a joint; with a name where it is not the one that the joint gives it."""
     mimic = SubElement(joint, "mimic", joint=coupling.predecessor)
     mimic.set("multiplier", words([coupling.ratio]))
@@ -260,12 +260,13 @@ def _write_loop(robot: Element, loop: LoopDescription) -> None:
         ("predecessor", loop.predecessor, loop.predecessor_origin),
         ("successor", loop.successor, loop.successor_origin),
     ):
-        _write_origin(SubElement(element, side, link=link), origin, at)
+        write_origin(SubElement(element, side, link=link), origin, at)
     _write_axes(element, loop)
     _write_dynamics(element, loop)
 
 
-def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:
+def write_coupling(robot: Element, coupling: CouplingDescription) -> None:
+    """Add the `<coupling>` of a coupling of links."""
     element = SubElement(robot, "coupling", {"name": coupling.name, **forces_words(coupling)})
     SubElement(element, "predecessor", link=coupling.predecessor)
     SubElement(element, "successor", link=coupling.successor)
@@ -283,7 +284,12 @@ def _write_axes(element: Element, joint: JointOrLoop) -> None:
         SubElement(element, "axis2", xyz=words(joint.axis_2))
 
 
-def _write_origin(element: Element, placement: Array, at: str) -> None:
+def write_origin(element: Element, placement: Array, at: str) -> None:
+    """Add the `<origin>` of a `(4, 4)` placement.
+
+    Raises:
+        ModelError: it has no rotation; `at` says in the message of what it is.
+    """
     origin = SubElement(element, "origin", xyz=words(placement[:3, 3]))
     angles = angles_of(placement[:3, :3])
     if not np.allclose(rotation(*angles), placement[:3, :3], rtol=0.0, atol=ROTATION_TOLERANCE):

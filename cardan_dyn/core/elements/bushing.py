@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...kit.arrays import NOTHING, Array, inverse
-from ...kit.checks import numbers, semidefinite
+from ...kit.checks import placement, semidefinite
 from ...kit.errors import ArgumentError
 from .element import Exerted, LinkElement, LinkWrench, Quantity
 from .link_loads import WRENCH_COMPONENTS
@@ -20,10 +20,6 @@ from .winding import GREATEST_ANGLE, Winding
 if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
     from .one_state import OneState
-
-_RIGID = 1e-6
-"""Deviation of a placement's axes from unit vectors at right angles that counts as rounding of the
-numbers given."""
 
 
 class BushingForce(NamedTuple):
@@ -115,10 +111,10 @@ class Bushing(LinkElement):
         self._set(
             link_a=link_a,
             link_b=link_b,
-            origin=_placement("Bushing: origin", self.origin),
+            origin=placement("Bushing: origin", self.origin),
             stiffness=semidefinite("Bushing: stiffness", self.stiffness, expected),
             damping=semidefinite("Bushing: damping", damping, "translation first"),
-            origin_b=None if origin_b is None else _placement("Bushing: origin_b", origin_b),
+            origin_b=None if origin_b is None else placement("Bushing: origin_b", origin_b),
             name=self._text("name"),
         )
         super().__post_init__()
@@ -301,27 +297,3 @@ def _too_far(label: str, angle: float) -> ArgumentError:
         "only where all joints between its links turn about one direction and keep it. Put it at "
         "a single joint, or use a JointSpring, which counts whole turns"
     )
-
-
-def _placement(label: str, given: object) -> Array:
-    """Return a placement `(4, 4)`; a point `(3,)` is one with the axes of the link."""
-    array = numbers(label, given)
-    if array.shape == (3,):
-        placement = np.eye(4)
-        placement[:3, 3] = array
-        return placement
-    if array.shape != (4, 4):
-        raise ArgumentError(f"{label} has shape {array.shape}, expected (3,) or (4, 4)")
-    rotation = array[:3, :3]
-    is_rigid = (
-        np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=_RIGID)
-        and np.linalg.det(rotation) > 0.0
-        and np.array_equal(array[3], [0.0, 0.0, 0.0, 1.0])
-    )
-    if not is_rigid:
-        raise ArgumentError(
-            f"{label} is no placement: a rotation (3, 3) beside a point, above 0, 0, 0, 1"
-        )
-    left, _, right = np.linalg.svd(rotation)
-    array[:3, :3] = left @ right
-    return array

@@ -147,8 +147,13 @@ class Element(Value, ABC):
 
     @property
     def has_functions(self) -> bool:
-        """Whether users' functions say what it exerts."""
+        """Whether users' functions or tables say what it exerts."""
         return False
+
+    @property
+    def limits(self) -> str:
+        """Between which places its law is known; empty if it is everywhere."""
+        return ""
 
     @property
     def jump(self) -> str:

@@ -7,16 +7,17 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import described, numbers
-from ...kit.errors import ArgumentError, choices
+from ...kit.errors import ArgumentError
 from .element import Element, Exerted, Quantity
+from .law import Given, Law, LawElement
 
 if TYPE_CHECKING:
     from ..mechanism.coordinates import Scalar
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from .one_state import OneState
 
 _OF = ("time", "position")
-"""What functions of actuators take."""
+"""What laws of actuators take."""
 
 
 class JointForce(NamedTuple):
@@ -234,92 +235,49 @@ class JointFriction(JointElement):
 
 
 @dataclass(frozen=True, eq=False)
-class Actuator(JointElement):
-    """An effort along a coordinate: a number, or a function of time or of its position.
+class Actuator(LawElement, JointElement):
+    """An effort along a coordinate: a number, a table, or a function of time or of its position.
 
     One of position is a load such as a pump's or a press's over the angle of its shaft. The work
-    that it takes or gives counts as an actuator's; what it may store is not kept account of.
+    that it takes or gives counts as an actuator's, and what a function may store is not kept
+    account of; a table of positions stores energy.
 
     Attributes:
         joint: name of the joint, or of one of its coordinates.
         effort: [N·m or N]; or a function that returns it for a time [s] or a position [rad or m],
-            a number or an array.
+            a number or an array; or a table `(n, 2)` of times or positions, which ascend, and
+            efforts, with straight lines between its rows. Beyond its ends is an error.
         name: by which results show it; may be empty.
-        of: what a function takes, `time` or `position`. Angles count whole turns.
+        of: what a function or table takes, `time` or `position`, or both for a function that takes
+            both, in their order. Angles count whole turns.
 
     Raises:
-        ArgumentError: the effort is neither a finite number nor a function, or `of` is neither.
+        ArgumentError: the effort is no finite number, table or function, or `of` is unknown.
     """
 
+    along = "position"
     joint: str
-    effort: float | Callable[[Any], Any]
+    effort: Given
     name: str = ""
-    of: str = "time"
+    of: str | Sequence[str] = "time"
 
     def __post_init__(self) -> None:
-        effort = self.effort if callable(self.effort) else self._number("effort")
-        self._set(joint=self._text("joint"), effort=effort, name=self._text("name"))
-        if not isinstance(self.of, str) or self.of not in _OF:
-            raise ArgumentError(f"Actuator: of is {described(self.of)}; it is {choices(_OF)}")
+        effort, name = self.law.given, self._text("name")
+        of = self.of if isinstance(self.of, str) else tuple(self.of)
+        self._set(joint=self._text("joint"), effort=effort, name=name, of=of)
+        super().__post_init__()
 
-    @property
-    def gives_power(self) -> bool:
-        """See `Element.gives_power`."""
-        return True
-
-    @property
-    def follows_time(self) -> bool:
-        """Whether the effort is a function of time."""
-        return callable(self.effort) and self.of == "time"
-
-    @property
-    def has_functions(self) -> bool:
-        """Whether the effort is a function."""
-        return callable(self.effort)
+    @cached_property
+    def law(self) -> Law:
+        """The effort and what it depends on."""
+        return Law.checked("Actuator: effort", self.effort, self.of, _OF)
 
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts, see `JointElement.force`."""
-        none = np.zeros(len(x))
-        if not callable(self.effort):
-            return JointForce(np.full(len(x), self.effort), none, none)
-        places = time if self.of == "time" else x
-        return JointForce(_at_places(self.effort, places, f"{label}: effort", self.of), none, none)
+        law, none = self.law, np.zeros(len(x))
+        effort = law.at(f"{label}: effort", time=time, position=x)
+        return JointForce(effort, law.energy(x) if self.conserves else none, none)
 
     def effort_at(self, x: float, v: float, time: float, label: str) -> float:
         """See `JointElement.effort_at`."""
-        if not callable(self.effort):
-            return float(self.effort)
-        place = time if self.of == "time" else x
-        return _at_place(self.effort, place, f"{label}: effort", self.of)
-
-
-def _at_places(function: Callable[[Any], Any], at: Array, label: str, of: str) -> Array:
-    """Return the values of a function at `(N,)` times or positions, all at once if it can."""
-    if len(at) > 1 and np.any(at != at[0]):
-        values = _of_array(function, at)
-        if values is not None:
-            return numbers(label, values)
-        return np.array([_at_place(function, item, label, of) for item in at.tolist()])
-    return np.full(len(at), _at_place(function, float(at[0]), label, of) if len(at) else 0.0)
-
-
-def _of_array(function: Callable[[Any], Any], at: Array) -> Array | None:
-    """Return the values of a function of an array, None if it takes no arrays."""
-    try:
-        values = np.asarray(function(at.copy()))
-    except Exception:  # It was written for numbers, and fails with arrays in any way.
-        return None
-    return values if values.shape == at.shape and values.dtype.kind in "iuf" else None
-
-
-def _at_place(function: Callable[[Any], Any], at: float, label: str, of: str) -> float:
-    """Return the value of a function at a time or position."""
-    text = f"{label} at {at:g} s" if of == "time" else f"{label} at position {at:g}"
-    try:
-        value = function(at)
-    except Exception as error:
-        raise ArgumentError(f"{text} fails: {type(error).__name__}: {error}") from error
-    array = numbers(text, value)
-    if array.size != 1:
-        raise ArgumentError(f"{text} has shape {array.shape}, expected a number")
-    return float(array.reshape(()))
+        return self.law.at_one(f"{label}: effort", time=time, position=x)

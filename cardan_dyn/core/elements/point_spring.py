@@ -1,8 +1,9 @@
-"""Point spring: a spring and a damper between points of two links."""
+"""Point spring: what acts along the line between points of two links; a spring and a damper."""
 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -25,14 +26,14 @@ rounding alone may part them: it has no direction."""
 
 
 class PointForce(NamedTuple):
-    """What a point spring exerts.
+    """What an element between points exerts.
 
     Attributes:
         tension: `(N,)` by which it pulls its points together [N].
         length: `(N,)` distance of the points [m].
         force: `(N, 3)` on `link_a` at its point, in world axes [N]; on `link_b`, the opposite.
-        energy: `(N,)` that the spring stores [J].
-        dissipation: `(N,)` power that the damper turns into heat [W].
+        energy: `(N,)` that it stores [J].
+        dissipation: `(N,)` power that it turns into heat [W].
     """
 
     tension: Array
@@ -42,14 +43,94 @@ class PointForce(NamedTuple):
     dissipation: Array
 
 
+class PointElement(LinkElement):
+    """An element along the line between points of two links.
+
+    Attributes:
+        point_a, point_b: `(3,)` in the frames of the links [m].
+    """
+
+    group = "point_spring"
+    quantities = (
+        Quantity("tension", "element_tension", "tension that pulls the points together", "N"),
+        Quantity("length", "element_length", "distance of the points of the element", "m"),
+        Quantity(
+            *("force", "element_force", "force of the element on its link_a, in world axes"),
+            *("N", "component"),
+        ),
+    )
+    point_a: Array
+    point_b: Array
+
+    @property
+    @abstractmethod
+    def feels_rate(self) -> bool:
+        """Whether what it exerts depends on the rate of its length."""
+
+    def on(self, mechanism: Mechanism, label: str) -> _BetweenPoints:
+        """See `Element.on`."""
+        (body_a, frame_a), (body_b, frame_b) = (mechanism.links[link] for link in self.links)
+        ends = (body_a, frame_a.act(self.point_a)), (body_b, frame_b.act(self.point_b))
+        return _BetweenPoints(self, label, mechanism.characteristic_length, ends)
+
+    @abstractmethod
+    def force(
+        self, span: Array, rate: Array, time: Array, label: str, size: float = 0.0
+    ) -> PointForce:
+        """Return what it exerts.
+
+        Args:
+            span: `(N, 3)` from the point of `link_a` to that of `link_b`, in world axes [m].
+            rate: `(N, 3)` velocity of the second relative to the first, in world axes [m/s].
+            time: `(N,)` [s].
+            label: how messages call the element.
+            size: length of the mechanism, whose rounding may part points that coincide [m].
+
+        Raises:
+            ArgumentError: the points coincide, so that the force has no direction; or a law is not
+                defined there.
+        """
+
+    @abstractmethod
+    def tension_at(self, length: float, rate: float, time: float, label: str) -> float:
+        """Return its tension [N] at one state, of points that do not coincide; as of `force`.
+
+        Args:
+            length: distance of the points [m].
+            rate: of the distance [m/s].
+            time: [s].
+            label: how messages call the element.
+        """
+
+    def _ends(self) -> dict[str, object]:
+        """Return the fields of its ends and its name, checked."""
+        (link_a, link_b), kind = self._two_links(), type(self).__name__
+        return {
+            "link_a": link_a,
+            "point_a": vector(f"{kind}: point_a", self.point_a, 3),
+            "link_b": link_b,
+            "point_b": vector(f"{kind}: point_b", self.point_b, 3),
+            "name": self._text("name"),
+        }
+
+
+def without_direction(label: str, coincident: Array, advice: str = "") -> ArgumentError:
+    """Return the error for points that coincide at some of the samples `(N,)`."""
+    return ArgumentError(
+        f"{label}: its points coincide at sample {int(np.argmax(coincident))}, where the force has "
+        f"no direction{advice}"
+    )
+
+
 @dataclass(frozen=True, eq=False)
-class PointSpring(LinkElement):
+class PointSpring(PointElement):
     """A spring and a damper along the line between points of two links.
 
     It pulls the points together by the tension stiffness (distance - length) + damping d(distance)/
     dt; a negative tension pushes them apart. With the length zero, the force of the spring is
     stiffness times the vector from one point to the other, at any distance; where the points
-    coincide, the damper acts against their relative velocity in any direction.
+    coincide, the damper acts against their relative velocity in any direction. A `PointActuator`
+    has any other law.
 
     Attributes:
         link_a, link_b: names of the links, one of which may stand in the world.
@@ -64,15 +145,6 @@ class PointSpring(LinkElement):
             the same.
     """
 
-    group = "point_spring"
-    quantities = (
-        Quantity("tension", "element_tension", "tension that pulls the points together", "N"),
-        Quantity("length", "element_length", "distance of the points of the spring", "m"),
-        Quantity(
-            *("force", "element_force", "force of the spring on its link_a, in world axes"),
-            *("N", "component"),
-        ),
-    )
     link_a: str
     point_a: Array
     link_b: str
@@ -83,16 +155,11 @@ class PointSpring(LinkElement):
     name: str = ""
 
     def __post_init__(self) -> None:
-        link_a, link_b = self._two_links()
         self._set(
-            link_a=link_a,
-            point_a=vector("PointSpring: point_a", self.point_a, 3),
-            link_b=link_b,
-            point_b=vector("PointSpring: point_b", self.point_b, 3),
+            **self._ends(),
             stiffness=self._number("stiffness", least=0.0),
             damping=self._number("damping", least=0.0),
             length=self._number("length", least=0.0),
-            name=self._text("name"),
         )
         super().__post_init__()
 
@@ -106,32 +173,20 @@ class PointSpring(LinkElement):
         """Whether it has damping."""
         return self.damping != 0.0
 
-    def on(self, mechanism: Mechanism, label: str) -> _BetweenPoints:
-        """See `Element.on`."""
-        (body_a, frame_a), (body_b, frame_b) = (mechanism.links[link] for link in self.links)
-        ends = (body_a, frame_a.act(self.point_a)), (body_b, frame_b.act(self.point_b))
-        return _BetweenPoints(self, label, mechanism.characteristic_length, ends)
+    @property
+    def feels_rate(self) -> bool:
+        """See `PointElement.feels_rate`."""
+        return self.damps
 
-    def force(self, span: Array, rate: Array, label: str, size: float = 0.0) -> PointForce:
-        """Return what it exerts.
-
-        Args:
-            span: `(N, 3)` from the point of `link_a` to that of `link_b`, in world axes [m].
-            rate: `(N, 3)` velocity of the second relative to the first, in world axes [m/s].
-            label: how messages call the element.
-            size: length of the mechanism, whose rounding may part points that coincide [m].
-
-        Raises:
-            ArgumentError: the points coincide and the length is not zero, so that the force has no
-                direction.
-        """
+    def force(
+        self, span: Array, rate: Array, time: Array, label: str, size: float = 0.0
+    ) -> PointForce:
+        """Return what it exerts, see `PointElement.force`; with the length 0 it always can."""
         distance = np.sqrt(np.einsum("ni,ni->n", span, span))
         coincident = distance <= COINCIDENT * max(self.length, size)
         if self.length > 0.0 and np.any(coincident):
-            raise ArgumentError(
-                f"{label}: its points coincide at sample {int(np.argmax(coincident))}, where "
-                "the force has no direction; a spring that may do so has the length 0"
-            )
+            advice = "; a spring that may do so has the length 0"
+            raise without_direction(label, coincident, advice)
         away = np.where(coincident, 1.0, distance)
         speed = np.einsum("ni,ni->n", span, rate) / away
         drag = rate
@@ -151,18 +206,22 @@ class PointSpring(LinkElement):
             dissipation=self.damping * speed**2,
         )
 
+    def tension_at(self, length: float, rate: float, time: float, label: str) -> float:
+        """See `PointElement.tension_at`."""
+        return self.stiffness * (length - self.length) + self.damping * rate
+
 
 class _BetweenPoints(NamedTuple):
-    """A point spring on a mechanism.
+    """An element between points on a mechanism.
 
     Attributes:
-        element: the spring.
+        element: the element.
         label: how messages call it.
         size: characteristic length of the mechanism [m].
         ends: bodies that move its points, 0 for the world, and these in their frames.
     """
 
-    element: PointSpring
+    element: PointElement
     label: str
     size: float
     ends: tuple[tuple[int, Array], tuple[int, Array]]
@@ -175,7 +234,7 @@ class _BetweenPoints(NamedTuple):
         span = np.broadcast_to(at_b.position + arm_b - at_a.position - arm_a, shape)
         rate = at_b.velocity + np.cross(at_b.spin, arm_b)
         rate = np.broadcast_to(rate - at_a.velocity - np.cross(at_a.spin, arm_a), shape)
-        done = element.force(span, rate, self.label, self.size)
+        done = element.force(span, rate, time, self.label, self.size)
         wrenches = (
             LinkWrench(element.link_a, done.force, np.cross(arm_a, done.force)),
             LinkWrench(element.link_b, -done.force, -np.cross(arm_b, done.force)),
@@ -187,14 +246,14 @@ class _BetweenPoints(NamedTuple):
         element, ((body_a, _), (body_b, _)) = self.element, self.ends
         at_a, at_b = (np.asarray(state.data.oMi[body].act(point)) for body, point in self.ends)
         span, rate = at_b - at_a, np.zeros(3)
-        if element.damping:
+        if element.feels_rate:
             rate = state.velocity(body_b, at_b) - state.velocity(body_a, at_a)
-        distance, length = math.sqrt(span.dot(span)), element.length
-        if distance > COINCIDENT * length:
-            along = element.stiffness * (1.0 - length / distance)
-            along += element.damping * float(span.dot(rate)) / distance**2
-            force = along * span
+        length = math.sqrt(span.dot(span))
+        if length > COINCIDENT * self.size:
+            speed = float(span.dot(rate)) / length
+            force = element.tension_at(length, speed, state.time, self.label) / length * span
         else:
-            force = element.force(span[None, :], rate[None, :], self.label).force[0]
+            time = np.array([state.time])
+            force = element.force(span[None, :], rate[None, :], time, self.label).force[0]
         state.push(efforts, body_a, at_a, force)
         state.push(efforts, body_b, at_b, -force)

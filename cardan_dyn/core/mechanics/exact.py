@@ -30,6 +30,7 @@ from ...kit.arrays import EPS, Array, generic
 from ...kit.checks import described as told
 from ...kit.checks import flag, number
 from ...kit.errors import ArgumentError
+from ..description.description import ROUNDING as _CLOSED
 from ..description.read import read
 from ..mechanism.mechanism import Mechanism
 from . import closure
@@ -40,8 +41,6 @@ from .vectors import UNTURNED, Rotation, Vector, added, cross, less, product, tu
 if TYPE_CHECKING:
     from ..description.description import Description
 
-_CLOSED = 1e-12
-"""Closure error that is rounding."""
 _SINGLE_PRECISION = float(np.finfo(np.float32).eps)
 """Error of numbers that many programs write however many digits they give."""
 _MOST_ROUNDED = 1e-3
@@ -146,7 +145,7 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
     if tolerance is None:
         from ..description.digits import precision_of  # Most loops are exact.
 
-        precision = precision_of(described.description)
+        precision = precision_of(description)
         stated = max(precision.angle, precision.length / length, _SINGLE_PRECISION)
         tolerance = min(stated, _MOST_ROUNDED)
     displacements: dict[tuple[str, bool], Array] = {}
@@ -160,29 +159,16 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
             greatest = max(greatest, nearest.greatest)
     if not displacements:
         return described
-    description = described.description
-    listed = "; ".join(_told(*item) for item in displacements.items())
-    remedy, warning = "", f"rounded numbers made exact, so that loops close: {listed}"
+    displaced = description.displaced(displacements)
     if greatest <= tolerance:
-        description = description.displaced(displacements)
-    else:
-        remedy = warning = (
-            f"loops would close all along their motion with {listed}; that is more than its "
-            f"numbers are rounded by, {tolerance:.2g} rad or lengths of {length:.4g} m: change "
-            f"them, or accept it by load(..., closure_tolerance={1.1 * greatest:.1e})"
-        )
-    warnings = *description.warnings, f"{described.name}: {warning}"
-    return Mechanism(replace(description, warnings=warnings, remedy=remedy))
-
-
-def _told(frame: tuple[str, bool], displacement: Array) -> str:
-    """Return a displacement in words."""
-    name, is_end = frame
-    angle = float(np.linalg.norm(pinocchio.log3(displacement[:3, :3])))
-    distance = float(np.linalg.norm(displacement[:3, 3]))
-    parts = [f"turned by {angle:.2g} rad"] * (angle > _CLOSED)
-    parts += [f"shifted by {distance:.2g} m"] * (distance > _CLOSED)
-    return f"{name}{' on its successor' * is_end} {' and '.join(parts)}"
+        return Mechanism(displaced)
+    listed = "; ".join(map(str, displaced.displacements))
+    remedy = (
+        f"loops would close all along their motion with {listed}; that is more than its numbers "
+        f"are rounded by, {tolerance:.2g} rad or lengths of {length:.4g} m: change them, or "
+        f"accept it by load(..., closure_tolerance={1.1 * greatest:.1e})"
+    )
+    return Mechanism(replace(description, remedy=remedy))
 
 
 class Nearest(NamedTuple):

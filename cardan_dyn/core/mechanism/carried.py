@@ -13,7 +13,7 @@ import numpy as np
 
 from ...kit.arrays import Array, cross
 from ...kit.errors import ModelError, choices
-from .frames import Frames, Offset
+from .frames import Offset
 from .mechanism import Mechanism
 
 _AT_REST = np.zeros((3, 1))
@@ -67,8 +67,10 @@ class CarriedFrame:
             ModelError: unknown name; the message lists the valid ones.
         """
         self._frames = frames = mechanism.frames
-        self.name, body, placement = _named(mechanism, frames, name)
-        placement = placement.copy()
+        link, within = frame_of(mechanism, name)
+        self.name = str(name)
+        body, placement = frames.links[link]
+        placement = placement @ within
         placement[:3, 3] = placement[:3, :3] @ xyz + placement[:3, 3]
         last = frames.last[body] if body >= 0 else -1
         self._path = frames.motions_to(last)
@@ -154,23 +156,27 @@ def _sum(axes: list[Array], rates: Array, first: int) -> Array:
     return np.asarray(sum(terms[1:], terms[0]))
 
 
-def _named(mechanism: Mechanism, frames: Frames, name: object) -> tuple[str, int, Array]:
-    """Return the name of a frame, the body that carries it, and its `(4, 4)` placement there.
+def frame_of(mechanism: Mechanism, name: object) -> tuple[str, Array]:
+    """Return the link that carries a frame, and the frame's `(4, 4)` placement in it [m].
 
     Links come first: descriptions may give other things the name of a link.
+
+    Args:
+        mechanism: the mechanism.
+        name: of a link, of a `fixed` joint of the tree, or of a site or frame of the description.
+
+    Raises:
+        ModelError: unknown name; the message lists the valid ones.
     """
     described = mechanism.description
     if isinstance(name, str):
-        if name in frames.links:
-            return name, *frames.links[name]
+        if name in mechanism.links:
+            return name, np.eye(4)
         fixed = {item.name: item for item in described.joints if item.type == "fixed"}
         if name in fixed:
-            body, placement = frames.links[fixed[name].parent]
-            return name, body, placement @ fixed[name].origin
+            return fixed[name].parent, fixed[name].origin
         if name in described.frames:
-            link, within = described.frames[name]
-            body, placement = frames.links[link]
-            return name, body, placement @ within
+            return described.frames[name]
         if name in mechanism.joints:
             joint = next(item for item in described.joints_and_loops if item.name == name)
             links = [
@@ -183,7 +189,7 @@ def _named(mechanism: Mechanism, frames: Frames, name: object) -> tuple[str, int
                 f"{links[1]!r}: name one of them, or take origin({name!r}) and rotation({name!r})",
                 name=name,
             )
-    known = [*frames.links, *described.frames]
+    known = [*mechanism.links, *described.frames]
     known += [item.name for item in described.joints if item.type == "fixed"]
     raise ModelError(
         f"{mechanism.name}: no link or frame {name!r}; links and frames: {choices(known, name)}",

@@ -195,7 +195,14 @@ class Mechanism(Frozen):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with the description and was accepted, and how far its zero is open."""
-        described = (*self.description.warnings, *self._remarks)
+        description, described = self.description, (*self.description.warnings, *self._remarks)
+        if description.displacements:
+            changes = "; ".join(map(str, description.displacements))
+            described += (
+                f"{self.name}: rounded numbers made exact, so that loops close: {changes}",
+            )
+        if description.remedy:
+            described += (f"{self.name}: {description.remedy}",)
         gaps = _open_loops(self.frames, self.zero, self.characteristic_length)
         if not gaps:
             return described

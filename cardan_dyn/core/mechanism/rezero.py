@@ -76,6 +76,7 @@ def rezeroed(
         loops=tuple(_loop(loop, *displacements[loop.name]) for loop in description.loops),
         couplings=tuple(replace(coupling, offset=0.0) for coupling in description.couplings),
         source=None,
+        added="",
     )
     _check_closed(result, length)
     return result

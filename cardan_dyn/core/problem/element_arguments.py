@@ -11,7 +11,7 @@ from ..elements.element_forces import labels
 from ..mechanism.mechanism import Mechanism
 from .coordinate_names import check_single
 
-_KINDS = "JointSpring, JointFriction, PointSpring, Bushing, PinContact, Actuator"
+_KINDS = "JointSpring, JointFriction, PointSpring, Bushing, PinContact, Actuator, PointActuator"
 
 
 def listed(given: object) -> tuple[Element, ...]:

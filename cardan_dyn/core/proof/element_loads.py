@@ -7,7 +7,7 @@ with the left Jacobian of rotations.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,9 @@ from ...kit.errors import ArgumentError
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
+from ..elements.law import Given, Law
 from ..elements.pin_contact import PinContact
+from ..elements.point_actuator import PointActuator
 from ..elements.point_spring import COINCIDENT, PointSpring
 from ..mechanism.frames import ElementaryMotion
 from .named_motions import named_motions
@@ -120,6 +122,8 @@ class ProvenElements:
             )
             if isinstance(element, PointSpring):
                 on_second, term = self._of_spring(element, first, second)
+            elif isinstance(element, PointActuator):
+                on_second, term = self._of_thrust(element, first, second, time)
             elif isinstance(element, PinContact):
                 on_second, term = self._of_contact(element, first, second, time)
             elif isinstance(element, Bushing):
@@ -138,7 +142,7 @@ class ProvenElements:
         """Return the `(4, 4)` placements of both ends of an element in their links."""
         if isinstance(element, Bushing):
             return element.origin, self._end(element, zero)
-        if not isinstance(element, (PointSpring, PinContact)):
+        if not isinstance(element, (PointSpring, PointActuator, PinContact)):
             raise _unknown_law(element)
         first, second = np.eye(4), np.eye(4)
         first[:3, 3], second[:3, 3] = element.point_a, element.point_b
@@ -193,6 +197,27 @@ class ProvenElements:
         reach = _norm(first.origin) + _norm(second.origin) + element.length
         pace = _norm(speed_a) + _norm(speed_b)
         terms = self._length * (element.stiffness * reach + element.damping * pace)
+        return np.stack([force, cross(second.origin, force)]), terms
+
+    def _of_thrust(
+        self, element: PointActuator, first: _Moving, second: _Moving, time: Array
+    ) -> tuple[Array, Array]:
+        """Return the wrench `(2, 3, N)` of a thrust on `link_b`, and the size of its terms."""
+        span = second.origin - first.origin
+        seen = second.velocity - first.velocity
+        seen = seen + cross(second.spin, second.origin) - cross(first.spin, first.origin)
+        length = _norm(span)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            direction = span / length
+        places = {
+            "time": np.broadcast_to(time, length.shape),
+            "length": length,
+            "rate": np.einsum("in,in->n", direction, seen),
+        }
+        thrust, steepness = _of_law(element.thrust, element.law.of, places)
+        reach = _norm(first.origin) + _norm(second.origin)
+        force = thrust * direction
+        terms = self._length * (np.abs(thrust) + steepness * reach)
         return np.stack([force, cross(second.origin, force)]), terms
 
     def _of_contact(
@@ -334,9 +359,19 @@ def _effort(element: JointElement, x: Array, v: Array, time: Array) -> tuple[Arr
         return -element.effort * slip / np.sqrt(1.0 + slip * slip), np.full(len(x), element.effort)
     if not isinstance(element, Actuator):
         raise _unknown_law(element)
-    # What a function of time returns is given, not solved.
-    effort = element.force(x, v, np.broadcast_to(time, x.shape), "an actuator").effort
-    return effort, np.abs(effort)
+    places = {"time": np.broadcast_to(time, x.shape), "position": x}
+    effort, steepness = _of_law(element.effort, element.law.of, places)
+    return effort, np.abs(effort) + steepness * np.abs(x)
+
+
+def _of_law(given: Given, of: Sequence[str], places: Mapping[str, Array]) -> tuple[Array, float]:
+    """Return the values `(N,)` of a law at places `(N,)`, and the greatest slope of a table."""
+    if isinstance(given, np.ndarray):
+        at, values = given.T
+        steepness = float(np.max(np.abs(np.diff(values) / np.diff(at))))
+        return np.interp(places[of[0]], at, values), 0.0 if "time" in of else steepness
+    # What a function returns is given, not solved.
+    return Law(given, tuple(of)).at("an actuator", **places), 0.0
 
 
 def _unknown_law(element: Element) -> ArgumentError:

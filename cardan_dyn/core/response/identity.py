@@ -14,7 +14,7 @@ from ..problem.problem import Problem
 
 _NOT_MECHANICAL = {
     *("source", "notation", "warnings", "limits", "independent_joints"),
-    *("damping", "friction"),
+    *("damping", "friction", "added"),
 }
 """Fields of a description that no response depends on: where it comes from, how it is written,
 what it advises. The same mechanism from another file has the same responses."""

@@ -328,8 +328,9 @@ class Sweep(MotionResult):
     def element_force(self) -> ElementResults:
         """Elements to what they exert: by index or name.
 
-        `JointSpring`, `JointFriction`, `Actuator`: `.effort`; `PointSpring`: `.tension`, `.length`,
-        `.force`; `Bushing`: `.wrench`, `.deformation`; and all of them `.energy`, `.dissipation`.
+        `JointSpring`, `JointFriction`, `Actuator`: `.effort`; `PointSpring`, `PointActuator`:
+        `.tension`, `.length`, `.force`; `Bushing`: `.wrench`, `.deformation`; and all of them
+        `.energy`, `.dissipation`.
         """
         from .element_results import ElementResults  # Imported here: most scenes have no elements.
 

@@ -12,6 +12,7 @@ import pinocchio
 
 from ...core.elements.element import Element
 from ...core.elements.element_efforts import ElementEfforts
+from ...core.elements.element_forces import labels
 from ...core.elements.link_loads import LinkLoad
 from ...core.elements.pin_contact import PinContact
 from ...core.mechanism.mechanism import Mechanism
@@ -216,6 +217,12 @@ class Forces:
                 efforts += _along_coordinates(model, data, load)
         self._elements.add_on_links(efforts, model, data, time, (q, rates), x, v)
         return efforts
+
+    @property
+    def limits(self) -> str:
+        """Where laws of elements end, to be added to why a simulation failed."""
+        named = zip(labels(self._every_element), self._every_element, strict=True)
+        return "".join(f"; {label}: {item.limits}" for label, item in named if item.limits)
 
     @property
     def bodies(self) -> set[int]:

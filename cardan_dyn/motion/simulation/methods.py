@@ -287,6 +287,7 @@ def _followed(
             if failure is not None:
                 last = integration.points[-1]
                 failure = equations.boundless(*last[:3], _HARDLY_APART) or failure
+                failure += setup.forces.limits
                 break
             if contacts is not None:
                 reason = contacts.follow(integration)

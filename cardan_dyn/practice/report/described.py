@@ -15,16 +15,17 @@ from .grids import Grid, number
 
 
 def fingerprint(mechanism: Mechanism) -> str:
-    """Return the SHA-256 of the text of a description, and of the file beside it if there is one.
+    """Return the SHA-256 of the text of a description, of the file beside it and of added loops.
 
     Of one that was not read from a text, that of the URDF text that says the same.
     """
-    source = mechanism.base.description.text
+    description = mechanism.base.description
+    source = description.text
     if source is None:
         return hashlib.sha256(mechanism.base.to_urdf().encode("utf-8")).hexdigest()
     beside = source.beside
     more = beside.encode("utf-8") if isinstance(beside, str) else beside
-    return hashlib.sha256(source.text.encode("utf-8") + more).hexdigest()
+    return hashlib.sha256((source.text + description.added).encode("utf-8") + more).hexdigest()
 
 
 def described(mechanism: Mechanism) -> list[Grid]:

@@ -15,6 +15,7 @@ from ...core.elements.element_forces import labels
 from ...core.elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
 from ...core.elements.link_motions import LinkMotion, LinkMotions
 from ...core.elements.pin_contact import PinContact
+from ...core.elements.point_actuator import PointActuator
 from ...core.elements.point_spring import PointSpring
 from ...core.mechanism.joints import Part
 from ...core.results.sweep import Sweep
@@ -29,6 +30,7 @@ BUSHING = Color.of("#8d6e63", opacity=0.8, on_top=True, layer=2)
 CONTACT = Color.of("#c2185b", opacity=0.8, on_top=True, layer=2)
 JOINT_SPRING = Color.of("#d17b00", opacity=0.9, on_top=True, layer=2)
 DAMPER = Color.of("#827717", opacity=0.75, on_top=True, layer=2)
+CYLINDER = Color.of("#8e24aa", opacity=0.75, on_top=True, layer=2)
 FRICTION = Color.of("#546e7a", opacity=0.9, on_top=True, layer=2)
 SHOES = Color.of("#263238", opacity=0.9, on_top=True, layer=3)
 ACTUATOR = Color.of("#e53935", on_top=True, layer=4)
@@ -84,7 +86,7 @@ def draw_elements(
     points = [np.zeros((0, 3))]
     for index, (element, label) in enumerate(zip(places.elements, places.labels, strict=True)):
         path = f"/elements/{node_name(element.name or str(index))}"
-        if isinstance(element, PointSpring):
+        if isinstance(element, (PointSpring, PointActuator)):
             points += between.draw_spring(path, element)
         elif isinstance(element, Bushing):
             points += between.draw_ball(path, element.link_a, element.origin[:3, 3], BUSHING)
@@ -181,15 +183,15 @@ class _BetweenLinks:
         self._drawing, self._places, self._radius = drawing, places, radius
         self.legend: dict[str, str] = {}
 
-    def draw_spring(self, path: str, element: PointSpring) -> list[Array]:
-        """Draw a point spring as a coil, one without stiffness as a dashpot; return its ends."""
+    def draw_spring(self, path: str, element: PointSpring | PointActuator) -> list[Array]:
+        """Draw a spring as a coil, all others between points as a dashpot; return their ends."""
         start = self._places.point(element.link_a, element.point_a)
         span = self._places.point(element.link_b, element.point_b) - start
         direction, length = forms.filled(span, forms.LEAST_SCALE * self._radius)
         scale = np.ones((len(span), 3))
         scale[:, 2] = np.maximum(length, forms.LEAST_SCALE * self._radius)
         self._drawing.place(path, Pose.of(start, forms.towards(direction), scale))
-        if element.stiffness > 0.0 or element.damping == 0.0:
+        if element.conserves or (isinstance(element, PointSpring) and element.stiffness > 0.0):
             # The coil has the length 1: only that is stretched. Its wire is as thick across as it
             # is wide.
             wire = forms.coil(_COIL_RADIUS * self._radius)
@@ -197,8 +199,9 @@ class _BetweenLinks:
             self.legend[SPRING.css] = "spring"
         else:
             dashpot = forms.dashpot(_DASHPOT_RADIUS * self._radius)
-            self._drawing.add(path, mesh(dashpot), DAMPER)
-            self.legend[DAMPER.css] = "damper"
+            color = CYLINDER if element.gives_power else DAMPER
+            self._drawing.add(path, mesh(dashpot), color)
+            self.legend[color.css] = "thrust of an actuator" if element.gives_power else "damper"
         return [start, start + span]
 
     def draw_ball(self, path: str, link: str, point: Array, color: Color) -> list[Array]:

@@ -62,6 +62,15 @@ def test_every_element_is_drawn_and_named_in_the_legend(turn: cd.Sweep) -> None:
     ]
 
 
+def test_thrusts_are_springs_dampers_or_cylinders() -> None:
+    ends = ("crank", (0.1, 0.0, 0.0), "base", (0.1, 0.2, 0.0))
+    laws = (([[0.0, 9.0], [3.0, -9.0]], "length"), (np.cos, "rate"), (5.0, "time"))
+    elements = [cd.PointActuator(*ends, thrust, of=of) for thrust, of in laws]
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=elements)
+    drawn = draw_elements(Drawing(1.0), scene.sweep([0.0, 0.5]), np.arange(2), 1.0)
+    assert [text for _, text in drawn.legend] == ["spring", "damper", "thrust of an actuator"]
+
+
 def test_elements_of_a_joint_stand_at_its_axis_and_not_in_each_other(
     turn: cd.Sweep, drawing: Drawing
 ) -> None:

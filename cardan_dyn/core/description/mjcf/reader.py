@@ -33,6 +33,10 @@ from .compiled import Compiled, compiled, placement
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
 """Types of joints, in the order of MuJoCo's `mjtJoint`."""
 _EQUALITIES = {0: "connect", 1: "weld", 2: "joint", 3: "tendon"}
+_UNSUPPORTED = (
+    "it is not supported; kinds: connect, joint, weld, and tendon where fixed tendons couple two "
+    "joints that move, linearly"
+)
 """Kinds of `mjtEq`; others are of deformable bodies."""
 
 
@@ -290,11 +294,13 @@ class _Reader:
             if not model.eq_active0[index]:
                 self.warnings.append(f"{at}: left out, as it is not active")
                 continue
-            if kind in ("tendon", "flex"):
-                raise ModelError(
-                    f"{at}: it is not supported; kinds: connect, joint, weld; joint is a coupling"
-                )
+            if kind == "flex":
+                raise ModelError(f"{at}: {_UNSUPPORTED}")
             name = unique(name or f"equality_{index + 1}", taken | (set() if name else set(names)))
+            if kind == "tendon":
+                couplings.append(self._of_tendons(index, name, at))
+                taken.add(name)
+                continue
             if kind == "joint":
                 if model.eq_obj2id[index] >= 0:
                     couplings.append(self._coupling(index, name, at))
@@ -354,6 +360,31 @@ class _Reader:
                 "mechanism of its own, which bodies and <connect> describe"
             )
         return CouplingDescription(name, driving, driven, ratio, offset, of_joints=True)
+
+    def _of_tendons(self, index: int, name: str, at: str) -> CouplingDescription:
+        """Return the coupling that fixed tendons of two joints are, one tendon or both.
+
+        It keeps the sum of coordinates times coefficients, counted from the initial configuration.
+        """
+        model, (constant, ratio, *higher) = self._model, self._model.eq_data[index][:5].tolist()
+        factors: dict[int, float] = {}
+        is_linear = True
+        for tendon, factor in ((model.eq_obj1id[index], 1.0), (model.eq_obj2id[index], -ratio)):
+            if tendon < 0:
+                continue
+            is_linear &= factor == 1.0 or not any(higher)
+            first = model.tendon_adr[tendon]
+            for k in range(first, first + model.tendon_num[tendon]):
+                is_linear &= model.wrap_type[k] == self._mujoco.mjtWrap.mjWRAP_JOINT
+                joint = int(model.wrap_objid[k])
+                factors[joint] = factors.get(joint, 0.0) + factor * float(model.wrap_prm[k])
+        coupled = sorted(joint for joint, factor in factors.items() if factor)
+        if not is_linear or len(coupled) != 2 or self._found.locked.keys() & set(coupled):
+            raise ModelError(f"{at}: {_UNSUPPORTED}")
+        one, other = coupled
+        driving, driven = (self._of_index[joint].name for joint in coupled)
+        slope, offset = -factors[one] / factors[other], constant / factors[other]
+        return CouplingDescription(name, driving, driven, slope, offset, of_joints=True)
 
 
 def _moved(kind: str, axis: Array, by: float) -> Array:

@@ -39,7 +39,8 @@ class _Placed:
             data.qpos[found.model.jnt_qposadr[joint]] += held
         mujoco.mj_kinematics(found.model, data)
         self._least = 2.0 * mujoco.mjMINVAL
-        self._site, self._linear = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtEq.mjEQ_JOINT
+        self._site = mujoco.mjtObj.mjOBJ_SITE
+        self._kinds = int(mujoco.mjtEq.mjEQ_JOINT), int(mujoco.mjtEq.mjEQ_TENDON)
         self._bodies = {name: body for body, of in enumerate(found.links) for name in of}
         self._joints = {
             name: found.model.body_jntadr[body] + k
@@ -53,14 +54,16 @@ class _Placed:
         """See `reread`."""
         model = self._model
         active = [k for k in range(model.neq) if model.eq_active0[k]]
-        loops = [k for k in active if model.eq_type[k] != self._linear]
+        joint, tendon = self._kinds
+        loops = [k for k in active if model.eq_type[k] not in self._kinds]
         ratios = {
-            (self._of_joint(model.eq_obj1id[k]), self._of_joint(model.eq_obj2id[k])): model.eq_data[
-                k
-            ]
+            (self._of_joint(model.eq_obj1id[k]), self._of_joint(model.eq_obj2id[k])): tuple(
+                model.eq_data[k][:2].tolist()
+            )
             for k in active
-            if model.eq_type[k] == self._linear and model.eq_obj2id[k] >= 0
+            if model.eq_type[k] == joint and model.eq_obj2id[k] >= 0
         }
+        ratios |= dict(self._of_tendons(k) for k in active if model.eq_type[k] == tendon)
         return replace(
             description,
             links=tuple(self._link(link.name) for link in description.links),
@@ -74,6 +77,35 @@ class _Placed:
                 for of in [ratios[item.successor, item.predecessor]]
             ),
         )
+
+    def _of_tendons(self, index: int) -> tuple[tuple[str, str], tuple[float, float]]:
+        """Return the joints that tendons couple, and offset and ratio of the one that follows.
+
+        They are those along which MuJoCo's tendons stretch, unlike what the equality asks of them.
+        """
+        import mujoco
+
+        model, data = self._model, self._data
+        ends, terms = (model.eq_obj1id[index], model.eq_obj2id[index]), model.eq_data[index][:5]
+
+        def error() -> float:
+            mujoco.mj_tendon(model, data)
+            first, second = (data.ten_length[k] - model.tendon_length0[k] for k in ends)
+            wanted = terms[0] if ends[1] < 0 else np.polyval(terms[::-1], second)
+            return float(first - wanted)
+
+        at_zero, slopes = error(), {}
+        for name, joint in self._joints.items():
+            place = model.jnt_qposadr[joint]
+            before = data.qpos[place]
+            data.qpos[place] = before + 1.0
+            slopes[name] = error() - at_zero
+            data.qpos[place] = before
+        # Along all other joints there is rounding at most.
+        pair = sorted(slopes, key=lambda name: abs(slopes[name]))[-2:]
+        driving, driven = (name for name in slopes if name in pair)
+        one, other = slopes[driving], slopes[driven]
+        return (driven, driving), (-at_zero / other, -one / other)
 
     def _of_joint(self, index: int) -> str:
         return next(name for name, k in self._joints.items() if k == index)

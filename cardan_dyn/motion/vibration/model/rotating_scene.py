@@ -161,8 +161,9 @@ def _refuse(element: Element) -> None:
     if element.jump:
         raise ArgumentError(element.jump)
     if element.follows_time:
+        where = " and ".join(map(repr, element.joints or element.links))
         raise ArgumentError(
-            f"the effort of the actuator at {element.joints[0]!r} is a function of time; a "
-            "vibration takes a constant one, or one that follows the position of its joint "
-            "(of='position'). Use Scene.simulate for functions of time"
+            f"the effort of the actuator at {where} is a function of time; a vibration takes a "
+            "constant one, or one that follows the position of its joint (of='position') or the "
+            "distance of its points (of='length'). Use Scene.simulate for functions of time"
         )

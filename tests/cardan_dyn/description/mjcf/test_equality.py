@@ -148,6 +148,49 @@ def test_a_chain_of_couplings_against_mujoco() -> None:
     np.testing.assert_allclose(turn.drive_effort, -2.831035412074858, rtol=1e-13)
 
 
+TENDONS = """<mujoco><worldbody><body name="b"><inertial pos=".1 0 0" mass="1"
+  diaginertia=".01 .01 .01"/><joint name="j" axis="0 1 0" ref="12"/><body name="c" pos=".2 0 0">
+  <inertial pos=".1 0 0" mass="1" diaginertia=".01 .01 .01"/><joint name="k" axis="0 1 0"/></body>
+  </body></worldbody><tendon><fixed name="s"><joint joint="j" coef="2"/><joint joint="k"
+  coef="-4"/></fixed><fixed name="t"><joint joint="j" coef="2"/></fixed><fixed name="u">
+  <joint joint="k" coef="5"/></fixed></tendon><equality>{}</equality></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("equality", "ratio", "offset"),
+    [
+        ('<tendon name="e" tendon1="s" polycoef="0.6 9 9 9 9"/>', 0.5, -0.15),
+        ('<tendon name="e" tendon1="t" tendon2="u" polycoef="0.2 0.8 0 0 0"/>', 0.5, -0.05),
+        ('<tendon name="e" tendon1="u" tendon2="s" polycoef="0.3 0.5 0 0 0"/>', 1 / 7, 0.3 / 7),
+    ],
+)
+def test_fixed_tendons_couple_two_joints(equality: str, ratio: float, offset: float) -> None:
+    """2 j - 4 k = 0.6; 2 j = 0.2 + 0.8 · 5 k; 5 k = 0.3 + 0.5 (2 j - 4 k), from the start."""
+    mechanism = cd.load(TENDONS.format(equality))
+    (found,) = mechanism.description.couplings
+    assert (found.name, found.predecessor, found.successor) == ("e", "j", "k")
+    assert (found.ratio, found.offset) == (pytest.approx(ratio), pytest.approx(offset))
+    turn = cd.Scene(mechanism, drive="j", gravity=(0, 0, -9.81)).sweep([0.1, 0.7], speed=2.0)
+    np.testing.assert_allclose(turn.motion.position("k"), ratio * np.array([0.1, 0.7]) + offset)
+    (again,) = mechanism.second_reading.couplings
+    assert again.ratio == pytest.approx(found.ratio, rel=1e-13)
+    assert again.offset == pytest.approx(found.offset, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    "equality",
+    [
+        '<tendon tendon1="t"/>',
+        '<tendon tendon1="t" tendon2="u" polycoef="0 1 0.1 0 0"/>',
+        '<tendon tendon1="t" tendon2="u" polycoef="0.1 0 0 0 0"/>',
+        '<tendon tendon1="s"/><joint joint1="k"/>',
+    ],
+)
+def test_tendons_that_couple_no_two_joints_linearly_are_refused(equality: str) -> None:
+    with pytest.raises(cd.ModelError, match=r"<tendon> 1: it is not supported; .* tendon where"):
+        read(TENDONS.format(equality))
+
+
 def test_couplings_stand_in_the_order_of_their_joints() -> None:
     gears = '<joint name="{0}" joint1="{0}" joint2="{1}"/>'
     text = FREE.format(gears.format("g", "e") + gears.format("f", "e"))
