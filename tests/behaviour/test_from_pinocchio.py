@@ -325,7 +325,3 @@ def test_what_is_refused() -> None:
         setattr(constraint, name, value)
         with pytest.raises(cd.ModelError, match=f"{name} is not read: place its two ends"):
             cd.from_pinocchio(model, [constraint])
-    model.armature[0] = 0.1
-    with pytest.raises(cd.ModelError, match=r"joint 'a': armature 0\.1"):
-        cd.from_pinocchio(model)
-    assert "armature" in cd.from_pinocchio(model, strict=False).warnings[-1]

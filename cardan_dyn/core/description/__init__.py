@@ -1,7 +1,8 @@
 """Description: text in any notation to checked plain data, and back to text.
 
 `read` finds a text and chooses its reader. URDF: `urdf` with `elements`, `mimics`, `notations`
-(loops of URDF+, Isaac, ROS, closing frames; `gazebo` for joints of SDF) and `beside` (YAML files).
+(loops of URDF+, Isaac, ROS, closing frames; `gazebo` for joints of SDF), `transmissions` (rotors)
+and `beside` (YAML files).
 MJCF and SDF have rooms of their own; that of MJCF has MuJoCo parse and compile the text
 (`compiled`) and reads the model. `words` knows all words of URDF and SDF (`words.json`), `left_out`
 tells what wrenches do not consider. What they return is a `description`, plain data.

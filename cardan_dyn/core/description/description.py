@@ -6,7 +6,7 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -130,6 +130,10 @@ class JointDescription(Value):
         adjustable: what a `fixed` joint becomes in a scene that holds or drives it: `revolute` or
             `prismatic` along `axis`, where its place is zero; empty if it stays fixed.
         dynamics: what rubs and springs along its coordinates.
+        armature: of each of its parts, see `elementary`, the inertia that rotors have along its
+            rates [kg·m²; of a slide kg]: a rotor's own times the square of how much faster it
+            turns; about all axes of a ball alike. None where nothing states any. What acts along
+            the rates accelerates it; bodies feel nothing else of it.
     """
 
     name: str
@@ -143,6 +147,7 @@ class JointDescription(Value):
     limits: Limits = field(default_factory=Limits)
     adjustable: str = ""
     dynamics: Dynamics = field(default_factory=Dynamics)
+    armature: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
         return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
@@ -161,6 +166,7 @@ class LoopDescription(Value):
         axis: `(3,)` unit vector in the joint frame.
         axis_2: `(3,)` second axis of a joint of `TWO_AXES`; else the first.
         dynamics: what rubs and springs along its coordinates.
+        armature: see `JointDescription`.
     """
 
     name: str
@@ -172,6 +178,7 @@ class LoopDescription(Value):
     axis: np.ndarray
     axis_2: np.ndarray
     dynamics: Dynamics = field(default_factory=Dynamics)
+    armature: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
         ends = f"{self.predecessor!r} -> {self.successor!r}"
@@ -362,18 +369,29 @@ class Description(Value):
         """Return the description in which some joints and loops are of other types.
 
         Springs and friction of theirs, limits and the motion that an author gives them are left
-        out: they were those of the type that it was.
+        out: they were those of the type that it was. A rotor stays with the last part.
         """
         return replace(
             self,
             joints=tuple(
-                replace(joint, type=types[joint.name], limits=Limits(), dynamics=Dynamics())
+                replace(
+                    joint,
+                    type=types[joint.name],
+                    limits=Limits(),
+                    dynamics=Dynamics(),
+                    armature=at_last_parts(joint.armature, types[joint.name]),
+                )
                 if joint.name in types
                 else joint
                 for joint in self.joints
             ),
             loops=tuple(
-                replace(loop, type=types[loop.name], dynamics=Dynamics())
+                replace(
+                    loop,
+                    type=types[loop.name],
+                    dynamics=Dynamics(),
+                    armature=at_last_parts(loop.armature, types[loop.name]),
+                )
                 if loop.name in types
                 else loop
                 for loop in self.loops
@@ -466,6 +484,19 @@ def elementary(
     return {"planar": [*slides, turns[-1]], "loose": [*slides, *turns]}[kind]
 
 
+def kinds_of(kind: str) -> list[str]:
+    """Return the kinds of a joint type's parts, see `elementary`."""
+    x, y, _ = np.eye(3)
+    return [part for part, _ in elementary(kind, x, y)]
+
+
+def at_last_parts(armature: Sequence[float], kind: str) -> tuple[float, ...]:
+    """Return the armature of a joint type that is known of its last parts alone, or of none."""
+    if not any(armature):
+        return ()
+    return (0.0,) * (len(kinds_of(kind)) - len(armature)) + tuple(armature)
+
+
 def shown_ratio(ratio: float, offset: float) -> str:
     """Return the ratio of a coupling, and its offset where there is one, as a text."""
     return f"ratio {ratio:g}, offset {offset:g}" if offset else f"ratio {ratio:g}"
@@ -485,7 +516,9 @@ def _of_joint(joint: JointOrLoop, parent: str, child: str, driven: bool = False)
         axes = f"axes {_vector(joint.axis)} and {_vector(joint.axis_2)}"
     elif joint.type not in ("fixed", "spherical", "floating"):
         axes = f"axis {_vector(joint.axis)}"
-    return joint.name, joint.type, f"{parent} -> {child}", axes, "independent" if driven else ""
+    rotors = f"armature {' '.join(f'{x:g}' for x in joint.armature)}" if joint.armature else ""
+    drive = "independent" if driven else ""
+    return joint.name, joint.type, f"{parent} -> {child}", axes, drive, rotors
 
 
 def _vector(values: np.ndarray) -> str:

@@ -7,7 +7,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from xml.etree import ElementTree
@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...kit.errors import ModelError, choices
-from .description import TWO_AXES, Dynamics, LoopDescription
+from .description import TWO_AXES, Dynamics, LoopDescription, kinds_of
 
 JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
 """Types of tree joints that URDF has."""
@@ -166,6 +166,52 @@ def dynamics_of(joint: ElementTree.Element, at: str) -> Dynamics:
     return Dynamics(
         *(number(dynamics.get(key), "0", f"{at}: dynamics {key}") for key in DYNAMICS_WORDS)
     )
+
+
+def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, ...]:
+    """Return the armature that the `<dynamics>` of a `<joint>` or `<loop>` of a type states.
+
+    Raises:
+        ModelError: it is neither a number nor one for each part.
+    """
+    dynamics = only(joint, "dynamics", at)
+    stated = None if dynamics is None else dynamics.get("armature")
+    if stated is None:
+        return ()
+    at = f"{at}: dynamics armature"
+    values = _numbers(stated, len(_BLANKS.split(stated.strip(" \t\r\n"))), "", at)
+    return armature(values, kind, at)
+
+
+def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
+    """Return the armature of a joint type's parts; none if it is zero, or the joint is fixed.
+
+    Args:
+        values: of all parts, or of each.
+        kind: the joint type.
+        at: how messages name it.
+
+    Raises:
+        ModelError: it is negative, there are not as many, or a plane's slides, which lie in it as
+            they like, have different ones.
+    """
+    kinds = kinds_of(kind)
+    if not kinds or not any(values):
+        return ()
+    if min(values) < 0.0:
+        raise ModelError(f"{at}: {min(values):g} is negative, which no inertia is")
+    if len(values) not in (1, len(kinds)):
+        raise ModelError(
+            f"{at}: there are {len(values)} numbers; write one for all motions of the {kind} "
+            f"joint, or one for each, from the parent outwards: {', '.join(kinds)}"
+        )
+    found = tuple(values) if len(values) == len(kinds) else tuple(values) * len(kinds)
+    if len({value for value, part in zip(found, kinds, strict=True) if part == "prismatic"}) > 1:
+        raise ModelError(
+            f"{at}: the slides of a {kind} joint have no directions of their own, and so one "
+            f"inertia, not {words(found)}; write joints that slide in a row"
+        )
+    return found
 
 
 def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
@@ -391,8 +437,10 @@ def loop(
     origins = [_end(only(element, side, at), at) for side in sides]
     axis, axis_2 = axes_of(element, kind, at)
     ends = predecessor, successor, origins[0], origins[1]
-    dynamics = dynamics_of(element, at) if element.tag == "loop" else Dynamics()
-    return LoopDescription(name, kind, *ends, axis, axis_2, dynamics)
+    if element.tag != "loop":
+        return LoopDescription(name, kind, *ends, axis, axis_2)
+    stated = dynamics_of(element, at), armature_of(element, kind, at)
+    return LoopDescription(name, kind, *ends, axis, axis_2, *stated)
 
 
 def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:

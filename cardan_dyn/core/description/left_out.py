@@ -49,7 +49,12 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
 
 
 def _is_read(element: ElementTree.Element) -> bool:
-    """Return whether an element for other programs holds nothing but loops, see `gazebo`."""
+    """Return whether all of an element for other programs that is of any use here is read.
+
+    Such are loops, see `gazebo`, and rotors, see `transmissions`.
+    """
+    if element.tag == "transmission":
+        return any(part.tag.endswith("rotor_inertia") for part in element.iterfind("actuator/*"))
     return (
         bool(len(element))
         and element.tag == "gazebo"

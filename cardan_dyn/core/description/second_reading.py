@@ -16,12 +16,25 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
-from .description import TWO_AXES, Description, LinkDescription, Mesh, SourceModel
+from .description import (
+    TWO_AXES,
+    Description,
+    LinkDescription,
+    Mesh,
+    SourceModel,
+    at_last_parts,
+    kinds_of,
+)
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .description import CouplingDescription, JointDescription, LoopDescription
+    from .description import (
+        CouplingDescription,
+        JointDescription,
+        JointOrLoop,
+        LoopDescription,
+    )
 
 
 _VANISHING = 1e-150
@@ -96,7 +109,14 @@ def _reread(description: Description) -> Description:
             ("coupling",),
         )
     )
-    placed = tuple(_joint(joint, joints[joint.name]) for joint in description.joints)
+    rotors = _rotors(robot)
+    placed = tuple(
+        replace(
+            _joint(joint, joints[joint.name]),
+            armature=_armature(joint, joints[joint.name], rotors.get(joint.name, 0.0)),
+        )
+        for joint in description.joints
+    )
     beside: dict[str, LoopDescription] = {}
     if source.beside:
         others = [loop for loop in description.loops if loop.name not in loops]
@@ -180,6 +200,32 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
     return replace(joint, origin=origin, axis=axis, axis_2=axis_2)
 
 
+def _rotors(robot: Element) -> dict[str, float]:
+    """Return joints to the inertia of the rotors that transmissions couple with them."""
+    found: dict[str, float] = {}
+    for element in robot.iterfind("transmission/actuator/.."):
+        name = _child(element, "joint").attrib["name"]
+        for actuator in element.iterfind("actuator"):
+            inertia, ratio = (
+                next((float(item.attrib["value"]) for item in actuator.iterfind(tag)), default)
+                for tag, default in (("{*}rotor_inertia", 0.0), ("{*}gear_ratio", 1.0))
+            )
+            found[name] = found.get(name, 0.0) + ratio * inertia * ratio
+    return found
+
+
+def _armature(item: JointOrLoop, element: Element, rotors: float = 0.0) -> tuple[float, ...]:
+    """Return the armature of the parts of a joint, from its element and what else turns with it."""
+    kind = getattr(item, "adjustable", "") or item.type
+    # Hinges that were opened turn last.
+    opened = kind in ("planar", "loose") and element.get("type") != kind
+    count = 1 if opened else len(kinds_of(kind))
+    stated = element.find("dynamics")
+    listed = "0" if stated is None else stated.get("armature", "0")
+    found = rotors + np.array(listed.split(), dtype=float) * np.ones(count)
+    return at_last_parts(found.tolist(), kind)
+
+
 def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
     """Return a loop with the placements and axes of its element."""
     predecessor, successor = _ends(element)
@@ -192,6 +238,7 @@ def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
         successor_origin=successor,
         axis=axis,
         axis_2=_axis(element, second) if loop.type in TWO_AXES else axis,
+        armature=_armature(loop, element) if element.tag == "loop" else (),
     )
 
 

@@ -32,6 +32,7 @@ from .elements import (
     LEAST_MASS,
     TREE_TYPES,
     adjustable_type,
+    armature_of,
     axes_of,
     check_size,
     check_unique,
@@ -81,6 +82,10 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     joints = [
         _joint(element, link_names, changed_types, where) for element in robot.findall("joint")
     ]
+    if robot.find("transmission/actuator") is not None:
+        from .transmissions import with_rotors  # Most descriptions state none.
+
+        joints = with_rotors(robot, joints, where)
     loops, notation, open_types = agreed(robot, link_names, beside, where, strict)
     left_out = dynamics_left_out([*joints, *loops], where) + elements_left_out(robot, where)
     if beside is not None:
@@ -284,6 +289,7 @@ def _joint(
         limits=_limits(element, kind, at),
         adjustable=adjustable,
         dynamics=dynamics_of(element, at),
+        armature=armature_of(element, adjustable or kind, at),
     )
 
 

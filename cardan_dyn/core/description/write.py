@@ -225,9 +225,12 @@ def _write_dynamics(element: Element, joint: JointOrLoop) -> None:
     """Add what rubs and springs; springs in the words of SDF, since URDF has none for them."""
     dynamics = joint.dynamics
     count = len(dynamics) if dynamics.stiffness or dynamics.rest else 2
-    stated = dict(zip(DYNAMICS_WORDS[:count], dynamics[:count], strict=True))
-    if any(stated.values()):
-        SubElement(element, "dynamics", {name: words([value]) for name, value in stated.items()})
+    values = zip(DYNAMICS_WORDS[:count], dynamics[:count], strict=True)
+    stated = {name: words([value]) for name, value in values} if any(dynamics[:count]) else {}
+    if joint.armature:
+        stated["armature"] = words(joint.armature)
+    if stated:
+        SubElement(element, "dynamics", stated)
 
 
 def write_mimic(joint: Element, coupling: CouplingDescription) -> None:

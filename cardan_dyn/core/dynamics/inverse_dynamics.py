@@ -249,7 +249,7 @@ class InverseDynamics:
     """Motion, reactions and residuals of one problem.
 
     Attributes:
-        has_mass: whether any body of the solved groups has mass.
+        has_mass: whether any body of the solved groups has mass, or a joint a rotor.
         claimed: indices of the wrenches that are solved, ascending.
     """
 
@@ -294,7 +294,9 @@ class InverseDynamics:
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
         bodies = {body for item in kinematics.solvers for body in item.group.inertial_bodies}
         bodies -= {index - 1 for index in mechanism.auxiliary_bodies}
-        self.has_mass = any(mechanism.model.inertias[body + 1].mass > 0.0 for body in bodies)
+        self.has_mass = any(mechanism.model.armature) or any(
+            mechanism.model.inertias[body + 1].mass > 0.0 for body in bodies
+        )
 
     @property
     def depends(self) -> Array | None:

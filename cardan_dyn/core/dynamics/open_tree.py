@@ -95,6 +95,8 @@ def _traced(mechanism: Mechanism) -> tuple[Tree, Program]:
         motion = moving(tree, at, v, a, times(gravity, -1.0))
         open_tree = momentum_rates(tree, at, motion, {}).passed_on(tree, at)
         efforts = open_tree.along(tree, at, v)
+        for rate, taken in tree.of_rotors(a).items():
+            efforts[rate] = efforts[rate] + taken
         moment = ZERO
         for body, point, rotation in zip(tree.bodies, at.points, at.rotations, strict=True):
             for mass in body.masses:

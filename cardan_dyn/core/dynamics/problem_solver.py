@@ -241,7 +241,7 @@ class ProblemSolver(Frozen):
 
     @property
     def has_mass(self) -> bool:
-        """Whether any body has mass."""
+        """Whether any body has mass, or a joint a rotor."""
         return self.inverse_dynamics.has_mass
 
     @cached_property

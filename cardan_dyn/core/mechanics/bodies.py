@@ -8,17 +8,18 @@ is planar or parallel there shows exact zeros however the mechanism stands in th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio
 
 from ...kit.arrays import EPS, Array
+from ...kit.frozen import FrozenDict
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import placed_inertia
 from ..mechanism.welds import Coupling as Stated
-from .vectors import UNTURNED, Rotation, Vector, added, less, product, turned
+from .vectors import UNTURNED, Rotation, Scalar, Vector, added, less, product, turned
 
 _ROUNDING = 4.0 * EPS
 """Entries of a rotation, or lengths in units of the mechanism's, that are rounding of zero."""
@@ -168,6 +169,7 @@ class Tree(NamedTuple):
         units: `(nv,)` of velocity coordinates: the length for slides, else 1.
         spins: rods that spin idly, whose closure rows follow those of the couplings.
         gears: whose teeth keep couplings.
+        armature: velocity coordinate to the inertia of rotors along it, where there are any.
     """
 
     length: float
@@ -180,6 +182,20 @@ class Tree(NamedTuple):
     units: Array
     spins: tuple[Spin, ...] = ()
     gears: tuple[Gear, ...] = ()
+    armature: Mapping[int, float] = FrozenDict({})
+
+    def of_rotors(self, a: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        """Return what accelerates rotors, of accelerations, both by velocity coordinates."""
+        return {rate: a[rate] * inertia for rate, inertia in self.armature.items() if rate in a}
+
+    def beside_rotors(
+        self, efforts: Mapping[int, Scalar], a: Mapping[int, Scalar]
+    ) -> dict[int, Scalar]:
+        """Return what is left of efforts once rotors are accelerated, likewise."""
+        left = dict(efforts)
+        for rate, taken in self.of_rotors(a).items():
+            left[rate] = left.get(rate, 0.0) - taken
+        return left
 
     @property
     def effort_units(self) -> Array:
@@ -240,6 +256,7 @@ class Tree(NamedTuple):
                 for item in self.couplings
                 if rates.issuperset((*item.predecessors, *item.successors))
             ),
+            armature={rate: self.armature[rate] for rate in self.armature if rate in rates},
         )
 
     def hung(
@@ -372,6 +389,11 @@ def tree_of(
         tuple(welds),
         tuple(_coupling(index, mechanism.couplings[index], units) for index in solved),
         units,
+        armature={
+            rate: float(inertia * (units[rate] / length) ** 2)
+            for rate, inertia in enumerate(model.armature)
+            if inertia
+        },
     )
 
 

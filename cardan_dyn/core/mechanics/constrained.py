@@ -139,8 +139,12 @@ class Free(NamedTuple):
             for ratio in way.values():
                 growth = greater(growth, absolute(ratio))
         moved = [shares(tree, at, moving(tree, at, {}, way, ZERO), {}) for way in ways]
+        turning = [tree.of_rotors(way) for way in ways]
         count = range(len(ways))
-        inertia = [[work(moved[k], moved[c]) for c in range(k + 1)] for k in count]
+        inertia = [
+            [work(moved[k], moved[c]) + _product(ways[k], turning[c]) for c in range(k + 1)]
+            for k in count
+        ]
         if any(is_zero(inertia[k][k]) for k in count):
             raise UnsuitableError
         full = [{c: inertia[max(k, c)][min(k, c)] for c in count} for k in count]
@@ -179,6 +183,7 @@ class Free(NamedTuple):
         """Return accelerations with those along ways that forces give."""
         motion = moving(self.tree, self.at, v, decided, base)
         resisting = shares(self.tree, self.at, motion, {})
+        efforts = self.tree.beside_rotors(efforts, decided)
         left = [
             _product(way, efforts) - work(resisting, own)
             for way, own in zip(self.ways, self.moved, strict=True)

@@ -114,7 +114,7 @@ def from_pinocchio(
             ball) and 6D (a weld), `pin.PointAnchorConstraintModel`,
             `pin.FrameAnchorConstraintModel`, and these in a `pin.ConstraintModel`.
         actuated: names of the joints that motors drive.
-        strict: refuse inertias that no body can have, and rotor inertias, which are left out.
+        strict: refuse inertias that no body can have.
         closure_tolerance: as of `load`; the numbers count as exact if None.
 
     Raises:

@@ -324,11 +324,11 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
     for link_force in given.link_forces:
         carried.against(link_force.push(at))
     open_tree = carried.passed_on(tree, at)
+    loads = tree.beside_rotors(given.loads, a)
     unheld: list[Scalar] = []
     if tree.spins:
-        added, more, unheld = spinning.spun(
-            tree, at, factors, open_tree, given.loads, given.factors
-        )
+        added, more, unheld = spinning.spun(tree, at, factors, open_tree, loads, given.factors)
+        loads = tree.beside_rotors(loads, added)
         a = {rate: a.get(rate, 0.0) + added.get(rate, 0.0) for rate in {**a, **added}}
         open_tree = open_tree.and_also(more)
     judged = (
@@ -340,13 +340,13 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
         factors.narrowness,
     )
     if roles.efforts_alone:
-        efforts = _by_virtual_work(tree, at, roles, ratios, open_tree, given.loads)
+        efforts = _by_virtual_work(tree, at, roles, ratios, open_tree, loads)
         return Solved(x, ratios, v, a, {}, {}, efforts, {}, {}, *judged)
-    result = closed(tree, at, factors, open_tree, given.loads, roles.statics)
+    result = closed(tree, at, factors, open_tree, loads, roles.statics)
     moments, rests = dict(result.couplings), {}
     if tree.gears:
         open_tree = open_tree.and_also(teeth.pushes(tree, at, x, moments))
-        result = closed(tree, at, factors, open_tree, given.loads, roles.statics)
+        result = closed(tree, at, factors, open_tree, loads, roles.statics)
         rests = {gear.coupling: result.couplings.get(gear.coupling, 0.0) for gear in tree.gears}
         borne = {coupling: moments.get(coupling, 0.0) for coupling in rests}
         moments = dict(result.couplings)
@@ -369,7 +369,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
             for index, (force, moment) in result.exchanged.items()
             if tree.loops[index].wrench >= 0
         },
-        _exerted(tree, at, roles, result, given.loads),
+        _exerted(tree, at, roles, result, loads),
         moments,
         rests,
         *judged,

@@ -1,8 +1,8 @@
 """Spinning: what turns rods about lines about which their joints pass no moment.
 
 Gravity, inertia and loads alone do. With unit rates u of a spin and the forces f of the motion
-without it, its acceleration is uᵀ(τ - f) / uᵀ M u. No spin moves another rod, and closure forces do
-no work on it.
+without it, its acceleration is uᵀ(τ - f) / uᵀ M u, rotors along its rates included. No spin moves
+another rod, and closure forces do no work on it.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def spun(
         at: where it is.
         factors: of its closure rows for the passive coordinates, those of spins being the last.
         open_tree: what joints carry while all loops are open and no rod spins.
-        loads: velocity coordinate to the effort added there.
+        loads: velocity coordinate to the effort added there, less what rotors take.
         inertia: link to the factor on its mass and inertia.
     """
     count = 6 * len(tree.loops) + len(tree.couplings)
@@ -70,7 +70,10 @@ def spun(
         motion = moving(tree, at, {}, accelerations, ZERO)
         return momentum_rates(tree, at, motion, inertia).passed_on(tree, at)
 
-    resisting = carried(_total(units, [1.0] * len(units))).along(tree, at, every)
+    together = _total(units, [1.0] * len(units))
+    resisting = carried(together).along(tree, at, every)
+    for rate, taken in tree.of_rotors(together).items():
+        resisting[rate] = resisting[rate] + taken
     acting = open_tree.along(tree, at, every)
     greatest: Scalar = 0.0
     for force, moment in zip(*open_tree, strict=True):

@@ -56,7 +56,7 @@ class TreeBuilder:
     """Builds the model of a description.
 
     Attributes:
-        model: the tree with the joints of its loops.
+        model: the tree with the joints of its loops, their armatures included.
         parts: joint name to its parts in the model; none for `fixed` joints and loops.
         links: link name to `(body in the model, pin.SE3 placement there)`.
     """
@@ -77,7 +77,9 @@ class TreeBuilder:
         self.model.name = description.name
         self.parts: dict[str, list[Part]] = {}
         self.links: dict[str, tuple[int, pinocchio.SE3]] = {}
+        self._armature: list[float] = []
         self._build()
+        self.model.armature = np.array(self._armature)
 
     def _build(self) -> None:
         """Add all joints, depth first.
@@ -126,14 +128,32 @@ class TreeBuilder:
     ) -> int:
         """Add the parts of a joint; the last one has the joint's name. Return the child body."""
         parts, name = [], joint.name
-        for count, (part, axis) in enumerate(chain, start=1):
+        rotors = joint.armature or (0.0,) * len(chain)
+        if len(rotors) < len(chain):
+            self._refuse_turns(joint)
+            rotors = (*rotors[:-1], 0.0, 0.0, 0.0)
+        for count, ((part, axis), rotor) in enumerate(zip(chain, rotors, strict=True), start=1):
             part_name = name if count == len(chain) else f"{name}:{count}"
             kind = joint.type if joint.type == "continuous" else part
             parent = self.model.addJoint(parent, joint_model(kind, axis), placement, part_name)
             parts.append(Part(part, axis, parent))
+            self._armature += [rotor] * parts[-1].nv
             placement = pinocchio.SE3.Identity()
         self.parts[name] = parts
         return parent
+
+    def _refuse_turns(self, joint: JointOrLoop) -> None:
+        """Refuse the armature of a ball that is written as three turns.
+
+        Raises:
+            ModelError: it has one, which is about the axes of its child and not along these turns.
+        """
+        if joint.armature[-1]:
+            raise ModelError(
+                f"{self._description.name}: joint {joint.name!r}: its ball has an armature, so "
+                "that no scene can name its angles; give the inertia to a link, or write three "
+                "hinges"
+            )
 
     def _add_frames(self, body: _Body, index: int) -> None:
         """Add the frames that Pinocchio's readers would: of links, and of their joints."""

@@ -5,7 +5,7 @@ a second time (of MJCF, those that its reader returned), and bodies are placed b
 kinematics. On a body act its weight, the loads, and the returned wrenches of its joints, loops
 included; the difference between their sum and its momentum rates is an imbalance. Loops have to be
 closed in positions and in rates, along each coordinate only loads, couplings, drives and holding
-efforts may act, and power has to balance.
+efforts may act, less what accelerates the rotors there, and power has to balance.
 
 All this is written once, as plain arithmetic of one sample, see `samples`.
 """
@@ -143,6 +143,7 @@ class FreeBodies:
             self._by_couplings = open_by_couplings(description, frames)
         self._massive = _massive(dict(enumerate(frames.bodies)))
         self._described = {link.name: link for link in description.links}
+        self._rotors = _rotors(description, coordinates)
         self._constraints = Constraints(
             description, coordinates, self._screws, length, setup.motion
         )
@@ -219,6 +220,13 @@ class FreeBodies:
     def residuals(self, sample: Sample) -> tuple[Scalar, ...]:
         """Return the first nine fields of `Residuals` of a sample."""
         constraints, scales = self._constraints, self._constraints.rate_scale
+        rotors = self._rotors if sample.moves else {}
+        accelerated = {rate: sample.a[rate] * inertia for rate, inertia in rotors.items()}
+        if accelerated:
+            loads = list(sample.loads)
+            for rate, effort in accelerated.items():
+                loads[rate] = loads[rate] - effort
+            sample = sample._replace(loads=loads)
         still = [0.0] * len(scales)
         placed = self._screws.placing.placed(sample.x)
         joint_frames = self._screws.placing.joint_frames(placed)
@@ -246,6 +254,7 @@ class FreeBodies:
         powers = [_power_along(sample.loads, unit), _power_along(sample.exerted, unit)]
         powers += [item.power for item in applied]
         loads = [times(load, scale) for load, scale in zip(sample.loads, scales, strict=True)]
+        inertia = [times(absolute(effort), scales[rate]) for rate, effort in accelerated.items()]
         return (
             greater(self._size(lacking), along),
             absolute(total(powers)),
@@ -253,7 +262,7 @@ class FreeBodies:
             rates.error,
             self._size(sample.wrenches),
             greatest([*loads, *[item.size for item in applied]]),
-            total([item.inertia for item in applied]),
+            total([*[item.inertia for item in applied], *inertia]),
             total(map(absolute, powers)),
             constraints.greatest_rate(unit),
         )
@@ -375,6 +384,19 @@ def _covered_bodies(frames: Frames, claimed: Collection[int]) -> set[int]:
 def _sum_on(body: int, wrenches: Sequence[tuple[int, Screw]]) -> Screw:
     """Return the sum of those wrenches that act on a body."""
     return total_of([wrench for on, wrench in wrenches if on == body])
+
+
+def _rotors(description: Description, coordinates: Coordinates) -> dict[int, float]:
+    """Return rates to the inertia of rotors along them, where there are any."""
+    found: dict[int, float] = {}
+    for item in description.joints_and_loops:
+        if item.armature and item.type != "fixed":
+            span = coordinates.velocity_columns[item.name]
+            rates = range(span.start, span.stop)
+            # One more number for each of a ball's further rates.
+            every = [*item.armature, *item.armature[-1:] * (len(rates) - len(item.armature))]
+            found |= {rate: x for rate, x in zip(rates, every, strict=True) if x}
+    return found
 
 
 def _massive(bodies: Mapping[int, RigidBody]) -> dict[int, Massive]:

@@ -29,7 +29,9 @@ class Scales:
         self._lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
         mass = sum(float(inertia.mass) for inertia in mechanism.model.inertias)
         length = mechanism.characteristic_length
-        terms = dict.fromkeys((SPEED_SQUARED, ACCELERATION), mass * length**2)
+        rotors = mechanism.model.armature * mechanism.coordinates.rate_scale**2
+        inertia = mass * length**2 + float(np.sum(rotors))
+        terms = dict.fromkeys((SPEED_SQUARED, ACCELERATION), inertia)
         terms |= dict.fromkeys(GRAVITY, mass * length)
         # Weight or inertia at unit gravity, speed or acceleration.
         self._body_terms = np.array([terms.get(column, 0.0) for column in layout.columns])

@@ -150,7 +150,7 @@ class JointWrench(Hinting):
     """The wrench **exerted by the parent link on the child link**, at the joint origin.
 
     The parent of a loop's joint is its predecessor, the child its successor. Loads and drive
-    efforts at the joint are part of it.
+    efforts at the joint are part of it, but for what accelerates its rotors (`armature`).
 
     Attributes:
         joint: name of the joint.

@@ -75,6 +75,11 @@ class OpenedMechanism:
         self._length = mechanism.characteristic_length
         model, self._own = _opened(mechanism, freedoms)
         columns, self.added, moved = _layout(mechanism, freedoms)
+        armature = np.zeros(model.nv)
+        armature[moved] = mechanism.model.armature
+        for index, inertia in rotors.items():
+            armature[moved[index]] += inertia
+        model.armature = armature
         places = np.insert(np.ones(mechanism.coordinates.size, dtype=bool), columns, False)
         self._columns = np.nonzero(places)[0]
         self._moved = moved
@@ -97,9 +102,6 @@ class OpenedMechanism:
             kept = np.zeros((len(combinations), model.nv))
             kept[:, self.added[body]] = combinations
             self._kept = np.concatenate([self._kept, kept * self._scale / self._length])
-        self._armature = np.zeros((model.nv, model.nv))
-        for index, inertia in rotors.items():
-            self._armature[moved[index], moved[index]] = inertia
         self._upper = np.triu(np.ones((model.nv, model.nv)), 1) + 0.5 * np.eye(model.nv)
         self._model, self._data = model, model.createData()
 
@@ -125,7 +127,7 @@ class OpenedMechanism:
         pinocchio.forwardKinematics(self._model, self._data, x)
         # Of a symmetric matrix, its upper half alone is sure to be there.
         half = self._upper * pinocchio.crba(self._model, self._data, x)
-        inertia = half + half.T + self._armature
+        inertia = half + half.T
         rows = self._closure.jacobian(x) * self._scale
         rows[: len(rows) // 6 * 6].reshape(-1, 6, rows.shape[1])[:, :3] /= self._length
         rows = np.concatenate([rows, self._kept])

@@ -81,9 +81,9 @@ def opened(scene: Scene, pins: Sequence[OpenPin], rotor: float = 0.0) -> Opened:
     }.intersection(types)
     if coupled:
         raise ModelError(f"joint {min(coupled)!r} cannot have clearance: a coupling depends on it")
-    description = source.with_types(types)
     if rotor:
-        description = _with_rotor(description, scene.mechanism, scene.drives[0], rotor)
+        source = _with_rotor(source, scene.drives[0], rotor)
+    description = source.with_types(types)
     cardan = scene.mechanism.coordinates.cardan
     mechanism = Mechanism(description).variant(cardan=cardan)
     configuration = scene.configuration()
@@ -127,24 +127,17 @@ def _renamed_element(element: Any, types: Mapping[str, str]) -> Any:
     return element
 
 
-def _with_rotor(
-    description: Description, mechanism: Mechanism, drive: str, inertia: float
-) -> Description:
+def _with_rotor(description: Description, drive: str, inertia: float) -> Description:
     """Return a description with an inertia that turns with the drive."""
-    joint = next((item for item in mechanism.description.joints if item.name == drive), None)
+    joint = next((item for item in description.joints if item.name == drive), None)
     if joint is None or joint.type not in ("revolute", "continuous"):
         raise ArgumentError(
             f"rotor turns with a drive that is a turning joint of the tree; {drive!r} is none"
         )
-    axis = joint.child_placement[:3, :3].T @ joint.axis
-    links = tuple(
-        replace(link, inertia=np.asarray(link.inertia) + inertia * np.outer(axis, axis))
-        if link.name == joint.child
-        else link
-        for link in description.links
-    )
+    turning = replace(joint, armature=(sum(joint.armature) + inertia,))
+    joints = tuple(turning if item is joint else item for item in description.joints)
     # Its text knows nothing of the rotor.
-    return replace(description, links=links, source=None)
+    return replace(description, joints=joints, source=None)
 
 
 def _coordinates(closed: Configuration, mechanism: Mechanism, types: Mapping[str, str]) -> Array:

@@ -41,7 +41,7 @@ class ClosedDirections:
     Not for several threads at once: it has one set of Pinocchio's data.
 
     Attributes:
-        model: `pin.Model` of the chain, without armature.
+        model: `pin.Model` of the chain.
         free: velocity coordinates `(f,)` that are not prescribed.
         loop_rows: number of rows of the loops, the first ones.
     """
@@ -55,11 +55,12 @@ class ClosedDirections:
         rank: int,
         gaps: Callable[[Array], Array] | None = None,
         data: Any = None,
+        lent: float = 0.0,
     ) -> None:
         """Make it.
 
         Args:
-            model: `pin.Model` of the chain; its armature is left out of accelerations.
+            model: `pin.Model` of the chain.
             constraints: Pinocchio's constraints that close its loops.
             couplings: rows `(k, nv)` of its couplings.
             prescribed: velocity coordinates `(p,)` that are driven or held.
@@ -67,10 +68,9 @@ class ClosedDirections:
             gaps: returns by how much couplings are off at a configuration, as their rows count it;
                 if None, they hold.
             data: Pinocchio's, to work in with others, as it is great; its own if None.
+            lent: inertia that every joint is lent where displacements are measured.
         """
-        self.model = model.copy()
-        self._lent = np.array(model.armature)
-        self.model.armature = np.zeros(model.nv)
+        self.model, self._lent = model, lent
         self._data = self.model.createData() if data is None else data
         self._constraints, self._couplings = list(constraints), couplings
         self._coupling_gaps = gaps
@@ -240,14 +240,14 @@ class ClosedDirections:
         return gaps, size
 
     def _inertia(self, x: Array) -> Array:
-        """Return the inertia matrix `(nv, nv)` without armature."""
+        """Return the inertia matrix `(nv, nv)`."""
         inertia = np.triu(pinocchio.crba(self.model, self._data, x))
         return np.asarray(inertia + np.triu(inertia, 1).T)
 
     def metric(self, x: Array) -> Array:
         """Return the inertia matrix `(f, f)` along free coordinates, with what joints are lent."""
         free = self.free
-        return np.asarray(self._inertia(x)[np.ix_(free, free)] + np.diag(self._lent[free]))
+        return np.asarray(self._inertia(x)[np.ix_(free, free)] + self._lent * np.eye(free.size))
 
     def rank(self, x: Array) -> int:
         """Return the rank of the closure equations along free coordinates at a configuration."""

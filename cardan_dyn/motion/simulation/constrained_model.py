@@ -299,11 +299,10 @@ class ConstrainedChain:
         upper = np.triu(pinocchio.crba(self.model, data, state))
         self._free = np.delete(np.arange(self.model.nv), self.prescribed)
         self._lent = _lent_inertia(upper + np.triu(upper, 1).T, self._free)
-        self.model.armature = np.full(self.model.nv, self._lent)
 
         def directions(rank: int) -> ClosedDirections:
-            made_of = self.model, constraints, couplings.rows, self.prescribed
-            return ClosedDirections(*made_of, rank=rank, gaps=couplings.gaps, data=data)
+            made_of = self.model, constraints, couplings.rows, self.prescribed, rank
+            return ClosedDirections(*made_of, gaps=couplings.gaps, data=data, lent=self._lent)
 
         self._every = every = directions(self.model.nv)
 

@@ -171,6 +171,9 @@ class _Energies:
         self._model = turning_model(mechanism, solver.problem.gravity)
         for index in mechanism.auxiliary_bodies:
             self._model.inertias[index] = pinocchio.Inertia.Zero()
+        # Pinocchio 4.1 adds the energy of rotors for some kinds of joints alone.
+        self._armature = np.array(self._model.armature)
+        self._model.armature = np.zeros(self._model.nv)
         self._data = self._model.createData()
         self._has_weight = bool(np.any(solver.problem.gravity))
         self.condition, self.sizes = 1.0, np.zeros(2)
@@ -200,6 +203,7 @@ class _Energies:
         """Return twice the kinetic energies `(N,)` at unit speed of the drive."""
         energy, model, data = pinocchio.computeKineticEnergy, self._model, self._data
         values = 2.0 * np.array([energy(model, data, *row) for row in zip(x, v, strict=True)])
+        values += v**2 @ self._armature
         self.sizes[0] = max(self.sizes[0], float(np.max(values)))
         return values
 

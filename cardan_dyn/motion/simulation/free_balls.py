@@ -351,6 +351,8 @@ class WithBalls:
             model.inertias[own[index]] = moved[index].act(old.inertias[index])
             part = Part(kind, part.axis, own[index])
             joints.append(Joint(old.names[index], kind, part.axis, (part,)))
+        # Velocity coordinates keep their places, and balls that were turns have none.
+        model.armature = old.armature
         self.model = model
         self.coordinates = Coordinates(model, joints, source.characteristic_length)
         placed = dict(zip(range(1, model.njoints), self.coordinates.starts, strict=True))
@@ -526,6 +528,8 @@ def _first_turns(mechanism: Mechanism, fixed: set[int], loaded: Collection[int])
         for item in mechanism.couplings
         for column in (*item.predecessor_columns, *item.successor_columns)
     }
+    # What resists along a turn by itself does not along a rotation.
+    fixed |= set(np.flatnonzero(model.armature).tolist())
     tied = {*loaded, *(loop.successor for loop in mechanism.loops)}
     tied |= {loop.predecessor for loop in mechanism.loops}
     # The tilts of a pin with play are as small as the play is.

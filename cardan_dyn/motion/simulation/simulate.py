@@ -59,9 +59,9 @@ def simulated(solver: ProblemSolver, *, method: Any = None, **asked: Any) -> Tra
 
 
 def _has_mass(solver: ProblemSolver) -> bool:
-    """Return whether any moving body has mass, whatever the outputs of the scene need."""
+    """Return whether anything that moves has inertia, whatever the outputs of the scene need."""
     mechanism = solver.problem.mechanism
-    return any(
+    return any(mechanism.model.armature) or any(
         inertia.mass > 0.0 and body not in mechanism.auxiliary_bodies
         for body, inertia in enumerate(mechanism.model.inertias)
         if body

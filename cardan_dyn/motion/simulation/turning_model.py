@@ -33,6 +33,7 @@ def turning_model(
     source, model = mechanism.model, pinocchio.Model()
     chosen = range(1, source.njoints) if bodies is None else bodies
     own = {0: 0, **{body: index for index, body in enumerate(chosen, start=1)}}
+    armature: list[float] = []
     for part in mechanism.coordinates.parts:
         index = part.id
         if index not in own:
@@ -45,6 +46,9 @@ def turning_model(
         inertia = source.inertias[index].copy()
         inertia.lever, inertia.inertia = inertia.lever / length, inertia.inertia / length**2
         model.inertias[added] = inertia
+        unit = 1.0 if part.kind == "prismatic" else length**2
+        armature += (source.armature[source.idx_vs[index] :][: part.nv] / unit).tolist()
+    model.armature = np.array(armature)
     model.gravity.linear = np.zeros(3) if gravity is None else gravity / length
     return model
 

@@ -78,6 +78,7 @@ CHANGES = [
             **{"origin": ELSEWHERE, "axis": Y, "axis_2": X, "child_placement": ELSEWHERE},
             "limits": Limits(upper=3.0),
             **{"adjustable": "revolute", "dynamics": Dynamics(1.0, 2.0, 3.0, 0.5)},
+            "armature": (0.1,),
         },
     ),
     (
@@ -86,7 +87,7 @@ CHANGES = [
             **{"name": "h", "type": "fixed", "predecessor": "arm", "successor": "arm"},
             **{"predecessor_origin": ELSEWHERE, "successor_origin": ELSEWHERE},
             **{"axis": Y, "axis_2": Y},
-            "dynamics": Dynamics(rest=0.5),
+            **{"dynamics": Dynamics(rest=0.5), "armature": (0.1,)},
         },
     ),
     (Limits(), {"lower": 0.0, "upper": 1.0, "velocity": 2.0, "effort": 3.0}),

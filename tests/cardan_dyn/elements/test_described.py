@@ -135,7 +135,6 @@ def test_they_are_written_as_mjcf_and_read_back(tmp_path: Path) -> None:
     [
         (' damping="1"', "joint 'b': damping 1"),
         (' stiffness="2"', "joint 'b': stiffness 2"),
-        (' armature="3"', "joint 'b': armature 3"),
     ],
 )
 def test_what_a_ball_of_mjcf_states_is_refused(attributes: str, noted: str) -> None:

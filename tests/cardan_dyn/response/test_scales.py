@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,11 +23,15 @@ LENGTH, MASS = 0.5, 3.0
 LOAD = Column(Acts.JOINT_LOAD, "a")
 
 
-def scales(*columns: Column) -> tuple[Scales, Layout]:
+def scales(*columns: Column, armature: Sequence[float] = (0.0, 0.0)) -> tuple[Scales, Layout]:
     """Scales of a mechanism of 3 kg and 0.5 m, with two outputs and one effort."""
     mechanism = SimpleNamespace(
         characteristic_length=LENGTH,
-        model=SimpleNamespace(inertias=[SimpleNamespace(mass=mass) for mass in (0.0, 1.0, 2.0)]),
+        coordinates=SimpleNamespace(rate_scale=np.array([1.0, LENGTH])),
+        model=SimpleNamespace(
+            inertias=[SimpleNamespace(mass=mass) for mass in (0.0, 1.0, 2.0)],
+            armature=np.array(armature),
+        ),
     )
     layout = Layout(columns, ("a", "b"), ("a",), ())
     return Scales(mechanism, layout), layout  # type: ignore[arg-type]
@@ -90,6 +95,16 @@ def test_rounding_of_weight_and_inertia_is_empty(column: Column, term: float) ->
     # Nothing but zeros of a load is empty.
     assert is_empty[1].tolist() == [6 * [False], 6 * [True]]
     assert efforts_empty.tolist() == [[True], [False]]
+
+
+def test_rotors_are_inertia() -> None:
+    """Those of turns as they are, those of slides as masses at the length."""
+    measures, layout = scales(ACCELERATION, armature=(0.7, 3.0))
+    term = MASS * LENGTH**2 + 0.7 + 3.0 * LENGTH**2
+    wrenches = np.zeros((1, 2, 6))
+    wrenches[0, 0, 5], wrenches[0, 1, 5] = 0.9 * EPS * term, 1.1 * EPS * term
+    is_empty, _ = layout.split(measures.empty(samples(layout, wrenches.tolist(), [0.0])))
+    assert is_empty[0].tolist() == [6 * [True], 6 * [False]]
 
 
 def test_cancellation_compares_inertial_terms_with_what_is_left_of_them() -> None:

@@ -1,8 +1,8 @@
 """MJCF: a MuJoCo model to a checked description, by MuJoCo's own parser and compiler.
 
-Bodies, joints, masses and rigid equalities of a compiled model are read, and damping, friction and
-springs of joints, which scenes take as elements. Forces of other kinds would change wrenches as
-well: they are refused, or left out with a warning.
+Bodies, joints, masses, armatures and rigid equalities of a compiled model are read, and damping,
+friction and springs of joints, which scenes take as elements. Forces of other kinds would change
+wrenches as well: they are refused, or left out with a warning.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..description import (
     LinkDescription,
     LoopDescription,
 )
-from ..elements import GREATEST, SINGLE_TYPES, at_point, check_size, unique
+from ..elements import GREATEST, SINGLE_TYPES, armature, at_point, check_size, unique
 from ..left_out import dynamics_left_out, forces_left_out
 from .compiled import Compiled, compiled, placement
 
@@ -168,11 +168,13 @@ class _Reader:
         """Return a joint of a body, whose frame is at its point and has the axes of the child."""
         model, at = self._model, f"{self._where}: joint {fixed.name!r}"
         kind = _TYPES[model.jnt_type[index]]
+        rotors = self._armature(index, kind, at)
         if kind == "floating":
-            return replace(fixed, type=kind)
+            return replace(fixed, type=kind, armature=rotors)
         point = model.jnt_pos[index]
         origin, child_placement = fixed.origin @ at_point(point), at_point(-point)
-        joint = replace(fixed, type=kind, origin=origin, child_placement=child_placement)
+        places = {"origin": origin, "child_placement": child_placement}
+        joint = replace(fixed, type=kind, **places, armature=rotors)
         if kind == "spherical":
             return joint
         axis, initial = model.jnt_axis[index].copy(), model.qpos0[model.jnt_qposadr[index]]
@@ -187,7 +189,8 @@ class _Reader:
                 f"{at}: an equality holds it at {held:g} {'m' if kind == 'prismatic' else 'rad'}: "
                 "it is fixed there"
             )
-            return replace(joint, type="fixed", origin=origin @ _moved(kind, axis, held))
+            placed = origin @ _moved(kind, axis, held)
+            return replace(joint, type="fixed", origin=placed, armature=())
         limits = Limits()
         if model.jnt_limited[index]:
             limits = Limits(*(model.jnt_range[index] - initial).tolist())
@@ -198,6 +201,26 @@ class _Reader:
 
     def _in_degrees(self, kind: str) -> bool:
         return kind == "revolute" and bool(self._found.spec.compiler.degree)
+
+    def _armature(self, index: int, kind: str, at: str) -> tuple[float, ...]:
+        """Return the armature of a joint, with that of the actuators on it.
+
+        MuJoCo multiplies an actuator's by the square of its first gear, also where others act along
+        a ball or a free joint.
+        """
+        model = self._model
+        total = float(model.dof_armature[model.jnt_dofadr[index]])
+        for actuator in np.flatnonzero(model.actuator_trnid[:, 0] == index).tolist():
+            if model.actuator_trntype[actuator] in self._along_joints:
+                gear = float(model.actuator_gear[actuator, 0])
+                total += gear**2 * float(model.actuator_armature[actuator])
+        return armature([total], kind, f"{at}: armature")
+
+    @property
+    def _along_joints(self) -> tuple[int, int]:
+        """Kinds of transmissions that act along a joint."""
+        kinds = self._mujoco.mjtTrn
+        return int(kinds.mjTRN_JOINT), int(kinds.mjTRN_JOINTINPARENT)
 
     def _dynamics(self, index: int) -> Dynamics:
         """Return what rubs and springs along a hinge or slide, but what `_untaken` says.
@@ -227,7 +250,6 @@ class _Reader:
         Those are all of a joint with a ball, higher terms of a polynomial and negative values.
         """
         model, dof = self._model, self._model.jnt_dofadr[index]
-        yield from _stated("armature", model.dof_armature[dof])
         is_single = _TYPES[model.jnt_type[index]] in SINGLE_TYPES
         for what, first, more in (
             ("damping", model.dof_damping[dof], model.dof_dampingpoly[dof]),
@@ -258,10 +280,14 @@ class _Reader:
             ("actuator", model.nu, ("armature", "damping")),
         ):
             for index in range(count):
+                taken = (
+                    kind == "actuator" and model.actuator_trntype[index] in self._along_joints
+                ) * ("armature",)
                 name = self._name(kind.upper(), index) or str(index + 1)
                 parts = [
                     part
                     for word in words
+                    if word not in taken
                     for part in _stated(
                         word,
                         getattr(model, f"{kind}_{word}")[index],
@@ -274,12 +300,11 @@ class _Reader:
 
     def actuated(self) -> tuple[str, ...]:
         """Return the joints of the tree that have an actuator, in the order of these."""
-        model, along = self._model, self._mujoco.mjtTrn
-        kinds = int(along.mjTRN_JOINT), int(along.mjTRN_JOINTINPARENT)
+        model = self._model
         named = (
             self._of_index[model.actuator_trnid[k][0]]
             for k in range(model.nu)
-            if model.actuator_trntype[k] in kinds
+            if model.actuator_trntype[k] in self._along_joints
         )
         return tuple(dict.fromkeys(joint.name for joint in named if joint.type != "fixed"))
 

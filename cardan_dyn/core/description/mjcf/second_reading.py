@@ -6,6 +6,7 @@ the world, as MuJoCo computes them in the initial configuration.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from ..description import (
     LinkDescription,
     LoopDescription,
     SourceText,
+    at_last_parts,
 )
 from .compiled import Compiled, compiled
 
@@ -38,6 +40,7 @@ class _Placed:
         for joint, held in found.locked.items():
             data.qpos[found.model.jnt_qposadr[joint]] += held
         mujoco.mj_kinematics(found.model, data)
+        self._armature = _armature(found.model)
         self._least = 2.0 * mujoco.mjMINVAL
         self._site = mujoco.mjtObj.mjOBJ_SITE
         self._kinds = int(mujoco.mjtEq.mjEQ_JOINT), int(mujoco.mjtEq.mjEQ_TENDON)
@@ -129,6 +132,12 @@ class _Placed:
             frame[:3, 3] = self._data.xanchor[index]
             if joint.type not in ("spherical", "fixed"):
                 axis = frame[:3, :3].T @ self._data.xaxis[index]
+        rotors: list[float] = []
+        if index is not None and joint.type != "fixed":
+            first = self._model.jnt_dofadr[index]
+            # Of a free joint those of its three slides, then of its ball.
+            count = 4 if joint.type == "floating" else 1
+            rotors = self._armature[first : first + count].tolist()
         # The links between the joints of a body stand where it stands, also before they move.
         parent = child if joint.parent in self._between else self._at[self._bodies[joint.parent]]
         return replace(
@@ -137,6 +146,7 @@ class _Placed:
             child_placement=inverse(frame) @ child,
             axis=axis,
             axis_2=axis,
+            armature=at_last_parts(rotors, joint.type),
         )
 
     @property
@@ -162,6 +172,24 @@ class _Placed:
         if loop.type == "spherical":
             ends[1][:3, :3] = carriers[1][:3, :3].T @ carriers[0][:3, :3] @ ends[0][:3, :3]
         return replace(loop, predecessor_origin=ends[0], successor_origin=ends[1])
+
+
+def _armature(model: Any) -> Array:
+    """Return `(nv,)` the inertia along all rates of a mechanism whose bodies have no mass.
+
+    What acts along tendons and sites is no joint's own, and left out.
+    """
+    import mujoco
+
+    light = copy(model)
+    light.body_mass[:], light.body_inertia[:], light.body_simple[:] = 0.0, 0.0, 0
+    light.dof_simplenum[:], light.tendon_armature[:] = 0, 0.0
+    light.actuator_armature[light.actuator_trntype > int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)] = 0.0
+    data, full = mujoco.MjData(light), np.zeros((model.nv, model.nv))
+    for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_makeM):
+        step(light, data)
+    mujoco.mj_fullM(light, data, full)
+    return np.diag(full)
 
 
 def _frame(position: Array, rotation: Array) -> Array:

@@ -2,11 +2,11 @@
 
 Links become nested bodies, the root one that is fixed in the world. Joints with several
 coordinates become a hinge, slide or ball each; the last of them has the joint's name. A loop of
-type `spherical` is a `connect`, one of type `fixed` a `weld`, both between sites, which hold in any
-configuration. Any other loop becomes what it is in a mechanism's own model: its joint carries a
-body on the predecessor, with a share of the successor's inertia, and a `weld` holds this body to
-the successor. Read back, the weld is a joint of its own, over which least norms are then taken as
-well; whatever the laws of motion decide is the same.
+type `spherical` without an armature is a `connect`, one of type `fixed` a `weld`, both between
+sites, which hold in any configuration. Any other loop becomes what it is in a mechanism's own
+model: its joint carries a body on the predecessor, with a share of the successor's inertia, and a
+`weld` holds this body to the successor. Read back, the weld is a joint of its own, over which least
+norms are then taken as well; whatever the laws of motion decide is the same.
 
 MuJoCo accepts no moving body without mass. A massless link that carries one joint is written as a
 body with the joints before and behind it; others are refused.
@@ -91,7 +91,7 @@ class _MjcfWriter:
         for joint in description.joints:
             self._carried[joint.parent].append(joint)
         for loop in description.loops:
-            if loop.type not in _DIRECT:
+            if not _is_direct(loop):
                 self._carried[loop.predecessor].append(loop)
 
     def text(self) -> str:
@@ -168,7 +168,7 @@ class _MjcfWriter:
             return False
         carried = self._carried[link]
         is_used = any(
-            link == loop.successor or (link == loop.predecessor and loop.type in _DIRECT)
+            link == loop.successor or (link == loop.predecessor and _is_direct(loop))
             for loop in self._description.loops
         )
         if len(carried) == 1 and carried[0].type != "fixed" and not is_used:
@@ -226,7 +226,15 @@ class _MjcfWriter:
                 "which MuJoCo does not accept; give it one"
             )
         body = self._add(self._world, name, self._groups.placement(joint.parent) @ placement)
-        body.lines.append(f"<freejoint name={quoteattr(joint.name)}/>")
+        rotors = {*joint.armature}
+        if len(rotors) > 1:
+            raise ModelError(
+                f"{self._description.name}: joint {joint.name!r}: MuJoCo knows one armature of all "
+                f"motions of a free body, not {words(joint.armature)}"
+            )
+        armature = "".join(f' armature="{words([inertia])}"' for inertia in rotors)
+        kind = 'joint type="free"' if armature else "freejoint"
+        body.lines.append(f"<{kind} name={quoteattr(joint.name)}{armature}/>")
         return body
 
     def _add(self, carrier: _WrittenBody, name: str, placement: Array) -> _WrittenBody:
@@ -239,7 +247,8 @@ class _MjcfWriter:
         """Return the elements of a joint whose `(4, 4)` frame in the body is given."""
         parts = _parts(item)
         lines = []
-        for count, (kind, axis) in enumerate(parts, start=1):
+        rotors = item.armature or (0.0,) * len(parts)
+        for count, ((kind, axis), inertia) in enumerate(zip(parts, rotors, strict=True), start=1):
             name = item.name
             if count < len(parts):
                 name = unique(f"{item.name}_{count}", self._taken["joint"])
@@ -247,6 +256,8 @@ class _MjcfWriter:
             attributes = f'name={quoteattr(name)} type="{kind}" pos="{words(frame[:3, 3])}"'
             if kind != "ball":
                 attributes += f' axis="{words(frame[:3, :3] @ axis)}"{dynamics_of(item.dynamics)}'
+            if inertia:
+                attributes += f' armature="{words([inertia])}"'
             if len(parts) == 1 and isinstance(item, JointDescription):
                 attributes += range_of(item)
             lines.append(f"<joint {attributes}/>")
@@ -267,7 +278,7 @@ class _MjcfWriter:
             (loop.successor, loop.successor_origin),
         ]
         name = loop.name
-        if loop.type not in _DIRECT:
+        if not _is_direct(loop):
             ends[0] = loop.name, np.eye(4)
             name = unique(f"{loop.name}_weld", self._taken["equality"])
             self._taken["equality"].add(name)
@@ -277,7 +288,7 @@ class _MjcfWriter:
             check_rotation(origin, site)
             self._bodies[body].lines.append(f"<site name={quoteattr(site)}{pose_of(origin)}/>")
             sites.append(quoteattr(site))
-        kind = _DIRECT.get(loop.type, "weld")
+        kind = _DIRECT[loop.type] if _is_direct(loop) else "weld"
         self._equalities.append(
             f"<{kind} name={quoteattr(name)} site1={sites[0]} site2={sites[1]}/>"
         )
@@ -293,6 +304,11 @@ class _MjcfWriter:
                 f"{choices([f'{joint.name} ({joint.type})' for joint in joints])}"
             )
         return joints[0].name
+
+
+def _is_direct(loop: LoopDescription) -> bool:
+    """Return whether a loop is an equality by itself, which has no rates."""
+    return loop.type in _DIRECT and not loop.armature
 
 
 def _parts(item: JointOrLoop) -> list[tuple[str, Array]]:
@@ -339,7 +355,7 @@ class RigidGroups:
             self._members.setdefault(self._first[link.name], []).append(link)
         self._shares: dict[str, int] = {}
         for loop in description.loops:
-            if loop.type not in ("spherical", "fixed"):
+            if not _is_direct(loop):
                 first = self._first[loop.successor]
                 self._shares[first] = self._shares.get(first, 1) + 1
 

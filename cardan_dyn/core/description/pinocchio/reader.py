@@ -26,9 +26,10 @@ from ..description import (
     LinkDescription,
     LoopDescription,
     SourceModel,
+    kinds_of,
 )
-from ..elements import GREATEST, LEAST_MASS, check_size, unique
-from ..left_out import dynamics_left_out, forces_left_out, limits_left_out
+from ..elements import GREATEST, LEAST_MASS, armature, check_size, unique, words
+from ..left_out import dynamics_left_out, limits_left_out
 from ..mimics import default_name
 from ..urdf import check_inertia
 
@@ -66,7 +67,7 @@ def read(
         model: the tree.
         constraint_models: what closes loops.
         actuated: names of the joints that motors drive; None where nothing says so.
-        strict: whether inertias that no body can have are refused, and rotors.
+        strict: whether inertias that no body can have are refused.
 
     Raises:
         ModelError: what cannot be described, and what to write instead.
@@ -118,12 +119,6 @@ class _Reader:
                 raise ModelError(
                     f"{self._where}: no joint {name!r}; joints: {choices(names, name)}"
                 )
-        rotors = model.armature + model.rotorInertia * model.rotorGearRatio**2
-        forces = [
-            f"joint {model.names[index]!r}: armature {values.max():g}"
-            for index in range(1, model.njoints)
-            if (values := rotors[model.idx_vs[index] :][: model.nvs[index]]).any()
-        ]
         return Description(
             name=model.name or "mechanism",
             links=(*links, *self._between),
@@ -137,7 +132,6 @@ class _Reader:
                 *self._warnings,
                 *limits_left_out(self._joints, self._where),
                 *dynamics_left_out(self._joints, self._where),
-                *forces_left_out(forces, self._where, self._strict),
             ),
             source=SourceModel(pinocchio.Model(model), tuple(map(_ends, self._constraints))),
             frames=frozen(
@@ -177,7 +171,7 @@ class _Reader:
         joint = model.joints[index].extract()
         follows = joint.shortname() == "JointModelMimic"
         parts = [self._mimicking(index)] if follows else list(_parts(joint, self._where, name))
-        is_screw = joint.shortname().startswith("JointModelH")
+        is_screw, rate = joint.shortname().startswith("JointModelH"), model.idx_vs[index]
         for number, (kind, axes, before, pitch) in enumerate(parts, start=1):
             own, (child, place) = name, self._links[index]
             if is_screw and pitch:
@@ -188,7 +182,9 @@ class _Reader:
                 child, place = self._unique(f"{name}:{number}"), np.eye(4)
                 self._between.append(LinkDescription(child))
             found = (own, kind, parent, child, origin @ before, axes[0], axes[-1], place)
-            self._joints.append(JointDescription(*found))
+            rotors = () if follows or pitch else self._armature(name, joint.shortname(), kind, rate)
+            self._joints.append(JointDescription(*found, armature=rotors))
+            rate += sum(map(_rates, kinds_of(kind)))
             if pitch:
                 self._couple(self._joints[-2].name, own, pitch, 0.0)
             parent, origin = child, np.eye(4)
@@ -197,6 +193,27 @@ class _Reader:
         if follows:
             leader = model.mimicked_joints[list(model.mimicking_joints).index(index)]
             self._couple(model.names[leader], name, joint.scaling, joint.offset)
+
+    def _armature(self, name: str, word: str, kind: str, rate: int) -> tuple[float, ...]:
+        """Return the armature of a part of a joint, whose first rate is given.
+
+        Pinocchio's rates along the slides of a body that turns are along axes which turn with it,
+        and its accelerations leave out how they do.
+        """
+        model, found = self._model, []
+        at = f"{self._where}: joint {name!r}: armature"
+        every = model.armature + model.rotorInertia * model.rotorGearRatio**2
+        for part in kinds_of(kind):
+            values = every[rate : rate + _rates(part)]
+            rate += len(values)
+            turned = part == "prismatic" and kind in ("planar", "floating")
+            if values.any() and (turned or word.endswith("ZYX") or np.ptp(values)):
+                raise ModelError(
+                    f"{at} {words(values)}: of a {word}, only one number for all axes of a ball is "
+                    "read; set it to 0 and give a link the inertia"
+                )
+            found.append(float(values[0]))
+        return armature(found, kind, at)
 
     def _mimicking(self, index: int) -> _Part:
         """Return the part of a joint that follows another, of whose rate its twist is."""
@@ -269,6 +286,10 @@ def _refuse_desired(constraint: Any, at: str) -> None:
                 value = value.homogeneous - np.eye(4)
             if np.any(np.array(value)):
                 raise ModelError(f"{at}: {name} is not read: place its two ends where they meet")
+
+
+def _rates(part: str) -> int:
+    return 3 if part == "spherical" else 1
 
 
 _Part: TypeAlias = tuple[str, Sequence[Array], Array, float]

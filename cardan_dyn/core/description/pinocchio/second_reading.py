@@ -19,6 +19,8 @@ from ..description import (
     LinkDescription,
     LoopDescription,
     SourceModel,
+    at_last_parts,
+    kinds_of,
 )
 
 _SEVERAL = ("Composite", "Translation", "Mimic", "H")
@@ -62,6 +64,14 @@ class _Placed:
             if frame.type == pinocchio.FrameType.BODY:
                 bodies.setdefault(frame.parentJoint, np.array(place.homogeneous))
         self.links = [bodies.get(index, joint) for index, joint in enumerate(self.joints)]
+        light = pinocchio.Model(model)
+        for index in range(light.njoints):
+            light.inertias[index] = pinocchio.Inertia.Zero()
+        light.armature += model.rotorInertia * model.rotorGearRatio**2
+        # What efforts accelerate where no body has mass.
+        self._armature = pinocchio.rnea(
+            light, light.createData(), neutral, np.zeros(model.nv), np.ones(model.nv)
+        )
 
     def link(self, index: int, link: LinkDescription) -> LinkDescription:
         """Return a link with its mass, from moments about the joint."""
@@ -98,12 +108,14 @@ class _Placed:
             part = self._jacobian[:3] if slides else self._jacobian[3:]
             axes = (frame[:3, :3].T @ part[:, rates]).T
             axis, axis_2 = axes[0], axes[-1]
+        rotors = self._armature[model.idx_vs[index] :][: len(kinds_of(joint.type))]
         return replace(
             joint,
             origin=np.linalg.solve(self.links[model.parents[index]], frame),
             child_placement=np.linalg.solve(frame, self.links[index]),
             axis=axis,
             axis_2=axis_2,
+            armature=at_last_parts(rotors.tolist(), joint.type),
         )
 
     def loop(

@@ -15,7 +15,7 @@ FORCES = HALVES.format(
     more=f'<equality>{CONNECTS["bodies"]}</equality><default><joint damping="1 2"/>'
     '<tendon frictionloss="2"/></default><option density="1.2"/>'
     '<tendon><fixed name="t"><joint joint="a" coef="1"/></fixed></tendon>'
-    '<actuator><motor joint="a" armature="0.1"/></actuator>',
+    '<actuator><motor tendon="t" armature="0.1"/></actuator>',
 )
 
 
@@ -69,10 +69,8 @@ def test_a_file_without_forces() -> None:
 @pytest.mark.parametrize(
     ("attributes", "body", "force"),
     [
-        ("armature='2'", "", "joint 'j': armature 2"),
         ("stiffness='1 2' damping='0 0 3'", "", "joint 'j': damping 0 0 3, stiffness 1 2"),
         ("frictionloss='-1'", "", "joint 'j': frictionloss -1"),
-        ("damping='1' armature='2'", "", "joint 'j': armature 2"),
         ("", "gravcomp='0.5'", "body 'b': gravcomp 0.5"),
     ],
 )
