@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -65,7 +66,10 @@ class Scene(Prescribed):
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
             positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
             `(..., 6)`: force and moment about the link's origin in the link's axes.
-        gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given.
+        gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given. Or
+            `"description"`: that of the description, from `<option gravity>` of MJCF, the world of
+            SDF, `pin.Model.gravity`. Where a description states one that a scene leaves out, a
+            `UserWarning` says so once for a mechanism.
         outputs: names of the joints whose wrenches are results; all joints if not given. Loops
             that they do not need are not solved. Drive efforts and what holds joints are among
             the results if the joint is; the empty list asks for the drive efforts alone, which
@@ -144,7 +148,7 @@ class Scene(Prescribed):
         free: str | Sequence[str] | None = None,
         held: Mapping[str, float] | None = None,
         loads: Mapping[str, object] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
         outputs: Sequence[str] | None = None,
         compliance: Mapping[str, ArrayLike] | None = None,
         strict: bool = False,
@@ -166,6 +170,8 @@ class Scene(Prescribed):
             branch=branch,
             elements=elements,
         )
+        if gravity is None:
+            _tell_of_gravity(mechanism)
         self._take(ProblemSolver(problem))
 
     def _take(self, solver: ProblemSolver) -> None:
@@ -268,7 +274,7 @@ class Scene(Prescribed):
         *,
         held: Mapping[str, ArrayLike] | None = None,
         loads: Mapping[str, object] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
         inertia: Mapping[str, ArrayLike] | None = None,
         along_path: bool = False,
         time: ArrayLike = 0.0,
@@ -306,7 +312,7 @@ class Scene(Prescribed):
             held: joints that the scene holds, to other positions [rad or m].
             loads: joints and links to what acts on them instead of in the scene: efforts of any
                 shape [N·m or N], wrenches `(..., 6)`.
-            gravity: `(..., 3)` [m/s²] instead of the scene's.
+            gravity: `(..., 3)` [m/s²] or `"description"` instead of the scene's.
             inertia: links to factors on their mass and inertia.
             along_path: whether the positions of several drives are points of a path, such as the
                 trajectory of a robot: every sample, in C order, is then followed from the one
@@ -678,7 +684,7 @@ class Scene(Prescribed):
         position: ArrayLike | Mapping[str, float] | None = None,
         *,
         loads: Mapping[str, object] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
     ) -> Equilibrium:
         """Find where the free coordinates rest, near a position.
 
@@ -688,7 +694,7 @@ class Scene(Prescribed):
         Args:
             position: where to begin, see `simulate`; driven coordinates stay there.
             loads: joints and links to what acts on them instead of in the scene.
-            gravity: `(3,)` [m/s²] instead of the scene's.
+            gravity: `(3,)` [m/s²] or `"description"` instead of the scene's.
 
         Raises:
             ArgumentError: a value is not finite, or has a wrong shape.
@@ -701,6 +707,26 @@ class Scene(Prescribed):
 
         with np.errstate(over="ignore", invalid="ignore"):  # What overflows is no equilibrium.
             return equilibrium(self._solver, position, loads, gravity)
+
+
+def _tell_of_gravity(mechanism: Mechanism) -> None:
+    """Warn once of a gravity that a description states and a scene leaves out."""
+    description = mechanism.description
+    if not description.states_gravity or not np.any(description.gravity):
+        return
+    if not any(link.mass for link in description.links):
+        return
+
+    def warn() -> bool:
+        listed = ", ".join(f"{value:g}" for value in np.asarray(description.gravity))
+        warnings.warn(
+            f"{mechanism.name}: the description's gravity ({listed}) m/s² is left out of a scene "
+            'without one; gravity="description" takes it, gravity=(0, 0, 0) is none',
+            stacklevel=6,  # The line that makes the scene.
+        )
+        return True
+
+    mechanism.base.kept.of("told of gravity", (), warn)
 
 
 def _merged(

@@ -116,7 +116,7 @@ def _scene_and_why(
     drive: tuple[str, ...] = (),
     held: Mapping[str, float] | None = None,
     loads: Mapping[str, float] | None = None,
-    gravity: ArrayLike | None = None,
+    gravity: ArrayLike | str | None = None,
 ) -> tuple[Scene, str]:
     """Return the scene, and why its drives were chosen, in brackets; nothing if they were given."""
     preset, why = preset_of(mechanism), ""

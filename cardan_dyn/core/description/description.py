@@ -271,6 +271,9 @@ class Description(Value):
         displacements: what was changed about the numbers of its text, see `displaced`.
         remedy: what would let loops close all along their motion, where its numbers miss that;
             empty where nothing is known.
+        gravity: `(3,)` acceleration of free fall in world axes [m/s²], which scenes take where they
+            ask for that of the description; None where its notation has none.
+        states_gravity: whether the author wrote it; else it is the format's default.
     """
 
     name: str
@@ -288,6 +291,8 @@ class Description(Value):
     )
     displacements: tuple[Displacement, ...] = field(default=(), compare=False)
     remedy: str = field(default="", compare=False)
+    gravity: np.ndarray | None = field(default=None, compare=False)
+    states_gravity: bool = field(default=False, compare=False)
 
     def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
         """Return the description with frames of joints and ends of loops elsewhere.

@@ -48,7 +48,7 @@ def checked(
     free: str | Sequence[str] | None = None,
     held: Mapping[str, float] | None = None,
     loads: Mapping[str, object] | None = None,
-    gravity: ArrayLike | None = None,
+    gravity: ArrayLike | str | None = None,
     outputs: Sequence[str] | None = None,
     compliance: Mapping[str, ArrayLike] | None = None,
     strict: bool = False,
@@ -99,13 +99,34 @@ def checked(
         branch=text("branch", branch),
         joint_loads=frozen(joint_loads),
         link_loads=frozen(link_loads),
-        gravity=np.zeros(3) if gravity is None else vector("gravity", gravity, 3),
+        gravity=(
+            np.zeros(3)
+            if gravity is None
+            else vector("gravity", of_description(mechanism, gravity), 3)
+        ),
         outputs=wanted_outputs(mechanism, outputs),
         all_outputs=outputs is None,
         compliance=frozen(compliances(mechanism, compliance)),
         strict=flag("strict", strict),
         elements=acting,
     )
+
+
+def of_description(mechanism: Mechanism, gravity: object) -> object:
+    """Return the gravity that an argument means: that of the description if it says so.
+
+    Raises:
+        ArgumentError: the description has none.
+    """
+    if not (isinstance(gravity, str) and gravity == "description"):
+        return gravity
+    if mechanism.description.gravity is None:
+        raise ArgumentError(
+            f"{mechanism.name}: gravity='description', and the description has none: <option "
+            "gravity> of MJCF, <gravity> of a world of SDF and pin.Model.gravity are read; give "
+            "gravity=(0, 0, -9.81)"
+        )
+    return mechanism.description.gravity
 
 
 def with_named(mechanism: Mechanism, named: Iterable[str], moving: Iterable[str] = ()) -> Mechanism:

@@ -18,7 +18,7 @@ from ...kit.errors import ArgumentError, choices
 from ...kit.frozen import FrozenDict, frozen
 from ..mechanism.mechanism import Mechanism
 from .acting import AT_ZERO, Acting
-from .arguments import check_distance, split_loads
+from .arguments import check_distance, of_description, split_loads
 from .coordinate_names import check_single
 from .problem import Problem
 
@@ -176,7 +176,7 @@ def acting_on(
         speed: of its d drives, see `drive_values`.
         acceleration: likewise.
         loads: joints and links to what acts on them; all others keep what the scene has there.
-        gravity: `(..., 3)` instead of the scene's.
+        gravity: `(..., 3)` or `"description"` instead of the scene's.
         inertia: link to the factor on its mass and inertia.
         time: of any shape [s].
 
@@ -191,7 +191,9 @@ def acting_on(
                 f"loads[{name!r}]: the scene solves this joint as a ball; give the scene itself a "
                 "load on one of its coordinates"
             )
-    gravities = problem.gravity if gravity is None else numbers("gravity", gravity)
+    gravities = problem.gravity
+    if gravity is not None:
+        gravities = numbers("gravity", of_description(problem.mechanism, gravity))
     if gravities.shape[-1:] != (3,) or not gravities.size:
         raise ArgumentError(f"gravity has shape {gravities.shape}, expected (..., 3)")
     # Few sweeps give times, and all of them would pay for reading them.

@@ -72,6 +72,8 @@ def parse(text: str, name: str | None, where: str, path: Path | None, strict: bo
         notation="MJCF <equality>" if loops or couplings else "no loops",
         warnings=(*found.warnings, *reader.warnings, *left_out),
         frames=frozen(reader.sites),
+        gravity=found.model.opt.gravity.copy(),
+        states_gravity=found.states_gravity,
     )
 
 
