@@ -20,6 +20,7 @@ OFFERED = {
     "elements.link_motions": ("LinkMotion", "LinkMotions"),
     "mechanism.joints": ("Part",),
     "mechanism.undescribed": ("REMEDY",),
+    "problem.arguments": ("by_coordinate",),
     "problem.element_arguments": ("elements_on", "listed"),
     "problem.samples": ("targets_of",),
     "results.axes": ("in_fixed_axes",),

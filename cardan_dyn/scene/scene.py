@@ -14,8 +14,8 @@ import numpy as np
 from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..core.elements.link_loads import Wrench
 from ..core.mechanism.mechanism import Mechanism
-from ..core.problem.arguments import checked
-from ..core.problem.coordinate_names import check_single
+from ..core.problem.arguments import by_coordinate, checked
+from ..core.problem.coordinate_names import check_single, each_coordinate
 from ..core.problem.samples import acting_on, common_shape, targets_of
 from ..core.results.prescribed import Prescribed
 from ..kit.arrays import Array
@@ -54,14 +54,16 @@ class Scene(Prescribed):
         drive: name of the joint whose motion is prescribed, or a list of names: by the positions
             of a sweep, or the motions of a simulation. With those that are free as many as the
             mechanism has mobility once the held joints are held. If neither is given, the joints
-            that the description calls independent are driven, as far as they are not held. Of a
-            joint with several coordinates, here and in `free`, `held`, `loads` and `near`, the
-            name of one of them, `joint.coordinate`; `Mechanism.drivable` lists them. To name an
+            that the description calls independent are driven, as far as they are not held. A
+            joint with several coordinates stands for all of them, here and in `free`; one of them
+            is called `joint.coordinate`, here and in `free`, `held`, `loads` and `near`, and
+            `Mechanism.drivable` lists them. To name an
             angle of a ball makes it three turns, see `Mechanism.variant`, in `Scene.mechanism` as
             well.
         free: name of the joint whose motion is found, or a list of names: by `simulate`,
             `equilibrium` and `cardan_dyn.vibration`.
-        held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
+        held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
+            several to an array of theirs, a ball's also to a unit quaternion. The moment
             or force that holds them is a result.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
             positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
@@ -146,7 +148,7 @@ class Scene(Prescribed):
         *,
         drive: str | Sequence[str] | None = None,
         free: str | Sequence[str] | None = None,
-        held: Mapping[str, float] | None = None,
+        held: Mapping[str, ArrayLike] | None = None,
         loads: Mapping[str, object] | None = None,
         gravity: ArrayLike | str | None = None,
         outputs: Sequence[str] | None = None,
@@ -218,7 +220,7 @@ class Scene(Prescribed):
             if name in ("held", "loads"):
                 value = _merged(self.mechanism, name, arguments[name], value)
             arguments[name] = value
-        asked = {role: _names(role, changes.get(role)) for role in _ROLES}
+        asked = {role: _names(self.mechanism, role, changes.get(role)) for role in _ROLES}
         for role in _ROLES:
             # What is asked for stays, so that contradictions are refused.
             taken = set().union(*(asked[other] for other in _ROLES)) - asked[role]
@@ -738,7 +740,8 @@ def _merged(
     """
     if changes is None:
         return {}
-    merged = {**present, **mapping(name, changes)}
+    given = mapping(name, changes)
+    merged = {**present, **(by_coordinate(mechanism, name, given) if name == "held" else given)}
     for key, value in merged.items():
         if value is None and not (isinstance(key, str) and key in mechanism.links):
             check_single(mechanism, key, f"a key of {name},")
@@ -753,11 +756,12 @@ def _collecting() -> Callable[..., Sweep]:
     return sweep_of
 
 
-def _names(role: str, value: object) -> set[str]:
+def _names(mechanism: Mechanism, role: str, value: object) -> set[str]:
     """Return what an argument of a role names: coordinates that are driven, free or held."""
     if role == "held":
-        return {name for name, place in mapping(role, value).items() if place is not None}
-    return set() if value is None else set(names(role, value))
+        given = by_coordinate(mechanism, role, value)
+        return {name for name, place in given.items() if place is not None}
+    return set() if value is None else set(each_coordinate(mechanism, names(role, value)))
 
 
 def _refuse(

@@ -25,7 +25,7 @@ from ..elements.link_loads import LinkLoad, Wrench
 from ..mechanism.configuration import Configuration
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
-from .coordinate_names import check_single, coordinates_of
+from .coordinate_names import check_single, coordinates_of, each_coordinate
 from .problem import Problem
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def checked(
     *,
     drive: str | Sequence[str] | None = None,
     free: str | Sequence[str] | None = None,
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
     loads: Mapping[str, object] | None = None,
     gravity: ArrayLike | str | None = None,
     outputs: Sequence[str] | None = None,
@@ -61,12 +61,13 @@ def checked(
         raise ArgumentError(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    held, near, loads = mapping("held", held), starting(near), mapping("loads", loads)
+    held = by_coordinate(mechanism, "held", held)
+    near, loads = starting(near), mapping("loads", loads)
     if drive is None and not free:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     in_list = drive is not None and not isinstance(drive, str)
-    drive = names("drive", () if drive is None else drive)
-    free = names("free", () if free is None else free)
+    drive = each_coordinate(mechanism, names("drive", () if drive is None else drive))
+    free = each_coordinate(mechanism, names("free", () if free is None else free))
     independent = (*drive, *free)
     efforts = [name for name, value in loads.items() if _is_effort(mechanism, name, value)]
     acting: tuple[Element, ...] = ()
@@ -166,6 +167,59 @@ def _independent(
     return independent
 
 
+def by_coordinate(mechanism: Mechanism, role: str, given: object) -> dict[str, Any]:
+    """Return positions by coordinate, where those of a joint of several are given in a row.
+
+    Args:
+        mechanism: any variant of it.
+        role: how messages call the argument.
+        given: joints and coordinates to positions; joints of n coordinates to `(..., n)`, balls
+            also to unit quaternions, as `Configuration.positions` has them. Other values stay.
+
+    Raises:
+        ArgumentError: no mapping, wrong numbers, or a coordinate that is given twice.
+    """
+    result: dict[str, Any] = {}
+    for name, value in mapping(role, given).items():
+        parts, coordinates = {name: value}, each_coordinate(mechanism, [name])
+        if len(coordinates) > 1 and (value is None or np.ndim(value)):
+            label = f"{role}[{name!r}]"
+            columns = (
+                [None] * len(coordinates)
+                if value is None
+                else _angles(mechanism, mechanism.joints[name], label, value)
+            )
+            parts = dict(zip(coordinates, columns, strict=True))
+        if twice := result.keys() & parts.keys():
+            raise ArgumentError(f"{role}: {choices(twice)} is given by itself and with its joint")
+        result |= parts
+    return result
+
+
+def _angles(mechanism: Mechanism, joint: Joint, label: str, given: object) -> Array:
+    """Return values `(n, ...)` of a joint's n coordinates from an array with them last."""
+    values = np.moveaxis(numbers(label, given), -1, 0)
+    if joint.has_ball and len(values) == joint.nv + 1:
+        values = np.concatenate([values[:-4], cardan_angles(_unit(label, values[-4:]))])
+    if len(values) != joint.nv:
+        raise ArgumentError(
+            f"{label} has shape {np.shape(given)}, expected (..., {joint.nv}); or "
+            f"{coordinates_of(mechanism, joint.name)}"
+        )
+    return values
+
+
+def _unit(label: str, quaternion: Array) -> Array:
+    """Return quaternions `(4, ...)` at length 1, from which rounding alone takes them."""
+    length = np.linalg.norm(quaternion, axis=0)
+    if np.any(np.abs(length - 1.0) > _UNIT):
+        raise ArgumentError(
+            f"{label}: the quaternion {quaternion.tolist()} has length {np.max(length):g}, "
+            "expected 1"
+        )
+    return np.asarray(quaternion / length)
+
+
 def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, float]:
     """Return positions of joints and coordinates, from the argument called `role`.
 
@@ -245,14 +299,7 @@ def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
         return np.concatenate([values[:-3], cardan_quaternion(values[-3:])])
     if not has_quaternion:
         return values
-    quaternion = values[-4:]
-    length = float(np.linalg.norm(quaternion))
-    if abs(length - 1.0) > _UNIT:
-        raise ArgumentError(
-            f"near[{joint.name!r}]: the quaternion {quaternion.tolist()} has length {length:g}, "
-            "expected 1"
-        )
-    quaternion = quaternion / length
+    quaternion = _unit(f"near[{joint.name!r}]", values[-4:])
     if size == len(values):
         return np.concatenate([values[:-4], quaternion])
     return np.concatenate([values[:-4], cardan_angles(quaternion)])

@@ -18,7 +18,7 @@ from ...kit.errors import ArgumentError, choices
 from ...kit.frozen import FrozenDict, frozen
 from ..mechanism.mechanism import Mechanism
 from .acting import AT_ZERO, Acting
-from .arguments import check_distance, of_description, split_loads
+from .arguments import by_coordinate, check_distance, of_description, split_loads
 from .coordinate_names import check_single
 from .problem import Problem
 
@@ -282,7 +282,7 @@ def _check_fine(problem: Problem, positions: Array) -> None:
 def _held(problem: Problem, held: object) -> dict[str, Array]:
     """Return the positions of held joints, in the order of the scene."""
     varied = {}
-    given = mapping("held", held)
+    given = by_coordinate(problem.mechanism, "held", held)
     # In the order of the scene, so that one set of joints is one family of designs.
     order = {name: index for index, name in enumerate(problem.held)}
     for name in sorted(given, key=lambda name: order.get(name, len(order))):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...core.dynamics.problem_solver import ProblemSolver
+from ...core.problem.arguments import by_coordinate
 from ...core.problem.coordinate_names import check_single
 from ...core.problem.samples import Targets
 from ...core.results.collect import motion_at
@@ -81,7 +82,7 @@ def _given(solver: ProblemSolver, label: str, value: Any) -> dict[str, float]:
         )
     mechanism = problem.mechanism
     result = {}
-    for name, item in value.items():
+    for name, item in by_coordinate(mechanism, label, value).items():
         check_single(mechanism, name, f"a key of {label},")
         if name not in mechanism.coordinates.named:
             raise ArgumentError(f"{label}[{name!r}]: the scene solves this joint as a ball")

@@ -52,7 +52,7 @@ def case_of(
     mechanism: Mechanism,
     *,
     drive: tuple[str, ...] = (),
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
     loads: Mapping[str, float] | None = None,
     gravity: ArrayLike | str | None = None,
     speed: float | None = None,
