@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..core.description.write import write as write_description
 from ..core.dynamics.problem_solver import ProblemSolver
@@ -19,8 +20,9 @@ from ..core.kinematics.tolerances import CLOSURE_TOLERANCE
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.mechanism.rezero import is_closed, rezeroed
-from ..core.problem.arguments import near_positions, starting, with_named
+from ..core.problem.arguments import near_positions, with_named
 from ..kit.arrays import Array
+from ..kit.checks import mapping
 from ..kit.errors import ArgumentError, AssemblyError, MobilityError
 
 _STEP = 0.1
@@ -28,9 +30,7 @@ _STEP = 0.1
 move at once: so that the rest can follow without a jump to another assembly mode."""
 
 
-def assemble(
-    mechanism: Mechanism, near: Configuration | Mapping[str, float | Array] | None = None
-) -> Configuration:
+def assemble(mechanism: Mechanism, near: Mapping[str, ArrayLike] | None = None) -> Configuration:
     """Return a configuration in which all loops of a mechanism are closed.
 
     It is the one nearest to the description's zero that a damped method finds while all joints may
@@ -52,7 +52,7 @@ def assemble(
         raise ArgumentError(
             f"assemble needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    mechanism = with_named(mechanism, starting(near))
+    mechanism = with_named(mechanism, mapping("near", near))
     structure = Structure(mechanism)
     zero = mechanism.zero
     zero_residual = closure_error(structure, zero)
@@ -84,7 +84,7 @@ def write(
     mechanism: Mechanism,
     path: str | os.PathLike[str],
     *,
-    at: Configuration | Mapping[str, object] | None = None,
+    at: Mapping[str, object] | None = None,
 ) -> Path:
     """Write the description of a mechanism to a file, which `load` reads back; without visuals.
 
@@ -115,8 +115,6 @@ def write(
     description, length = mechanism.description, mechanism.characteristic_length
     if at is None and not is_closed(description, length):
         at = assemble(mechanism)
-    if isinstance(at, Configuration):
-        at = at.positions
     return write_description(description if at is None else rezeroed(description, at, length), path)
 
 

@@ -154,7 +154,7 @@ class Scene(Prescribed):
         outputs: Sequence[str] | None = None,
         compliance: Mapping[str, ArrayLike] | None = None,
         strict: bool = False,
-        near: Configuration | Mapping[str, float | Array] | None = None,
+        near: Mapping[str, ArrayLike] | None = None,
         branch: str = "A",
         elements: Sequence[Element] | None = None,
     ) -> None:
@@ -611,7 +611,7 @@ class Scene(Prescribed):
         self,
         duration: float,
         *,
-        position: ArrayLike | Mapping[str, float] | None = None,
+        position: ArrayLike | Mapping[str, ArrayLike] | None = None,
         speed: ArrayLike | Mapping[str, float] | None = None,
         motion: Mapping[str, Any] | None = None,
         loads: Mapping[str, Any] | None = None,
@@ -683,7 +683,7 @@ class Scene(Prescribed):
 
     def equilibrium(
         self,
-        position: ArrayLike | Mapping[str, float] | None = None,
+        position: ArrayLike | Mapping[str, ArrayLike] | None = None,
         *,
         loads: Mapping[str, object] | None = None,
         gravity: ArrayLike | str | None = None,

@@ -22,7 +22,6 @@ from ...kit.checks import (
 from ...kit.errors import ArgumentError, MobilityError, choices
 from ...kit.frozen import frozen
 from ..elements.link_loads import LinkLoad, Wrench
-from ..mechanism.configuration import Configuration
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
 from .coordinate_names import check_single, coordinates_of, each_coordinate
@@ -52,7 +51,7 @@ def checked(
     outputs: Sequence[str] | None = None,
     compliance: Mapping[str, ArrayLike] | None = None,
     strict: bool = False,
-    near: Configuration | Mapping[str, float | Array] | None = None,
+    near: Mapping[str, ArrayLike] | None = None,
     branch: str = "A",
     elements: Iterable[Element] | None = None,
 ) -> Problem:
@@ -62,7 +61,7 @@ def checked(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
     held = by_coordinate(mechanism, "held", held)
-    near, loads = starting(near), mapping("loads", loads)
+    near, loads = mapping("near", near), mapping("loads", loads)
     if drive is None and not free:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     in_list = drive is not None and not isinstance(drive, str)
@@ -242,17 +241,6 @@ def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, 
     return positions
 
 
-def starting(near: object) -> dict[str, Any]:
-    """Return the argument `near` as a mapping, which may be a configuration.
-
-    Raises:
-        ArgumentError: it is neither.
-    """
-    if isinstance(near, Configuration):
-        near = near.positions
-    return mapping("near", near)
-
-
 def near_positions(
     mechanism: Mechanism, given: object
 ) -> tuple[dict[str, float], dict[str, Array]]:
@@ -266,7 +254,7 @@ def near_positions(
         ArgumentError: no mapping, wrong numbers, or too far away to be followed to.
     """
     rest, balls = {}, {}
-    for name, value in starting(given).items():
+    for name, value in mapping("near", given).items():
         joint = mechanism.joints.get(name) if isinstance(name, str) else None
         if joint is None or joint.nv == 1 or not joint.coordinates or np.ndim(value) != 1:
             rest[name] = value
