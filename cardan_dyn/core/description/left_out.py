@@ -49,12 +49,11 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
 
 
 def _is_read(element: ElementTree.Element) -> bool:
-    """Return whether an element for other programs holds nothing but loops, see `gazebo`."""
-    return (
-        bool(len(element))
-        and element.tag == "gazebo"
-        and ({part.tag for part in element} <= {"joint", "frame"})
-    )
+    """Return whether an element for other programs says loops, see `gazebo`, or which joint moves."""
+    tags = {part.tag for part in element}
+    if element.tag == "transmission":
+        return "joint" in tags
+    return bool(tags) and element.tag == "gazebo" and tags <= {"joint", "frame"}
 
 
 def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]:
