@@ -100,12 +100,12 @@ def _of_motors(mechanism: Mechanism, mobility: int) -> Iterator[str]:
     motors = [name for name in mechanism.independent_coordinates if name in mechanism.drivable]
     if not motors or len(motors) == mobility:
         return
-    advice = "say which are driven, the loops move the others"
+    advice = "say which of them are driven, the loops move the others"
     if len(motors) < mobility:
         advice = f"drive or hold {mobility - len(motors)} more"
     yield (
-        f"{mechanism.name}: the description drives {len(motors)} coordinates "
-        f"({choices(motors)}), and {mobility} decide the motion: {advice}"
+        f"{mechanism.name}: coordinates that the description drives: {len(motors)} "
+        f"({choices(motors)}); coordinates that decide the motion: {mobility}; {advice}"
     )
 
 

@@ -79,8 +79,11 @@ def test_joints_that_follow_others_are_no_motors() -> None:
 @pytest.mark.parametrize(
     ("motors", "text"),
     [
-        (("crank", "rocker"), "drives 2 coordinates (crank, rocker), and 1 decide the motion"),
-        (("crank",), "drives 1 coordinates (crank), and 2 decide the motion: drive or hold 1 more"),
+        (
+            ("crank", "rocker"),
+            "drives: 2 (crank, rocker); coordinates that decide the motion: 1; say",
+        ),
+        (("crank",), "drives: 1 (crank); coordinates that decide the motion: 2; drive or hold 1"),
     ],
 )
 def test_numbers_that_disagree_are_told(motors: tuple[str, ...], text: str, tmp_path) -> None:
