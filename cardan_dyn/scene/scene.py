@@ -67,7 +67,9 @@ class Scene(Prescribed):
             or force that holds them is a result.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
             positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
-            `(..., 6)`: force and moment about the link's origin in the link's axes.
+            `(..., 6)`: force and moment about the link's origin in the link's axes. A `fixed`
+            joint, a site of MJCF or a frame of SDF stands for a link that has its origin and axes,
+            also in elements.
         gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given. Or
             `"description"`: that of the description, from `<option gravity>` of MJCF, the world of
             SDF, `pin.Model.gravity`. Where a description states one that a scene leaves out, a
@@ -743,7 +745,7 @@ def _merged(
     given = mapping(name, changes)
     merged = {**present, **(by_coordinate(mechanism, name, given) if name == "held" else given)}
     for key, value in merged.items():
-        if value is None and not (isinstance(key, str) and key in mechanism.links):
+        if value is None and not (isinstance(key, str) and key in mechanism.link_frames):
             check_single(mechanism, key, f"a key of {name},")
     return {key: value for key, value in merged.items() if value is not None}
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kit.arrays import Array, cross
-from ...kit.errors import ModelError, choices
+from ...kit.errors import ModelError
 from .frames import Frames, Offset
 from .mechanism import Mechanism
 
@@ -159,33 +159,18 @@ def _named(mechanism: Mechanism, frames: Frames, name: object) -> tuple[str, int
 
     Links come first: descriptions may give other things the name of a link.
     """
-    described = mechanism.description
-    if isinstance(name, str):
-        if name in frames.links:
-            return name, *frames.links[name]
-        fixed = {item.name: item for item in described.joints if item.type == "fixed"}
-        if name in fixed:
-            body, placement = frames.links[fixed[name].parent]
-            return name, body, placement @ fixed[name].origin
-        if name in described.frames:
-            link, within = described.frames[name]
-            body, placement = frames.links[link]
-            return name, body, placement @ within
-        if name in mechanism.joints:
-            joint = next(item for item in described.joints_and_loops if item.name == name)
-            links = [
-                getattr(joint, end)
-                for end in ("parent", "child", "predecessor", "successor")
-                if hasattr(joint, end)
-            ]
-            raise ModelError(
-                f"{mechanism.name}: {name!r} is a joint, between the links {links[0]!r} and "
-                f"{links[1]!r}: name one of them, or take origin({name!r}) and rotation({name!r})",
-                name=name,
-            )
-    known = [*frames.links, *described.frames]
-    known += [item.name for item in described.joints if item.type == "fixed"]
-    raise ModelError(
-        f"{mechanism.name}: no link or frame {name!r}; links and frames: {choices(known, name)}",
-        name=name,
-    )
+    if name not in frames.link_frames and name in mechanism:
+        described = mechanism.description.joints_and_loops
+        joint = next(item for item in described if item.name == name)
+        links = [
+            getattr(joint, end)
+            for end in ("parent", "child", "predecessor", "successor")
+            if hasattr(joint, end)
+        ]
+        raise ModelError(
+            f"{mechanism.name}: {name!r} is a joint, between the links {links[0]!r} and "
+            f"{links[1]!r}: name one of them, or take origin({name!r}) and rotation({name!r})",
+            name=joint.name,
+        )
+    mechanism.link_frame(name)  # It refuses what is none.
+    return str(name), *frames.link_frames[str(name)]

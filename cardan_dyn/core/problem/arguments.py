@@ -197,12 +197,13 @@ def by_coordinate(mechanism: Mechanism, role: str, given: object) -> dict[str, A
 
 def _angles(mechanism: Mechanism, joint: Joint, label: str, given: object) -> Array:
     """Return values `(n, ...)` of a joint's n coordinates from an array with them last."""
-    values = np.moveaxis(numbers(label, given), -1, 0)
+    rows = numbers(label, given)
+    values = np.moveaxis(rows, -1, 0)
     if joint.has_ball and len(values) == joint.nv + 1:
         values = np.concatenate([values[:-4], cardan_angles(_unit(label, values[-4:]))])
     if len(values) != joint.nv:
         raise ArgumentError(
-            f"{label} has shape {np.shape(given)}, expected (..., {joint.nv}); or "
+            f"{label} has shape {rows.shape}, expected (..., {joint.nv}); or "
             f"{coordinates_of(mechanism, joint.name)}"
         )
     return values
@@ -355,14 +356,15 @@ def split_loads(
             efforts[name] = numbers(label, value)
             if not efforts[name].size:
                 raise ArgumentError(f"{label} is empty")
-        elif name in mechanism.links:
-            wrenches[name] = _link_load(mechanism, name, label, value)
-        elif name in mechanism.adjustable:
+        elif name in mechanism.adjustable and name not in mechanism.links:
             check_single(mechanism, name, "loaded joint")
+        elif name in mechanism.link_frames:
+            wrenches[name] = _link_load(mechanism, name, label, value)
         else:
+            known = choices(mechanism.link_frames, name)
             raise ArgumentError(
                 f"{label}: no joint or link has this name; joints: "
-                f"{choices(mechanism.drivable, name)}; links: {choices(mechanism.links, name)}"
+                f"{choices(mechanism.drivable, name)}; links and frames: {known}"
             )
     return efforts, wrenches
 
@@ -380,7 +382,7 @@ def _is_effort(mechanism: Mechanism, name: str, value: object) -> bool:
 
 def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> LinkLoad:
     """Return a wrench on a link, checked."""
-    body, frame = mechanism.link(name)
+    body, frame = mechanism.link_frame(name)
     if body == 0:
         raise ArgumentError(f"{label}: link {name!r} is fixed to the world; nothing can move it")
     if not isinstance(value, Wrench):

@@ -75,7 +75,7 @@ class Commands(click.Group):
         """Run a command; its errors become messages and exit codes."""
         try:
             with warnings.catch_warnings():
-                warnings.showwarning = _show_warning
+                warnings.showwarning = _show_warning  # type: ignore[assignment]
                 result = super().invoke(ctx)
             sys.stdout.flush()  # Here, where a closed pipe is expected.
             return result

@@ -115,11 +115,11 @@ class _MjcfWriter:
                 f"joint2={quoteattr(first)} "
                 f'polycoef="{words([coupling.offset, coupling.ratio])} 0 0 0"/>'
             )
-        gravity = np.zeros(3) if description.gravity is None else description.gravity
+        gravity = "0 0 0" if description.gravity is None else words(description.gravity)
         lines = [
             f"<mujoco model={quoteattr(description.name)}>",
             '  <compiler angle="radian" autolimits="true"/>',
-            f'  <option gravity="{words(gravity)}"/>',
+            f'  <option gravity="{gravity}"/>',
             *_of_world(self._world),
         ]
         if self._equalities:
