@@ -14,6 +14,7 @@ from ..core.dynamics.problem_solver import ProblemSolver
 from ..core.kinematics.assembly_modes import without_turns
 from ..core.kinematics.closing.far import assembled_near
 from ..core.kinematics.closing.group_solver import GroupSolver
+from ..core.kinematics.closing.nearest import nearest_to
 from ..core.kinematics.loops.groups import independent_groups
 from ..core.kinematics.loops.structure import Structure
 from ..core.kinematics.tolerances import CLOSURE_TOLERANCE
@@ -41,7 +42,8 @@ def assemble(mechanism: Mechanism, near: Mapping[str, ArrayLike] | None = None) 
         near: positions of joints [rad or m], up to all of them, or a configuration. The other
             joints follow on their way there, so that the assembly mode stays the same unless the
             way leads through a singular configuration. Positions at which all loops are closed are
-            taken as they are.
+            taken as they are; those of more joints than decide where the mechanism is mean the
+            assembly nearest to them, see `Scene`.
 
     Raises:
         ModelError: no such joint.
@@ -74,8 +76,12 @@ def assemble(mechanism: Mechanism, near: Mapping[str, ArrayLike] | None = None) 
         for share in _shares(mechanism, x, wanted):
             x = _closed(structure, x, wanted, share)
     except AssemblyError:
-        # A singular configuration may lie on the way, and the start beyond it.
-        x = _closed(structure, given, wanted)
+        try:
+            # A singular configuration may lie on the way, and the start beyond it.
+            x = _closed(structure, given, wanted)
+        except AssemblyError as error:
+            every = np.arange(mechanism.model.nv)
+            x = nearest_to(structure, given, wanted, every, every, error)
     x = without_turns(mechanism, wanted, x)
     return Configuration(mechanism, x, closure_error(structure, x), zero_residual)
 

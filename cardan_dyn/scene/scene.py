@@ -85,7 +85,10 @@ class Scene(Prescribed):
         near: joints to positions [rad or m] at which the scene begins, up to a complete
             configuration, or a `Configuration`; together with `held` they have to close the loops.
             They are followed there from the description's zero; where that leads past a dead
-            point or through open loops, the mechanism is assembled there.
+            point or through open loops, the mechanism is assembled there. Positions of more joints
+            than decide where the mechanism is, such as those of encoders, mean the assembly
+            nearest to them (least squares of angles, and of slides in lengths of the mechanism);
+            what has none within 0.05 is refused.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
         elements: springs, dampers, bushings, friction and actuators: `JointSpring`,
             `JointFriction`, `PointSpring`, `Bushing`, `Actuator`. Like a load, an effort of theirs

@@ -95,9 +95,8 @@ class _Way:
             return self._searched(wanted, problem.near)
         except AssemblyError as error:
             # An end of the way says more: how far the joints could be followed.
-            if isinstance(ended, AssemblyError):
-                raise ended from error
-            raise
+            told = ended if isinstance(ended, AssemblyError) else error
+            return self._nearest(wanted, (), told)
 
     def _met(self, state: Array) -> Array:
         """Return closed coordinates `(size,)` in which all of `near` is met as well as `held`.
@@ -114,7 +113,20 @@ class _Way:
         except (AssemblyError, SingularConfigurationError):
             moved = state
         pinned = {**self._problem.near, **self._problem.held}
-        return self._searched(self._with(moved, pinned), pinned)
+        try:
+            return self._searched(self._with(moved, pinned), pinned)
+        except AssemblyError as error:
+            return self._nearest(moved, self._problem.held, error)
+
+    def _nearest(self, x: Array, held: Iterable[str], error: AssemblyError) -> Array:
+        """Return closed coordinates `(size,)` nearest to `near`, which cannot all be met."""
+        from .closing.nearest import nearest_to  # Most starts can be met.
+
+        near, structure = self._problem.near, self._division.system.structure
+        if self._problem.near_balls or not near:
+            raise error
+        wanted = self._with(x, near)
+        return nearest_to(structure, wanted, near, self._free(held), self._needed, error)
 
     def _is_complete(self) -> bool:
         """Return whether `near` names all coordinates of the tree's joints on loops.
