@@ -56,7 +56,9 @@ def nearest_to(
     for begun in (x, *_starts(structure, x, rates, free)):
         start, residual = assembled_near(structure, begun, free, needed)
         if residual < CLOSURE_TOLERANCE:
-            found = _least(structure, start, dict(zip(rates, values, strict=True)), free)
+            found, exceeds = _least(structure, start, dict(zip(rates, values, strict=True)), free)
+            if not exceeds:
+                raise error
             if found is not None:
                 off = np.abs(found[columns] - values) * scale
                 if np.linalg.norm(off) < np.linalg.norm(away):
@@ -93,8 +95,10 @@ def _starts(structure: Structure, x: Array, stay: Array, free: Array) -> Array:
 
 def _least(
     structure: Structure, x: Array, wanted: Mapping[int, float], free: Array
-) -> Array | None:
+) -> tuple[Array | None, bool]:
     """Return closed coordinates `(size,)` that are least off, near others; None without them.
+
+    And whether more joints of some loops are given than decide where these are.
 
     Args:
         structure: of the mechanism.
@@ -124,10 +128,10 @@ def _least(
             step *= LONGEST_WAY / max(longest, LONGEST_WAY)
             moved, residual = closed_from(solver, solver.moved(x[None, :], step[None, :]))
             if not residual[0] < CLOSURE_TOLERANCE:
-                return None
+                return None, exceeds
             x = moved[0]
             if longest < CLOSURE_TOLERANCE:
                 break
         else:
-            return None
-    return x if exceeds else None
+            return None, exceeds
+    return x, exceeds
