@@ -21,7 +21,7 @@ from ..core.kinematics.tolerances import CLOSURE_TOLERANCE
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.mechanism.rezero import is_closed, rezeroed
-from ..core.problem.arguments import near_positions, with_named
+from ..core.problem.arguments import keyframe, near_positions, with_named
 from ..kit.arrays import Array
 from ..kit.checks import mapping
 from ..kit.errors import ArgumentError, AssemblyError, MobilityError
@@ -31,7 +31,9 @@ _STEP = 0.1
 move at once: so that the rest can follow without a jump to another assembly mode."""
 
 
-def assemble(mechanism: Mechanism, near: Mapping[str, ArrayLike] | None = None) -> Configuration:
+def assemble(
+    mechanism: Mechanism, near: Mapping[str, ArrayLike] | str | None = None
+) -> Configuration:
     """Return a configuration in which all loops of a mechanism are closed.
 
     It is the one nearest to the description's zero that a damped method finds while all joints may
@@ -39,7 +41,8 @@ def assemble(mechanism: Mechanism, near: Mapping[str, ArrayLike] | None = None) 
 
     Args:
         mechanism: from `load`.
-        near: positions of joints [rad or m], up to all of them, or a configuration. The other
+        near: positions of joints [rad or m], up to all of them, a configuration, or the name of a
+            keyframe of MJCF. The other
             joints follow on their way there, so that the assembly mode stays the same unless the
             way leads through a singular configuration. Positions at which all loops are closed are
             taken as they are; those of more joints than decide where the mechanism is mean the
@@ -47,14 +50,15 @@ def assemble(mechanism: Mechanism, near: Mapping[str, ArrayLike] | None = None) 
 
     Raises:
         ModelError: no such joint.
-        ArgumentError: no mechanism, or a position is no number.
+        ArgumentError: no mechanism, no such keyframe, or a position is no number.
         AssemblyError: the loops cannot be closed; `residual` is the least error found.
     """
     if not isinstance(mechanism, Mechanism):
         raise ArgumentError(
             f"assemble needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    mechanism = with_named(mechanism, mapping("near", near))
+    near = mapping("near", keyframe(mechanism, near))
+    mechanism = with_named(mechanism, near)
     structure = Structure(mechanism)
     zero = mechanism.zero
     zero_residual = closure_error(structure, zero)

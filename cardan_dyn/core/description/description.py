@@ -271,6 +271,8 @@ class Description(Value):
         displacements: what was changed about the numbers of its text, see `displaced`.
         remedy: what would let loops close all along their motion, where its numbers miss that;
             empty where nothing is known.
+        keyframes: name to positions of the joints of its tree by name [rad or m], those of a ball
+            as a unit quaternion (x, y, z, w), of a floating joint `(7,)` with that last.
         gravity: `(3,)` acceleration of free fall in world axes [m/s²], which scenes take where they
             ask for that of the description; None where its notation has none.
         states_gravity: whether the author wrote it; else it is the format's default.
@@ -291,6 +293,9 @@ class Description(Value):
     )
     displacements: tuple[Displacement, ...] = field(default=(), compare=False)
     remedy: str = field(default="", compare=False)
+    keyframes: Mapping[str, Mapping[str, float | np.ndarray]] = field(
+        default_factory=lambda: FrozenDict({}), compare=False
+    )
     gravity: np.ndarray | None = field(default=None, compare=False)
     states_gravity: bool = field(default=False, compare=False)
 

@@ -123,7 +123,7 @@ class _Way:
         from .closing.nearest import nearest_to  # Most starts can be met.
 
         near, structure = self._problem.near, self._division.system.structure
-        if self._problem.near_balls or not near:
+        if not near:
             raise error
         wanted = self._with(x, near)
         return nearest_to(structure, wanted, near, self._free(held), self._needed, error)

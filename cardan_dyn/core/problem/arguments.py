@@ -51,7 +51,7 @@ def checked(
     outputs: Sequence[str] | None = None,
     compliance: Mapping[str, ArrayLike] | None = None,
     strict: bool = False,
-    near: Mapping[str, ArrayLike] | None = None,
+    near: Mapping[str, ArrayLike] | str | None = None,
     branch: str = "A",
     elements: Iterable[Element] | None = None,
 ) -> Problem:
@@ -61,7 +61,10 @@ def checked(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
     held = by_coordinate(mechanism, "held", held)
-    near, loads = mapping("near", near), mapping("loads", loads)
+    is_keyframe = isinstance(near, str)
+    near, loads = mapping("near", keyframe(mechanism, near)), mapping("loads", loads)
+    if is_keyframe:
+        near = {name: value for name, value in near.items() if name not in held}
     if drive is None and not free:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     in_list = drive is not None and not isinstance(drive, str)
@@ -127,6 +130,23 @@ def of_description(mechanism: Mechanism, gravity: object) -> object:
             "gravity=(0, 0, -9.81)"
         )
     return mechanism.description.gravity
+
+
+def keyframe(mechanism: Mechanism, near: object) -> object:
+    """Return what `near` means: a keyframe of the description if it is the name of one.
+
+    Raises:
+        ArgumentError: the description has no keyframe of this name.
+    """
+    if not isinstance(near, str):
+        return near
+    keyframes = mechanism.description.keyframes
+    if near not in keyframes:
+        raise ArgumentError(
+            f"near: {mechanism.name} has no keyframe {near!r}; keyframes of MJCF: "
+            f"{choices(keyframes, near)}; or give positions of joints"
+        )
+    return keyframes[near]
 
 
 def with_named(mechanism: Mechanism, named: Iterable[str], moving: Iterable[str] = ()) -> Mechanism:
