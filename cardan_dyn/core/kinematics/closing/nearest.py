@@ -50,7 +50,7 @@ def nearest_to(
         AssemblyError: as many joints decide them as are given, or nothing closed is near.
     """
     coordinates = structure.mechanism.coordinates
-    columns, rates = coordinates.columns_of(wanted), coordinates.rates_of(wanted)
+    columns, rates = coordinates.columns_of(wanted), np.array(coordinates.rates_of(wanted))
     values, scale = np.array(list(wanted.values())), coordinates.scale[columns]
     best, away = None, np.full(len(values), np.inf)
     for begun in (x, *_starts(structure, x, rates, free)):
