@@ -11,6 +11,7 @@ zero and about which axes joints turn is found once, so that few samples are pla
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -97,8 +98,6 @@ class Frames:
             those that carry it.
         tree: how many joints the tree has; the loops follow them.
         links: link to the index of its body, -1 for the world, and its `(4, 4)` placement there.
-        link_frames: the same of links and of what is fixed in them: `fixed` joints of the tree, and
-            frames of the description. Links come first, then joints.
         corner: `(3,)` the point about which moments are taken, so that no digits are lost far from
             the world's origin.
     """
@@ -113,16 +112,21 @@ class Frames:
         self._columns, self._rates = coordinates.columns, coordinates.velocity_columns
         self._cardan = coordinates.cardan
         self.links = self._add_tree(description)
-        self.link_frames = self._frames_in_links(description)
+        self._described = description
         self.tree = len(self.joints)
         self.ends = [self._add_loop(loop) for loop in description.loops]
         self.bodies = self._bodies(description)
         self.corner = self._corner()
         self._lay_out()
 
-    def _frames_in_links(self, description: Description) -> dict[str, tuple[int, Array]]:
-        """Return links and frames that are fixed in them, see `link_frames`."""
-        found = dict(self.links)
+    @cached_property
+    def link_frames(self) -> dict[str, tuple[int, Array]]:
+        """The same as `links`, of these and of what is fixed in them.
+
+        Those are `fixed` joints of the tree, and frames of the description. Of one name, links come
+        first, then joints.
+        """
+        description, found = self._described, dict(self.links)
         fixed = (item for item in description.joints if item.type == "fixed")
         within = [(item.name, item.parent, item.origin) for item in fixed]
         within += [(name, link, place) for name, (link, place) in description.frames.items()]

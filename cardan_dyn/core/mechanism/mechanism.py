@@ -271,6 +271,21 @@ class Mechanism(Frozen):
         """
         return FrozenDict(named_coordinates(self.joints.values()))
 
+    @cached_property
+    def coordinates_together(self) -> FrozenDict[str, tuple[str, ...]]:
+        """Joints with several coordinates to all of these; their name stands for them in scenes.
+
+        Where another joint is called like one of them, that joint is meant, and this one left out.
+        """
+        every = self.joints
+        return FrozenDict(
+            {
+                name: joint.coordinates
+                for name, joint in every.items()
+                if joint.nv > 1 and not every.keys() & set(joint.coordinates)
+            }
+        )
+
     @property
     def independent_coordinates(self) -> tuple[str, ...]:
         """Names of all coordinates of the joints that the description's author drives."""

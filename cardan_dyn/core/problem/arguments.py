@@ -198,10 +198,12 @@ def by_coordinate(mechanism: Mechanism, role: str, given: object) -> dict[str, A
     Raises:
         ArgumentError: no mapping, wrong numbers, or a coordinate that is given twice.
     """
+    if not (several := mechanism.coordinates_together):
+        return mapping(role, given)
     result: dict[str, Any] = {}
     for name, value in mapping(role, given).items():
-        parts, coordinates = {name: value}, each_coordinate(mechanism, [name])
-        if len(coordinates) > 1 and (value is None or np.ndim(value)):
+        parts, coordinates = {name: value}, several.get(name)
+        if coordinates and (value is None or np.ndim(value)):
             label = f"{role}[{name!r}]"
             columns = (
                 [None] * len(coordinates)
@@ -384,7 +386,7 @@ def split_loads(
             known = choices(mechanism.link_frames, name)
             raise ArgumentError(
                 f"{label}: no joint or link has this name; joints: "
-                f"{choices(mechanism.drivable, name)}; links and frames: {known}"
+                f"{choices(mechanism.drivable, name)}; links: {known}"
             )
     return efforts, wrenches
 

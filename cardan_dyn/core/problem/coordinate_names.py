@@ -37,13 +37,7 @@ def each_coordinate(mechanism: Mechanism, names: Iterable[str]) -> tuple[str, ..
 
     Other names stay as they are, also those of nothing.
     """
-    every = mechanism.joints
-    several = {
-        name: joint.coordinates
-        for name, joint in every.items()
-        # Where another joint is called like one of them, that is meant: not all can be named.
-        if joint.nv > 1 and not every.keys() & set(joint.coordinates)
-    }
+    several = mechanism.coordinates_together
     return tuple(item for name in names for item in several.get(name, (name,)))
 
 

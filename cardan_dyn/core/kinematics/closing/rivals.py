@@ -16,7 +16,7 @@ from ..tolerances import CLOSURE_TOLERANCE, MOVES
 from .far import closed_from
 from .group_solver import GroupSolver
 
-_COMPARABLE = 2.0
+_COMPARABLE = 1.5
 """Ratio of two distances from a drawing up to which it does not tell which of the two is meant."""
 _STARTS = 24
 """Starts of the search, ten for each of the assemblies that are so near: two, seldom four."""
