@@ -89,7 +89,7 @@ class Scene(Prescribed):
             point or through open loops, the mechanism is assembled there. Positions of more joints
             than decide where the mechanism is, such as those of encoders, mean the assembly
             nearest to them (least squares of angles, and of slides in lengths of the mechanism);
-            what has none within 0.05 is refused.
+            what has none within 0.01 is refused.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
         elements: springs, dampers, bushings, friction and actuators: `JointSpring`,
             `JointFriction`, `PointSpring`, `Bushing`, `Actuator`. Like a load, an effort of theirs

@@ -15,7 +15,7 @@ from ....kit.arrays import Array, generic
 from ....kit.errors import AssemblyError
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
-from ..tolerances import AROUND, CLOSURE_TOLERANCE, LONGEST_WAY, RANK_TOLERANCE, SAFE_CORRECTION
+from ..tolerances import CLOSURE_TOLERANCE, LONGEST_WAY, RANK_TOLERANCE, SAFE_CORRECTION
 from .far import assembled_near, closed_from
 from .group_solver import solver_of
 
@@ -63,18 +63,18 @@ def nearest_to(
                 off = np.abs(found[columns] - values) * scale
                 if np.linalg.norm(off) < np.linalg.norm(away):
                     best, away = found, off
-        if np.max(away) < SAFE_CORRECTION:
+        if np.max(away) <= SAFE_CORRECTION:
             break  # No other assembly mode is that near.
     if best is None:
         raise error
-    if np.max(away) > AROUND:
+    if np.max(away) > SAFE_CORRECTION:
         places = ", ".join(
             f"{name}: {value:.6g}" for name, value in zip(wanted, best[columns], strict=True)
         )
         raise AssemblyError(
             f"{error}; the nearest closed configuration that was found has {places}, up to "
-            f"{np.max(away):.2g} away, and nothing within {AROUND:g} rad, or lengths of the "
-            "mechanism, is taken for what was meant",
+            f"{np.max(away):.2g} away; only what is within {SAFE_CORRECTION:g} rad, or lengths of "
+            "the mechanism, is taken for what was meant",
             **error.details,
         )
     return best
