@@ -38,7 +38,7 @@ OFFERED = {
     "mechanism.undescribed": ("REMEDY",),
     "mechanism.welds": ("Loop",),
     "problem.acting": ("Acting",),
-    "problem.arguments": ("split_loads",),
+    "problem.arguments": ("by_coordinate", "split_loads"),
     "problem.coordinate_names": ("check_single",),
     "problem.element_arguments": ("elements_on", "listed"),
     "problem.problem": ("Problem",),

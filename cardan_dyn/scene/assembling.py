@@ -7,20 +7,23 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..core.description.write import write as write_description
 from ..core.dynamics.problem_solver import ProblemSolver
 from ..core.kinematics.assembly_modes import without_turns
 from ..core.kinematics.closing.far import assembled_near
 from ..core.kinematics.closing.group_solver import GroupSolver
+from ..core.kinematics.closing.nearest import nearest_to
 from ..core.kinematics.loops.groups import independent_groups
 from ..core.kinematics.loops.structure import Structure
 from ..core.kinematics.tolerances import CLOSURE_TOLERANCE
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.mechanism.rezero import is_closed, rezeroed
-from ..core.problem.arguments import near_positions, starting, with_named
+from ..core.problem.arguments import keyframe, near_positions, with_named
 from ..kit.arrays import Array
+from ..kit.checks import mapping
 from ..kit.errors import ArgumentError, AssemblyError, MobilityError
 
 _STEP = 0.1
@@ -29,7 +32,7 @@ move at once: so that the rest can follow without a jump to another assembly mod
 
 
 def assemble(
-    mechanism: Mechanism, near: Configuration | Mapping[str, float | Array] | None = None
+    mechanism: Mechanism, near: Mapping[str, ArrayLike] | str | None = None
 ) -> Configuration:
     """Return a configuration in which all loops of a mechanism are closed.
 
@@ -38,21 +41,24 @@ def assemble(
 
     Args:
         mechanism: from `load`.
-        near: positions of joints [rad or m], up to all of them, or a configuration. The other
+        near: positions of joints [rad or m], up to all of them, a configuration, or the name of a
+            keyframe of MJCF. The other
             joints follow on their way there, so that the assembly mode stays the same unless the
             way leads through a singular configuration. Positions at which all loops are closed are
-            taken as they are.
+            taken as they are; those of more joints than decide where the mechanism is mean the
+            assembly nearest to them, see `Scene`.
 
     Raises:
         ModelError: no such joint.
-        ArgumentError: no mechanism, or a position is no number.
+        ArgumentError: no mechanism, no such keyframe, or a position is no number.
         AssemblyError: the loops cannot be closed; `residual` is the least error found.
     """
     if not isinstance(mechanism, Mechanism):
         raise ArgumentError(
             f"assemble needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    mechanism = with_named(mechanism, starting(near))
+    near = mapping("near", keyframe(mechanism, near))
+    mechanism = with_named(mechanism, near)
     structure = Structure(mechanism)
     zero = mechanism.zero
     zero_residual = closure_error(structure, zero)
@@ -74,8 +80,12 @@ def assemble(
         for share in _shares(mechanism, x, wanted):
             x = _closed(structure, x, wanted, share)
     except AssemblyError:
-        # A singular configuration may lie on the way, and the start beyond it.
-        x = _closed(structure, given, wanted)
+        try:
+            # A singular configuration may lie on the way, and the start beyond it.
+            x = _closed(structure, given, wanted)
+        except AssemblyError as error:
+            every = np.arange(mechanism.model.nv)
+            x = nearest_to(structure, given, wanted, every, every, error)
     x = without_turns(mechanism, wanted, x)
     return Configuration(mechanism, x, closure_error(structure, x), zero_residual)
 
@@ -84,7 +94,7 @@ def write(
     mechanism: Mechanism,
     path: str | os.PathLike[str],
     *,
-    at: Configuration | Mapping[str, object] | None = None,
+    at: Mapping[str, object] | None = None,
 ) -> Path:
     """Write the description of a mechanism to a file, which `load` reads back; without visuals.
 
@@ -115,8 +125,6 @@ def write(
     description, length = mechanism.description, mechanism.characteristic_length
     if at is None and not is_closed(description, length):
         at = assemble(mechanism)
-    if isinstance(at, Configuration):
-        at = at.positions
     return write_description(description if at is None else rezeroed(description, at, length), path)
 
 

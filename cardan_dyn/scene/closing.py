@@ -23,7 +23,6 @@ from ..core.description.mimics import check_mimics, mimics
 from ..core.description.urdf import coupling
 from ..core.description.write import write_coupling, write_mimic, write_origin
 from ..core.mechanics.exact import made
-from ..core.mechanism.carried import frame_of
 from ..core.mechanism.mechanism import Mechanism
 from ..core.mechanism.rezero import link_placements
 from ..kit.arrays import Array, inverse
@@ -241,7 +240,8 @@ def _ends(
     links: list[str] = []
     ends: list[Array | None] = []
     for label, name, place in zip(("at", "at_b"), names, given, strict=True):
-        link, frame = frame_of(mechanism, name)
+        mechanism.link_frame(name)  # It refuses what is none.
+        link, frame = mechanism.description.fixed_frames.get(name, (name, np.eye(4)))
         links.append(link)
         if place is not None:
             ends.append(frame @ placement(f"close: {label}", place))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.results.left_open import named_components
 from ..kit.arrays import Array
-from ..kit.errors import ArgumentError
+from ..kit.errors import ArgumentError, choices
 from .drives import MOST_COORDINATES
 from .mechanism_report import ComponentReport, LoopReport, MechanismReport
 
@@ -76,6 +76,7 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
     named = mechanism.coordinates.named.values()
     driven = {item.rate for item in named if item.joint in mechanism.independent_joints}
     rank = sum(component.rank for component in components)
+    rods = rods_by_name(mechanism, set(range(coordinates)) - driven)
     return MechanismReport(
         name=mechanism.name,
         notation=mechanism.notation,
@@ -85,12 +86,26 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         length=mechanism.characteristic_length,
         components=components,
         loops=[loops[index] for index in sorted(loops)],
-        idle_rods=rods_by_name(mechanism, set(range(coordinates)) - driven),
+        idle_rods=rods,
         drivable=tuple(mechanism.drivable),
-        warnings=mechanism.warnings,
+        warnings=(*mechanism.warnings, *_of_motors(mechanism, coordinates - rank - len(rods))),
         silent=tuple(item.told() for item in mechanism.undescribed),
         place=place,
         described=described,
+    )
+
+
+def _of_motors(mechanism: Mechanism, mobility: int) -> Iterator[str]:
+    """Yield that the description drives more or fewer coordinates than decide the motion."""
+    motors = [name for name in mechanism.independent_coordinates if name in mechanism.drivable]
+    if not motors or len(motors) == mobility:
+        return
+    advice = "say which of them are driven, the loops move the others"
+    if len(motors) < mobility:
+        advice = f"drive or hold {mobility - len(motors)} more"
+    yield (
+        f"{mechanism.name}: coordinates that the description drives: {len(motors)} "
+        f"({choices(motors)}); coordinates that decide the motion: {mobility}; {advice}"
     )
 
 

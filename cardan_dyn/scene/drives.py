@@ -38,6 +38,8 @@ _NO_LIMIT = 1e3
 such numbers where the format requires a limit."""
 _TURN = 2.0 * np.pi - 0.02
 """Range of an angle [rad] from which on its limits count as none: exporters write ±3.14 for it."""
+_NONE = (0.0, 0.0, 0.0)
+"""Gravity of scenes that are only moved [m/s²]."""
 _UNLIMITED = (-np.inf, np.inf)
 
 
@@ -266,7 +268,7 @@ class _Search:
         self._preset = preset if start is None else None
         if self._preset is not None:
             held = {name: np.deg2rad(value) for name, value in self._preset.held_deg.items()}
-            scene = Scene(mechanism, drive=list(self._preset.drive), held=held)
+            scene = Scene(mechanism, drive=list(self._preset.drive), held=held, gravity=_NONE)
             start = scene.configuration()
         given = assemble(mechanism) if start is None else start
         self._mechanism = given.mechanism
@@ -384,7 +386,7 @@ class _Search:
             return replace(drive, reach=_UNLIMITED)
         held = {other: self._positions[other] for other in needed if other not in (name, places[0])}
         try:
-            scene = Scene(self._mechanism, drive=name, held=held, near=self._start)
+            scene = Scene(self._mechanism, drive=name, held=held, near=self._start, gravity=_NONE)
             return replace(drive, reach=scene.motion_range())
         except CardanError as error:
             return replace(drive, problem=_shortened(error))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -13,8 +14,8 @@ import numpy as np
 from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..core.elements.link_loads import Wrench
 from ..core.mechanism.mechanism import Mechanism
-from ..core.problem.arguments import checked
-from ..core.problem.coordinate_names import check_single
+from ..core.problem.arguments import by_coordinate, checked
+from ..core.problem.coordinate_names import check_single, each_coordinate
 from ..core.problem.samples import acting_on, common_shape, targets_of
 from ..core.results.prescribed import Prescribed
 from ..kit.arrays import Array
@@ -53,19 +54,26 @@ class Scene(Prescribed):
         drive: name of the joint whose motion is prescribed, or a list of names: by the positions
             of a sweep, or the motions of a simulation. With those that are free as many as the
             mechanism has mobility once the held joints are held. If neither is given, the joints
-            that the description calls independent are driven, as far as they are not held. Of a
-            joint with several coordinates, here and in `free`, `held`, `loads` and `near`, the
-            name of one of them, `joint.coordinate`; `Mechanism.drivable` lists them. To name an
+            that the description calls independent are driven, as far as they are not held. A
+            joint with several coordinates stands for all of them, here and in `free`; one of them
+            is called `joint.coordinate`, here and in `free`, `held`, `loads` and `near`, and
+            `Mechanism.drivable` lists them. To name an
             angle of a ball makes it three turns, see `Mechanism.variant`, in `Scene.mechanism` as
             well.
         free: name of the joint whose motion is found, or a list of names: by `simulate`,
             `equilibrium` and `cardan_dyn.vibration`.
-        held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
+        held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
+            several to an array of theirs, a ball's also to a unit quaternion. The moment
             or force that holds them is a result.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
             positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
-            `(..., 6)`: force and moment about the link's origin in the link's axes.
-        gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given.
+            `(..., 6)`: force and moment about the link's origin in the link's axes. A `fixed`
+            joint, a site of MJCF or a frame of SDF stands for a link that has its origin and axes,
+            also in elements.
+        gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given. Or
+            `"description"`: that of the description, from `<option gravity>` of MJCF, the world of
+            SDF, `pin.Model.gravity`. Where a description states one that a scene leaves out, a
+            `UserWarning` says so once for a mechanism.
         outputs: names of the joints whose wrenches are results; all joints if not given. Loops
             that they do not need are not solved. Drive efforts and what holds joints are among
             the results if the joint is; the empty list asks for the drive efforts alone, which
@@ -75,9 +83,13 @@ class Scene(Prescribed):
             is then what makes the elastic energy least, instead of the least norm.
         strict: refuse to choose what the laws of motion leave open.
         near: joints to positions [rad or m] at which the scene begins, up to a complete
-            configuration, or a `Configuration`; together with `held` they have to close the loops.
+            configuration, a `Configuration`, or the name of a keyframe of MJCF, of which joints
+            that are held play no part; together with `held` they have to close the loops.
             They are followed there from the description's zero; where that leads past a dead
-            point or through open loops, the mechanism is assembled there.
+            point or through open loops, the mechanism is assembled there. Positions of more joints
+            than decide where the mechanism is, such as those of encoders, mean the assembly
+            nearest to them (least squares of angles, and of slides in lengths of the mechanism);
+            what has none within 0.01 is refused.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
         elements: springs, dampers, bushings, friction and actuators: `JointSpring`,
             `JointFriction`, `PointSpring`, `PointActuator`, `Bushing`, `Actuator`. Like a
@@ -142,13 +154,13 @@ class Scene(Prescribed):
         *,
         drive: str | Sequence[str] | None = None,
         free: str | Sequence[str] | None = None,
-        held: Mapping[str, float] | None = None,
+        held: Mapping[str, ArrayLike] | None = None,
         loads: Mapping[str, object] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
         outputs: Sequence[str] | None = None,
         compliance: Mapping[str, ArrayLike] | None = None,
         strict: bool = False,
-        near: Configuration | Mapping[str, float | Array] | None = None,
+        near: Mapping[str, ArrayLike] | str | None = None,
         branch: str = "A",
         elements: Sequence[Element] | None = None,
     ) -> None:
@@ -166,6 +178,8 @@ class Scene(Prescribed):
             branch=branch,
             elements=elements,
         )
+        if gravity is None:
+            _tell_of_gravity(mechanism)
         self._take(ProblemSolver(problem))
 
     def _take(self, solver: ProblemSolver) -> None:
@@ -212,7 +226,7 @@ class Scene(Prescribed):
             if name in ("held", "loads"):
                 value = _merged(self.mechanism, name, arguments[name], value)
             arguments[name] = value
-        asked = {role: _names(role, changes.get(role)) for role in _ROLES}
+        asked = {role: _names(self.mechanism, role, changes.get(role)) for role in _ROLES}
         for role in _ROLES:
             # What is asked for stays, so that contradictions are refused.
             taken = set().union(*(asked[other] for other in _ROLES)) - asked[role]
@@ -268,7 +282,7 @@ class Scene(Prescribed):
         *,
         held: Mapping[str, ArrayLike] | None = None,
         loads: Mapping[str, object] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
         inertia: Mapping[str, ArrayLike] | None = None,
         along_path: bool = False,
         time: ArrayLike = 0.0,
@@ -306,7 +320,7 @@ class Scene(Prescribed):
             held: joints that the scene holds, to other positions [rad or m].
             loads: joints and links to what acts on them instead of in the scene: efforts of any
                 shape [N·m or N], wrenches `(..., 6)`.
-            gravity: `(..., 3)` [m/s²] instead of the scene's.
+            gravity: `(..., 3)` [m/s²] or `"description"` instead of the scene's.
             inertia: links to factors on their mass and inertia.
             along_path: whether the positions of several drives are points of a path, such as the
                 trajectory of a robot: every sample, in C order, is then followed from the one
@@ -601,7 +615,7 @@ class Scene(Prescribed):
         self,
         duration: float,
         *,
-        position: ArrayLike | Mapping[str, float] | None = None,
+        position: ArrayLike | Mapping[str, ArrayLike] | None = None,
         speed: ArrayLike | Mapping[str, float] | None = None,
         motion: Mapping[str, Any] | None = None,
         loads: Mapping[str, Any] | None = None,
@@ -673,10 +687,10 @@ class Scene(Prescribed):
 
     def equilibrium(
         self,
-        position: ArrayLike | Mapping[str, float] | None = None,
+        position: ArrayLike | Mapping[str, ArrayLike] | None = None,
         *,
         loads: Mapping[str, object] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
     ) -> Equilibrium:
         """Find where the free coordinates rest, near a position.
 
@@ -686,7 +700,7 @@ class Scene(Prescribed):
         Args:
             position: where to begin, see `simulate`; driven coordinates stay there.
             loads: joints and links to what acts on them instead of in the scene.
-            gravity: `(3,)` [m/s²] instead of the scene's.
+            gravity: `(3,)` [m/s²] or `"description"` instead of the scene's.
 
         Raises:
             ArgumentError: a value is not finite, or has a wrong shape.
@@ -701,6 +715,26 @@ class Scene(Prescribed):
             return equilibrium(self._solver, position, loads, gravity)
 
 
+def _tell_of_gravity(mechanism: Mechanism) -> None:
+    """Warn once of a gravity that a description states and a scene leaves out."""
+    description = mechanism.description
+    if not description.states_gravity or not np.any(description.gravity):
+        return
+    if not any(link.mass for link in description.links):
+        return
+
+    def warn() -> bool:
+        listed = ", ".join(f"{value:g}" for value in np.asarray(description.gravity))
+        warnings.warn(
+            f"{mechanism.name}: the description's gravity ({listed}) m/s² is left out of a scene "
+            'without one; gravity="description" takes it, gravity=(0, 0, 0) is none',
+            stacklevel=6,  # The line that makes the scene.
+        )
+        return True
+
+    mechanism.base.kept.of("told of gravity", (), warn)
+
+
 def _merged(
     mechanism: Mechanism, name: str, present: Mapping[str, Any], changes: object
 ) -> dict[str, Any]:
@@ -710,9 +744,10 @@ def _merged(
     """
     if changes is None:
         return {}
-    merged = {**present, **mapping(name, changes)}
+    given = mapping(name, changes)
+    merged = {**present, **(by_coordinate(mechanism, name, given) if name == "held" else given)}
     for key, value in merged.items():
-        if value is None and not (isinstance(key, str) and key in mechanism.links):
+        if value is None and not (isinstance(key, str) and key in mechanism.link_frames):
             check_single(mechanism, key, f"a key of {name},")
     return {key: value for key, value in merged.items() if value is not None}
 
@@ -725,11 +760,12 @@ def _collecting() -> Callable[..., Sweep]:
     return sweep_of
 
 
-def _names(role: str, value: object) -> set[str]:
+def _names(mechanism: Mechanism, role: str, value: object) -> set[str]:
     """Return what an argument of a role names: coordinates that are driven, free or held."""
     if role == "held":
-        return {name for name, place in mapping(role, value).items() if place is not None}
-    return set() if value is None else set(names(role, value))
+        given = by_coordinate(mechanism, role, value)
+        return {name for name, place in given.items() if place is not None}
+    return set() if value is None else set(each_coordinate(mechanism, names(role, value)))
 
 
 def _refuse(

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.mechanism.mechanism import Mechanism
+from ..core.problem.arguments import by_coordinate
+from ..core.problem.coordinate_names import each_coordinate
 from ..core.results.sweep import Sweep
 from ..kit.arrays import Array
 from ..kit.errors import MobilityError
@@ -114,14 +116,14 @@ def _scene_and_why(
     mechanism: Mechanism,
     *,
     drive: tuple[str, ...] = (),
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
     loads: Mapping[str, float] | None = None,
-    gravity: ArrayLike | None = None,
+    gravity: ArrayLike | str | None = None,
 ) -> tuple[Scene, str]:
     """Return the scene, and why its drives were chosen, in brackets; nothing if they were given."""
     preset, why = preset_of(mechanism), ""
     near: dict[str, float | Array] = {}
-    positions, drives = dict(held or {}), tuple(drive)
+    positions, drives = by_coordinate(mechanism, "held", held), each_coordinate(mechanism, drive)
     if preset is not None:
         resting = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
         drives, positions = drives or preset.drive, {**resting, **positions}

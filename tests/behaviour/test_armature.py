@@ -334,7 +334,7 @@ def test_wheels_that_mesh() -> None:
 
 def test_held_joints_need_nothing_for_their_rotors() -> None:
     scenes = [
-        cd.Scene(cd.load(text), drive=["a", "b", "c"], held={"d": 0.3})
+        cd.Scene(cd.load(text), drive=["a", "b", "c"], held={"d": 0.3}, gravity=(0.0, 0.0, 0.0))
         for text in (TREE, TREE.replace(' armature=".02"', ""))
     ]
     turns = [scene.sweep([[0.1, 0.2, 0.3]], speed=1.0, acceleration=2.0) for scene in scenes]

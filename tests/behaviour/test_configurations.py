@@ -151,3 +151,28 @@ def test_outputs_on_moving_bases_have_their_weights() -> None:
         for part in ("force", "moment"):
             first, second = getattr(full[name], part), getattr(some[name], part)
             np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-11)
+
+
+def test_positions_are_taken_from_configurations(tmp_path: Path) -> None:
+    mechanism = cd.load("four_bar")
+    there = cd.assemble(mechanism, near={"crank_bearing": 0.7})
+    angle = there["crank_bearing"]
+    near = cd.Scene(mechanism, drive="crank_bearing", near=there)
+    assert dict(near.near) == dict(there)
+    held = cd.Scene(mechanism, drive="rocker_bearing", near=dict(there))
+    assert held.configuration()["crank_bearing"] == pytest.approx(angle)
+    swing = cd.Scene(mechanism, free="crank_bearing", gravity=(0, -9.81, 0))
+    assert swing.simulate(0.01, position=there).motion.position("crank_bearing")[0] == angle
+    again = cd.load(cd.write(mechanism, tmp_path / "there.urdf", at=dict(there)))
+    assert cd.assemble(again)["crank_bearing"] == 0.0
+
+
+def test_simulations_begin_in_configurations_of_their_scenes() -> None:
+    shaft = cd.load("universal_joint")
+    scene = cd.Scene(shaft, free="bearing_in", held={"joint_angle": 0.3})
+    moved = cd.Scene(shaft, drive="bearing_in", held={"joint_angle": 0.3}, near={"bearing_in": 0.4})
+    run = scene.simulate(0.01, position=moved.configuration())
+    assert run.motion.position("bearing_in")[0] == pytest.approx(0.4)
+    elsewhere = scene.replace(held={"joint_angle": 0.2}).configuration()
+    with pytest.raises(cd.ArgumentError, match="the scene holds this joint"):
+        scene.simulate(0.01, position=elsewhere)

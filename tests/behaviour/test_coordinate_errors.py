@@ -21,8 +21,12 @@ def tree() -> cd.Mechanism:
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"drive": "ball"}, cd.ArgumentError, "drive 'ball' is a spherical joint; name one of its"),
-        ({"drive": "ball"}, cd.ArgumentError, "coordinates: ball.x, ball.y, ball.z$"),
+        ({"drive": "u.turn_1", "loads": {"ball": 1.0}}, cd.ArgumentError, "loaded joint 'ball' is"),
+        (
+            {"drive": "u.turn_1", "loads": {"ball": 1.0}},
+            cd.ArgumentError,
+            "a spherical joint; name one of its coordinates: ball.x, ball.y, ball.z$",
+        ),
         ({"drive": "ball.w"}, cd.ModelError, "joint 'ball' has no coordinate 'w'; name .* ball.x"),
         ({"drive": "u.turn"}, cd.ModelError, "no coordinate 'turn'; .* u.turn_1, u.turn_2$"),
         ({"drive": "bal.x"}, cd.ModelError, r"no joint or coordinate 'bal.x'; .*\(did you mean"),
@@ -116,7 +120,7 @@ def test_joints_with_dots_in_their_names() -> None:
     )
     np.testing.assert_allclose(sweep["a"].torsion, sweep.drive_effort[:, 1], atol=1e-12)
     with pytest.raises(cd.ArgumentError, match=r"name one of its coordinates: a.b.x, a.b.y, a.b.z"):
-        cd.Scene(mechanism, drive="a.b")
+        cd.Scene(mechanism, drive="a.turn", loads={"a.b": 1.0})
 
 
 def test_tables_name_coordinates() -> None:

@@ -293,6 +293,11 @@ class Description(Value):
             empty where nothing is known.
         added: URDF+ text of the loops and couplings that were added to those of the source; empty
             without any.
+        keyframes: name to positions of the joints of its tree by name [rad or m], those of a ball
+            as a unit quaternion (x, y, z, w), of a floating joint `(7,)` with that last.
+        gravity: `(3,)` acceleration of free fall in world axes [m/s²], which scenes take where they
+            ask for that of the description; None where its notation has none.
+        states_gravity: whether the author wrote it; else it is the format's default.
     """
 
     name: str
@@ -311,6 +316,11 @@ class Description(Value):
     displacements: tuple[Displacement, ...] = field(default=(), compare=False)
     remedy: str = field(default="", compare=False)
     added: str = field(default="", compare=False)
+    keyframes: Mapping[str, Mapping[str, float | np.ndarray]] = field(
+        default_factory=lambda: FrozenDict({}), compare=False
+    )
+    gravity: np.ndarray | None = field(default=None, compare=False)
+    states_gravity: bool = field(default=False, compare=False)
 
     def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
         """Return the description with frames of joints and ends of loops elsewhere.
@@ -403,6 +413,20 @@ class Description(Value):
     def joints_and_loops(self) -> tuple[JointOrLoop, ...]:
         """The joints of the tree, then the loops, in file order."""
         return (*self.joints, *self.loops)
+
+    @property
+    def fixed_frames(self) -> dict[str, tuple[str, np.ndarray]]:
+        """What is fixed in links and named unlike any: to the link, `(4, 4)` placement there [m].
+
+        They are `fixed` joints of the tree and `frames`; of one name, a joint comes first.
+        """
+        links = {link.name for link in self.links}
+        joints = {
+            item.name: (item.parent, item.origin) for item in self.joints if item.type == "fixed"
+        }
+        return {
+            name: place for name, place in {**self.frames, **joints}.items() if name not in links
+        }
 
     @property
     def text(self) -> SourceText | None:

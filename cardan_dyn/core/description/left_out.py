@@ -49,17 +49,11 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
 
 
 def _is_read(element: ElementTree.Element) -> bool:
-    """Return whether all of an element for other programs that is of any use here is read.
-
-    Such are loops, see `gazebo`, and rotors, see `transmissions`.
-    """
+    """Return whether an element for other programs says loops (`gazebo`), what drives, or rotors."""
+    tags = {part.tag for part in element}
     if element.tag == "transmission":
-        return any(part.tag.endswith("rotor_inertia") for part in element.iterfind("actuator/*"))
-    return (
-        bool(len(element))
-        and element.tag == "gazebo"
-        and ({part.tag for part in element} <= {"joint", "frame"})
-    )
+        return "joint" in tags
+    return bool(tags) and element.tag == "gazebo" and tags <= {"joint", "frame"}
 
 
 def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]:

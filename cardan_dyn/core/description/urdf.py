@@ -107,6 +107,10 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     independent = _independent(robot, where)
     if beside is not None and not independent:
         independent = beside.motors
+    if not independent:
+        following = {item.successor for item in couplings}
+        movable = {item.name for item in joints if item.type != "fixed"} - following
+        independent = tuple(name for name in _motors(robot) if name in movable)
     check_tree(list(link_names), joints, where)
     return Description(
         name=robot.get("name") or "mechanism",
@@ -319,6 +323,22 @@ def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
     return tuple(
         name_of(joint, where) for joint in robot.findall("joint") if _is_independent(joint, where)
     )
+
+
+def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
+    """Return names of the joints that `<transmission>` and `<ros2_control>` drive, in file order.
+
+    Joints of the latter that only states are read of have no motor.
+    """
+    driven = [
+        *robot.findall("transmission/joint"),
+        *(
+            item
+            for item in robot.findall("ros2_control/joint")
+            if item.find("command_interface") is not None
+        ),
+    ]
+    return tuple(dict.fromkeys(item.get("name", "") for item in driven))
 
 
 def _is_independent(joint: ElementTree.Element, where: str) -> bool:

@@ -182,16 +182,16 @@ class _PlacedBushing:
         self._element, self._label = element, label
         given = element.origin_b
         self._end = _without_deformation(mechanism, element) if given is None else given
-        first, second = (
-            (mechanism.links[link][0], mechanism.links[link][1].rotation @ placement[:3, :3])
-            for link, placement in zip(element.links, (element.origin, self._end), strict=True)
-        )
-        self._winding = Winding(mechanism, first, second)
         from ..mechanism.tree import se3  # Loaded with the mechanism.
 
-        (body_a, frame_a), (body_b, frame_b) = (mechanism.links[link] for link in element.links)
+        (body_a, frame_a), (body_b, frame_b) = (mechanism.link_frames[k] for k in element.links)
         self._bodies = body_a, body_b
         self._placements = frame_a * se3(np.asarray(element.origin)), frame_b * se3(self._end)
+        first, second = (
+            (body, place.rotation)
+            for body, place in zip(self._bodies, self._placements, strict=True)
+        )
+        self._winding = Winding(mechanism, first, second)
 
     def _turns(self, x: Array, rotation: Array) -> Array:
         """Return its rotation vectors `(N, 3)`, whole turns counted.

@@ -57,7 +57,9 @@ class ElementEfforts:
         self.act_on_links = bool(self._on_links)
         named = mechanism.coordinates.named
         self.rates = {named[name].rate for item in elements for name in item.joints}
-        self.bodies = {int(mechanism.links[link][0]) for item in elements for link in item.links}
+        self.bodies = {
+            int(mechanism.link_frames[link][0]) for item in elements for link in item.links
+        }
 
     def add_along_coordinates(self, efforts: Array, time: float, x: Array, v: Array) -> None:
         """Add what joint elements exert at a state to efforts `(nv,)`; see `Forces.efforts`."""

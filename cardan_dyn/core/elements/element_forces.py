@@ -37,7 +37,7 @@ class Acted(NamedTuple):
 
     def link_loads(self, mechanism: Mechanism) -> list[LinkLoad]:
         """Return the wrenches placed in the bodies that carry their links."""
-        placed = ((mechanism.links[wrench.link], wrench) for wrench in self.wrenches)
+        placed = ((mechanism.link_frames[wrench.link], wrench) for wrench in self.wrenches)
         return [
             LinkLoad(body - 1, frame.rotation, frame.translation, wrench.force, wrench.moment, True)
             for (body, frame), wrench in placed
@@ -65,7 +65,7 @@ class ElementForces:
         self.acting = tuple(element.on(mechanism, label) for element, label in pairs)
         self._nv = mechanism.model.nv
         links = {link for element in self.elements for link in element.links}
-        self._fixed = {link for link in links if mechanism.links[link][0] == 0}
+        self._fixed = {link for link in links if mechanism.link_frames[link][0] == 0}
         self._motions = LinkMotions(mechanism, links) if links else None
 
     def at(self, x: Array, v: Array, time: ArrayLike = 0.0) -> Acted:

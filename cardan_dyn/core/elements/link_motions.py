@@ -81,7 +81,7 @@ class LinkMotions:
             bodies: indices of further bodies of `Mechanism.model`, for `bodies_at`.
         """
         model, coordinates = mechanism.model, mechanism.coordinates
-        self._links = {name: mechanism.links[name] for name in links}
+        self._links = {name: mechanism.link_frames[name] for name in links}
         wanted: set[int] = set()
         for body in (*(body for body, _ in self._links.values()), *bodies):
             index = body

@@ -84,7 +84,7 @@ class ByArrays:
 
     def __init__(self, element: Element, acting: Acting, mechanism: Mechanism) -> None:
         self._acting = acting
-        self._links = {link: mechanism.links[link] for link in element.links}
+        self._links = {link: mechanism.link_frames[link] for link in element.links}
 
     def add(self, efforts: Array, state: OneState) -> None:
         """Add what it exerts to efforts, see `Acting.add`."""

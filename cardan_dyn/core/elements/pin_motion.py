@@ -64,11 +64,11 @@ class PinMotion:
             clearance: in the diameter [m].
         """
         link, centre, axis = bush
-        self.bush, frame = mechanism.links[link]
+        self.bush, frame = mechanism.link_frames[link]
         self._centre = _vector(frame.act(centre))
         self._axis = _vector(frame.rotation @ axis)
         link, point = pin
-        self.pin, frame = mechanism.links[link]
+        self.pin, frame = mechanism.link_frames[link]
         self._point = _vector(frame.act(point))
         self._radius, self._play = float(radius), 0.5 * float(clearance)
 

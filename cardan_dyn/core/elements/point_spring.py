@@ -69,7 +69,7 @@ class PointElement(LinkElement):
 
     def on(self, mechanism: Mechanism, label: str) -> _BetweenPoints:
         """See `Element.on`."""
-        (body_a, frame_a), (body_b, frame_b) = (mechanism.links[link] for link in self.links)
+        (body_a, frame_a), (body_b, frame_b) = (mechanism.link_frames[link] for link in self.links)
         ends = (body_a, frame_a.act(self.point_a)), (body_b, frame_b.act(self.point_b))
         return _BetweenPoints(self, label, mechanism.characteristic_length, ends)
 

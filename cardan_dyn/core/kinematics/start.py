@@ -8,6 +8,7 @@ closed or singular, closed loops are searched for with these joints at their pos
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -86,7 +87,7 @@ class _Way:
         ended: CardanError | None = None
         if not problem.near_balls:
             try:
-                return self._near_moved(self._closed_zero())
+                return self._near_moved(self._closed_zero(tell=not problem.near))
             except (AssemblyError, SingularConfigurationError) as error:
                 if not problem.near:
                     raise
@@ -95,9 +96,8 @@ class _Way:
             return self._searched(wanted, problem.near)
         except AssemblyError as error:
             # An end of the way says more: how far the joints could be followed.
-            if isinstance(ended, AssemblyError):
-                raise ended from error
-            raise
+            told = ended if isinstance(ended, AssemblyError) else error
+            return self._nearest(wanted, (), told)
 
     def _met(self, state: Array) -> Array:
         """Return closed coordinates `(size,)` in which all of `near` is met as well as `held`.
@@ -114,7 +114,20 @@ class _Way:
         except (AssemblyError, SingularConfigurationError):
             moved = state
         pinned = {**self._problem.near, **self._problem.held}
-        return self._searched(self._with(moved, pinned), pinned)
+        try:
+            return self._searched(self._with(moved, pinned), pinned)
+        except AssemblyError as error:
+            return self._nearest(moved, self._problem.held, error)
+
+    def _nearest(self, x: Array, held: Iterable[str], error: AssemblyError) -> Array:
+        """Return closed coordinates `(size,)` nearest to `near`, which cannot all be met."""
+        from .closing.nearest import nearest_to  # Most starts can be met.
+
+        near, structure = self._problem.near, self._division.system.structure
+        if not near:
+            raise error
+        wanted = self._with(x, near)
+        return nearest_to(structure, wanted, near, self._free(held), self._needed, error)
 
     def _is_complete(self) -> bool:
         """Return whether `near` names all coordinates of the tree's joints on loops.
@@ -148,19 +161,28 @@ class _Way:
         free[self._coordinates.rates_of(pinned)] = False
         return np.nonzero(free)[0]
 
-    def _closed_zero(self) -> Array:
+    def _closed_zero(self, tell: bool) -> Array:
         """Return closed coordinates `(size,)` at or near the description's zero.
 
         The drives stay at zero if Newton's method closes the loops nearby. From far away it may end
         in any assembly mode, which would then depend on the choice of the drives.
+
+        Args:
+            tell: whether to warn of another assembly that is as near.
         """
 
-        def closed() -> Array:
+        def nearest(x: Array) -> tuple[Array, str]:
+            from .closing.rivals import nearest_of_rivals  # Most zeros are closed.
+
+            solvers = self._kinematics.solvers
+            return nearest_of_rivals(self._mechanism, solvers, self._mechanism.zero, x)
+
+        def closed() -> tuple[Array, str]:
             zero = self._mechanism.zero
             state = self._kinematics.close(zero[None, :], most=MOST_STEPS_FROM_AFAR)
             # While no step was shortened, this is the assembly mode that the zero is nearest to.
             if not (state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < LONGEST_STEP):
-                return read_only(self._searched(zero, {}))
+                return nearest(self._searched(zero, {}))
             if state.correction[0] > SAFE_CORRECTION:
                 from ..proof.closed_positions import refuse_left  # Most zeros are closed and stay.
 
@@ -168,10 +190,14 @@ class _Way:
                 loops = [index for group in groups for index in group.loops]
                 couplings = [index for group in groups for index in group.couplings]
                 refuse_left(self._mechanism, loops, couplings, zero, state.x[0])
-            return read_only(state.x[0])
+                return nearest(state.x[0])
+            return state.x[0], ""
 
         groups = *(solver.group.key for solver in self._kinematics.solvers), self._needed.tobytes()
-        return self._mechanism.kept.of("closed zero", groups, closed)
+        x, told = self._mechanism.kept.of("closed zero", groups, closed)
+        if told and tell:
+            self._mechanism.base.kept.of("told of assemblies", told, lambda: _warned(told))
+        return read_only(x)
 
     def _searched(self, x: Array, pinned: Mapping[str, float]) -> Array:
         """Return closed coordinates `(size,)` near some that may be far from closed.
@@ -238,3 +264,9 @@ class _Way:
 
             slides = self._mechanism.drivable[joint].slides
             raise out_of_reach(f"{role} joint", joint, value, slides, error) from error
+
+
+def _warned(told: str) -> bool:
+    """Warn, which is then known to be done."""
+    warnings.warn(told, stacklevel=2)
+    return True

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kit.arrays import Array, cross
-from ...kit.errors import ModelError, choices
-from .frames import Offset
+from ...kit.errors import ModelError
+from .frames import Frames, Offset
 from .mechanism import Mechanism
 
 _AT_REST = np.zeros((3, 1))
@@ -67,10 +67,8 @@ class CarriedFrame:
             ModelError: unknown name; the message lists the valid ones.
         """
         self._frames = frames = mechanism.frames
-        link, within = frame_of(mechanism, name)
-        self.name = str(name)
-        body, placement = frames.links[link]
-        placement = placement @ within
+        self.name, body, placement = _named(mechanism, frames, name)
+        placement = placement.copy()
         placement[:3, 3] = placement[:3, :3] @ xyz + placement[:3, 3]
         last = frames.last[body] if body >= 0 else -1
         self._path = frames.motions_to(last)
@@ -156,42 +154,23 @@ def _sum(axes: list[Array], rates: Array, first: int) -> Array:
     return np.asarray(sum(terms[1:], terms[0]))
 
 
-def frame_of(mechanism: Mechanism, name: object) -> tuple[str, Array]:
-    """Return the link that carries a frame, and the frame's `(4, 4)` placement in it [m].
+def _named(mechanism: Mechanism, frames: Frames, name: object) -> tuple[str, int, Array]:
+    """Return the name of a frame, the body that carries it, and its `(4, 4)` placement there.
 
     Links come first: descriptions may give other things the name of a link.
-
-    Args:
-        mechanism: the mechanism.
-        name: of a link, of a `fixed` joint of the tree, or of a site or frame of the description.
-
-    Raises:
-        ModelError: unknown name; the message lists the valid ones.
     """
-    described = mechanism.description
-    if isinstance(name, str):
-        if name in mechanism.links:
-            return name, np.eye(4)
-        fixed = {item.name: item for item in described.joints if item.type == "fixed"}
-        if name in fixed:
-            return fixed[name].parent, fixed[name].origin
-        if name in described.frames:
-            return described.frames[name]
-        if name in mechanism.joints:
-            joint = next(item for item in described.joints_and_loops if item.name == name)
-            links = [
-                getattr(joint, end)
-                for end in ("parent", "child", "predecessor", "successor")
-                if hasattr(joint, end)
-            ]
-            raise ModelError(
-                f"{mechanism.name}: {name!r} is a joint, between the links {links[0]!r} and "
-                f"{links[1]!r}: name one of them, or take origin({name!r}) and rotation({name!r})",
-                name=name,
-            )
-    known = [*mechanism.links, *described.frames]
-    known += [item.name for item in described.joints if item.type == "fixed"]
-    raise ModelError(
-        f"{mechanism.name}: no link or frame {name!r}; links and frames: {choices(known, name)}",
-        name=name,
-    )
+    if name not in frames.link_frames and name in mechanism:
+        described = mechanism.description.joints_and_loops
+        joint = next(item for item in described if item.name == name)
+        links = [
+            getattr(joint, end)
+            for end in ("parent", "child", "predecessor", "successor")
+            if hasattr(joint, end)
+        ]
+        raise ModelError(
+            f"{mechanism.name}: {name!r} is a joint, between the links {links[0]!r} and "
+            f"{links[1]!r}: name one of them, or take origin({name!r}) and rotation({name!r})",
+            name=joint.name,
+        )
+    mechanism.link_frame(name)  # It refuses what is none.
+    return str(name), *frames.link_frames[str(name)]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import vector
+from ...kit.errors import ModelError, choices
 from ...kit.frozen import Frozen, frozen, read_only
 
 if TYPE_CHECKING:
@@ -17,9 +19,11 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
 
 
-class Configuration(Frozen):
+class Configuration(Frozen, Mapping[str, "float | Array"]):
     """A closed configuration of a mechanism; `cardan_dyn.assemble` and `Scene.configuration`.
 
+    A mapping of its joints to their `positions`: `configuration["crank"]`. What takes positions by
+    name takes it: `near`, `position` of simulations, `at` of `cd.write`.
     `cd.view(configuration)` shows it, `cd.describe(configuration)` describes the mechanism there.
 
     Attributes:
@@ -70,6 +74,32 @@ class Configuration(Frozen):
         # Through the constructor, which closes the arrays of a copy to writing as well.
         given = (self.mechanism, self.x, self.loop_residual, self.zero_residual, self.branch)
         return Configuration, given
+
+    def __getitem__(self, joint: str) -> float | Array:
+        if joint not in self.positions:
+            name = self.mechanism.joint(joint).name
+            raise ModelError(
+                f"joint {name!r} is fixed, it has no position; joints that move: "
+                f"{choices(self.positions)}",
+                name=name,
+            )
+        return self.positions[joint]
+
+    def get(self, joint: str, default: Any = None) -> Any:
+        """Return the position of a joint, or something else if it has none."""
+        return self.positions.get(joint, default)
+
+    def __contains__(self, joint: object) -> bool:
+        return joint in self.positions
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.positions)
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    # Arrays among the positions cannot be compared as those of a mapping would be.
+    __eq__, __hash__ = object.__eq__, object.__hash__
 
     @cached_property
     def q(self) -> Array:

@@ -11,6 +11,7 @@ zero and about which axes joints turn is found once, so that few samples are pla
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -111,11 +112,25 @@ class Frames:
         self._columns, self._rates = coordinates.columns, coordinates.velocity_columns
         self._cardan = coordinates.cardan
         self.links = self._add_tree(description)
+        self._described = description
         self.tree = len(self.joints)
         self.ends = [self._add_loop(loop) for loop in description.loops]
         self.bodies = self._bodies(description)
         self.corner = self._corner()
         self._lay_out()
+
+    @cached_property
+    def link_frames(self) -> dict[str, tuple[int, Array]]:
+        """The same as `links`, of these and of what is fixed in them.
+
+        Those are `fixed` joints of the tree, and frames of the description. Of one name, links come
+        first, then joints.
+        """
+        found = dict(self.links)
+        for name, (link, place) in self._described.fixed_frames.items():
+            body, placement = self.links[link]
+            found.setdefault(name, (body, placement @ place))
+        return found
 
     def _lay_out(self) -> None:
         """Find what placing the frames needs and no position changes."""

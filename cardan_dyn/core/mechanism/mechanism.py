@@ -27,7 +27,7 @@ from ...kit.frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
 from .joints import Joint, NamedCoordinate, Part, described_joints, named_coordinates
 from .kept import Kept
-from .tree import TreeBuilder, artificial_inertia
+from .tree import TreeBuilder, artificial_inertia, se3
 from .welds import (
     LEAST_LENGTH,
     characteristic_length,
@@ -278,6 +278,21 @@ class Mechanism(Frozen):
         """
         return FrozenDict(named_coordinates(self.joints.values()))
 
+    @cached_property
+    def coordinates_together(self) -> FrozenDict[str, tuple[str, ...]]:
+        """Joints with several coordinates to all of these; their name stands for them in scenes.
+
+        Where another joint is called like one of them, that joint is meant, and this one left out.
+        """
+        every = self.joints
+        return FrozenDict(
+            {
+                name: joint.coordinates
+                for name, joint in every.items()
+                if joint.nv > 1 and not every.keys() & set(joint.coordinates)
+            }
+        )
+
     @property
     def independent_coordinates(self) -> tuple[str, ...]:
         """Names of all coordinates of the joints that the description's author drives."""
@@ -330,6 +345,33 @@ class Mechanism(Frozen):
                 f"{self.name}: no link {name!r}; links: {choices(self.links, name)}", name=name
             )
         return self.links[name]
+
+    @cached_property
+    def link_frames(self) -> FrozenDict[str, tuple[int, pinocchio.SE3]]:
+        """Links, and frames that are fixed in them: to the body, and the placement there.
+
+        Frames are `fixed` joints, sites of MJCF, frames of SDF and of Pinocchio. Of one name, a
+        link comes before a joint, and that before other frames.
+        """
+        placed = {
+            name: (self.links[link][0], self.links[link][1] * se3(place))
+            for name, (link, place) in self.description.fixed_frames.items()
+        }
+        return FrozenDict({**placed, **self.links})
+
+    def link_frame(self, name: object) -> tuple[int, pinocchio.SE3]:
+        """Return the body index and the placement there of a link, or of a frame fixed in one.
+
+        Raises:
+            ModelError: unknown name; the message lists the valid ones.
+        """
+        if not isinstance(name, str) or name not in self.link_frames:
+            raise ModelError(
+                f"{self.name}: no link or frame {name!r}; links and frames: "
+                f"{choices(self.link_frames, name)}",
+                name=name,
+            )
+        return self.link_frames[name]
 
     # What the package computes with, made when it is first needed and kept.
 

@@ -22,10 +22,9 @@ from ...kit.checks import (
 from ...kit.errors import ArgumentError, MobilityError, choices
 from ...kit.frozen import frozen
 from ..elements.link_loads import LinkLoad, Wrench
-from ..mechanism.configuration import Configuration
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
-from .coordinate_names import check_single, coordinates_of
+from .coordinate_names import check_single, coordinates_of, each_coordinate
 from .problem import Problem
 
 if TYPE_CHECKING:
@@ -46,13 +45,13 @@ def checked(
     *,
     drive: str | Sequence[str] | None = None,
     free: str | Sequence[str] | None = None,
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
     loads: Mapping[str, object] | None = None,
-    gravity: ArrayLike | None = None,
+    gravity: ArrayLike | str | None = None,
     outputs: Sequence[str] | None = None,
     compliance: Mapping[str, ArrayLike] | None = None,
     strict: bool = False,
-    near: Configuration | Mapping[str, float | Array] | None = None,
+    near: Mapping[str, ArrayLike] | str | None = None,
     branch: str = "A",
     elements: Iterable[Element] | None = None,
 ) -> Problem:
@@ -61,12 +60,16 @@ def checked(
         raise ArgumentError(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    held, near, loads = mapping("held", held), starting(near), mapping("loads", loads)
+    held = by_coordinate(mechanism, "held", held)
+    is_keyframe = isinstance(near, str)
+    near, loads = mapping("near", keyframe(mechanism, near)), mapping("loads", loads)
+    if is_keyframe:
+        near = {name: value for name, value in near.items() if name not in held}
     if drive is None and not free:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     in_list = drive is not None and not isinstance(drive, str)
-    drive = names("drive", () if drive is None else drive)
-    free = names("free", () if free is None else free)
+    drive = each_coordinate(mechanism, names("drive", () if drive is None else drive))
+    free = each_coordinate(mechanism, names("free", () if free is None else free))
     independent = (*drive, *free)
     efforts = [name for name, value in loads.items() if _is_effort(mechanism, name, value)]
     acting: tuple[Element, ...] = ()
@@ -99,13 +102,51 @@ def checked(
         branch=text("branch", branch),
         joint_loads=frozen(joint_loads),
         link_loads=frozen(link_loads),
-        gravity=np.zeros(3) if gravity is None else vector("gravity", gravity, 3),
+        gravity=(
+            np.zeros(3)
+            if gravity is None
+            else vector("gravity", of_description(mechanism, gravity), 3)
+        ),
         outputs=wanted_outputs(mechanism, outputs),
         all_outputs=outputs is None,
         compliance=frozen(compliances(mechanism, compliance)),
         strict=flag("strict", strict),
         elements=acting,
     )
+
+
+def of_description(mechanism: Mechanism, gravity: object) -> object:
+    """Return the gravity that an argument means: that of the description if it says so.
+
+    Raises:
+        ArgumentError: the description has none.
+    """
+    if not (isinstance(gravity, str) and gravity == "description"):
+        return gravity
+    if mechanism.description.gravity is None:
+        raise ArgumentError(
+            f"{mechanism.name}: gravity='description', and the description has none: <option "
+            "gravity> of MJCF, <gravity> of a world of SDF and pin.Model.gravity are read; give "
+            "gravity=(0, 0, -9.81)"
+        )
+    return mechanism.description.gravity
+
+
+def keyframe(mechanism: Mechanism, near: object) -> object:
+    """Return what `near` means: a keyframe of the description if it is the name of one.
+
+    Raises:
+        ArgumentError: the description has no keyframe of this name.
+    """
+    if not isinstance(near, str):
+        return near
+    keyframes = mechanism.description.keyframes
+    if near not in keyframes:
+        raise ArgumentError(
+            f"near: {mechanism.name} has no keyframe {near!r}; keyframes of MJCF: "
+            f"{choices(keyframes, near)}; or give positions of joints"
+        )
+    return keyframes[near]
 
 
 def with_named(mechanism: Mechanism, named: Iterable[str], moving: Iterable[str] = ()) -> Mechanism:
@@ -145,6 +186,62 @@ def _independent(
     return independent
 
 
+def by_coordinate(mechanism: Mechanism, role: str, given: object) -> dict[str, Any]:
+    """Return positions by coordinate, where those of a joint of several are given in a row.
+
+    Args:
+        mechanism: any variant of it.
+        role: how messages call the argument.
+        given: joints and coordinates to positions; joints of n coordinates to `(..., n)`, balls
+            also to unit quaternions, as `Configuration.positions` has them. Other values stay.
+
+    Raises:
+        ArgumentError: no mapping, wrong numbers, or a coordinate that is given twice.
+    """
+    if not (several := mechanism.coordinates_together):
+        return mapping(role, given)
+    result: dict[str, Any] = {}
+    for name, value in mapping(role, given).items():
+        parts, coordinates = {name: value}, several.get(name)
+        if coordinates and (value is None or np.ndim(value)):
+            label = f"{role}[{name!r}]"
+            columns = (
+                [None] * len(coordinates)
+                if value is None
+                else _angles(mechanism, mechanism.joints[name], label, value)
+            )
+            parts = dict(zip(coordinates, columns, strict=True))
+        if twice := result.keys() & parts.keys():
+            raise ArgumentError(f"{role}: {choices(twice)} is given by itself and with its joint")
+        result |= parts
+    return result
+
+
+def _angles(mechanism: Mechanism, joint: Joint, label: str, given: object) -> Array:
+    """Return values `(n, ...)` of a joint's n coordinates from an array with them last."""
+    rows = numbers(label, given)
+    values = np.moveaxis(rows, -1, 0)
+    if joint.has_ball and len(values) == joint.nv + 1:
+        values = np.concatenate([values[:-4], cardan_angles(_unit(label, values[-4:]))])
+    if len(values) != joint.nv:
+        raise ArgumentError(
+            f"{label} has shape {rows.shape}, expected (..., {joint.nv}); or "
+            f"{coordinates_of(mechanism, joint.name)}"
+        )
+    return values
+
+
+def _unit(label: str, quaternion: Array) -> Array:
+    """Return quaternions `(4, ...)` at length 1, from which rounding alone takes them."""
+    length = np.linalg.norm(quaternion, axis=0)
+    if np.any(np.abs(length - 1.0) > _UNIT):
+        raise ArgumentError(
+            f"{label}: the quaternion {quaternion.tolist()} has length {np.max(length):g}, "
+            "expected 1"
+        )
+    return np.asarray(quaternion / length)
+
+
 def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, float]:
     """Return positions of joints and coordinates, from the argument called `role`.
 
@@ -167,17 +264,6 @@ def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, 
     return positions
 
 
-def starting(near: object) -> dict[str, Any]:
-    """Return the argument `near` as a mapping, which may be a configuration.
-
-    Raises:
-        ArgumentError: it is neither.
-    """
-    if isinstance(near, Configuration):
-        near = near.positions
-    return mapping("near", near)
-
-
 def near_positions(
     mechanism: Mechanism, given: object
 ) -> tuple[dict[str, float], dict[str, Array]]:
@@ -191,7 +277,7 @@ def near_positions(
         ArgumentError: no mapping, wrong numbers, or too far away to be followed to.
     """
     rest, balls = {}, {}
-    for name, value in starting(given).items():
+    for name, value in mapping("near", given).items():
         joint = mechanism.joints.get(name) if isinstance(name, str) else None
         if joint is None or joint.nv == 1 or not joint.coordinates or np.ndim(value) != 1:
             rest[name] = value
@@ -224,14 +310,7 @@ def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
         return np.concatenate([values[:-3], cardan_quaternion(values[-3:])])
     if not has_quaternion:
         return values
-    quaternion = values[-4:]
-    length = float(np.linalg.norm(quaternion))
-    if abs(length - 1.0) > _UNIT:
-        raise ArgumentError(
-            f"near[{joint.name!r}]: the quaternion {quaternion.tolist()} has length {length:g}, "
-            "expected 1"
-        )
-    quaternion = quaternion / length
+    quaternion = _unit(f"near[{joint.name!r}]", values[-4:])
     if size == len(values):
         return np.concatenate([values[:-4], quaternion])
     return np.concatenate([values[:-4], cardan_angles(quaternion)])
@@ -299,14 +378,15 @@ def split_loads(
             efforts[name] = numbers(label, value)
             if not efforts[name].size:
                 raise ArgumentError(f"{label} is empty")
-        elif name in mechanism.links:
-            wrenches[name] = _link_load(mechanism, name, label, value)
-        elif name in mechanism.adjustable:
+        elif name in mechanism.adjustable and name not in mechanism.links:
             check_single(mechanism, name, "loaded joint")
+        elif name in mechanism.link_frames:
+            wrenches[name] = _link_load(mechanism, name, label, value)
         else:
+            known = choices(mechanism.link_frames, name)
             raise ArgumentError(
                 f"{label}: no joint or link has this name; joints: "
-                f"{choices(mechanism.drivable, name)}; links: {choices(mechanism.links, name)}"
+                f"{choices(mechanism.drivable, name)}; links: {known}"
             )
     return efforts, wrenches
 
@@ -324,7 +404,7 @@ def _is_effort(mechanism: Mechanism, name: str, value: object) -> bool:
 
 def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> LinkLoad:
     """Return a wrench on a link, checked."""
-    body, frame = mechanism.link(name)
+    body, frame = mechanism.link_frame(name)
     if body == 0:
         raise ArgumentError(f"{label}: link {name!r} is fixed to the world; nothing can move it")
     if not isinstance(value, Wrench):

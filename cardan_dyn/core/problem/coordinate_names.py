@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from ...kit.errors import ArgumentError, ModelError, choices
 from ..mechanism.mechanism import Mechanism
 
@@ -28,6 +30,15 @@ def check_single(mechanism: Mechanism, name: object, role: str) -> None:
     raise ArgumentError(
         f"{role} {name!r} is a {joint.type} joint; {coordinates_of(mechanism, joint.name)}"
     )
+
+
+def each_coordinate(mechanism: Mechanism, names: Iterable[str]) -> tuple[str, ...]:
+    """Return names in which a joint of several coordinates stands for all of them, in their order.
+
+    Other names stay as they are, also those of nothing.
+    """
+    several = mechanism.coordinates_together
+    return tuple(item for name in names for item in several.get(name, (name,)))
 
 
 def coordinates_of(mechanism: Mechanism, joint: str) -> str:

@@ -55,10 +55,10 @@ def elements_on(mechanism: Mechanism, elements: tuple[Element, ...]) -> tuple[El
                 raise type(error)(f"{label}: {error}", **error.details) from error
         for link in element.links:
             try:
-                mechanism.link(link)
+                mechanism.link_frame(link)
             except CardanError as error:
                 raise type(error)(f"{label}: {error}", **error.details) from error
-        if element.links and all(mechanism.links[link][0] == 0 for link in element.links):
+        if element.links and all(mechanism.link_frames[link][0] == 0 for link in element.links):
             moving = [name for name, (body, _) in mechanism.links.items() if body]
             raise ArgumentError(
                 f"{label}: both links are fixed to the world; links that move: {choices(moving)}"

@@ -197,7 +197,7 @@ class Problem(Record):
         joints = (mechanism.drivable[name].joint for item in self.elements for name in item.joints)
         bodies = {mechanism.joints[name].id - 1 for name in joints}
         links = (name for item in self.elements for name in item.links)
-        return frozenset(bodies | {mechanism.links[name][0] - 1 for name in links}) - {-1}
+        return frozenset(bodies | {mechanism.link_frames[name][0] - 1 for name in links}) - {-1}
 
     @cached_property
     def output_indices(self) -> list[int] | slice:

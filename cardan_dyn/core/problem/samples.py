@@ -18,7 +18,7 @@ from ...kit.errors import ArgumentError, choices
 from ...kit.frozen import FrozenDict, frozen
 from ..mechanism.mechanism import Mechanism
 from .acting import AT_ZERO, Acting
-from .arguments import check_distance, split_loads
+from .arguments import by_coordinate, check_distance, of_description, split_loads
 from .coordinate_names import check_single
 from .problem import Problem
 
@@ -176,7 +176,7 @@ def acting_on(
         speed: of its d drives, see `drive_values`.
         acceleration: likewise.
         loads: joints and links to what acts on them; all others keep what the scene has there.
-        gravity: `(..., 3)` instead of the scene's.
+        gravity: `(..., 3)` or `"description"` instead of the scene's.
         inertia: link to the factor on its mass and inertia.
         time: of any shape [s].
 
@@ -191,7 +191,9 @@ def acting_on(
                 f"loads[{name!r}]: the scene solves this joint as a ball; give the scene itself a "
                 "load on one of its coordinates"
             )
-    gravities = problem.gravity if gravity is None else numbers("gravity", gravity)
+    gravities = problem.gravity
+    if gravity is not None:
+        gravities = numbers("gravity", of_description(problem.mechanism, gravity))
     if gravities.shape[-1:] != (3,) or not gravities.size:
         raise ArgumentError(f"gravity has shape {gravities.shape}, expected (..., 3)")
     # Few sweeps give times, and all of them would pay for reading them.
@@ -280,7 +282,7 @@ def _check_fine(problem: Problem, positions: Array) -> None:
 def _held(problem: Problem, held: object) -> dict[str, Array]:
     """Return the positions of held joints, in the order of the scene."""
     varied = {}
-    given = mapping("held", held)
+    given = by_coordinate(problem.mechanism, "held", held)
     # In the order of the scene, so that one set of joints is one family of designs.
     order = {name: index for index, name in enumerate(problem.held)}
     for name in sorted(given, key=lambda name: order.get(name, len(order))):

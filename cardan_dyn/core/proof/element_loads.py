@@ -157,7 +157,7 @@ class ProvenElements:
         count: int,
     ) -> _Moving:
         """Return a frame of a link, by its `(4, 4)` placement there, at that many samples."""
-        body, in_body = self._frames.links[link]
+        body, in_body = self._frames.link_frames[link]
         motion = self._frames.last[body] if body >= 0 else -1
         axes, origin = self._placing.at(placed, Fixed.of(motion, in_body @ placement))
         velocity, spin = NOTHING if body < 0 or velocities is None else velocities[motion]
@@ -313,7 +313,7 @@ class ProvenElements:
     ) -> Iterator[tuple[Array, Array]]:
         """Yield angles `(N,)` by which joints turn a bushing's links from zero, and their axis."""
         frames, moved = self._frames, x - self._zero
-        start, goal = (frames.links[link][0] for link in element.links)
+        start, goal = (frames.link_frames[link][0] for link in element.links)
         around: dict[int, list[tuple[int, int, float]]] = {}
         for joint, (parent, child) in enumerate(zip(frames.parents, frames.children, strict=True)):
             around.setdefault(parent, []).append((joint, child, 1.0))

@@ -203,7 +203,7 @@ class Rows:
                 (inertia[name[1]],) = row
             elif name[0] == "point":
                 _, link, is_in_world = name
-                body, placement = frames.links[link]
+                body, placement = frames.link_frames[link]
                 of_load = (_vectors(rows[part, link, is_in_world]) for part in _OF_LOAD)
                 (point,), (force,), (moment,) = of_load
                 place = Fixed.of(frames.last[body], placement)

@@ -227,7 +227,8 @@ def checked_acting(
     """
     mechanism = problem.mechanism
     for name in mapping("loads", loads):
-        if name in problem.link_loads or (name in mechanism.links and name not in mechanism.joints):
+        is_frame = name in mechanism.link_frames and name not in mechanism.joints
+        if name in problem.link_loads or is_frame:
             raise ArgumentError(
                 f"loads[{name!r}]: {name!r} is a link; a response keeps the wrenches of its "
                 "scene, and replaces efforts at joints only: build one of a scene with this "

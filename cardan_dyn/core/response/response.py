@@ -212,7 +212,7 @@ class Response(Frozen):
         acceleration: ArrayLike = 0.0,
         *,
         loads: Mapping[str, ArrayLike] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
     ) -> Sweep:
         """Return wrenches at any operating points; each is evaluated when it is first read.
 
@@ -224,7 +224,7 @@ class Response(Frozen):
             acceleration: drive accelerations [rad/s² or m/s²].
             loads: efforts at joints instead of the scene's, by name [N·m or N]. Wrenches on links
                 stay the scene's.
-            gravity: `(..., 3)` [m/s²] instead of the scene's.
+            gravity: `(..., 3)` [m/s²] or `"description"` instead of the scene's.
 
         Raises:
             ArgumentError: not finite, shapes that do not match, a load that the response was not
@@ -241,7 +241,7 @@ class Response(Frozen):
         acceleration: ArrayLike = 0.0,
         *,
         loads: Mapping[str, ArrayLike] | None = None,
-        gravity: ArrayLike | None = None,
+        gravity: ArrayLike | str | None = None,
     ) -> Sweep:
         """Return wrenches at `count` equal steps of one period, by FFT.
 

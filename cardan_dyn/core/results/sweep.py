@@ -445,7 +445,8 @@ class Sweep(MotionResult):
             joint: one of `outputs`.
             frame: axes of the components: `joint` turns with the child; `parent` stays with the
                 parent link, which for an end bearing means fixed axes; `world`; or the name of a
-                link. The moment is about the joint's origin, see `JointWrench.at`.
+                link, or of a frame in one. The moment is about the joint's origin, see
+                `JointWrench.at`.
 
         Raises:
             ModelError: the joint is unknown or none of the outputs.
@@ -459,8 +460,8 @@ class Sweep(MotionResult):
                 f"which are: {choices(outputs)}"
             )
         is_text = type(frame) is str or isinstance(frame, str)
-        if not is_text or (frame not in FRAMES and frame not in mechanism.links):
-            links = f"; or those of a link: {choices(mechanism.links, frame)}"
+        if not is_text or (frame not in FRAMES and frame not in mechanism.link_frames):
+            links = f"; or those of a link: {choices(mechanism.link_frames, frame)}"
             raise ArgumentError(
                 f"frame {described(frame)} is unknown; frames: {choices(FRAMES, frame)}{links}"
             )

@@ -148,7 +148,7 @@ class Forces:
             if name in coordinates.named
         ]
         self._link_functions = {
-            name: function for name, function in functions.items() if name in mechanism.links
+            name: function for name, function in functions.items() if name in mechanism.link_frames
         }
         self.link_loads = {name: load for name, load in link_loads.items() if name not in functions}
         self.joint_loads = joint_loads
@@ -227,7 +227,7 @@ class Forces:
     @property
     def bodies(self) -> set[int]:
         """Bodies of the mechanism's model on which loads or elements act."""
-        links = self._mechanism.links
+        links = self._mechanism.link_frames
         loaded = {load.body + 1 for load in self.link_loads.values()}
         loaded |= {int(links[name][0]) for name in self._link_functions}
         return loaded | self._elements.bodies

@@ -236,7 +236,7 @@ def forces_of(solver: ProblemSolver, loads: Any = None) -> Forces:
     for name, value in mapping("loads", loads).items():
         if callable(value):
             if name not in problem.mechanism.coordinates.named:
-                problem.mechanism.link(name)
+                problem.mechanism.link_frame(name)
             functions[name] = state_function(f"loads[{name!r}]", value)
         else:
             constant[name] = value

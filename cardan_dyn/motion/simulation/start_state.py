@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...core.dynamics.problem_solver import ProblemSolver
+from ...core.mechanism.configuration import Configuration
+from ...core.problem.arguments import by_coordinate
 from ...core.problem.coordinate_names import check_single
 from ...core.problem.samples import Targets
 from ...core.results.collect import motion_at
@@ -81,12 +83,18 @@ def _given(solver: ProblemSolver, label: str, value: Any) -> dict[str, float]:
         )
     mechanism = problem.mechanism
     result = {}
-    for name, item in value.items():
+    for name, item in by_coordinate(mechanism, label, value).items():
         check_single(mechanism, name, f"a key of {label},")
         if name not in mechanism.coordinates.named:
+            if isinstance(value, Configuration):
+                continue  # The loops place a ball that nothing drives and that is not free.
             raise ArgumentError(f"{label}[{name!r}]: the scene solves this joint as a ball")
         given = number(f"{label}[{name!r}]", item)
         if name in problem.held:
+            if isinstance(value, Configuration) and abs(given - problem.held[name]) <= NOTHING * (
+                mechanism.characteristic_length if mechanism.drivable[name].slides else 1.0
+            ):
+                continue
             raise ArgumentError(
                 f"{label}[{name!r}]: the scene holds this joint; driven and free: "
                 f"{choices(problem.independent)}"

@@ -41,7 +41,7 @@ def scanned_by(
     drive: tuple[str, ...],
     held: tuple[str, ...],
     loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | None,
+    gravity: tuple[float, float, float] | str | None,
     strict: bool,
     joints: tuple[str, ...],
     bearings: tuple[str, ...],

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from typing import Any
 
 import click
 
 from ...kit.errors import CardanError
+from .options import DESCRIPTION
 
 MISSED, FAILED, OPEN, INTERRUPTED, UNREAD = 1, 2, 3, 130, 141
 """Exit codes: a limit or check is missed; a bad file, bad usage, or no result; nothing is missed,
@@ -42,13 +44,39 @@ class Interrupted(click.ClickException):
         click.echo(self.format_message(), file=file, err=file is None)
 
 
+class Command(click.Command):
+    """Takes a word instead of the three values of `--gravity`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Let the word stand three times, as click counts values."""
+        spread: list[str] = []
+        for word in args:
+            if word == f"--gravity={DESCRIPTION}":
+                spread += ["--gravity", *[DESCRIPTION] * 3]
+            elif word == DESCRIPTION and spread[-1:] == ["--gravity"]:
+                spread += [DESCRIPTION] * 3
+            else:
+                spread.append(word)
+        return super().parse_args(ctx, spread)
+
+
+def _show_warning(message: Warning | str, *_where: object) -> None:
+    """Print a warning on standard error, with options instead of arguments."""
+    text = str(message).replace('gravity="description"', "--gravity description")
+    click.echo(f"warning: {text.replace('gravity=(0, 0, 0)', '--gravity 0 0 0')}", err=True)
+
+
 class Commands(click.Group):
     """Ends commands as `EXIT_CODES` says, without a traceback."""
+
+    command_class = Command
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; its errors become messages and exit codes."""
         try:
-            result = super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = _show_warning  # type: ignore[assignment]
+                result = super().invoke(ctx)
             sys.stdout.flush()  # Here, where a closed pipe is expected.
             return result
         except CardanError as error:

@@ -81,7 +81,7 @@ def _print_check(
 ) -> None:
     loops = f"{len(mechanism.loops)} loop{'s' * (len(mechanism.loops) != 1)}"
     say(f"{mechanism.name}: {len(mechanism.joints)} joints, {loops}")
-    for text in mechanism.warnings:
+    for text in mechanism.warnings if report is None else report.warnings:
         say(f"warning: {text}", "yellow")
     if report is not None:
         for line in _determined(report):
@@ -184,7 +184,7 @@ def _as_json(
     """Return all that is printed, in SI units and radians; what has no end is null."""
     told: dict[str, Any] = {
         "mechanism": mechanism.name,
-        "warnings": list(mechanism.warnings),
+        "warnings": list(mechanism.warnings if report is None else report.warnings),
         "can_be_swept": not reason,
         "reason": reason or (drives.reason if drives is not None else ""),
     }

@@ -100,7 +100,7 @@ def sweep_of(
     acceleration: str | None,
     held: tuple[str, ...],
     loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | None,
+    gravity: tuple[float, float, float] | str | None,
     joints: tuple[str, ...],
     strict: bool,
 ) -> None:
@@ -149,7 +149,7 @@ def simulation_of(
     speeds: tuple[str, ...],
     held: tuple[str, ...],
     loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | None,
+    gravity: tuple[float, float, float] | str | None,
     elements: bool,
     rtol: float,
     joints: tuple[str, ...],
@@ -208,7 +208,7 @@ def _free_scene(
     driven: Mapping[str, float],
     held: tuple[str, ...],
     loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | None,
+    gravity: tuple[float, float, float] | str | None,
 ) -> tuple[Scene, str]:
     """Return a scene with free joints, and why they are free, in brackets."""
     at = positions_of(mechanism, held)

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from . import options
+from .group import Command
 
 _PICTURES = (".png", ".svg", ".pdf")
 
@@ -25,7 +26,7 @@ def _outputs(command: Any) -> Any:
     return command
 
 
-@click.command()
+@click.command(cls=Command)
 @options.source
 @options.drive
 @click.option(
@@ -70,7 +71,7 @@ def sweep(
     sweep_of(source, Outputs(csv, json, parquet, plot), **given)
 
 
-@click.command()
+@click.command(cls=Command)
 @options.source
 @click.option(
     "--time", "duration", type=options.Quantity("time", "s"), required=True, help="Duration [s]."

@@ -18,6 +18,8 @@ from ...kit import units
 from ...kit.errors import CardanError
 from . import names
 
+DESCRIPTION = "description"
+"""Stands for the three values of `--gravity`: that of the description."""
 Decorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
@@ -177,6 +179,27 @@ def as_json(text: str) -> Decorator:
     return click.option("--json", "as_json", is_flag=True, help=text)
 
 
+class _Gravity(Quantity):
+    """A component of gravity, or the word for that of the description."""
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Any:
+        """Return a text in SI units, or the word."""
+        return value if value == DESCRIPTION else super().convert(value, param, ctx)
+
+
+def _gravity_given(
+    context: click.Context, option: click.Parameter, given: tuple[Any, ...] | None
+) -> Any:
+    """Return three values, or the word for that of the description, which stands three times."""
+    if given is None or DESCRIPTION not in given:
+        return given
+    if set(given) != {DESCRIPTION}:
+        raise click.BadParameter(f"{DESCRIPTION} stands alone", context, option)
+    return DESCRIPTION
+
+
 source = click.argument(
     "source", metavar="NAME_OR_FILE", shell_complete=names.complete_source(names.mechanisms)
 )
@@ -191,10 +214,11 @@ held = repeated("--held", "held", "JOINT=VALUE", "Joint that is held [°, slides
 loads = repeated("--load", "loads", "JOINT=VALUE", "Effort on a joint [N·m, slides: N]")
 gravity = click.option(
     "--gravity",
-    type=Quantity("acceleration", "m/s²"),
+    type=_Gravity("acceleration", "m/s²"),
     nargs=3,
     metavar="X Y Z",
-    help="Free fall in world axes [m/s²].",
+    callback=_gravity_given,
+    help="Free fall in world axes [m/s²]; `description` instead of three values takes the file's.",
 )
 strict = click.option(
     "--strict/--no-strict",

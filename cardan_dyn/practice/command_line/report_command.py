@@ -26,7 +26,7 @@ def run(
     speed: str | None,
     held: tuple[str, ...],
     loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | None,
+    gravity: tuple[float, float, float] | str | None,
     elements: bool,
     samples: int,
     title: str,

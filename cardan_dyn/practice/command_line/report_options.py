@@ -8,9 +8,10 @@ from typing import Any
 import click
 
 from . import options
+from .group import Command
 
 
-@click.command()
+@click.command(cls=Command)
 @options.source
 @options.written("--out", "file", "The page; NAME_report.html without.", ".html", ".csv", ".json")
 @options.drive

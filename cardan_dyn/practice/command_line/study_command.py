@@ -48,6 +48,7 @@ from ..studies.parameters import Line, Parameters, checked_parameters, samples, 
 from ..studies.study import Study, study
 from ..studies.sweeps import OPEN, Sweeps
 from .group import MISSED, Failure, Interrupted
+from .options import DESCRIPTION
 from .tables import say, show
 
 if TYPE_CHECKING:
@@ -191,11 +192,12 @@ def _function(told: Mapping[str, Any], file: Path) -> Sweeps:
     }
     arguments |= {name: given[name] for name in ("drive", "outputs") if name in given}
     if "gravity" in given:
-        axes = given["gravity"]
-        if not isinstance(axes, list) or len(axes) != 3:
-            raise ArgumentError('gravity: write ["0 m/s²", "0 m/s²", "-9.81 m/s²"]')
-        pairs = zip("xyz", axes, strict=True)
-        arguments["gravity"] = [number(f"gravity.{axis}", value) for axis, value in pairs]
+        arguments["gravity"] = axes = given["gravity"]
+        if axes != DESCRIPTION:
+            if not isinstance(axes, list) or len(axes) != 3:
+                raise ArgumentError('gravity: write ["0 m/s²", "0 m/s²", "-9.81 m/s²"]')
+            pairs = zip("xyz", axes, strict=True)
+            arguments["gravity"] = [number(f"gravity.{axis}", value) for axis, value in pairs]
     scene = Scene(load(beside if beside.exists() else source), **arguments)
     how = _table(told, "sweep", _SWEEP)
     rates = {name: number(name, how[name]) for name in ("speed", "acceleration") if name in how}

@@ -50,12 +50,14 @@ class RigOptions(NamedTuple):
         free: free coordinates; all that have a spring in the description if empty.
         held: held joints and positions, as `quantities.positions` reads them.
         loads: joints and efforts, as `quantities.efforts` reads them.
+        gravity: acceleration of free fall [m/s²], or `description`.
     """
 
     drive: str | None = None
     free: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
     loads: tuple[str, ...] = ()
+    gravity: tuple[float, float, float] | str | None = None
 
 
 class Drawn(NamedTuple):
@@ -108,6 +110,7 @@ def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
         free=free,
         held={name: value for name, value in held.items() if name not in (drive, *free)},
         loads=efforts(mechanism, options.loads),
+        gravity=options.gravity,
         elements=described_elements(mechanism),
     )
 

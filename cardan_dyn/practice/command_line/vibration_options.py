@@ -7,11 +7,12 @@ from pathlib import Path
 import click
 
 from . import options
+from .group import Command
 from .names import complete_joint
 from .showing import export, serve
 
 
-@click.command()
+@click.command(cls=Command)
 @options.source
 @click.option(
     "--drive",
@@ -24,6 +25,7 @@ from .showing import export, serve
 )
 @options.held
 @options.loads
+@options.gravity
 @options.speed("Range of speeds [rpm]; by the natural frequencies without.", nargs=2)
 @click.option(
     "--order",
@@ -52,6 +54,7 @@ def vibration(
     free: tuple[str, ...],
     held: tuple[str, ...],
     loads: tuple[str, ...],
+    gravity: tuple[float, float, float] | str | None,
     speed: tuple[float, float] | None,
     orders: tuple[float, ...],
     directory: Path | None,
@@ -76,7 +79,7 @@ def vibration(
         raise click.UsageError("--chart needs --figures")
     if file is not None and mode is None:
         raise click.UsageError("--export needs --mode")
-    scene = rig_scene(source, RigOptions(drive, free, held, loads), strict)
+    scene = rig_scene(source, RigOptions(drive, free, held, loads, gravity), strict)
     wanted = Drawn(directory, chart_of(scene, chart), as_json)
     found = found_speeds(scene, speed, orders)
     show(scene, found, wanted)

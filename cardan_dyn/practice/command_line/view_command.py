@@ -20,7 +20,7 @@ def scene_of(
     held: tuple[str, ...] = (),
     loads: tuple[str, ...] = (),
     speed: float | None = None,
-    gravity: tuple[float, float, float] | None = None,
+    gravity: tuple[float, float, float] | str | None = None,
     samples: int = 721,
     joints: tuple[str, ...] = (),
     hide: tuple[str, ...] = (),
@@ -35,7 +35,7 @@ def scene_of(
         held: held joints and positions, as `quantities.positions` reads them.
         loads: joints and efforts, as `quantities.efforts` reads them.
         speed: of a drive that turns [rad/s].
-        gravity: acceleration of free fall [m/s²].
+        gravity: acceleration of free fall [m/s²], or `description`.
         samples: count of positions.
         joints: which joints are drawn; all if empty.
         hide: what is left out: `visuals`, `moments`, `forces`, `axes`, `traces`, `labels`.

@@ -52,9 +52,9 @@ def case_of(
     mechanism: Mechanism,
     *,
     drive: tuple[str, ...] = (),
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
     loads: Mapping[str, float] | None = None,
-    gravity: ArrayLike | None = None,
+    gravity: ArrayLike | str | None = None,
     speed: float | None = None,
     interval: tuple[float, float] | None = None,
     elements: bool = False,
@@ -67,7 +67,7 @@ def case_of(
         drive: driven joints.
         held: joints to positions [rad or m].
         loads: joints to efforts [N·m or N].
-        gravity: `(3,)` [m/s²].
+        gravity: `(3,)` [m/s²], or `"description"`.
         speed: of a single drive [rad/s or m/s].
         interval: between which positions of a single drive [rad or m]; it is shortened where the
             mechanism does not get there.
@@ -154,7 +154,7 @@ def _shortened(
 
 
 def _standing(
-    mechanism: Mechanism, loads: Mapping[str, float] | None, gravity: ArrayLike | None
+    mechanism: Mechanism, loads: Mapping[str, float] | None, gravity: ArrayLike | str | None
 ) -> Case:
     """Return the case of a mechanism that cannot move: its wrenches at rest.
 

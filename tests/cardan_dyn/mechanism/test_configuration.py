@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pinocchio
 import pytest
+from testkit import compound_joints as parts
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
@@ -69,3 +70,28 @@ def test_it_cannot_be_changed_and_can_be_copied(copied: object) -> None:
             same.positions["ball"][0] = 1.0
         with pytest.raises(cd.ImmutableError):
             same.branch = "A"
+
+
+def test_it_is_a_mapping_of_positions() -> None:
+    item = configuration()
+    assert list(item) == list(item.keys()) == list(item.positions)
+    assert len(item) == len(item.positions) == len(item.items())
+    for name, value in item.items():
+        assert name in item
+        np.testing.assert_array_equal(item[name], value)
+        np.testing.assert_array_equal(item.get(name), item.positions[name])
+    assert "lever" not in item and item.get("lever") is None
+    with pytest.raises(cd.ModelError, match="no joint 'lever'"):
+        item["lever"]
+    assert item == item and item != configuration() and len({item, item}) == 1
+
+
+def test_fixed_loops_have_no_position() -> None:
+    ends = "ground a"
+    hinge = parts.joint("hinge", "revolute", ends, "", (parts.Y,))
+    bolt = parts.loop("bolt", "fixed", ends)
+    mechanism = cd.load(parts.robot(parts.body("a", 1.0), hinge, bolt))
+    item = cd.Configuration(mechanism, mechanism.zero, 0.0, 0.0)
+    assert list(item) == ["hinge"] and "bolt" not in item
+    with pytest.raises(cd.ModelError, match="joint 'bolt' is fixed, it has no position; joints"):
+        item["bolt"]

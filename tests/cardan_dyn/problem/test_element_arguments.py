@@ -42,12 +42,13 @@ def scene(*elements: object) -> cd.Scene:
         (
             [cd.PointSpring("crank", ORIGIN, "arm", ORIGIN, 1.0, name="coil")],
             cd.ModelError,
-            "elements[0] (PointSpring 'coil'): four_bar: no link 'arm'; links: base, coupler",
+            "elements[0] (PointSpring 'coil'): four_bar: no link or frame 'arm'; links and frames: "
+            "base, coupler",
         ),
         (
             [cd.Bushing("hub", "crank", ORIGIN, np.ones(6))],
             cd.ModelError,
-            "elements[0] (Bushing): four_bar: no link 'hub'",
+            "elements[0] (Bushing): four_bar: no link or frame 'hub'",
         ),
         (
             [cd.JointSpring("crank_bearing", 1.0, name="a"), cd.Actuator("rocker_pin", 1.0, "a")],

@@ -43,6 +43,7 @@ class Compiled(NamedTuple):
         locked: joint (index) to the position [rad or m] at which an equality holds it.
         meshes: geom (index) to what it shows.
         warnings: what MuJoCo said.
+        states_gravity: whether the text, or a file that it includes, says what gravity is.
     """
 
     model: Any
@@ -52,6 +53,7 @@ class Compiled(NamedTuple):
     locked: dict[int, float]
     meshes: dict[int, MeshGeom]
     warnings: list[str]
+    states_gravity: bool
 
 
 def compiled(text: str, path: Path | None, where: str, shown: bool = False) -> Compiled:
@@ -77,7 +79,8 @@ def compiled(text: str, path: Path | None, where: str, shown: bool = False) -> C
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         try:
-            spec = mujoco.MjSpec.from_string(text, include=dict(_included(text, path, where)))
+            included = dict(_included(text, path, where))
+            spec = mujoco.MjSpec.from_string(text, include=included)
             if path is not None:
                 spec.modelfiledir = str(path.parent)
             _check_masses(spec, least, where)
@@ -94,6 +97,11 @@ def compiled(text: str, path: Path | None, where: str, shown: bool = False) -> C
         *(model, spec, *_names(model), dict(_locked(model))),
         {geom.id: shape for geom, shape in meshes},
         [f"{where}: MuJoCo: {item.message}" for item in said if _RUNNING not in str(item.message)],
+        any(
+            option.get("gravity") is not None
+            for part in (text, *(content.decode() for content in included.values()))
+            for option in xml_root(part, where)[0].iter("option")
+        ),
     )
 
 
@@ -213,6 +221,7 @@ def _switch_off(model: Any) -> None:
     bits, flags = mujoco.mjtDisableBit, model.opt.disableflags
     every = flags & bits.mjDSBL_CONSTRAINT
     for is_off, *arrays in (
+        (flags & bits.mjDSBL_GRAVITY, model.opt.gravity),
         (every or flags & bits.mjDSBL_EQUALITY, model.eq_active0),
         (every or flags & bits.mjDSBL_FRICTIONLOSS, model.dof_frictionloss),
         (every or flags & bits.mjDSBL_FRICTIONLOSS, model.tendon_frictionloss),

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ....kit.arrays import Array, inverse
+from ....kit.arrays import Array, inverse, quaternion_product
 from ....kit.errors import ModelError
-from ....kit.frozen import frozen
+from ....kit.frozen import FrozenDict, frozen
 from ..description import (
     CouplingDescription,
     Description,
@@ -76,6 +76,9 @@ def parse(text: str, name: str | None, where: str, path: Path | None, strict: bo
         notation="MJCF <equality>" if loops or couplings else "no loops",
         warnings=(*found.warnings, *reader.warnings, *left_out),
         frames=frozen(reader.sites),
+        keyframes=frozen(dict(reader.keyframes())),
+        gravity=found.model.opt.gravity.copy(),
+        states_gravity=found.states_gravity,
     )
 
 
@@ -297,6 +300,31 @@ class _Reader:
                 yield from _line(f"{kind} {name!r}", parts)
         for index in range(model.nflex):
             yield f"flex {self._name('FLEX', index)!r}"
+
+    def keyframes(self) -> Iterator[tuple[str, FrozenDict[str, float | Array]]]:
+        """Yield names of keyframes and the positions of joints in them, counted as here."""
+        model = self._model
+        joints = [item for item in enumerate(self._of_index) if item[1].type != "fixed"]
+        for key in range(model.nkey):
+            if name := self._name("KEY", key):
+                at = model.key_qpos[key]
+                yield name, frozen({joint.name: self._counted(k, at) for k, joint in joints})
+
+    def _counted(self, joint: int, at: Array) -> float | Array:
+        """Return the position of a joint in coordinates of MuJoCo's, from where it is at first."""
+        model, kind = self._model, self._of_index[joint].type
+        place, initial = model.jnt_qposadr[joint], model.qpos0
+        if kind in SINGLE_TYPES:
+            return float(at[place] - initial[place])
+        turn = place + (3 if kind == "floating" else 0)
+        # Real parts come first there.
+        before, after = (np.roll(row[turn : turn + 4], -1) for row in (initial, at))
+        back = before / np.linalg.norm(before) * (-1.0, -1.0, -1.0, 1.0)
+        turned = quaternion_product(back, after / np.linalg.norm(after))
+        if kind == "spherical":
+            return turned
+        start = placement(initial[place:turn], initial[turn : turn + 4])
+        return np.concatenate([start[:3, :3].T @ (at[place:turn] - initial[place:turn]), turned])
 
     def actuated(self) -> tuple[str, ...]:
         """Return the joints of the tree that have an actuator, in the order of these."""

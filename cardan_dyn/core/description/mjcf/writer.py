@@ -115,10 +115,11 @@ class _MjcfWriter:
                 f"joint2={quoteattr(first)} "
                 f'polycoef="{words([coupling.offset, coupling.ratio])} 0 0 0"/>'
             )
+        gravity = "0 0 0" if description.gravity is None else words(description.gravity)
         lines = [
             f"<mujoco model={quoteattr(description.name)}>",
             '  <compiler angle="radian" autolimits="true"/>',
-            '  <option gravity="0 0 0"/>',
+            f'  <option gravity="{gravity}"/>',
             *_of_world(self._world),
         ]
         if self._equalities:

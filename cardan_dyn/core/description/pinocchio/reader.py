@@ -141,6 +141,8 @@ class _Reader:
                     if frame.name not in self._taken
                 }
             ),
+            gravity=np.array(model.gravity.linear),
+            states_gravity=True,
         )
 
     def _on_link(self, index: int, placement: pinocchio.SE3) -> tuple[str, Array]:

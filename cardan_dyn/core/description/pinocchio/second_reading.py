@@ -56,7 +56,8 @@ class _Placed:
     def __init__(self, model: pinocchio.Model) -> None:
         data, neutral = model.createData(), pinocchio.neutral(model)
         pinocchio.framesForwardKinematics(model, data, neutral)
-        self._jacobian = np.array(pinocchio.computeJointJacobians(model, data, neutral))
+        jacobian = np.array(pinocchio.computeJointJacobians(model, data, neutral))
+        self._jacobian = jacobian.reshape(6, -1)  # A single column comes without its axis.
         self.model = model
         self.joints = [np.array(data.oMi[index].homogeneous) for index in range(model.njoints)]
         bodies: dict[int, Array] = {}

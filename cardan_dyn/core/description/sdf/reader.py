@@ -15,6 +15,8 @@ cannot be read exactly is refused, and the message names it.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -44,6 +46,8 @@ from .solids import solid
 
 _VERSIONS = ((1, 4), (1, 12))
 """First and last version that is read."""
+_GRAVITY = "0 0 -9.8"
+"""That of a world which says nothing of it [m/s²]. Source: SDFormat 1.12, `<world>`."""
 _IGNORED = ("plugin", "gripper")
 """Elements of a model that may make forces of their own."""
 
@@ -69,7 +73,21 @@ def parse(
     check_size(1 + len(model.findall("link")), where)
     _check_contents(model, where)
     reader = _Reader(model, version, where, strict)
-    return reader.description([*warnings, *besides])
+    description = reader.description([*warnings, *besides])
+    return replace(description, **_gravity(root, model, where))
+
+
+def _gravity(root: ElementTree.Element, model: ElementTree.Element, where: str) -> dict[str, Any]:
+    """Return what the world of a model says of gravity; nothing where it stands in no world."""
+    for world in root.findall("world"):
+        if any(item.get("name") == model.get("name") for item in world.findall("model")):
+            # Versions before 1.6 have it among what is about the solver.
+            owners = world, *world.findall("physics")
+            stated = [item for owner in owners for item in owner.findall("gravity")]
+            at = f"{where}: world {world.get('name')!r}: gravity"
+            given = (stated[0].text or "").strip() if stated else _GRAVITY
+            return {"gravity": numbers(given, 3, "", at), "states_gravity": bool(stated)}
+    return {}
 
 
 def version_of(root: ElementTree.Element, where: str) -> tuple[int, int]:
