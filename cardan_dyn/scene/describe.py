@@ -13,7 +13,7 @@ from ..core.kinematics.loops.idle_rods import rods_by_name
 from ..core.kinematics.loops.structure import Structure
 from ..core.kinematics.tolerances import RANK_TOLERANCE
 from ..core.mechanics import closure
-from ..core.mechanics.bodies import Tree, tree_of
+from ..core.mechanics.bodies import Tree, massless
 from ..core.mechanics.placements import Placed, placed
 from ..core.mechanics.reactions import Closed
 from ..core.mechanics.vectors import seen, times
@@ -112,28 +112,24 @@ def _of_motors(mechanism: Mechanism, mobility: int) -> Iterator[str]:
 def _measured_loops(mechanism: Mechanism, states: GenericStates) -> dict[int, LoopReport]:
     """Return reports on loops by their index, with what their redundant rows leave open."""
     group = states.group.group
-    tree = tree_of(mechanism, (), group.loops, group.couplings)
+    tree = massless(mechanism, group.loops, group.couplings)
     passives = group.passives.tolist()
     columns = {rate: column for column, rate in enumerate(passives)}
     every, count = states.group.x, 6 * len(group.loops) + len(group.couplings)
-    places, rows = [], np.zeros((len(every), len(passives), count))
-    for x, own in zip(every / tree.coordinate_units(every.shape[1]), rows, strict=True):
-        places.append(placed(tree, dict(enumerate(x.tolist()))))
-        for index, row in enumerate(closure.rows(tree, places[-1], passives)):
-            for rate, entry in row.items():
-                own[columns[rate], index] = entry
+    at = placed(tree, dict(enumerate((every / tree.coordinate_units(every.shape[1])).T)))
+    rows = np.zeros((len(every), len(passives), count))
+    for index, row in enumerate(closure.rows(tree, at, passives)):
+        for rate, entry in row.items():
+            rows[:, columns[rate], index] = entry
     # The last right singular vectors are the multipliers that no joint feels.
     _, _, right = np.linalg.svd(rows)
     null = right[:, states.rank :]
-    stresses = [
-        [Closed.of(tree, at, dict(enumerate(own.tolist()))) for own in of_place]
-        for at, of_place in zip(places, null, strict=True)
-    ]
+    stresses = [Closed.of(tree, at, dict(enumerate(own.T))) for own in np.swapaxes(null, 0, 1)]
     result = {}
     for local, index in enumerate(group.loops):
         on_loop = slice(6 * local, 6 * local + 6)
         rank = int(np.max(ranks(rows[:, :, on_loop])))
-        opened = _indeterminate(mechanism, tree, places, stresses, null[:, :, on_loop])
+        opened = _indeterminate(mechanism, tree, at, stresses, null[:, :, on_loop])
         result[index] = LoopReport(*_named(mechanism, index), rank, opened)
     return result
 
@@ -146,8 +142,8 @@ def _named(mechanism: Mechanism, index: int) -> tuple[str, str]:
 def _indeterminate(
     mechanism: Mechanism,
     tree: Tree,
-    places: Sequence[Placed],
-    stresses: Sequence[Sequence[Closed]],
+    at: Placed,
+    stresses: Sequence[Closed],
     multipliers: Array,
 ) -> dict[str, str]:
     """Return which components of which joints the self-stresses that load a loop change.
@@ -155,8 +151,8 @@ def _indeterminate(
     Args:
         mechanism: the mechanism.
         tree: the loops and couplings of its component.
-        places: K configurations.
-        stresses: k self-stresses at each.
+        at: where its bodies are in K configurations.
+        stresses: k self-stresses there.
         multipliers: `(K, k, 6)` of the loop's rows in them.
     """
     if not multipliers.size:
@@ -167,12 +163,12 @@ def _indeterminate(
     components: dict[str, str] = {}
     for name, index in mechanism.wrench_indices.items():
         spread = np.zeros((*multipliers.shape[:2], 6))
-        for at, items, own in zip(places, stresses, spread, strict=True):
-            for row, item in zip(own, items, strict=True):
-                if (found := item.counted(tree, at, index)) is not None:
-                    rotation, force, moment = found
-                    row[:3] = times(seen(rotation, force), tree.norm_length)
-                    row[3:] = seen(rotation, moment)
+        for item, own in zip(stresses, np.swapaxes(spread, 0, 1), strict=True):
+            if (found := item.counted(tree, at, index)) is not None:
+                rotation, force, moment = found
+                seen_force = times(seen(rotation, force), tree.norm_length)
+                for component, value in enumerate((*seen_force, *seen(rotation, moment))):
+                    own[:, component] = value
         changes = np.abs(loading.transpose(0, 2, 1) @ spread).max(axis=(0, 1))
         if np.any(changes > UNIQUE_TOLERANCE):
             components[name] = named_components(changes > UNIQUE_TOLERANCE)

@@ -49,7 +49,7 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
 
 
 def _is_read(element: ElementTree.Element) -> bool:
-    """Return whether an element for other programs says loops (`gazebo`), what drives, or rotors."""
+    """Return whether an element for other programs says loops (`gazebo`), motors or rotors."""
     tags = {part.tag for part in element}
     if element.tag == "transmission":
         return "joint" in tags

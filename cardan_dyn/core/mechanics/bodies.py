@@ -8,7 +8,7 @@ is planar or parallel there shows exact zeros however the mechanism stands in th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -394,6 +394,21 @@ def tree_of(
             for rate, inertia in enumerate(model.armature)
             if inertia
         },
+    )
+
+
+def massless(mechanism: Mechanism, loops: Iterable[int], couplings: Iterable[int]) -> Tree:
+    """Return a mechanism as plain numbers, which it keeps, without masses.
+
+    Args:
+        mechanism: the mechanism.
+        loops: indices of those that the tree has.
+        couplings: likewise.
+    """
+    whole = mechanism.kept.of("tree", "", lambda: tree_of(mechanism, massive=()))
+    return whole._replace(
+        loops=tuple(whole.loops[index] for index in loops),
+        couplings=tuple(whole.couplings[index] for index in couplings),
     )
 
 

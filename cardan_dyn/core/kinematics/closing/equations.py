@@ -20,7 +20,7 @@ import numpy as np
 
 from ....kit.arrays import Array
 from ...mechanics import closure, spins
-from ...mechanics.bodies import tree_of
+from ...mechanics.bodies import massless
 from ...mechanics.placements import Placed, moving, placed
 from ...mechanics.vectors import (
     UNTURNED,
@@ -118,12 +118,9 @@ class ClosureEquations:
         points = [self._at_zero[body].translation for body in self._welded or group.bodies]
         origin = np.mean(points, axis=0) if points else np.zeros(3)
         self.origin = self._at_zero[group.base].actInv(origin)
-        whole = mechanism.kept.of("tree", "", lambda: tree_of(mechanism, massive=()))
+        whole = massless(mechanism, group.loops, group.couplings)
         own = self.origin if group.base >= 0 else whole.in_axes(self.origin - whole.origin)
-        self.tree = whole._replace(
-            loops=tuple(whole.loops[index] for index in group.loops),
-            couplings=tuple(whole.couplings[index] for index in group.couplings),
-        ).hung(
+        self.tree = whole.hung(
             group.bodies,
             group.base,
             tuple((own / whole.length).tolist()),

@@ -14,7 +14,7 @@ import numpy as np
 
 from ....kit.arrays import LARGE_BLOCK, Array, blocks
 from ....kit.threads import in_threads
-from ...mechanics.bodies import tree_of
+from ...mechanics.bodies import massless
 from ...mechanics.elimination import Order
 from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
@@ -55,7 +55,7 @@ class TapedLines:
         groups = [solver.group for solver in kinematics.solvers]
         loops = [index for group in groups for index in group.loops]
         couplings = [index for group in groups for index in group.couplings]
-        tree = with_rods(tree_of(mechanism, (), loops, couplings, ()), mechanism, groups)
+        tree = with_rods(massless(mechanism, loops, couplings), mechanism, groups)
         self._tree = tree
         drives = tuple(kinematics.drives.tolist())
         self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())

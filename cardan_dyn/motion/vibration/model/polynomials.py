@@ -63,7 +63,7 @@ class Polynomials:
 
     def values(self, points: Array) -> Array:
         """Return all polynomials `(P, ...)` at points `(..., n)`."""
-        factors = self._factors(points, with_slopes=False)[0]
+        (factors,) = self._chebyshev(points, kinds=1)
         result = factors[0][self.powers[:, 0]]
         for factor, powers in zip(factors[1:], self.powers.T[1:], strict=True):
             result *= factor[powers]
@@ -71,7 +71,11 @@ class Polynomials:
 
     def with_gradients(self, points: Array) -> tuple[Array, Array]:
         """Return all polynomials `(P, ...)` at points `(..., n)`, and gradients `(n, P, ...)`."""
-        factors, slopes = self._factors(points)
+        factors, seconds = self._chebyshev(points, kinds=2)
+        # The derivative of degree p of the first kind is p times degree p - 1 of the second.
+        degrees = np.arange(1.0, factors.shape[1]).reshape(-1, *[1] * (points.ndim - 1))
+        slopes = np.zeros_like(factors)
+        np.multiply(degrees, seconds[:, :-1], out=slopes[:, 1:])
         shape = len(self.powers), *points.shape[:-1]
         gradients = np.empty((len(factors), *shape), dtype=points.dtype)
         values = np.ones(shape, dtype=points.dtype)
@@ -87,25 +91,20 @@ class Polynomials:
             behind = factors[index][powers] * behind if index else behind
         return values, gradients
 
-    def _factors(
-        self, points: Array, *, with_slopes: bool = True
-    ) -> tuple[list[Array], list[Array]]:
-        """Return Chebyshev polynomials `(d + 1, ...)` of each coordinate, and their derivatives."""
-        every: tuple[list[Array], list[Array]] = [], []
-        for index, degree in enumerate(self.degrees):
-            x = points[..., index]
-            values, slopes = np.ones((2, degree + 1, *x.shape), dtype=x.dtype)
-            values[1], slopes[0] = x, 0.0
-            for power in range(2, degree + 1):
-                values[power] = 2.0 * x * values[power - 1] - values[power - 2]
-            every[0].append(values)
-            if with_slopes:
-                for power in range(2, degree + 1):
-                    slopes[power] = (
-                        2.0 * values[power - 1] + 2.0 * x * slopes[power - 1] - slopes[power - 2]
-                    )
-                every[1].append(slopes)
-        return every
+    def _chebyshev(self, points: Array, kinds: int) -> Array:
+        """Return Chebyshev polynomials `(kinds, n, d + 1, ...)` of each coordinate.
+
+        Those of the first kind, and of the second one, up to d, the greatest degree of all.
+        """
+        x = np.moveaxis(points, -1, 0)
+        found = np.ones((max(self.degrees) + 1, kinds, *x.shape), dtype=x.dtype)
+        for kind in range(kinds):
+            np.multiply(1.0 + kind, x, out=found[1, kind])
+        twice = np.ascontiguousarray(2.0 * x)
+        for power in range(2, len(found)):
+            np.multiply(twice, found[power - 1], out=found[power])
+            found[power] -= found[power - 2]
+        return np.moveaxis(found, 0, 2)
 
 
 @lru_cache(maxsize=64)

@@ -137,8 +137,8 @@ class ReducedModel:
             return LocalEquation(*(np.concatenate(items) for items in zip(*chunks, strict=True)))
         packed = self._packed
         values, gradients = self.basis.with_gradients(self._inside(course.q))
-        terms, w = packed.terms(values), np.moveaxis(course.velocities, 0, 2)
-        weights = packed.weights(w, np.moveaxis(course.accelerations, 0, 2))
+        terms, w = packed.terms(values), course.velocities.transpose(1, 2, 0)
+        weights = packed.weights(w, course.accelerations.transpose(1, 2, 0))
         parts = packed.parts(terms, weights)
         # Inertia goes with the square of the speed, dampers go with it.
         slope = (2.0 * (parts[0] + parts[1]) + parts[2]) / course.speed
@@ -151,14 +151,19 @@ class ReducedModel:
             stiffness,
             slope,
         )
-        return LocalEquation(*(np.ascontiguousarray(np.moveaxis(x, -1, 0)) for x in found))
+        return LocalEquation(*map(_by_motions, found))
 
     def efforts(self, course: Course) -> Array:
         """Return the efforts `(S, N, n)` along motions at the nodes."""
         packed, values = self._packed, self.basis.values(self._inside(course.q))
-        moves = (np.moveaxis(item, 0, 2) for item in (course.velocities, course.accelerations))
+        moves = (item.transpose(1, 2, 0) for item in (course.velocities, course.accelerations))
         parts = packed.parts(packed.terms(values), packed.weights(*moves))
-        return np.ascontiguousarray(np.moveaxis(np.sum(parts, axis=0), -1, 0))
+        return _by_motions(np.sum(parts, axis=0))
+
+
+def _by_motions(values: Array) -> Array:
+    """Return values whose last axis is that of motions with this axis first."""
+    return np.ascontiguousarray(values.transpose(-1, *range(values.ndim - 1)))
 
 
 class _Packed:
@@ -186,8 +191,8 @@ class _Packed:
         self._kept = np.nonzero(is_kept)[0]
         self._starts = np.searchsorted(self._kept, ends[:-1])
         self._masses = self._kept[: self._starts[1]]
-        # (N, n, G, P)
-        self._columns = np.ascontiguousarray(np.moveaxis(columns[..., self._kept], 1, 3))
+        # (N, G, n, P)
+        self._columns = np.ascontiguousarray(columns[..., self._kept].transpose(0, 3, 2, 1))
         # By how much speeds of free coordinates change weights, per unit of these speeds and of 1.
         slopes = np.zeros((int(ends[-1]), free, 2 + free))
         for pair, (i, j) in enumerate(zip(self._first, self._second, strict=True), int(ends[1])):
@@ -199,10 +204,10 @@ class _Packed:
         self._slopes = slopes.reshape(-1, 2 + free)
 
     def terms(self, values: Array) -> Array:
-        """Return terms `(N, n, G, S)` from polynomials `(P, N, S)`."""
-        count, free, size, _ = self._columns.shape
-        flat = self._columns.reshape(count, free * size, -1)
-        return (flat @ np.swapaxes(values, 0, 1)).reshape(count, free, size, -1)
+        """Return terms `(N, G, n, S)` from polynomials `(P, N, S)`."""
+        count, size, free, _ = self._columns.shape
+        flat = self._columns.reshape(count, size * free, -1)
+        return (flat @ np.swapaxes(values, 0, 1)).reshape(count, size, free, -1)
 
     def weights(self, w: Array, acceleration: Array) -> Array:
         """Return weights `(N, G, S)` of speeds `(N, 1 + n, S)` and accelerations `(N, n, S)`."""
@@ -216,27 +221,29 @@ class _Packed:
         Returns:
             `(4, N, n, S)`.
         """
-        added = np.add.reduceat(terms * weights[:, None], self._starts, axis=2)
-        return np.moveaxis(added, 2, 0)
+        added = np.add.reduceat(terms * weights[:, :, None], self._starts, axis=1)
+        return np.swapaxes(added, 0, 1)
 
     def mass(self, terms: Array) -> Array:
         """Return derivatives `(N, n, n, S)` by accelerations."""
-        count, free, _, size = terms.shape
+        count, _, free, size = terms.shape
         result = np.zeros((count, free, free, size))
-        result[:, :, self._masses] = terms[:, :, : len(self._masses)]
+        result[:, :, self._masses] = np.swapaxes(terms[:, : len(self._masses)], 1, 2)
         return result
 
     def damping(self, terms: Array, w: Array) -> Array:
         """Return derivatives `(N, n, n, S)` by speeds of the free coordinates."""
-        count, free, _, size = terms.shape
+        count, _, free, size = terms.shape
         known = np.concatenate([w, np.ones((count, 1, size))], axis=1)
         slopes = (self._slopes @ known).reshape(count, -1, free, size)
-        moved = terms[:, :, self._starts[1] : self._starts[3]]
-        return np.einsum("nigs,ngjs->nijs", moved, slopes)
+        moved = terms[:, self._starts[1] : self._starts[3]]
+        return np.einsum("ngis,ngjs->nijs", moved, slopes)
 
     def stiffness(self, weights: Array, gradients: Array) -> Array:
         """Return derivatives `(N, n, n, S)` by positions, from gradients `(n, P, N, S)`."""
-        mixed = np.swapaxes(self._columns, 2, 3) @ weights[:, None]
-        # A product of matrices for each motion takes half of what a sum over indices does.
-        each = mixed.transpose(0, 3, 1, 2) @ gradients.transpose(2, 3, 1, 0)
-        return np.moveaxis(each, 1, 3)
+        count, size, free, powers = self._columns.shape
+        mixed = np.swapaxes(weights, 1, 2) @ self._columns.reshape(count, size, free * powers)
+        # Copied into the order of the other factor: products of matrices as they lie are faster.
+        slopes = np.ascontiguousarray(gradients.transpose(2, 3, 0, 1))
+        each = mixed.reshape(count, -1, free, powers) @ np.swapaxes(slopes, 2, 3)
+        return each.transpose(0, 2, 3, 1)

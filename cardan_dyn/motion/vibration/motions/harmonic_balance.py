@@ -72,15 +72,15 @@ def jacobian(equation: LocalEquation, speed: Array, period: float) -> Array:
     """
     size, count, free = equation.efforts.shape
     first, second = derivatives(count, period)
-    mass = (speed**2)[:, None, None, None] * equation.mass
-    damping = speed[:, None, None, None] * equation.damping
+    mass, damping, stiffness = (
+        item.transpose(0, 2, 3, 1) for item in (equation.mass, equation.damping, equation.stiffness)
+    )
+    rate = speed[:, None, None, None, None]
     matrix = np.empty((size, free, count, free, count))
-    own = np.arange(count)
-    for row, column in np.ndindex(free, free):
-        block = matrix[:, row, :, column]
-        np.multiply(mass[:, :, row, column, None], second, out=block)
-        block += damping[:, :, row, column, None] * first
-        block[:, own, own] += equation.stiffness[:, :, row, column]
+    blocks, own = matrix.swapaxes(2, 3), np.arange(count)
+    np.multiply(rate**2 * mass[..., None], second, out=blocks)
+    blocks += rate * damping[..., None] * first
+    blocks[..., own, own] += stiffness
     return matrix.reshape(size, free * count, free * count)
 
 
