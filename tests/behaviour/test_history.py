@@ -253,3 +253,40 @@ def test_two_scenes_that_were_asked_the_same_have_the_same_bits() -> None:
     np.testing.assert_array_equal(first.motion.q, second.motion.q)
     for name in first.outputs:
         np.testing.assert_array_equal(first[name].moment, second[name].moment)
+
+
+def elsewhere(name: str) -> list[cd.Scene]:
+    """Return scenes of a mechanism that hold its joints, or start its drives, at other places."""
+    scene = usual_motion(cd.load(name), samples=5).scene
+    mechanism, held = scene.mechanism, scene.held
+    if not held:
+        first = scene.drives[0]
+        return [scene, scene.replace(near={first: 0.05})]
+    return [
+        cd.Scene(mechanism, drive=scene.drives, held={key: at * share for key, at in held.items()})
+        for share in (1.0, 0.5, 1.3, -1.0)
+    ]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "double_shaft_z",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("elastic_double_shaft", "drive_line", "stewart_platform", "thoma_rig")
+        ),
+    ],
+)
+def test_a_scene_is_the_same_after_scenes_that_hold_joints_elsewhere(name: str) -> None:
+    count = len(elsewhere(name)[0].drives)
+    positions = 0.02 * np.linspace(-1.0, 9.0, 7)[:, None] * np.linspace(1.0, 0.4, count)
+    fresh = [elsewhere(name)[k].sweep(positions, speed=3.0) for k in range(len(elsewhere(name)))]
+    for order in (1, -1):
+        used = [scene.sweep(positions, speed=3.0) for scene in elsewhere(name)[::order]]
+        for expected, found in zip(fresh, used[::order], strict=True):
+            assert_same_bits(found.motion.x, expected.motion.x)
+            assert_same_bits(found.balance_residual, expected.balance_residual)
+            for joint_name in expected.outputs:
+                assert_same_bits(found[joint_name].moment, expected[joint_name].moment)
+                assert_same_bits(found[joint_name].force, expected[joint_name].force)

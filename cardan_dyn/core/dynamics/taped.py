@@ -415,17 +415,17 @@ class TapedSolver:
         chosen = self._orders and self._orders.at(index)
         if not (self._orders and chosen):
             return None
-        order, samples = chosen
-        shadows = self._orders.scouts[:, samples]
         if kind not in self._tapes:
             kept = self._mechanism.kept
-            self._tapes[kind] = kept.of("tapes", (self._key, kind), dict[int, Tape | None])
+            self._tapes[kind] = kept.of(
+                "tapes", (self._key, self._orders.key, kind), dict[int, Tape | None]
+            )
         tapes = self._tapes[kind]
 
         def made(acting: Array) -> Tape | None:
             in_turn()
             try:
-                tapes[index] = Tape(equations, order, shadows, acting)
+                tapes[index] = Tape(equations, *chosen, acting)
             except UnsuitableError:
                 tapes[index] = None
             return tapes[index]

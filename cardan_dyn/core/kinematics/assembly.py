@@ -57,7 +57,8 @@ class Assembly:
             varied: held joints whose positions differ from sample to sample. They are drives here.
             like: assembly of the same problem without them, whose start is taken.
         """
-        self._problem = problem = problem.driving(varied)
+        of_held, self._problem = problem, problem.driving(varied)
+        problem = self._problem
         system = LoopSystem(problem.mechanism, problem.held)
         self._of_open_loops = whole = Division.of_open_loops(problem, system)
         states = states_to_start(whole) if like is None else [like.start]
@@ -74,7 +75,7 @@ class Assembly:
         self.groups, self.needed, self.decided = division.groups, division.needed, division.decided
         self._at: Mapping[str, Array] | None = None
         common = division.kinematics, division.independent, known, self.start
-        self._guesses = Guesses(problem, *common, len(varied))
+        self._guesses = Guesses(problem, *common, of_held, _guesses_of, len(varied))
 
     @property
     def kinematics(self) -> Kinematics:
@@ -86,10 +87,8 @@ class Assembly:
         return self._guesses.kinematics
 
     def orders(self, tree: Tree, roles: Roles) -> Orders:
-        """Return the orders of elimination of the closure rows; arguments as of `Orders`."""
-        from .following.orders import Orders  # What is made only to be looked at needs none.
-
-        return Orders.kept(lambda: self._guesses.scouts, tree, roles, self._problem.mechanism.kept)
+        """Return the orders of elimination of the closure rows, see `Guesses.orders`."""
+        return self._guesses.orders(tree, roles)
 
     def at_design(self, positions: Mapping[str, float]) -> Assembly:
         """Return the same with all varied held joints at one position each, for all samples.
@@ -225,6 +224,10 @@ class Assembly:
                 f"branch {name!r} does not exist; branches: {choices(poses, name)}{variants}"
             )
         return named[name]
+
+
+def _guesses_of(problem: Problem) -> Guesses:
+    return Assembly(replace(problem, branch=_FIRST_MODE))._guesses
 
 
 def _is_closed(state: ClosedState, guess: Guess) -> Array:

@@ -121,12 +121,11 @@ class _Search:
 
     def poses(self) -> list[list[Array]]:
         """Return the modes of all poses, those near the first mode first."""
-        (origin,) = self._shapes_of(self._first[None, :])
         poses = []
         for modes, shapes in zip(self._modes, self._shapes, strict=True):
-            distances = [float(np.linalg.norm(shape - origin)) for shape in shapes]
-            order = np.argsort(distances, kind="stable")
-            poses.append((distances[order[0]], [modes[index] for index in order]))
+            ranks = [_rank(shape) for shape in shapes]
+            order = sorted(range(len(modes)), key=ranks.__getitem__)
+            poses.append((ranks[order[0]], [modes[index] for index in order]))
         return [modes for _, modes in sorted(poses, key=lambda pose: pose[0])]
 
     def _shapes_of(self, x: Array) -> Array:
@@ -136,7 +135,7 @@ class _Search:
         for name in self._idle:
             columns = coordinates.columns[name]
             x[:, columns] = self._first[columns]
-        return coordinates.shape(x)
+        return coordinates.apart(x, self._first)
 
     def _outlines_of(self, x: Array) -> Array:
         """Return rows `(K, s)` that are equal for equal poses: lines and points of all joints."""
@@ -167,6 +166,14 @@ def _coupled_columns(mechanism: Mechanism) -> list[int]:
         for rate in (*item.predecessor_columns, *item.successor_columns)
     }
     return mechanism.coordinates.column_of(np.array(sorted(rates), dtype=int)).tolist()
+
+
+def _rank(shape: Array) -> tuple[float, ...]:
+    """Return by what a mode comes before or behind others: first how far off the first mode it is.
+
+    Those as far off come in the order of their joints; rounding decides nothing.
+    """
+    return tuple(np.rint(np.append(np.linalg.norm(shape), shape) / MOVES).tolist())
 
 
 def _index_of(row: Array, known: list[Array]) -> int:

@@ -237,20 +237,25 @@ class Coordinates:
         moves = self.moves(velocities)
         return np.sort(np.concatenate([moves.columns, moves.quaternions.ravel()]))
 
-    def shape(self, x: Array) -> Array:
-        """Return rows that are equal for equal positions of the joints.
+    def apart(self, x: Array, first: Array) -> Array:
+        """Return rows that tell how the joints stand beside another position of theirs.
 
-        Whole turns of angles and the signs of quaternions make no difference to them.
+        They do not depend on where joints count from, on whole turns, signs of quaternions or the
+        unit of length. Of a turn or a ball that is turned by θ, they have the length 2 sin(θ/2).
+
+        Args:
+            x: `(N, size)`.
+            first: `(size,)` the other position.
         """
-        columns = np.delete(np.arange(self.size), self.angle_columns)
-        rest = x[:, columns]
-        for column in self.balls.columns:
-            start = int(np.searchsorted(columns, column))
-            quaternions = rest[:, start : start + 4]
-            largest = np.argmax(np.abs(quaternions), axis=1)[:, None]
-            quaternions *= np.sign(np.take_along_axis(quaternions, largest, axis=1))
-        angles = x[:, self.angle_columns]
-        return np.concatenate([np.cos(angles), np.sin(angles), rest], axis=1)
+        angles = (x - first)[:, self.angle_columns]
+        taken = np.concatenate([self.angle_columns, self._quaternions.ravel()])
+        slides = np.delete((x - first) * self.scale, taken, axis=1)
+        back = first[self._quaternions] * [-1.0, -1.0, -1.0, 1.0]
+        turned = quaternion_product(back, x[:, self._quaternions])
+        balls = turned[..., :, None] * turned[..., None, :]
+        balls[..., 3, 3] -= 1.0
+        balls = np.sqrt(2.0) * balls.reshape(len(x), -1)
+        return np.concatenate([np.cos(angles) - 1.0, np.sin(angles), slides, balls], axis=1)
 
     def derivative(self, x: Array, v: Array) -> Array:
         """Return `(N, size)` rates of the rows `x` for joint velocities `v (N, nv)`."""

@@ -98,7 +98,10 @@ class Continuity:
         self._period, self._added, self._least_way = period / unit, 0, least
         states, times = look(times).over(unit), times / unit
         self._asked = times
-        self._sizes = np.maximum(_sizes(states.x - states.x[0]), least)
+        ways = _sizes(states.x - states.x[0])
+        self._sizes = np.maximum(ways, least)
+        # However short ways are, what is late is off by as much of them.
+        self._fastest = float(np.max(np.abs(states.v) / ways, initial=0.0))
         # Slower ones add up to less than that way.
         self._rates = np.maximum(_sizes(states.v), least / times[-1] if times[-1] else 0.0)
         asked = start[0], start[1] * unit
@@ -166,8 +169,7 @@ class Continuity:
             late: time by which they may be early or late beside its own rounding [s].
         """
         rounding = self._rounding(times / self._unit, states.over(self._unit)) / self._sizes
-        fastest = float(np.max(self._rates / self._sizes, initial=0.0))
-        return _greatest(rounding) + late / self._unit * fastest
+        return _greatest(rounding) + late / self._unit * self._fastest
 
     def misfit(self, times: Array, states: States) -> Misfit:
         """Return the worst misfit of states `(N, m)` at times `(N,)`, and of the motion to them."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from testkit.ball_rods import WAYS
@@ -45,8 +48,9 @@ def test_a_four_bar_has_two_modes(crank: float) -> None:
     expected = np.sort(np.mod(rocker_positions(crank), 2.0 * np.pi))
     np.testing.assert_allclose(found, expected, atol=1e-9)
     # The first mode is the one that was given; the drive stays where it is in all of them.
-    shapes = mechanism.coordinates.shape(np.array([first, modes[0]]))
-    np.testing.assert_allclose(shapes[0], shapes[1], atol=1e-9)
+    np.testing.assert_allclose(
+        mechanism.coordinates.apart(modes[0][None, :], first), 0.0, atol=1e-9
+    )
     assert [values(mechanism, mode, "A") for mode in modes] == [crank] * 2
 
 
@@ -94,3 +98,42 @@ def test_spins_of_idle_rods_make_no_modes(way: str) -> None:
     modes = scene.branches()
     assert len(modes) == 2
     assert abs(modes["A"]["d"] - modes["B"]["d"]) > 0.5
+
+
+def resized(name: str, factor: float) -> str:
+    """Return a bundled mechanism with all lengths times a factor, on a base that is turned."""
+    text = (Path(__file__).parents[3] / "urdf" / f"{name}.urdf").read_text()
+
+    def longer(found: re.Match[str]) -> str:
+        return found[1] + " ".join(repr(factor * float(part)) for part in found[2].split()) + '"'
+
+    text = re.sub(r'(<origin xyz=")([^"]*)"', longer, text)
+    (base,) = re.findall(r'<link name="(\w+)"', text)[:1]
+    turned = (
+        '<link name="floor"/><joint name="stand" type="fixed"><parent link="floor"/>'
+        f'<child link="{base}"/><origin xyz="0 0 0" rpy="0.3 -0.7 1.1"/></joint></robot>'
+    )
+    return text.replace("</robot>", turned)
+
+
+@pytest.mark.parametrize(
+    "name", ["double_shaft_z", pytest.param("drive_line", marks=pytest.mark.slow)]
+)
+def test_names_do_not_depend_on_the_size_of_a_mechanism_nor_on_how_it_stands(name: str) -> None:
+    """Many variants are as far off the first one: each pin of a cross may be flipped by itself."""
+    held = {"double_shaft_z": (0.5, 0.5), "drive_line": (0.14, -0.21, 0.17)}[name]
+    joints = {f"joint_angle_{k}": angle for k, angle in enumerate(held, 1)}
+
+    def named(mechanism: cd.Mechanism) -> dict[str, np.ndarray]:
+        scene = cd.Scene(mechanism, drive="bearing_in", held=joints)
+        columns = mechanism.coordinates.angle_columns
+        modes = scene.solver.assembly.modes().named()
+        return {key: np.exp(1j * state[columns]) for key, state in modes.items()}
+
+    expected = named(cd.load(name))
+    assert len(expected) >= 8
+    for factor in (1e-3, 0.3, 1e3):
+        found = named(cd.load(resized(name, factor)))
+        assert set(found) == set(expected)
+        for key, angles in expected.items():
+            np.testing.assert_allclose(found[key], angles, rtol=0.0, atol=1e-6, err_msg=key)

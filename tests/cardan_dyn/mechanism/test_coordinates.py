@@ -139,15 +139,33 @@ def test_normalised_rows_have_unit_quaternions(mechanism: cd.Mechanism) -> None:
     np.testing.assert_allclose(coordinates.normalised(longer), x, rtol=1e-14)
 
 
-def test_shapes_ignore_whole_turns_and_signs_of_quaternions_alone(mechanism: cd.Mechanism) -> None:
+def test_what_is_apart_ignores_whole_turns_and_signs_of_quaternions_alone(
+    mechanism: cd.Mechanism,
+) -> None:
     coordinates = mechanism.coordinates
     x = rows(mechanism, 3)
     same = x.copy()
     same[:, coordinates.angle_columns] += 2.0 * np.pi * np.arange(5)
     same[:, coordinates.columns["ball"]] *= -1.0
-    shape = coordinates.shape(x)
-    np.testing.assert_allclose(coordinates.shape(same), shape, atol=1e-14)
+    apart = coordinates.apart(x, x[0])
+    np.testing.assert_allclose(apart[0], 0.0, atol=1e-15)
+    np.testing.assert_allclose(coordinates.apart(same, x[0]), apart, atol=1e-14)
     for column in range(coordinates.size):
         other = x.copy()
         other[:, column] += 0.1
-        assert np.all(np.max(np.abs(coordinates.shape(other) - shape), axis=1) > 0.01)
+        off = np.max(np.abs(coordinates.apart(other, x[0]) - apart), axis=1)
+        assert np.all(off > 0.01)
+
+
+@pytest.mark.parametrize("angle", [0.3, -2.0, np.pi])
+def test_how_far_apart_a_turned_ball_is(mechanism: cd.Mechanism, angle: float) -> None:
+    """As far as a turn by the same angle, about whichever axis and from wherever it stands."""
+    coordinates = mechanism.coordinates
+    first = rows(mechanism, 1)[0]
+    axis = np.array([2.0, -1.0, 2.0]) / 3.0
+    turned = first.copy()
+    own = coordinates.columns["ball"]
+    by = pinocchio.Quaternion(*np.append(np.cos(0.5 * angle), np.sin(0.5 * angle) * axis))
+    turned[own] = (pinocchio.Quaternion(first[own]) * by).coeffs()
+    apart = np.linalg.norm(coordinates.apart(turned[None, :], first))
+    np.testing.assert_allclose(apart, 2.0 * np.abs(np.sin(0.5 * angle)), rtol=1e-12)

@@ -138,7 +138,6 @@ def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
     best, residual = closed_from(solver, x[None, :])
     if residual[0] < CLOSURE_TOLERANCE:
         return best[0], float(residual[0])
-    coordinates = solver.coordinates
     # The same starts in every call, so that a scene starts in the same configuration every time.
     generator = np.random.default_rng(7)
     least, least_residual = best[0], float(residual[0])
@@ -149,8 +148,8 @@ def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
         closed = residual < CLOSURE_TOLERANCE
         if np.any(closed):
             reached, residual = reached[closed], residual[closed]
-            shapes = coordinates.shape(reached) - coordinates.shape(x[None, :])
-            nearest = int(np.argmin(np.linalg.norm(shapes, axis=1)))
+            apart = solver.coordinates.apart(reached, x)
+            nearest = int(np.argmin(np.linalg.norm(apart, axis=1)))
             return reached[nearest], float(residual[nearest])
         if np.min(residual) < least_residual:
             index = int(np.argmin(residual))

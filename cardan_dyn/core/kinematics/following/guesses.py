@@ -8,19 +8,26 @@ followed together.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ....kit.arrays import Array
+from ....kit.errors import CardanError
+from ....kit.frozen import frozen
 from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 
 if TYPE_CHECKING:
+    from ...mechanics.bodies import Tree
+    from ...mechanics.sample import Roles
     from .drive_motion import DriveMotion
     from .joint_motion import JointMotion
+    from .orders import Orders
 
 
 class Guess(NamedTuple):
@@ -55,6 +62,8 @@ class Guesses:
         independent: Callable[[Array], Kinematics],
         at_start: Kinematics,
         start: Array,
+        of_held: Problem,
+        guesses_of: Callable[[Problem], Guesses],
         varied: int,
     ) -> None:
         """Begin without having followed anything.
@@ -65,21 +74,67 @@ class Guesses:
             independent: returns the same with those that are independent over closed states.
             at_start: what it returned at the start: `kinematics` if no other state adds to it.
             start: `(size,)` closed coordinates at which the drives start.
+            of_held: the problem, with all held joints at one position each.
+            guesses_of: returns those of another problem, in its first assembly mode.
             varied: how many of the drives, the last ones, are held joints.
         """
         self._problem, self._open, self._independent = problem, kinematics, independent
         self._at_start, self._start, self._varied = at_start, start, varied
+        self._of_held, self._guesses_of = of_held, guesses_of
         self._motionless = not kinematics.passives.size  # Nothing has to be followed then.
         self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.independent))
 
     @cached_property
     def scouts(self) -> Array:
         """Closed coordinates `(S, size)` all over the motion; the start is the first one."""
+        return self.scouts_of(len(self._columns))
+
+    def scouts_of(self, drives: int) -> Array:
+        """Return the same over the motion of so many drives, the first ones, alone."""
         from .scouts import scouts  # What is made only to be looked at needs none.
 
         if self._motionless:
             return self._start[None, :]
-        return scouts(self._open, self._start, self._problem.mechanism.kept)
+        kinematics = self._open.part(list(range(drives)), list(range(len(self._open.solvers))))
+        return scouts(kinematics, self._start, self._problem.mechanism.kept)
+
+    def orders(self, tree: Tree, roles: Roles) -> Orders:
+        """Return the orders of elimination of the closure rows; arguments as of `Orders`.
+
+        They are chosen at closed configurations that are the same wherever a scene holds joints and
+        starts, so that nothing depends on which scene asked first: near by, all over the motion of
+        the drives from the description's zero, and all over that of the held joints as well. Where
+        none of these can move from there, they are all over the motion of the drives.
+        """
+        from .orders import Orders  # What is made only to be looked at needs none.
+
+        problem, kept = self._of_held, self._problem.mechanism.kept
+        outputs = problem.outputs, problem.all_outputs, problem.element_bodies
+        key = problem.independent, tuple(sorted(problem.held)), *outputs
+
+        def from_zero(far: bool) -> Array:
+            return kept.of("scouts", (key, far), lambda: self._scouts_from_zero(far))
+
+        near = from_zero(False)
+        if len(near):
+            return Orders(near, lambda: from_zero(True), key, tree, roles, kept)
+        near, start = self.scouts, self._start.tobytes()
+        return Orders(near, lambda: near[:0], (*key, start), tree, roles, kept)
+
+    def _scouts_from_zero(self, far: bool) -> Array:
+        """Return closed coordinates `(S, size)` all over the motion of the drives from zero.
+
+        There are none where these, or the held joints, cannot move from there.
+
+        Args:
+            far: whether the held joints move as well.
+        """
+        problem = self._of_held
+        moving = problem.driving(tuple(sorted(problem.held)))
+        with suppress(CardanError):
+            guesses = self._guesses_of(replace(moving, near=frozen({}), near_balls=frozen({})))
+            return guesses.scouts if far else guesses.scouts_of(len(problem.independent))
+        return np.zeros((0, len(self._start)))
 
     @cached_property
     def kinematics(self) -> Kinematics:
@@ -179,4 +234,4 @@ class Guesses:
             return DriveMotion(*common, varied=self._varied)
         from .joint_motion import JointMotion  # Most scenes have a single drive.
 
-        return JointMotion(*common, lambda: self.kinematics, varied=self._varied)
+        return JointMotion(*common, lambda: self.kinematics, self.orders, varied=self._varied)

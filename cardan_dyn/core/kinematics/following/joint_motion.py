@@ -24,6 +24,9 @@ from .lines import (
 )
 
 if TYPE_CHECKING:
+    from ...mechanics.bodies import Tree
+    from ...mechanics.sample import Roles
+    from .orders import Orders
     from .taped_lines import TapedLines
 
 _FARTHEST = 64
@@ -50,19 +53,20 @@ class JointMotion:
         drives: list[int],
         groups: list[int],
         known: Callable[[], Kinematics],
+        orders: Callable[[Tree, Roles], Orders],
         varied: int = 0,
     ) -> None:
         """Begin at the start; arguments as of `DriveMotion`, with several drives.
 
         The last `varied` drives of the problem are held joints; `known` returns the scene's
-        kinematics with the rows that are independent over the motion.
+        kinematics with the rows that are independent over the motion, `orders` see `Orders`.
         """
         self.groups = groups
         self._drives, self._mechanism = drives, problem.mechanism
         self._names = tuple(problem.independent[index] for index in drives)
         # With all rows that open loops can reach.
         self._kinematics = kinematics.part(drives, groups)
-        self._start = start
+        self._start, self._orders = start, orders
         self._known: Callable[[], Kinematics] = lambda: known().part(drives, groups)
         coordinates = problem.mechanism.coordinates
         self._drive_columns = coordinates.columns_of(self._names)
@@ -186,7 +190,7 @@ class JointMotion:
         from .taped_lines import TapedLines  # Most scenes have a single drive.
 
         legs = [leg for leg in (self._held, self._driven) if leg]
-        return TapedLines(self._mechanism, self._kinematics, self._start, legs)
+        return TapedLines(self._mechanism, self._kinematics, self._start, legs, self._orders)
 
     def _follow_whole_ways(
         self, asked: Array, own: Array, turns: Array, design_of: Array, reached: Reached

@@ -1,16 +1,16 @@
 """Orders: orders of elimination of the closure rows of a motion, chosen where they are needed.
 
-They are chosen at scouts, closed configurations that follow from the start alone, so that they do
-not depend on what was asked for first. The first order is chosen at all scouts; it serves nearly
-everywhere, and nearly always alone. Each other one is chosen where those before it serve worst.
+They are chosen at scouts, closed configurations that are the same for all scenes that move alike,
+so that they do not depend on what was asked for first. The first order is chosen at all scouts near
+by; it serves nearly everywhere, and nearly always alone. Each other one is chosen where those
+before it serve worst, at last all over the motion.
 """
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from contextlib import suppress
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,79 +22,106 @@ from ...mechanics.placements import placed
 from ...mechanics.sample import Roles, passive_rows
 from ...mechanism.kept import Kept
 
-_Chosen: TypeAlias = tuple[Order, Array]
-"""An order, and the scouts (index) at which it is chosen."""
+
+class Chosen(NamedTuple):
+    """An order, and where it is chosen.
+
+    Attributes:
+        order: of elimination.
+        at: `(size, S)` closed coordinates in units of the tree.
+    """
+
+    order: Order
+    at: Array
 
 
 class Orders:
     """Orders of elimination, each chosen when it is first asked for. Threads may share them.
 
     Attributes:
-        scouts: `(size, S)` coordinates in units of the tree; the start is the first one.
+        key: all that they follow from, besides the mechanism.
     """
 
-    def __init__(self, scouts: Array, tree: Tree, roles: Roles) -> None:
-        """Choose the first one.
+    def __init__(
+        self,
+        near: Array,
+        far: Callable[[], Array],
+        of: Hashable,
+        tree: Tree,
+        roles: Roles,
+        kept: Kept,
+    ) -> None:
+        """Begin with those that other scenes of the mechanism asked for.
 
         Args:
-            scouts: `(S, size)` closed coordinates, those at which lines begin first.
+            near: `(S, size)` closed coordinates; lines begin at the first ones, or near them.
+            far: finds others, all over the motion.
+            of: what they follow from.
             tree: the mechanism, with the loops and couplings that are solved.
             roles: of its coordinates.
-        """
-        self.scouts: Array = (scouts / tree.coordinate_units(scouts.shape[1])).T
-        self._blocks = [block[:2] for block in roles.blocks]
-        at = placed(tree, dict(enumerate(self.scouts)))
-        rows = passive_rows(closure.rows(tree, at, {*roles.drives, *roles.passives}), roles)
-        count = self.scouts.shape[1]
-        self._rows = [{c: np.broadcast_to(x, count) for c, x in row.items()} for row in rows]
-        first = self._chosen(np.arange(count))
-        # From the start, and from anywhere; None behind the last one.
-        self._found: dict[bool, list[_Chosen | None]] = {True: [first], False: [first]}
-        self._lock = threading.RLock()
-
-    @staticmethod
-    def kept(scouts: Callable[[], Array], tree: Tree, roles: Roles, kept: Kept) -> Orders:
-        """Return those of all scenes of a mechanism that move alike.
-
-        Args:
-            scouts: finds them.
-            tree: see `Orders`.
-            roles: likewise.
             kept: of the mechanism.
         """
+        self._near, self._far, self._tree, self._roles = near, far, tree, roles
         rows = tuple(block[:2] for block in roles.blocks)
-        key = roles.drives, rows, tree.loops, tree.couplings, tree.spins
-        return kept.of("orders", key, lambda: Orders(scouts(), tree, roles))
+        self.key = of, roles.drives, rows, tree.loops, tree.couplings, tree.spins
+        # From the start, and from anywhere; None behind the last one.
+        self._found: dict[tuple[int, bool], Chosen | None] = kept.of("orders", self.key, dict)
 
-    def at(self, index: int, from_start: bool = False) -> _Chosen | None:
-        """Return an order, and the scouts (index) it is chosen at; None if there is none.
+    def at(self, index: int, from_start: bool = False) -> Chosen | None:
+        """Return an order; None if there is none.
 
         Args:
             index: which one, 0 for the first.
             from_start: whether those after the first have to serve at the start as well, where
                 lines begin.
         """
-        with self._lock:
-            found = self._found[from_start]
-            while len(found) <= index and found[-1] is not None:
-                found.append(self._next(list(filter(None, found)), from_start))
-            return found[min(index, len(found) - 1)]
+        key = index, from_start and index > 0
+        if key not in self._found:
+            self._found.setdefault(key, self._next(*key))
+        return self._found[key]
 
-    def _next(self, found: list[_Chosen], from_start: bool) -> _Chosen | None:
-        """Return the order chosen where those that were found serve worst; None for one of them."""
-        count = self.scouts.shape[1]
-        growth, quarter = np.full(count, np.inf), -(-count // 4)
-        for order, _ in found:
-            with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
-                growth = np.fmin(growth, eliminated(self._rows, order).growth)
-        (worst,) = np.nonzero(growth >= min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter]))
-        found_next = self._chosen(np.union1d([0], worst) if from_start else worst)
-        is_new = found_next and all(found_next[0].places != other.places for other, _ in found)
-        return found_next if is_new else None
-
-    def _chosen(self, samples: Array) -> _Chosen | None:
-        """Return the order chosen at some scouts, by their indices; None if none suits them."""
-        own = [{column: entry[samples] for column, entry in row.items()} for row in self._rows]
-        with suppress(UnsuitableError):
-            return chosen(own, self._blocks), samples
+    def _next(self, index: int, from_start: bool) -> Chosen | None:
+        """Return the order chosen where those before it serve worst; None if it is one of them."""
+        found: list[Order] = []
+        for before in range(index):
+            chosen_before = self.at(before, from_start)
+            if chosen_before is None:
+                return None
+            found.append(chosen_before.order)
+        if not found:
+            return self._chosen(self._in_tree(self._near))
+        for is_far in (False, True)[index > 1 :]:
+            x = self._in_tree(np.concatenate([self._near, self._far()]) if is_far else self._near)
+            rows, growth = self._rows(x), np.full(x.shape[1], np.inf)
+            for order in found:
+                with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
+                    growth = np.fmin(growth, eliminated(rows, order).growth)
+            quarter = -(-len(growth) // 4)
+            least = min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter])
+            (worst,) = np.nonzero(growth >= least)
+            result = self._chosen(x[:, np.union1d([0], worst) if from_start else worst])
+            if result and all(result.order.places != order.places for order in found):
+                return result
         return None
+
+    def _chosen(self, x: Array) -> Chosen | None:
+        """Return the order chosen at coordinates `(size, S)`; None if none suits them."""
+        with suppress(UnsuitableError):
+            blocks = [block[:2] for block in self._roles.blocks]
+            return Chosen(chosen(self._rows(x), blocks), x)
+        return None
+
+    def _rows(self, x: Array) -> list[dict[int, Array]]:
+        """Return the closure rows at coordinates `(size, S)`: column to entries `(S,)`."""
+        tree, roles = self._tree, self._roles
+        moving = {*roles.drives, *roles.passives}
+        rows = closure.rows(tree, placed(tree, dict(enumerate(x))), moving)
+        count = x.shape[1]
+        return [
+            {c: np.broadcast_to(entry, count) for c, entry in row.items()}
+            for row in passive_rows(rows, roles)
+        ]
+
+    def _in_tree(self, scouts: Array) -> Array:
+        """Return coordinates `(S, size)` in units of the tree, `(size, S)`."""
+        return (scouts / self._tree.coordinate_units(scouts.shape[1])).T

@@ -14,7 +14,7 @@ import numpy as np
 
 from ....kit.arrays import LARGE_BLOCK, Array, blocks
 from ....kit.threads import in_threads
-from ...mechanics.bodies import massless
+from ...mechanics.bodies import Tree, massless
 from ...mechanics.elimination import Order
 from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
@@ -23,7 +23,6 @@ from ...tape import Program, Scalar, Stage, Stages, Trace, select
 from ..closing.all_groups import Kinematics
 from ..loops.closure_blocks import closure_blocks, with_rods
 from .orders import Orders
-from .scouts import scouts
 
 _MOST_TAPES = 2
 """Orders that are tried."""
@@ -43,6 +42,7 @@ class TapedLines:
         kinematics: Kinematics,
         start: Array,
         legs: Sequence[Sequence[int]],
+        orders: Callable[[Tree, Roles], Orders],
     ) -> None:
         """Begin without tapes.
 
@@ -51,6 +51,7 @@ class TapedLines:
             kinematics: of the drives and the groups that they move.
             start: `(size,)` closed coordinates.
             legs: sets of drives, by their indices, that move one after the other.
+            orders: returns orders of elimination.
         """
         groups = [solver.group for solver in kinematics.solvers]
         loops = [index for group in groups for index in group.loops]
@@ -65,7 +66,7 @@ class TapedLines:
         columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
         self._columns: list[int] = columns
         self._passives = self._roles.columns(tree)
-        self._mechanism, self._kinematics = mechanism, kinematics
+        self._mechanism, self._find_orders = mechanism, orders
         self._key = self._roles, *map(tuple, legs)
         # Where nothing moves yet: arrays of one number each.
         begin = {f"x{column}": value for column, value in enumerate(self._start.tolist())}
@@ -89,8 +90,8 @@ class TapedLines:
             chosen = self._orders.at(index, from_start=True) if len(rest) else None
             if chosen is None:
                 break
-            key = self._key, index
-            stages = self._mechanism.kept.of("lines", key, partial(self._traced, chosen[0]))
+            key = self._key, self._orders.key, index
+            stages = self._mechanism.kept.of("lines", key, partial(self._traced, chosen.order))
             follow = partial(self._follow, stages, targets, x, is_there)
             in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
         x *= self._units
@@ -100,9 +101,7 @@ class TapedLines:
     @cached_property
     def _orders(self) -> Orders:
         """Orders of elimination: the same for all scenes that move alike."""
-        start, kept = self._start * self._units, self._mechanism.kept
-        found = partial(scouts, self._kinematics, start, kept)
-        return Orders.kept(found, self._tree, self._roles, kept)
+        return self._find_orders(self._tree, self._roles)
 
     def _follow(
         self, stages: Stages, targets: Array, x: Array, is_there: Array, own: Array
