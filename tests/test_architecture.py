@@ -17,7 +17,7 @@ FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
     ("checks", "compiled", "frozen", "markup", "roots", "threads", "time_left", "units"),
     ("periodic",),
-    ("figures", "tape"),
+    ("extremes", "figures", "tape"),
     ("description",),
     ("mechanism",),
     ("elements", "mechanics"),

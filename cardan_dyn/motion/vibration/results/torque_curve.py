@@ -11,13 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ....kit.arrays import Array
-from ....kit.periodic import (
-    amplitudes,
-    derivatives,
-    orders_of,
-    resampled,
-    turning_values,
-)
+from ....kit.extremes import greatest
+from ....kit.periodic import amplitudes, orders_of
 from ..model.modes import averaged, modes, sense_name
 from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
@@ -33,8 +28,6 @@ _PLACES = 7
 """Speeds between its neighbours on the path at which the top of a barrier is looked for."""
 _EXACT = 1e-10
 """Relative error of the speed at which a drive is held."""
-_FINE = 8  # Even, so that one more is odd.
-"""Times more nodes at which the extremes of a motion are read."""
 
 
 class TorqueBarrier(NamedTuple):
@@ -225,11 +218,6 @@ class TorqueCurve:
 
 def half_swings(q: Array) -> Array:
     """Return half the way from peak to peak `(S, n)` of motions `(S, N, n)` over their period."""
-    count = _FINE * q.shape[1] + 1
-    rate = derivatives(q.shape[1], 1.0)[0] @ q
-    values, rates = (
-        np.concatenate([fine, fine[:1]])
-        for fine in (np.moveaxis(resampled(item, count, 1), 1, 0) for item in (q, rate))
-    )
-    between = turning_values(np.arange(count + 1) / count, values, rates)
-    return np.asarray(0.5 * np.ptp(np.concatenate([values, between]), axis=0))
+    values = np.moveaxis(q, 1, 0).reshape(q.shape[1], -1)
+    swings = greatest(values)[0] + greatest(-values)[0]
+    return 0.5 * swings.reshape(q.shape[0], q.shape[2])
