@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .arrays import EPS, Array
+from .arrays import ROUNDED, Array
 from .periodic import amplitudes, sampled
 from .roots import rising
 
@@ -78,16 +78,28 @@ def greatest(values: Array) -> tuple[Array, Array]:
     return top, place
 
 
-def peak(function: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+def peak(
+    function: Callable[[float], float],
+    low: float,
+    high: float,
+    known: tuple[float, float] = (np.nan, -np.inf),
+) -> tuple[float, float]:
     """Return where a function is greatest that has one peak between two places, and its value.
 
-    The place to the root of rounding, as a part of the distance: within that, functions are flat.
+    The place to the root of rounding, as a part of the distance: within it the function is flat.
+
+    Args:
+        function: of a place.
+        low: place.
+        high: place, which may as well be the lower one.
+        known: a place and the value there, which are returned if nothing greater is found.
     """
     from scipy.optimize import minimize_scalar  # Few scripts need it.
 
     def fallen(part: float) -> float:
         return -function(low + float(part) * (high - low))
 
-    options = {"xatol": float(np.sqrt(EPS))}
+    options = {"xatol": float(np.sqrt(ROUNDED))}
     found = minimize_scalar(fallen, bounds=(0.0, 1.0), method="bounded", options=options)
-    return low + float(found.x) * (high - low), -float(found.fun)
+    at = low + float(found.x) * (high - low), -float(found.fun)
+    return at if at[1] > known[1] else known
