@@ -16,7 +16,7 @@ STOREYS = ("kit", "core", "motion", "practice")
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
     ("checks", "compiled", "frozen", "markup", "roots", "threads", "time_left", "units"),
-    ("periodic",),
+    ("differences", "periodic"),
     ("extremes", "figures", "tape"),
     ("description",),
     ("mechanism",),

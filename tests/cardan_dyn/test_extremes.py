@@ -62,5 +62,11 @@ def test_a_peak_is_found_in_parts_of_the_distance(scale: float) -> None:
 
 
 def test_a_peak_at_an_end_or_with_an_edge_is_found() -> None:
-    assert peak(lambda at: at, 1.0, 3.0)[0] == pytest.approx(3.0, abs=1e-6)
-    assert peak(lambda at: -abs(at - 1.7), 1.0, 3.0)[0] == pytest.approx(1.7, abs=1e-6)
+    # To the root of 1e-12 of the distance.
+    assert peak(lambda at: at, 1.0, 2.0)[0] == pytest.approx(2.0, abs=1e-6)
+    assert peak(lambda at: -abs(at - 1.7), 2.0, 1.0)[0] == pytest.approx(1.7, abs=1e-6)
+
+
+def test_what_is_known_stays_unless_something_is_greater() -> None:
+    assert peak(lambda at: -at * at, -1.0, 1.0, (0.0, 0.0)) == (0.0, 0.0)
+    assert peak(lambda at: -at * at, -1.0, 1.0, (0.5, -0.25))[0] == pytest.approx(0.0, abs=1e-6)

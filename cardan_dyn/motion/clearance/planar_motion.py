@@ -282,7 +282,8 @@ class _Run:
                 step = min(grown, 0.1 * step + 1e-4 * self._longest)
                 continue
             slope, step = last, grown
-        return PlanarMotion(*np.array(self._course).T, tuple(self._touches), time)
+        times, pressures, rates = np.array(self._course).T
+        return PlanarMotion(times, pressures, rates, tuple(self._touches), time)
 
     def _touched_within(
         self, state: tuple[float, ...], after: tuple[float, ...], step: float
