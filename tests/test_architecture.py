@@ -16,8 +16,8 @@ STOREYS = ("kit", "core", "motion", "practice")
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
     ("checks", "compiled", "frozen", "markup", "roots", "threads", "time_left", "units"),
-    ("periodic",),
-    ("figures", "tape"),
+    ("differences", "periodic"),
+    ("extremes", "figures", "tape"),
     ("description",),
     ("mechanism",),
     ("elements", "mechanics"),

@@ -9,9 +9,11 @@ cores there are and does pieces of work on them beside each other: the blocks of
 guess to what is kept, lines from a start, and branches that are read at many positions. For the
 same bits on any number of cores, all read what is known when they begin; a block that lacks a tape
 says `in_turn`, and is begun again alone. `roots` are where many functions pass through zero, side
-by side and to rounding (SciPy finds those of one). `periodic` is what values at equal steps of a
-period tell of a function: amplitudes of its orders, its values elsewhere, derivatives and greatest
-value; a `Fourier` is summed at any place. There are three ways in which nothing changes: a `Record`
-is a frozen dataclass whose arrays are read-only, a `Value` one that is compared by its contents;
+by side and to rounding; or one, by SciPy. `periodic` is what values at equal steps of a
+period tell of a function: amplitudes of its orders, its values elsewhere, derivatives; a `Fourier`
+is summed at any place. `extremes` are where functions are greatest: periodic ones, those known by
+values and rates, and one with a peak between two places; `differences` are derivatives of functions
+of which only values are known. There are three ways in which nothing changes: a `Record` is a
+frozen dataclass whose arrays are read-only, a `Value` one that is compared by its contents;
 `Frozen` is the base of objects that compute; `FrozenDict` a mapping.
 """

@@ -14,16 +14,12 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
-from .roots import rising
 
 _SIZES = (9, 15, 21, 31, 45, 63, 95, 127, 191, 255, 383, 511, 767, 1023)
 """Numbers of nodes that are tried, each some 1.5 times the one before."""
 MOST_NODES = _SIZES[-1]
 TAIL = 1e-13
 """Highest orders of a function, as a fraction of its greatest value, that count as rounding."""
-_FINER = 8
-"""Times as many positions as samples at which a greatest value is looked for. Samples that decide
-a function have the harmonics that matter far below the highest one that they can have."""
 _BLOCK = 1_000_000
 """Exponentials that are computed at a time, so that memory does not grow with the points."""
 _PRODUCTS = 100_000
@@ -108,59 +104,6 @@ def interpolation(points: Array, count: int, period: float) -> Array:
     kernel = np.sin(count * half) / np.where(near, 1.0, below)
     # At a node half is a multiple of π, where an odd kernel is +1.
     return np.where(near, 1.0, kernel)
-
-
-def turning_values(at: Array, values: Array, rates: Array) -> Array:
-    """Return values `(N - 1, …)` where functions turn between samples, or at the first of two.
-
-    By cubics through values and rates, where the rates' chord is zero: since functions are flat
-    there, their error is of fourth order in the distance of the samples.
-
-    Args:
-        at: places `(N,)` of the samples.
-        values: `(N, …)`.
-        rates: derivatives by the place, `(N, …)`.
-    """
-    step = np.diff(at).reshape(-1, *[1] * (values.ndim - 1))
-    before, after = rates[:-1], rates[1:]
-    turns = before * after < 0.0
-    part = np.where(turns, before / np.where(turns, before - after, 1.0), 0.0)
-    left = 1.0 - part
-    first = left**2 * ((1.0 + 2.0 * part) * values[:-1] + step * part * before)
-    return np.asarray(first + part**2 * ((1.0 + 2.0 * left) * values[1:] - step * left * after))
-
-
-def greatest(values: Array) -> Array:
-    """Return the greatest values `(k,)` of smooth functions, to rounding; 0 of none.
-
-    Args:
-        values: `(P, k)` the functions at equal steps of a period, which determine them.
-    """
-    count, columns = values.shape
-    if not values.size:
-        return np.zeros(columns)
-    waves = amplitudes(values)
-    orders, fine = np.arange(len(waves))[:, None], sampled(waves, _FINER * count)
-    step = 2.0 * np.pi / (_FINER * count)
-    top = step * fine.argmax(axis=0)
-
-    def turned(at: Array, chosen: Array) -> Array:
-        return np.asarray(waves[:, chosen] * np.exp(1j * orders * at))
-
-    def falling(at: Array, chosen: Array) -> tuple[Array, Array]:
-        there = turned(at, chosen)
-        return (orders * there.imag).sum(axis=0), (orders**2 * there.real).sum(axis=0)
-
-    (index,) = np.nonzero(np.ptp(values, axis=0))
-    at = rising(
-        lambda at, chosen: falling(at, index[chosen]),
-        top[index] - step,
-        top[index] + step,
-        first=top[index],
-    )
-    found = fine.max(axis=0)
-    found[index] = np.maximum(found[index], turned(at, index).real.sum(axis=0))
-    return np.maximum(values.max(axis=0), found)
 
 
 class Fourier:

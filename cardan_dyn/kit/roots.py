@@ -1,7 +1,4 @@
-"""Roots: where many functions pass through zero, each between two places, to rounding.
-
-One function at a time is SciPy's business (`brentq`).
-"""
+"""Roots: where functions pass through zero, each between two places, to rounding."""
 
 from __future__ import annotations
 
@@ -17,6 +14,30 @@ _STALLED = 8.0
 nothing but rounding."""
 _MOST_STEPS = 200
 """Steps after which a root must have been found: some 60 halvings are the most that it takes."""
+_HALVINGS = 40
+"""Of an interval, at which a function that starts at zero is looked at before it has fallen."""
+
+
+def zero(value: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function falls to zero between two places, or `low` if it never rose.
+
+    Args:
+        value: positive at `low`, or soon after it; not positive at `high`, but for rounding.
+        low: place.
+        high: place.
+    """
+    from scipy.optimize import brentq  # Few scripts need it.
+
+    if value(low) <= 0.0:
+        # It may have risen for less than the way between them.
+        nearer = (low + (high - low) * 0.5**k for k in range(1, _HALVINGS))
+        risen = next((place for place in nearer if value(place) > 0.0), None)
+        if risen is None:
+            return low
+        low = risen
+    if value(high) > 0.0:
+        return high
+    return float(brentq(value, low, high, xtol=1e-300, rtol=4.0 * EPS))
 
 
 def zeros(

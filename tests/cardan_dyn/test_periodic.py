@@ -9,7 +9,6 @@ from cardan_dyn.kit.periodic import (
     MOST_NODES,
     amplitudes,
     derivatives,
-    greatest,
     interpolation,
     next_size,
     nodes,
@@ -87,8 +86,3 @@ def test_values_behind_the_nodes() -> None:
     x = nodes(15, PERIOD)
     behind = wave(x + 0.3 * PERIOD / 15)
     np.testing.assert_allclose(shifted(wave(x)[None], 0.3, 1)[0], behind, atol=1e-14)
-
-
-def test_the_greatest_of_constants_and_of_none() -> None:
-    assert greatest(np.full((6, 2), -3.0)).tolist() == [-3.0, -3.0]
-    assert greatest(np.zeros((0, 2))).tolist() == [0.0, 0.0]

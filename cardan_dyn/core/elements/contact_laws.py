@@ -14,6 +14,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.checks import number, positive
 from ...kit.errors import ArgumentError
+from ...kit.roots import zero
 from .contact_law import ContactLaw, ranged
 from .restitutions import loss_of_restitution, restitution_of_damping_ratio, restitution_of_loss
 from .stepping import advance
@@ -311,8 +312,6 @@ class ImpactFunction(ContactLaw):
 
     def _back(self, depth: float, rate: float) -> float:
         """Return the depth at which a force that has vanished comes back on the way out, or 0."""
-        from scipy.optimize import brentq  # Only simulations need it.
-
         n, full = self.exponent, self.full_depth
         if n >= 2.0:
             return 0.0
@@ -322,5 +321,4 @@ class ImpactFunction(ContactLaw):
         high = min(depth, full * min(3.0 * (2.0 - n) / (6.0 - 2.0 * n), 1.0))
         if low >= high or self.force(low, rate) <= 0.0 or self.force(high, rate) >= 0.0:
             return 0.0
-        root = brentq(lambda x: float(self.force(x, rate)), low, high, xtol=1e-300)
-        return float(root)
+        return zero(lambda x: float(self.force(x, rate)), low, high)

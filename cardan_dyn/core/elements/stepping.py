@@ -17,6 +17,8 @@ import numpy as np
 
 from ...kit.arrays import EPS, Array
 from ...kit.errors import SimulationError
+from ...kit.extremes import peak
+from ...kit.roots import zero
 from .. import compiled
 from ..compiled import Plan
 
@@ -49,8 +51,6 @@ _LOW = 0.3
 negative ones beside it."""
 _BESIDE = 1e-6
 """Part of an interval at which it is looked whether a function rises or falls at its end."""
-_HALVINGS = 40
-"""Of an interval, at which a function that starts at zero is looked at before it has fallen."""
 INSTANT = 16.0 * EPS
 """Duration as a fraction of the time that cannot be divided into places."""
 _MOST_STEPS = 1_000_000
@@ -529,8 +529,6 @@ def first_fall(
         times: ascending.
         exact: the same to rounding, if it takes longer.
     """
-    from scipy.optimize import minimize_scalar  # Only simulations need it.
-
     exact = value if exact is None else exact
     values = [value(time) for time in times]
     last = len(times) - 1
@@ -546,29 +544,7 @@ def first_fall(
                 continue
         elif value(times[k] + _BESIDE * (high - low) * (1.0 if k == 0 else -1.0)) >= values[k]:
             continue  # The least value is that of the step before or after it.
-        least = minimize_scalar(value, bounds=(low, high), method="bounded")
-        if least.fun <= 0.0:
-            return zero(exact, low if k else times[0], float(least.x))
+        at, negative = peak(lambda time: -value(time), low, high)
+        if negative >= 0.0:
+            return zero(exact, low if k else times[0], at)
     return np.inf
-
-
-def zero(value: Callable[[float], float], low: float, high: float) -> float:
-    """Return when a function falls to zero between two times, to rounding; `low` if it never rose.
-
-    Args:
-        value: positive at `low`, or soon after it; not positive at `high`, but for rounding.
-        low: [s].
-        high: [s].
-    """
-    from scipy.optimize import brentq  # Only simulations need it.
-
-    if value(low) <= 0.0:
-        # It may have risen for less than the time between them.
-        nearer = (low + (high - low) * 0.5**k for k in range(1, _HALVINGS))
-        risen = next((time for time in nearer if value(time) > 0.0), None)
-        if risen is None:
-            return low
-        low = risen
-    if value(high) > 0.0:
-        return high
-    return float(brentq(value, low, high, xtol=1e-300, rtol=4.0 * EPS))

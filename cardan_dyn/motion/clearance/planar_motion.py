@@ -22,7 +22,9 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
+from ...kit.extremes import turns
 from ...kit.periodic import resampled
+from ...kit.roots import zero
 from .forces import ForceCourse, ForceSource
 from .opened_joint import OpenedJoint, Plane
 
@@ -50,9 +52,6 @@ how much more per offset of the pin as a fraction of the mechanism's length: fou
 of random linkages, three of which lay outside."""
 _LOOSE = 0.1
 """Uncertainty of the plane, as a fraction, that is remarked."""
-_HALVINGS = 60
-_LOCATED = 1e-9
-"""Part of a step to which a touch is located."""
 _TOO_STIFF = (
     "so stiff a contact swings too often in a turn for its pin to be followed in the plane, and so "
     "no interval is known: verify"
@@ -91,32 +90,25 @@ class PlanarMotion(NamedTuple):
     Attributes:
         time: `(K,)` ends of steps, both before and after what jumps there [s].
         pressure: `(K,)` force of the wall [N].
+        rate: `(K,)` of that [N/s].
         touches: that ended flights.
         end: until when it was followed [s].
     """
 
     time: Array
     pressure: Array
+    rate: Array
     touches: tuple[Landing, ...]
     end: float
 
     def greatest(self, start: float, end: float) -> tuple[float, float]:
-        """Return the greatest force between two times [N], by a parabola near it, and when [s]."""
+        """Return the greatest force between two times [N], and when [s]."""
         low, high = np.searchsorted(self.time, [start, end])
-        if high <= low:
-            return 0.0, start
-        index = int(low + np.argmax(self.pressure[low:high]))
-        most, when = float(self.pressure[index]), float(self.time[index])
-        if not 0 < index < len(self.time) - 1:
-            return most, when
-        before, after = (float(self.time[k]) - when for k in (index - 1, index + 1))
-        p, q = (float(self.pressure[index + k]) - most for k in (-1, 1))
-        if not before < 0.0 < after or p > 0.0 or q > 0.0:  # It jumped, or goes on rising outside.
-            return most, when
-        # most + b t + a t² through both neighbours.
-        a = (p / before - q / after) / (before - after)
-        b = q / after - a * after
-        return (most - b * b / (4.0 * a), when - b / (2.0 * a)) if a < 0.0 else (most, when)
+        span = slice(max(low - 1, 0), high + 1)
+        when, force = turns(self.time[span], self.pressure[span], self.rate[span])
+        force = np.where((start <= when) & (when <= end), force, 0.0)
+        best = int(np.argmax(force))
+        return float(force[best]), float(when[best])
 
 
 class PlanarModel:
@@ -223,8 +215,7 @@ class _Run:
         lightest = max(row[6] + row[8] for row in model._table)
         self._atol = _RTOL * place, _RTOL * math.sqrt(place * force * lightest)
         self._longest = model._duration / 64.0
-        self._times: list[float] = []
-        self._pressures: list[float] = []
+        self._course: list[tuple[float, float, float]] = []
         self._touches: list[Landing] = []
 
     def _pressed(self, state: tuple[float, ...]) -> float:
@@ -237,16 +228,19 @@ class _Run:
         follows = depth + self._contact.damping / self._contact.stiffness * (x * u + y * v) / r
         return min(depth, follows)
 
-    def _pressure(self, state: tuple[float, ...]) -> float:
-        x, y, u, v = state
-        r = math.sqrt(x * x + y * y)
-        return (
-            self._contact.stiffness * (r - self._half) + self._contact.damping * (x * u + y * v) / r
-        )
-
-    def _keep(self, time: float, pressure: float) -> None:
-        self._times.append(time)
-        self._pressures.append(pressure)
+    def _keep(
+        self, time: float, state: tuple[float, ...], slope: tuple[float, float], is_pressed: bool
+    ) -> None:
+        """Keep the force of the wall at a time, and its rate; the slope is the acceleration."""
+        pressure = rate = 0.0
+        if is_pressed:
+            c, d = self._contact.stiffness, self._contact.damping
+            (x, y, u, v), (a, b) = state, slope
+            r = math.sqrt(x * x + y * y)
+            out = (x * u + y * v) / r
+            pressure = c * (r - self._half) + d * out
+            rate = c * out + d * (u * u + v * v + x * a + y * b - out * out) / r
+        self._course.append((time, pressure, rate) if pressure > 0.0 else (time, 0.0, 0.0))
 
     def motion(self) -> PlanarMotion:
         """Return what the pin did."""
@@ -254,7 +248,7 @@ class _Run:
         is_pressed = self._pressed(state) > 0.0
         step = 1e-3 * self._longest
         slope = self._acceleration(time, *state, is_pressed)
-        self._keep(time, self._pressure(state) if is_pressed else 0.0)
+        self._keep(time, state, slope, is_pressed)
         for _ in range(_MOST_STEPS):
             if time >= self._end:
                 break
@@ -272,24 +266,24 @@ class _Run:
                     after, last, _ = self._step(time, state, slope, step, is_pressed)
                     wrong = self._pressed(after) > 0.0
             if wrong:
-                step, after = self._located(time, state, slope, step, after, is_pressed)
+                step = self._located(time, state, slope, step, is_pressed)
+                after, last, _ = self._step(time, state, slope, step, is_pressed)
             time, state = time + step, after
-            x, y, u, v = state
-            r = math.sqrt(x * x + y * y)
-            self._keep(time, max(self._pressure(state), 0.0) if is_pressed else 0.0)
+            self._keep(time, state, last, is_pressed)
             if wrong:
                 is_pressed = not is_pressed
-                if is_pressed:
-                    self._touches.append(Landing(time, (x * u + y * v) / r))
-                    self._keep(time, max(self._pressure(state), 0.0))
                 slope = self._acceleration(time, *state, is_pressed)
+                if is_pressed:
+                    x, y, u, v = state
+                    speed = (x * u + y * v) / math.sqrt(x * x + y * y)
+                    self._touches.append(Landing(time, speed))
+                    self._keep(time, state, slope, is_pressed)
                 # After a touch the force rises within a swing, which the error then finds.
                 step = min(grown, 0.1 * step + 1e-4 * self._longest)
                 continue
             slope, step = last, grown
-        return PlanarMotion(
-            np.array(self._times), np.array(self._pressures), tuple(self._touches), time
-        )
+        times, pressures, rates = np.array(self._course).T
+        return PlanarMotion(times, pressures, rates, tuple(self._touches), time)
 
     def _touched_within(
         self, state: tuple[float, ...], after: tuple[float, ...], step: float
@@ -313,28 +307,15 @@ class _Run:
         state: tuple[float, ...],
         slope: tuple[float, float],
         step: float,
-        after: tuple[float, ...],
         is_pressed: bool,
-    ) -> tuple[float, tuple[float, ...]]:
-        """Return the step, and the state after it, at whose end the wall begins or ends to press.
+    ) -> float:
+        """Return the step at whose end the wall begins or ends to press."""
 
-        Its end is beyond that, by no more than `_LOCATED` of the step.
-        """
-        low, high, best = 0.0, step, after
-        at_low, at_high = self._pressed(state), self._pressed(after)
-        for _ in range(_HALVINGS):
-            if high - low <= _LOCATED * step:
-                break
-            part = at_low / (at_low - at_high) if (at_low > 0.0) != (at_high > 0.0) else 0.5
-            middle = low + min(max(part, 0.02), 0.98) * (high - low)
-            there, _, _ = self._step(time, state, slope, middle, is_pressed)
-            value = self._pressed(there)
-            if (value > 0.0) != is_pressed:
-                # The end that stays counts half, so that it comes near as well.
-                high, best, at_high, at_low = middle, there, value, 0.5 * at_low
-            else:
-                low, at_low, at_high = middle, value, 0.5 * at_high
-        return high, best
+        def stays(part: float) -> float:
+            there, _, _ = self._step(time, state, slope, part, is_pressed)
+            return self._pressed(there) if is_pressed else -self._pressed(there)
+
+        return zero(stays, 0.0, step)
 
     def _step(
         self,

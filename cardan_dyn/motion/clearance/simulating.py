@@ -10,7 +10,9 @@ import numpy as np
 from ...core.elements.contact_laws import ContactLaw, LinearContact
 from ...kit.arrays import Array
 from ...kit.checks import described, mapping, number, positive
+from ...kit.differences import displacements, slopes
 from ...kit.errors import ArgumentError, IndeterminateError, choices
+from ...kit.roots import zero
 from .arguments import (
     clearance_of,
     damping_ratio_of,
@@ -32,8 +34,6 @@ if TYPE_CHECKING:
 
 _SEARCHED = 180
 """Positions over a period among which it begins."""
-_STEP = 1e-4
-"""Way of the drive [rad] over which the motion of pins along their walls is differentiated."""
 _DEEPEST = 1e3
 """Greatest depth, in clearances, at which a wall is looked for that bears the force."""
 
@@ -236,12 +236,14 @@ class RigidStart:
 
         Those whose force is not unique begin in the middle of the clearance, at rest.
         """
-        sweep = self._scene.sweep(self.position + _STEP * np.array([-1.0, 0.0, 1.0]), self.speed)
+        unit = np.ones(1)  # A radian.
+        ways = np.append(0.0, displacements(unit))
+        sweep = self._scene.sweep(self.position + ways, self.speed)
         result: dict[str, tuple[float, float]] = {}
         for item in pins:
             places = self._places(sweep, opened, item)
-            rates = (places[2] - places[0]) * (self.speed / (2.0 * _STEP))
-            moving = zip(places[1].tolist(), rates.tolist(), strict=True)
+            rates = self.speed * slopes(places[1:], unit)[:, 0]
+            moving = zip(places[0].tolist(), rates.tolist(), strict=True)
             result.update(zip(opened.joint(item.joint).coordinates[:-1], moving, strict=True))
         return result
 
@@ -289,20 +291,19 @@ class RigidStart:
 
 def _depth(pin: OpenPin, force: float) -> float:
     """Return how deep a force presses a pin into its wall [m]."""
-    from scipy.optimize import brentq
 
-    def excess(depth: float) -> float:
-        return float(pin.law.force(depth, 0.0, np.inf)) - force
+    def missing(depth: float) -> float:
+        return force - float(pin.law.force(depth, 0.0, np.inf))
 
     deepest = pin.clearance
-    while excess(deepest) < 0.0:
+    while missing(deepest) > 0.0:
         deepest *= 2.0
         if deepest > _DEEPEST * pin.clearance:
             raise ArgumentError(
                 f"joint {pin.joint!r}: its force of {force:.3g} N presses the pin farther "
                 f"into the wall than {_DEEPEST:g} times the clearance; its contact is too soft"
             )
-    return float(brentq(excess, 0.0, deepest, xtol=1e-18))
+    return zero(missing, 0.0, deepest)
 
 
 def _turn(axis: Array, angle: float) -> Array:

@@ -16,6 +16,7 @@ import pinocchio
 
 from ...core.kinematics.tolerances import CLOSURE_TOLERANCE
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.differences import displacements, slopes
 from ...kit.errors import SingularConfigurationError
 
 ZERO = 1e-10
@@ -27,8 +28,6 @@ _CLOSED = 1e-15
 closes it, and a weak equation would make a displacement of it."""
 _SINGULAR_STEPS = 3
 """Newton steps that lead to a singular configuration near by."""
-_DIFFERENCE = 1e-6
-"""Displacement of differences that the bend of closure equations is made of."""
 _REFINED = 3
 """Times that forces are corrected by what their accelerations still lack."""
 _MOST_STEPS = 8
@@ -172,9 +171,7 @@ class ClosedDirections:
             missing[np.abs(missing) <= _CLOSED * size] = 0.0
             if not (left_over and np.any(missing)):
                 break
-            step = np.zeros(self.model.nv)
-            step[free] = np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank]))
-            x = np.asarray(pinocchio.integrate(self.model, x, step))
+            x = self._moved(x, np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank])))
         refuse_open(float(np.max(np.abs(missing), initial=0.0)) / size)
         opening = left[:, :rank].T @ (rows @ v)
         v = v.copy()
@@ -209,22 +206,21 @@ class ClosedDirections:
             strong = _strong(values[:rank])
             weak = left[:, strong:rank]
             ways = np.linalg.solve(root.T, right[strong:].T)
-            slopes = weak.T @ rows @ ways
-            bends = np.empty((*slopes.shape, ways.shape[1]))
-            for index, way in enumerate(ways.T):
-                size = _DIFFERENCE / max(float(np.max(np.abs(way))), 1e-300)
-                step = np.zeros(self.model.nv)
-                step[free] = size * way
-                moved = self.jacobian(pinocchio.integrate(self.model, x, step))[:, free]
-                bends[..., index] = (weak.T @ moved @ ways - slopes) / size
-            factors, *_ = np.linalg.lstsq(
-                bends.reshape(slopes.size, -1), -slopes.ravel(), rcond=1e-8
-            )
-            step = np.zeros(self.model.nv)
-            step[free] = ways @ factors
-            x = np.asarray(pinocchio.integrate(self.model, x, step))
+            stationary = weak.T @ rows @ ways
+            units = 1.0 / np.maximum(np.max(np.abs(ways), axis=0), 1e-300)
+            beside = [self._moved(x, ways @ way) for way in displacements(units)]
+            moved = np.array([weak.T @ self.jacobian(at)[:, free] @ ways for at in beside])
+            bends = slopes(moved, units).reshape(stationary.size, -1)
+            factors, *_ = np.linalg.lstsq(bends, -stationary.ravel(), rcond=1e-8)
+            x = self._moved(x, ways @ factors)
         x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
         return float(np.max(np.abs(self.gaps(x)[0]), initial=0.0))
+
+    def _moved(self, x: Array, step: Array) -> Array:
+        """Return the configuration after a displacement `(f,)` of the free coordinates."""
+        every = np.zeros(self.model.nv)
+        every[self.free] = step
+        return np.asarray(pinocchio.integrate(self.model, x, every))
 
     def gaps(self, x: Array) -> tuple[Array, float]:
         """Return closure errors of loops and couplings as the rows count them, and their sizes."""

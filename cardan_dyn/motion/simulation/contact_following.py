@@ -18,6 +18,7 @@ from ...core.elements.pin_motion import PinPlace
 from ...core.elements.stepping import first_fall
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import NOTHING, Array
+from ...kit.extremes import peak
 from .integration import Integration
 from .recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
 from .system import System
@@ -269,16 +270,9 @@ class _Pin:
         time, force = times[best], forces[best]
         low, high = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]
         if high > low:
-            from scipy.optimize import minimize_scalar
-
-            found = minimize_scalar(
-                lambda at: -self.pressure(place(float(at)), phase.touch_speed),
-                bounds=(low, high),
-                method="bounded",
-                options={"xatol": 1e-5 * (high - low)},
+            time, force = peak(
+                lambda at: self.pressure(place(at), phase.touch_speed), low, high, (time, force)
             )
-            if -found.fun > force:
-                time, force = float(found.x), -float(found.fun)
         if force > so_far:
             self._peak = _Peak(force, time, np.array(place(time).away))
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...kit.arrays import ROUNDED, Array
 from ...kit.errors import SingularConfigurationError
+from ...kit.extremes import peak
 from .constrained_model import ConstrainedModel
 
 Path = Callable[[float], Array]
@@ -27,8 +28,6 @@ _AHEAD = 0.6
 """How far is looked ahead, in steps."""
 _DIPS = 0.2
 """Weakness at a crossing, as a fraction of that at the ends of the search, at most."""
-_REFINED = 4
-"""Parabolas by which the time of a crossing is found."""
 _DECIDED = 1e-3
 """Part of the speeds that rounding may decide at the start."""
 _LOST = 1.0
@@ -152,19 +151,10 @@ class Crossings:
         least = int(np.argmin(weakness))
         if least in (0, _LOOKED_AT):
             return None
+        around = float(times[least - 1]), float(times[least + 1])
         # Weakness falls and rises linearly: its square is a parabola.
-        middle, width = float(times[least]), float(times[least] - times[least - 1])
-        for _ in range(_REFINED):
-            around = np.array([middle - width, middle, middle + width])
-            squares = np.array([self._weakness(rows, time) for time in around.tolist()]) ** 2
-            bend = squares[0] - 2.0 * squares[1] + squares[2]
-            if not bend > 0.0:
-                return None
-            middle += float(np.clip(0.5 * (squares[0] - squares[2]) / bend, -1.0, 1.0)) * width
-            width *= 0.25
-        if self._weakness(rows, middle) > _DIPS * min(weakness[0], weakness[-1]):
-            return None
-        return middle
+        middle, negative = peak(lambda time: -(self._weakness(rows, time) ** 2), *around)
+        return middle if -negative <= (_DIPS * min(weakness[0], weakness[-1])) ** 2 else None
 
     def is_one(self, row: Array) -> bool:
         """Return whether loops are closed in the singular configuration that is near a row."""

@@ -15,6 +15,7 @@ from ...core.results.collect import sweep_of
 from ...core.results.prescribed import Prescribed
 from ...core.results.sweep import Sweep
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.differences import displacements, slopes
 from ...kit.errors import CardanError, EquilibriumError, MobilityError, choices
 from ...kit.frozen import frozen, read_only
 from .energy_functions import without_elements
@@ -23,11 +24,6 @@ from .start_state import drive_positions
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_STEP = 1e-3
-"""Step of differences [rad, or as a fraction of the characteristic length]: with a stencil of fifth
-order, its error and that of rounding are both about 1e-13 of the forces."""
-_STENCIL = {-2.0: 1.0 / 12.0, -1.0: -2.0 / 3.0, 1.0: 2.0 / 3.0, 2.0: -1.0 / 12.0}
-"""Places and weights of a derivative of fifth order."""
 _MOST_STEPS = 200
 _LONGEST = 0.3
 """Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
@@ -229,16 +225,9 @@ class _Statics:
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         """Return efforts `(f,)` at a position, and their derivatives `(f, f)`."""
-        steps = _STEP * self.scale
-        places = [x]
-        for index in range(len(x)):
-            own = steps * (np.arange(len(x)) == index)
-            places += [x + factor * own for factor in _STENCIL]
-        efforts = self._efforts(np.array(places))
+        efforts = self._efforts(np.concatenate([x[None], x + displacements(self.scale)]))
         self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
-        weights = np.array(list(_STENCIL.values()))
-        groups = efforts[1:].reshape(len(x), len(_STENCIL), len(x))
-        return efforts[0], np.einsum("k,jki->ij", weights, groups) / steps
+        return efforts[0], slopes(efforts[1:], self.scale)
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(f, f)` at a position."""

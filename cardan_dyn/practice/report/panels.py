@@ -15,14 +15,10 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from ...kit.arrays import Array
+from ...kit.extremes import greatest as greatest_of_period
 
 DEGREE = 8
 """Of the polynomials."""
-_FINE = 64
-"""Steps at which a polynomial is looked at, even ones in the angle of Chebyshev's circle: eight for
-each of its swings, so that parabolas tell which of its peaks is the greatest."""
-_NEWTON = 8
-"""Steps from there to its peak, each of which squares the distance once that is small."""
 _LEAST_WIDTH = 1e-9
 """Part of the range at which a panel is not halved any more: functions that jump there have come
 as close to the jump on both sides as they change within it."""
@@ -32,8 +28,6 @@ _TOGETHER = 128
 """Panels that are fitted together, so that what they need fits into memory."""
 _NODES = np.cos(np.pi * np.arange(DEGREE, -1, -1) / DEGREE)
 _TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(_NODES, DEGREE))
-_GRID = np.cos(np.pi * np.arange(_FINE, -1, -1) / _FINE)
-_TO_GRID = chebyshev.chebvander(_GRID, DEGREE) @ _TO_COEFFICIENTS
 
 
 class Known(NamedTuple):
@@ -176,28 +170,16 @@ def _fitted(ends: Array, values: Array, known: Known, tolerance: Tolerance) -> _
         powers = chebyshev.chebvander((known.at[inside] - middle[row]) / half[row], DEGREE)
         missed = np.abs(powers @ coefficients[:, row] - known.values[inside])
         error[row] = np.maximum(error[row], missed.max(axis=0, initial=0.0))
-    fine = np.einsum("gj,pjf->gpf", _TO_GRID, values)
-    # How high parabolas through three points are that have their peak closest to the middle one.
-    slope, bend = fine[2:] - fine[:-2], 2.0 * fine[1:-1] - fine[2:] - fine[:-2]
-    above = np.divide(slope**2, 8.0 * bend, out=np.zeros_like(bend), where=bend > 0.0)
-    peak = fine.copy()
-    peak[1:-1] += np.where(np.abs(slope) <= 1.5 * bend, above, 0.0)
-    place = peak.argmax(axis=0)
-    low, high = _GRID[np.maximum(place - 1, 0)], _GRID[np.minimum(place + 1, _FINE)]
-    first = chebyshev.chebder(coefficients)
-    second = chebyshev.chebder(first)
-    at = _GRID[place]
-    for _ in range(_NEWTON):
-        rate, change = (chebyshev.chebval(at, part, tensor=False) for part in (first, second))
-        step = np.divide(-rate, change, out=np.zeros_like(rate), where=change < 0.0)
-        at = np.clip(at + step, low, high)
-    top, reached = fine.max(axis=0), chebyshev.chebval(at, coefficients, tensor=False)
-    at = np.where(reached >= top, at, _GRID[fine.argmax(axis=0)])
+    # Over Chebyshev's circle they are periodic, the same on both of its halves.
+    circle = np.concatenate([values, values[:, -2:0:-1]], axis=1)
+    found = greatest_of_period(np.moveaxis(circle, 1, 0).reshape(2 * DEGREE, -1))
+    top, turn = (item.reshape(error.shape) for item in found)
+    at = middle[:, None] - half[:, None] * np.cos(2.0 * np.pi * turn)
     return _Panels(
         ends,
         values,
-        np.maximum(top, reached),
-        np.clip(middle[:, None] + half[:, None] * at, ends[:, :1], ends[:, 1:]),
+        top,
+        np.clip(at, ends[:, :1], ends[:, 1:]),
         error,
         tolerance.of(np.abs(values).max(axis=1)),
         np.zeros(error.shape, dtype=bool),

@@ -8,7 +8,7 @@ from testkit.line_data import end_bearings, random_line
 
 from cardan_dyn.analytic import grossmann
 from cardan_dyn.drive_lines import DriveLine, DutyPoint, Shaft
-from cardan_dyn.kit.periodic import greatest
+from cardan_dyn.kit.extremes import greatest
 from cardan_dyn.practice.drive_lines.verdict.extremes import greatest_over
 
 SHAPES = np.linspace(-0.9, 0.9, 7)
@@ -20,9 +20,9 @@ def test_greatest_values_of_kernels(count: int) -> None:
     phi = 2.0 * np.pi * np.arange(count) / count
     shapes, places = 0.5 * SHAPES, np.arange(7.0)
     values = 1.0 / np.abs(1.0 - shapes * np.exp(1j * (phi[:, None] - places))) ** 2
-    assert greatest(values) == pytest.approx(1.0 / (1.0 - np.abs(shapes)) ** 2, rel=1e-13)
-    assert greatest(np.ones((count, 2))) == pytest.approx(1.0, rel=1e-15)
-    assert greatest(np.zeros((count, 2))).tolist() == [0.0, 0.0]
+    assert greatest(values)[0] == pytest.approx(1.0 / (1.0 - np.abs(shapes)) ** 2, rel=1e-13)
+    assert greatest(np.ones((count, 2)))[0] == pytest.approx(1.0, rel=1e-15)
+    assert greatest(np.zeros((count, 2)))[0].tolist() == [0.0, 0.0]
 
 
 def test_of_many_cases_each_place_has_its_own() -> None:

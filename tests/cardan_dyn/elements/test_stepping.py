@@ -181,6 +181,14 @@ def test_first_falls() -> None:
     assert first_fall(lambda t: -t, times) == pytest.approx(0.0, abs=1e-5)
 
 
+@pytest.mark.parametrize("length", [1.0, 1e-4, 1e-8])
+def test_a_dip_below_zero_is_found_however_short_the_step(length: float) -> None:
+    begin = 0.7
+    times = [begin + length * part / 5.0 for part in range(6)]
+    found = first_fall(lambda t: ((t - begin) / length - 0.47) ** 2 - 1e-4, times)
+    assert (found - begin) / length == pytest.approx(0.46, abs=1e-7)
+
+
 def test_errors_beyond_all_numbers_are_not_taken_for_none() -> None:
     """Where the square of one estimate overflows alone, their quotient would be zero."""
     for power in np.arange(150.0, 156.0, 0.25):

@@ -18,6 +18,7 @@ import numpy as np
 
 from ....kit.arrays import Array
 from ....kit.errors import CardanError
+from ....kit.extremes import peak
 from ....kit.periodic import MOST_NODES, next_size, resampled, tail
 from ....kit.time_left import Task
 from ..model.build import FINE, ROUGH, WORST_ERROR
@@ -56,8 +57,6 @@ _FULL = 0.98
 """Way from the middle of a model, in half ranges, from which on a motion takes a wider one."""
 _BACK = 0.25
 """How far before its beginning a branch may come back, as a fraction of the range of speed."""
-_FLAT = 1e-6
-"""Step, as a fraction of that between two points, at which an extremum is found."""
 
 
 class Point(NamedTuple):
@@ -362,23 +361,14 @@ class Branch:
             index: of the point whose measure exceeds that of both neighbours.
             measure: of a point.
         """
-        from scipy.optimize import minimize_scalar
-
         here = self.points[index]
-        best = self.between(here, self.points[index + 1], 0.0) or here
 
-        def value(place: float) -> float:
-            nonlocal best
+        def at(place: float) -> Point:
             beside = self.points[index + (1 if place > 0.0 else -1)]
-            found = self.between(here, beside, abs(place))
-            if found is None:
-                return -measure(here)
-            if measure(found) > measure(best):
-                best = found
-            return -measure(found)
+            return self.between(here, beside, abs(place)) or here
 
-        minimize_scalar(value, bounds=(-1.0, 1.0), method="bounded", options={"xatol": _FLAT})
-        return best
+        place, _ = peak(lambda place: measure(at(place)), -1.0, 1.0)
+        return max(at(0.0), at(place), key=measure)
 
     @cached_property
     def folds(self) -> list[Fold]:

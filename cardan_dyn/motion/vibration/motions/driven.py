@@ -21,6 +21,7 @@ import numpy as np
 
 from ....kit.arrays import NOTHING, Array
 from ....kit.checks import described, numbers
+from ....kit.differences import displacements, slopes
 from ....kit.errors import ArgumentError, VibrationError
 from ....kit.periodic import derivatives, interpolation, next_size, nodes, tail
 from ..model.efforts import FreeEfforts
@@ -32,9 +33,6 @@ _MOST_LEFT = 1e-8
 """Residual with which none is returned, and highest orders that are."""
 _SLOW = 0.05
 """Residual after a step, as a fraction of that before, from which on derivatives are renewed."""
-_CHANGE = 1e-5
-"""Change of positions, in units of the coordinates, and of speeds, as a fraction, for differences
-of what follows of them."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +77,9 @@ class Characteristic:
         """Return derivatives of the torque by the speed [N·m·s/rad]."""
         if not callable(self.torque):
             return np.zeros(speeds.shape)
-        change = _CHANGE * np.abs(speeds)
-        return (self.at(speeds + change) - self.at(speeds - change)) / (2.0 * change)
+        unit = np.ones(1)
+        torques = np.array([self.at(speeds * (1.0 + part)) for part in displacements(unit)[:, 0]])
+        return np.asarray(slopes(torques, unit)[..., 0] / speeds)
 
 
 def _number(label: str, value: Any) -> float:
@@ -280,12 +279,9 @@ class DrivenMotions:
         by_acceleration = np.stack(
             [gaps[len(units) + i] / size[..., i, None, 1] for i in rows], axis=3
         )
-        by_position = []
-        for i in rows[1:]:
-            moved = _CHANGE * units[i] * np.eye(len(units))[i]
-            ends = (self._at(place + sense * moved, moves)[0] for sense in (1.0, -1.0))
-            by_position.append((next(ends) - next(ends)) / (2.0 * _CHANGE * units[i]))
-        return _Local(np.stack(by_position, axis=3), by_speed, by_acceleration)
+        beside = np.pad(displacements(self._units), ((0, 0), (1, 0)))
+        moved = np.array([self._at(place + way, moves)[0] for way in beside])
+        return _Local(slopes(moved, self._units), by_speed, by_acceleration)
 
     def _jacobian(self, grid: _Grid, speed: Array, pace: Array, q: Array, scale: Array) -> Array:
         """Return derivatives `(S, K, K)` of the equations by pace / Ω, q / unit and lack / size."""

@@ -7,11 +7,13 @@ between speeds at which that is known, polynomials tell it as exactly as it was 
 from __future__ import annotations
 
 from itertools import pairwise
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 
 from ....kit.arrays import Array
+from ....kit.extremes import peak
 from .search import MotionSearch
 from .stability import NONE, STABLE, Stability, judged, separation, stability
 
@@ -19,8 +21,6 @@ _ROUNDS = 7
 """Rounds of the search for a region between two speeds, each four times as fine as the last."""
 _PLACES = 9
 """Speeds at which an interval is looked at in each round, its ends among them."""
-_GROWTH_ROUNDS = 6
-"""Rounds of the search for the fastest growth, each three times as fine as the last."""
 _EDGE = 1e-8
 """Width, as a fraction of the speed, of the interval in which an edge lies at last."""
 _NEIGHBOURS = 16
@@ -237,6 +237,12 @@ def regions(over: StabilityOverSpeed, speeds: Array, known: Judged | Stability) 
         speeds: `(S,)` ascending, of one sign.
         known: what was found there.
     """
+
+    def growth_at(speed: float) -> float:
+        there = over.at(np.array([speed]))
+        excess = float(there.excess[0]) if there.grows[0] else 0.0
+        return float(np.log1p(excess)) * abs(speed) / over.period
+
     speeds, excess, kind = _refined(over, speeds, known)
     is_there = kind != NONE
     unstable = (kind != STABLE) & is_there
@@ -256,42 +262,15 @@ def regions(over: StabilityOverSpeed, speeds: Array, known: Judged | Stability) 
         beside = np.concatenate([[0.0], growth[first:last], [0.0]])
         # Of two speeds that grow faster than those beside them, either may be next to the fastest.
         tops = np.nonzero((beside[1:-1] >= beside[:-2]) & (beside[1:-1] >= beside[2:]))[0]
-        peak, speed, of = max(
-            _fastest(
-                over,
-                float(places[top]),
-                float(places[top + 2]),
-                (float(beside[top + 1]), float(places[top + 1]), str(kind[first + top])),
-            )
+        fastest = (
+            peak(growth_at, places[top], places[top + 2], (places[top + 1], beside[top + 1]))
             for top in tops.tolist()
         )
+        speed, most = max(fastest, key=itemgetter(1))
+        of = str(over.at(np.array([speed])).kind[0])
         is_closed = first - 1 in edges and last - 1 in edges
-        found.append(Region(lower, upper, of, peak, speed, is_closed))
+        found.append(Region(lower, upper, of, float(most), float(speed), is_closed))
     return found
-
-
-def _fastest(
-    over: StabilityOverSpeed, lower: float, upper: float, best: tuple[float, float, str]
-) -> tuple[float, float, str]:
-    """Return the fastest growth between two speeds, where it is, and its kind.
-
-    Args:
-        over: of the design.
-        lower: speed.
-        upper: speed.
-        best: the same of a speed between them.
-    """
-    for _ in range(_GROWTH_ROUNDS):
-        places = np.linspace(lower, upper, _PLACES + 2)[1:-1]
-        found = over.at(places)
-        size = np.where(found.grows, found.excess, 0.0)
-        growth = np.log1p(size) * np.abs(places) / over.period
-        top = int(np.argmax(growth))
-        if growth[top] > best[0]:
-            best = float(growth[top]), float(places[top]), str(found.kind[top])
-        width = 1.5 * (upper - lower) / (_PLACES + 1)
-        lower, upper = max(lower, best[1] - width), min(upper, best[1] + width)
-    return best
 
 
 def _refined(

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....kit.arrays import Array
+from ....kit.differences import displacements, slopes
 from ....kit.errors import CardanError
 from ....kit.periodic import resampled
 from ....kit.time_left import Task
@@ -27,8 +28,6 @@ from .linear import linear_about, linear_motions, resting
 from .models import FIRST_RANGE, GROWTH, NARROWEST, ROOM, MotionModels, Motions
 
 _POSITIONS = 24
-_STEP = 1e-4
-"""Step of differences, in units of the coordinates."""
 _LONGEST = 0.5
 """Longest step of Newton's method, in units of the coordinates."""
 _MOST_STEPS = 40
@@ -82,7 +81,7 @@ def resting_place(efforts: FreeEfforts, start: Array, speeds: Array, units: Arra
     """
     speed, free = float(np.median(speeds)), len(start)
     drive = 2.0 * np.pi / _POSITIONS * np.arange(_POSITIONS)
-    ways = np.vstack([np.zeros(free), _STEP * np.diag(units)])
+    ways = np.vstack([np.zeros(free), displacements(units)])
 
     def mean_efforts(places: Array) -> Array:
         q = np.repeat(places, _POSITIONS, axis=0)
@@ -96,8 +95,7 @@ def resting_place(efforts: FreeEfforts, start: Array, speeds: Array, units: Arra
     try:
         for _ in range(_MOST_STEPS):
             values = mean_efforts(place + ways)
-            slopes = (values[1:] - values[0]).T / (_STEP * units)
-            step = np.linalg.solve(slopes, -values[0])
+            step = np.linalg.solve(slopes(values[1:], units), -values[0])
             length = float(np.max(np.abs(step) / units))
             place = place + step * min(1.0, _LONGEST / length if length else 1.0)
             if length <= _PLACED:

@@ -13,7 +13,7 @@ from ....core.results.table import Table
 from ....kit.arrays import Array
 from ....kit.checks import number, positive
 from ....kit.errors import ArgumentError, VibrationError, choices
-from ....kit.periodic import turning_values
+from ....kit.extremes import turns
 from ...simulation.events import Event
 from ..model.rotating_scene import rotating_scene
 from ..motions.driven import Characteristic, DrivenMotions
@@ -211,9 +211,9 @@ def windows_of(time: Array, drive: Array, free: Array, rate: Array) -> Windows:
     starts = np.maximum(ends - 2.0 * np.pi, 0.0)
     first, last = (np.interp(at, way, time) for at in (starts, ends))
     low, high = np.searchsorted(time, first), np.searchsorted(time, last)
-    turns = turning_values(time, free, rate)
+    _, between = turns(time, free, rate)
     found = [
-        np.concatenate([free[a : b + 1], turns[a:b]])
+        np.concatenate([free[a : b + 1], between[a:b]])
         for a, b in zip(low.tolist(), high.tolist(), strict=True)
     ]
     return Windows(

@@ -11,30 +11,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ....kit.arrays import Array
-from ....kit.periodic import (
-    amplitudes,
-    derivatives,
-    orders_of,
-    resampled,
-    turning_values,
-)
+from ....kit.extremes import greatest, peak
+from ....kit.periodic import amplitudes, orders_of
 from ..model.modes import averaged, modes, sense_name
 from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
 from ..motions.linear import averaged_motions
 from ..motions.models import Motions
 from ..motions.search import MotionSearch
-from ..motions.steady_path import SteadyPath, together
+from ..motions.steady_path import SteadyPath
 
 _PROMINENT = 1e-6
 """Height of a barrier above its surroundings, as a fraction of the range of torques: a low one
 before a high one may be what holds a weak drive."""
-_PLACES = 7
-"""Speeds between its neighbours on the path at which the top of a barrier is looked for."""
 _EXACT = 1e-10
 """Relative error of the speed at which a drive is held."""
-_FINE = 8  # Even, so that one more is odd.
-"""Times more nodes at which the extremes of a motion are read."""
 
 
 class TorqueBarrier(NamedTuple):
@@ -152,7 +143,8 @@ class TorqueCurve:
 
     def _barrier(self, speed: Array, lack: Array, top: int, sense: float) -> TorqueBarrier:
         """Return the barrier near one of the speeds of the path."""
-        at = self._top(speed[top - 1], speed[top + 1], sense)
+        ends, known = (speed[top - 1], speed[top + 1]), (speed[top], lack[top])
+        at, _ = peak(lambda at: self._lack(at, sense), *ends, known)
         (motions,) = self._path.near(np.array([at]))
         driven = self._driven(motions)
         torque, missing = float(driven.torque[0]), float(driven.lack[0])
@@ -167,41 +159,23 @@ class TorqueCurve:
             holds=self._held(speed[: top + 1], lack[: top + 1], at, sense),
         )
 
-    def _top(self, low: float, high: float, sense: float) -> float:
-        """Return the speed between two at which the drive lacks most."""
-        places = np.linspace(low, high, _PLACES)
-        heights = self._lacks(places, sense)
-        best = int(np.clip(np.argmax(heights), 1, _PLACES - 2))
-        before, top, after = heights[best - 1 : best + 2]
-        bend = before - 2.0 * top + after
-        if not (np.isfinite(bend) and bend < 0.0):
-            return float(places[np.argmax(heights)])  # The path ends in a fold.
-        return float(places[best] + 0.5 * (before - after) / bend * (places[1] - places[0]))
-
     def _held(self, speed: Array, lack: Array, top: float, sense: float) -> float:
         """Return where a run that speeds up stays before a barrier; NaN if it does not."""
         slows = abs(speed[-1]) < abs(speed[0])
         below = np.nonzero((lack[:-1] < 0.0) & (lack[1:] >= 0.0))[0]
         ends = (speed[below[-1]], speed[below[-1] + 1]) if below.size else (speed[-1], top)
-        (last,) = self._lacks(np.array([ends[1]]), sense)
-        if self._is_prescribed or slows or not last > 0.0 or not np.any(lack < 0.0):
+        if self._is_prescribed or slows or not np.any(lack < 0.0):
+            return np.nan
+        if not self._lack(ends[1], sense) > 0.0:
             return np.nan
         from scipy.optimize import brentq
 
-        return float(
-            brentq(
-                lambda at: float(self._lacks(np.array([at]), sense)[0]),
-                *ends,
-                xtol=_EXACT * abs(top),
-            )
-        )
+        return float(brentq(self._lack, *ends, args=(sense,), xtol=_EXACT * abs(top)))
 
-    def _lacks(self, speeds: Array, sense: float) -> Array:
-        """Return what the drive lacks at speeds `(S,)`; -inf where the path has ended."""
-        lack = np.full(len(speeds), -np.inf)
-        for motions in together(self._path.near(speeds)):
-            lack[motions.index] = sense * self._driven(motions).lack
-        return lack
+    def _lack(self, speed: float, sense: float) -> float:
+        """Return what the drive lacks at a speed; -inf where the path has ended."""
+        found = self._path.near(np.array([speed]))
+        return sense * float(self._driven(found[0]).lack[0]) if found else -np.inf
 
     def _driven(self, motions: Motions) -> Driven:
         return self._motions.of(motions.course.speed, motions.course.q, motions.model.divisor)
@@ -225,11 +199,6 @@ class TorqueCurve:
 
 def half_swings(q: Array) -> Array:
     """Return half the way from peak to peak `(S, n)` of motions `(S, N, n)` over their period."""
-    count = _FINE * q.shape[1] + 1
-    rate = derivatives(q.shape[1], 1.0)[0] @ q
-    values, rates = (
-        np.concatenate([fine, fine[:1]])
-        for fine in (np.moveaxis(resampled(item, count, 1), 1, 0) for item in (q, rate))
-    )
-    between = turning_values(np.arange(count + 1) / count, values, rates)
-    return np.asarray(0.5 * np.ptp(np.concatenate([values, between]), axis=0))
+    values = np.moveaxis(q, 1, 0).reshape(q.shape[1], -1)
+    swings = greatest(values)[0] + greatest(-values)[0]
+    return 0.5 * swings.reshape(q.shape[0], q.shape[2])

@@ -14,6 +14,7 @@ from cardan_dyn.analytic import drive_line
 from ....kit.arrays import Array
 from ....kit.checks import described
 from ....kit.errors import ArgumentError, ModelError, choices
+from ....kit.extremes import greatest
 from ..line.data import LineData
 from ..line.fields import Entry, number
 from .fork_choice import Allowed, halved, least_residual, phases_of, tooth_offsets
@@ -29,8 +30,6 @@ PROVEN = 1e-12
 numbers below 1, and ten times as much room."""
 _FINE, _ROUGH = 240, 36
 """Positions in half a turn at which bearing forces are bounded, and at which a search starts."""
-_ZOOMS, _ZOOM_POINTS = 4, 33
-"""Times that the greatest force is looked for between the positions around it, and at how many."""
 _MOST_COUNT = 1000
 
 
@@ -390,15 +389,8 @@ def peak(loads: SupportLoads, phases: Array) -> float:
         loads: of the bearings.
         phases: `(n,)` fork phases [rad].
     """
-    step = np.pi / _FINE
-    rotation = np.broadcast_to((np.arange(_FINE) * step)[:, None], (_FINE, len(loads.names)))
-    number = np.arange(len(loads.names))
-    for _ in range(_ZOOMS):
-        squares = loads.squares(phases, rotation)[:, number, number]
-        middle = rotation[np.argmax(squares, axis=0), number]
-        rotation = middle + np.linspace(-step, step, _ZOOM_POINTS)[:, None]
-        step *= 2.0 / (_ZOOM_POINTS - 1)
-    return float(np.sqrt(loads.squares(phases, rotation)[:, number, number].max()))
+    squares = loads.squares(phases, np.arange(_FINE) * (np.pi / _FINE))
+    return float(np.sqrt(greatest(squares)[0].max()))
 
 
 def _phasing(

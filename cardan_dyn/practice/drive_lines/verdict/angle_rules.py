@@ -14,7 +14,7 @@ from cardan_dyn.analytic.limits import JOINT_SIZES, SPEED_ANGLES, Limit
 
 from ....kit.arrays import Array
 from ....kit.errors import choices
-from ....kit.periodic import greatest
+from ....kit.extremes import greatest
 from ....kit.roots import zeros
 from ..line.parts import ShaftJoint
 from .case import Case
@@ -250,7 +250,7 @@ def inertia_ratio(betas: Array, phases: Array) -> float:
     total = np.zeros_like(turn)
     for end in range(1, len(betas)):
         total += drive_line.acceleration_ratio(betas[:end], phases[:end], turn)
-    return float(np.sqrt(greatest(total[:, None] ** 2))[0])
+    return float(np.sqrt(greatest(total[:, None] ** 2)[0])[0])
 
 
 def _accelerations(case: Case) -> Iterator[VerdictRow]:

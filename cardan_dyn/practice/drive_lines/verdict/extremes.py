@@ -8,7 +8,8 @@ from types import MappingProxyType
 import numpy as np
 
 from ....kit.arrays import Array
-from ....kit.periodic import greatest, resampled
+from ....kit.extremes import greatest
+from ....kit.periodic import resampled
 from .analysis import LineForces
 
 
@@ -71,6 +72,6 @@ def greatest_over(factors: Array, components: Array, *, signed: bool = False) ->
         case, place = cases[start : start + together], places[start : start + together]
         total = np.einsum("ij,jpic->pic", factors[case], fine[:, :, place], optimize=True)
         total /= most[place, None]
-        found = greatest(total[..., 0]) if signed else np.sqrt(greatest((total**2).sum(axis=-1)))
-        result[case, place] = found * most[place]
+        found, _ = greatest(total[..., 0] if signed else (total**2).sum(axis=-1))
+        result[case, place] = (found if signed else np.sqrt(found)) * most[place]
     return result

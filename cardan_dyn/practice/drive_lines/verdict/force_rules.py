@@ -12,7 +12,7 @@ from cardan_dyn.analytic import drive_line, support_forces
 from cardan_dyn.analytic.limits import Limit
 
 from ....kit.arrays import Array
-from ....kit.periodic import greatest
+from ....kit.extremes import greatest
 from ..line.parts import Shaft
 from ..line.supports import supports
 from .case import Case
@@ -190,7 +190,7 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
     centres = np.moveaxis(found.centres, -2, 0) if line.count > 2 else np.zeros((0, 1, 3))
     listed: list[Array] = [found.A, found.B, *centres, found.E, found.F]
     # All positions come back after half a turn.
-    sizes = [float(np.sqrt(greatest((force**2).sum(axis=-1)[:, None]))[0]) for force in listed]
+    sizes = [float(np.sqrt(greatest((force**2).sum(axis=-1)[:, None])[0])[0]) for force in listed]
     return {item.name: size for item, size in zip(ordered, sizes, strict=True)}, ""
 
 

@@ -1,0 +1,32 @@
+"""Differences: derivatives of functions of which only values are known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .arrays import EPS, Array
+
+_STEP = float(EPS**0.2)
+"""Step, in units of a variable: its fourth power, the error of the formula, is then as great as
+rounding by the step."""
+
+
+def displacements(units: Array) -> Array:
+    """Return displacements `(4 n, n)` of n variables at which `slopes` takes values.
+
+    Args:
+        units: `(n,)` of the variables, in which they change a function by about its own size.
+    """
+    return np.concatenate([factor * _STEP * np.diag(units) for factor in (-2.0, -1.0, 1.0, 2.0)])
+
+
+def slopes(values: Array, units: Array) -> Array:
+    """Return derivatives `(…, n)` by n variables, by central differences of fourth order.
+
+    Args:
+        values: `(4 n, …)` at `displacements` from the place where derivatives are taken.
+        units: `(n,)` of the variables.
+    """
+    far_back, back, ahead, far_ahead = values.reshape(4, len(units), *values.shape[1:])
+    rise = (8.0 * (ahead - back) - (far_ahead - far_back)) / (12.0 * _STEP)
+    return np.moveaxis(rise, 0, -1) / units

@@ -1,0 +1,29 @@
+"""Differences, against derivatives in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cardan_dyn.kit.differences import displacements, slopes
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
+def test_derivatives_keep_twelve_digits_in_the_units_of_each_variable(scale: float) -> None:
+    units = np.array([scale, 3.0])
+    place = np.array([0.4 * scale, 1.2])
+
+    def values(ways: np.ndarray) -> np.ndarray:
+        x, y = (place + ways).T / units[:, None]
+        return np.stack([np.stack([np.sin(x), x * y], 1), np.stack([np.exp(y), 1.0 + 0 * x], 1)], 1)
+
+    x, y = place / units
+    exact = np.array([[[np.cos(x), 0.0], [y, x]], [[0.0, np.exp(y)], [0.0, 0.0]]]) / units
+    found = slopes(values(displacements(units)), units)
+    np.testing.assert_allclose(found * units, exact * units, rtol=1e-12, atol=1e-12)
+
+
+def test_a_quartic_has_no_error_but_rounding() -> None:
+    unit = np.ones(1)
+    (found,) = slopes((2.0 + displacements(unit)[:, 0]) ** 4, unit)
+    assert found == pytest.approx(32.0, rel=1e-11)
