@@ -1,4 +1,4 @@
-"""What a refusal says to write is written, and then the mechanism is read and moves as it should."""
+"""What a refusal says to write is read then, and moves as it should."""
 
 from __future__ import annotations
 
@@ -49,6 +49,26 @@ GAZEBO = (
     '<joint name="C" type="revolute"><parent>b</parent><child>d</child>'
     "<pose>0 .25 0 0 0 0</pose><axis><xyz>0 0 1</xyz></axis></joint>"
 )
+
+
+def mimicking(name: str, other: str) -> str:
+    ends = {"A": ("g", "a"), "B": ("a", "b")}[name]
+    return hinge(name, *ends, more=f'<mimic joint="{other}"/>')
+
+
+def gears(words: str) -> str:
+    """Return gears of two cranks."""
+    ends = '<predecessor link="a"/><successor link="d"/>'
+    return f'<coupling name="t" {words}>{ends}<ratio value="-2"/></coupling>'
+
+
+def constraint(more: str) -> str:
+    """Return what closes the four-bar linkage, in another notation."""
+    return (
+        '<constraint name="C" type="revolute"><parent link="b"/><child link="d"/>'
+        '<parent_origin xyz=".3 .15 0"/><child_origin xyz="0 .25 0"/>'
+        f'<parent_axis xyz="0 0 1"/>{more}</constraint>'
+    )
 
 
 def mjcf(equality: str = "", body: str = "", joint: str = "", head: str = "") -> str:
@@ -105,9 +125,7 @@ CASES = {
         1,
     ),
     "a ring": Case(
-        robot('<link name="e"/>', LINKS, hinge("A", "g", "a"), hinge("B", "b", "d"))
-        .replace('<link name="e"/>', "")
-        .replace("</robot>", hinge("C", "d", "b") + "</robot>"),
+        robot(LINKS, hinge("A", "g", "a"), hinge("B", "b", "d"), hinge("C", "d", "b")),
         "form a ring: write one of them as <loop>",
         robot(LINKS, CRANK, CLOSED),
         1,
@@ -152,9 +170,9 @@ CASES = {
     ),
     "a multiplier of zero": Case(
         robot(LINKS, OPEN.replace("</joint>", '<mimic joint="B" multiplier="0"/></joint>', 1)),
-        "remove <mimic> and",
-        robot(LINKS, OPEN.replace("continuous", "fixed", 1)),
-        2,
+        "remove <mimic> and hold the joint in the scene",
+        robot(LINKS, OPEN),
+        3,
     ),
     "a joint of Gazebo at a link": Case(
         robot(LINKS, CRANK, f'<gazebo reference="a">{GAZEBO}</gazebo>'),
@@ -174,11 +192,47 @@ CASES = {
         robot(LINKS, OPEN, "<gazebo>", GAZEBO.replace(">b<", ">g<"), "</gazebo>"),
         1,
     ),
-    "teeth": Case(
-        robot(LINKS, CRANK, coupling := '<coupling name="t" pressure_angle=".3">{}</coupling>'),
-        'write forces="mesh" as well',
-        "",
+    "joints that mimic each other": Case(
+        robot(LINKS, mimicking("A", "B"), mimicking("B", "A"), hinge("D", "g", "d")),
+        "remove one <mimic>",
+        robot(LINKS, mimicking("A", "B"), hinge("B", "a", "b"), hinge("D", "g", "d")),
         2,
+    ),
+    "a gearbox of Gazebo": Case(
+        robot(LINKS, CRANK, "<gazebo>", GAZEBO.replace("revolute", "gearbox"), "</gazebo>"),
+        "write <coupling> or <mimic>",
+        robot(LINKS, CRANK, gears("")),
+        2,
+    ),
+    "numbers of teeth": Case(
+        robot(LINKS, CRANK, gears('pressure_angle="0.3"')),
+        'write forces="mesh" as well',
+        robot(LINKS, CRANK, gears('pressure_angle="0.3" forces="mesh"')),
+        2,
+    ),
+    "teeth on one line": Case(
+        robot(LINKS, CRANK.replace(".3 0 0", "0 0 1"), gears('forces="mesh"')),
+        "leave forces= out",
+        robot(LINKS, CRANK.replace(".3 0 0", "0 0 1"), gears("")),
+        2,
+    ),
+    "teeth in two planes": Case(
+        robot(LINKS, CRANK.replace(".3 0 0", ".3 0 1"), gears('forces="mesh"')),
+        'along="..." says how far the teeth are',
+        robot(LINKS, CRANK.replace(".3 0 0", ".3 0 1"), gears('forces="mesh" along="0.5"')),
+        2,
+    ),
+    "two axes of a hinge": Case(
+        robot(LINKS, CRANK, constraint('<child_axis xyz="0 1 0"/>')),
+        "or leave child_axis out",
+        robot(LINKS, CRANK, constraint("")),
+        1,
+    ),
+    "a word that is nearly right": Case(
+        robot(LINKS, OPEN.replace("<origin", "<orign", 1)),
+        "did you mean 'origin'",
+        robot(LINKS, OPEN),
+        3,
     ),
     "a weld without moments": Case(
         mjcf('<weld body1="a" body2="b" anchor="0 0 0" torquescale="0"/>'),
