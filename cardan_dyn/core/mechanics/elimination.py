@@ -32,6 +32,11 @@ NOTHING = 1e-9
 """Entry, in units of the length and of one, that counts as none unless somebody says otherwise: the
 rank tolerance of the kinematics."""
 
+_LEAST_ROW = 1e5
+"""Times nothing up to which rows count as if that were their greatest entry: 1e-4 unless somebody
+says otherwise. Closed to rounding, 1e-12, they tell their columns worse than to 1e-8, which is
+proven. Axes that are parallel but for digits have such rows, of which others tell all."""
+
 
 class Pivot(NamedTuple):
     """A pivot of an order.
@@ -52,7 +57,7 @@ class Order(NamedTuple):
     Attributes:
         pivots: in their order.
         sizes: greatest magnitude in each row at the samples at which it was chosen, one where there
-            is nothing; none where rows are of one size.
+            is nothing, and not less than `_LEAST_ROW`; none where rows are of one size.
     """
 
     pivots: Sequence[Pivot]
@@ -162,7 +167,7 @@ def chosen(
     Raises:
         UnsuitableError: a column vanishes at all samples.
     """
-    left = _Left.of(rows, blocks, nothing)
+    left = _Left.of(rows, blocks, nothing, nothing)
     judged: dict[int, list[tuple[int, float, float, float]]] = {}
     while columns := left.undone():
         # At the first sample, the least, and the mean over all.
@@ -198,7 +203,7 @@ def chosen_at_each(
     Returns:
         Orders and the samples (index) that they are chosen at; and samples that have none.
     """
-    left = _Left.of(rows, blocks, nothing)
+    left = _Left.of(rows, blocks, nothing, max(nothing, NOTHING))
     undone, done, without = [(left, np.arange(left.count))], [], [np.zeros(0, dtype=int)]
     while undone:
         left, samples = undone.pop()
@@ -252,8 +257,10 @@ class _Left:
         self._known: dict[int, tuple[list[int], Array]] = {}  # Of columns, see `parts`.
 
     @staticmethod
-    def of(rows: Sequence[Mapping[int, Array]], blocks: Blocks | None, nothing: float) -> _Left:
-        """Return all of a matrix; arguments as of `chosen`."""
+    def of(
+        rows: Sequence[Mapping[int, Array]], blocks: Blocks | None, nothing: float, unit: float
+    ) -> _Left:
+        """Return all of a matrix; arguments as of `chosen`, and nothing for rows."""
         shape = max((np.shape(x) for entries in rows for x in entries.values()), default=()) or (1,)
         own = [
             {c: x if np.shape(x) == shape else np.full(shape, x) for c, x in entries.items()}
@@ -264,6 +271,7 @@ class _Left:
             if entries:
                 np.abs(list(entries.values())).max(axis=0, out=size)
         sizes[~(sizes > nothing)] = 1.0
+        np.maximum(sizes, _LEAST_ROW * unit, out=sizes)
         owners: dict[int, set[int]] = {}
         for index, entries in enumerate(own):
             for column in entries:

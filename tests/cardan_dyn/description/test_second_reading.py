@@ -144,6 +144,18 @@ def test_mjcf_is_read_from_where_mujoco_puts_its_bodies() -> None:
     assert reread(disturbed(first)).agrees(first, 1e-14)
 
 
+@pytest.mark.parametrize("held", ["a", "b"])
+def test_joints_of_a_body_of_mjcf_of_which_one_is_held(held: str) -> None:
+    """Links between the joints of a body stand before the later ones have moved."""
+    first = read(
+        '<mujoco><worldbody><body pos="0 0 1"><joint name="a" type="slide" axis="1 0 0"/>'
+        '<joint name="b" pos="0.1 0 0"/><joint name="c" axis="0 1 0"/><geom size="1"/></body>'
+        f'</worldbody><equality><joint joint1="{held}" polycoef="0.3 0 0 0 0"/></equality></mujoco>'
+    )
+    assert not disturbed(first).agrees(first, 1e-6)
+    assert reread(disturbed(first)).agrees(first, 1e-14)
+
+
 def test_a_description_without_a_text_stays_as_it_is() -> None:
     description = replace(read(TEXTS["mixed"]), source=None)
     assert reread(description) is description

@@ -44,6 +44,7 @@ class _Placed:
         self._least = 2.0 * mujoco.mjMINVAL
         self._site = mujoco.mjtObj.mjOBJ_SITE
         self._kinds = int(mujoco.mjtEq.mjEQ_JOINT), int(mujoco.mjtEq.mjEQ_TENDON)
+        self._slide = mujoco.mjtJoint.mjJNT_SLIDE
         self._bodies = {name: body for body, of in enumerate(found.links) for name in of}
         self._joints = {
             name: found.model.body_jntadr[body] + k
@@ -52,6 +53,29 @@ class _Placed:
             if found.model.body_jntnum[body]
         }
         self._at = [_frame(*of) for of in zip(data.xpos, data.xmat, strict=True)]
+        self._links = {name: self._at[body] for name, body in self._bodies.items()}
+        for joint in found.locked:
+            self._links |= self._before(joint)
+
+    def _before(self, locked: int) -> dict[str, Array]:
+        """Return the placements of links of a body which a joint of it that is held carries not."""
+        import mujoco
+
+        body, model = self._model.jnt_bodyid[locked], self._model
+        first, end = model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]
+        data, result = mujoco.MjData(model), {}
+        for joint in range(first, locked):
+            data.qpos[:] = self._data.qpos
+            # The joints of a body act in their order, so that later ones carry no link before.
+            later = slice(
+                model.jnt_qposadr[joint + 1], None if end == model.njnt else model.jnt_qposadr[end]
+            )
+            data.qpos[later] = model.qpos0[later]
+            mujoco.mj_kinematics(model, data)
+            result[self._found.links[body][joint - first]] = _frame(
+                data.xpos[body], data.xmat[body]
+            )
+        return result
 
     def reread(self, description: Description) -> Description:
         """See `reread`."""
@@ -126,10 +150,14 @@ class _Placed:
 
     def _joint(self, joint: JointDescription) -> JointDescription:
         """Return a joint in the frame that has the axes of its child."""
-        child, index = self._at[self._bodies[joint.child]], self._joints.get(joint.name)
+        child, index = self._links[joint.child], self._joints.get(joint.name)
         frame, axis = child.copy(), joint.axis
         if index is not None and joint.type != "floating":
             frame[:3, 3] = self._data.xanchor[index]
+            if self._model.jnt_type[index] == self._slide:
+                # It carries its frame; what MuJoCo calls its anchor stays behind.
+                held = self._found.locked.get(index, 0.0)
+                frame[:3, 3] += held * self._data.xaxis[index]
             if joint.type not in ("spherical", "fixed"):
                 axis = frame[:3, :3].T @ self._data.xaxis[index]
         rotors: list[float] = []
@@ -138,8 +166,7 @@ class _Placed:
             # Of a free joint those of its three slides, then of its ball.
             count = 4 if joint.type == "floating" else 1
             rotors = self._armature[first : first + count].tolist()
-        # The links between the joints of a body stand where it stands, also before they move.
-        parent = child if joint.parent in self._between else self._at[self._bodies[joint.parent]]
+        parent = self._links[joint.parent]
         return replace(
             joint,
             origin=inverse(parent) @ frame,
@@ -148,10 +175,6 @@ class _Placed:
             axis_2=axis,
             armature=at_last_parts(rotors, joint.type),
         )
-
-    @property
-    def _between(self) -> set[str]:
-        return {name for of in self._found.links for name in of[:-1]}
 
     def _loop(self, loop: LoopDescription, index: int) -> LoopDescription:
         model, data = self._model, self._model.eq_data[index]

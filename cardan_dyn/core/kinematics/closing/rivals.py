@@ -69,13 +69,12 @@ def nearest_of_rivals(
 def _away(mechanism: Mechanism, x: Array, other: Array) -> Array:
     """Return how far coordinates `(N, size)` are from others, those of loops' joints aside."""
     coordinates = mechanism.coordinates
-    both = np.concatenate([x, other[None, :]])
+    x = np.array(x)
     for loop in mechanism.loops:
         if loop.joint in coordinates.columns:
             own = coordinates.columns[loop.joint]
-            both[:, own] = both[-1, own]
-    shapes = coordinates.shape(both)
-    return np.asarray(np.linalg.norm(shapes[:-1] - shapes[-1], axis=1))
+            x[:, own] = other[own]
+    return np.asarray(np.linalg.norm(coordinates.apart(x, other), axis=1))
 
 
 def _named(mechanism: Mechanism, solver: GroupSolver, x: Array) -> str:
