@@ -54,7 +54,7 @@ def _is_read(element: ElementTree.Element) -> bool:
     Such are loops, see `gazebo`, and rotors, see `transmissions`.
     """
     if element.tag == "transmission":
-        return any(part.tag.endswith("rotor_inertia") for part in element.iterfind("actuator/*"))
+        return element.find("actuator/{*}rotor_inertia") is not None
     return (
         bool(len(element))
         and element.tag == "gazebo"

@@ -76,11 +76,31 @@ def test_rotors_in_drakes_words() -> None:
         (DRAKE.format("hinge", '<joint name="slide"/>', 1, ""), "not to hinge, slide"),
         (DRAKE.format("hinge", "", -1, ""), "-1 is negative"),
         (DRAKE.format("hinge", "", "x", ""), "rotor_inertia"),
+        (DRAKE.format("hinge", "", 1, "<drake:gear_ratio/>"), "gear_ratio: None is not"),
+        (DRAKE.format("hinge", "", 1, '<drake:rotor_inertia value="1"/>'), "2 <rotor_inertia>"),
+        (DRAKE.format("hinge", "", 1, 2 * '<drake:gear_ratio value="2"/>'), "2 <gear_ratio>"),
+        (DRAKE.format("hinge", "", 1, '<drake:gear_ratio value="1e30"/>'), "is beyond 1e\\+50"),
     ],
 )
 def test_transmissions_that_are_refused(more: str, said: str) -> None:
     with pytest.raises(cd.ModelError, match=said):
         cd.load(URDF.format(more))
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<actuator name="m"/>',
+        '<joint/><actuator name="m"/>',
+        '<joint name="elsewhere"/><actuator name="m"><drake:gear_ratio value="x"/></actuator>',
+        '<joint name="hinge"/><joint name="slide"/><actuator name="m"/>',
+    ],
+)
+def test_transmissions_of_other_programs_are_passed_over(inside: str) -> None:
+    """Those without a rotor, whatever else they state or leave out."""
+    mechanism = cd.load(URDF.format(f"<transmission>{inside}</transmission>"))
+    assert agreed(mechanism) == STATED
+    assert "<transmission> is for other programs" in " ".join(mechanism.warnings)
 
 
 @pytest.mark.parametrize(
@@ -173,6 +193,16 @@ def test_a_model_of_pinocchio() -> None:
     found = agreed(cd.from_pinocchio(model))
     assert found.pop("cross") == pytest.approx((0.34, 0.49))
     assert found == {"free": (0.0, 0.0, 0.0, 0.1), "ball": (0.2,), "screw": (0.5,)}
+
+
+@pytest.mark.parametrize(
+    ("inertia", "said"), [(-1.0, "is negative"), (1e60, "is beyond"), (np.nan, "nan is beyond")]
+)
+def test_numbers_of_pinocchio_that_are_refused(inertia: float, said: str) -> None:
+    model = of_pinocchio()
+    model.armature[-1] = inertia
+    with pytest.raises(cd.ModelError, match=said):
+        cd.from_pinocchio(model)
 
 
 @pytest.mark.parametrize("rate", [0, 4, 8])
