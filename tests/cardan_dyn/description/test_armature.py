@@ -150,6 +150,18 @@ def test_they_are_written_and_read_back(suffix: str, tmp_path: Path) -> None:
         assert found == {"hinge": (0.1,), "cross_1": (0.2,), "cross": (0.3,), "ball": (0.4,)}
 
 
+def test_a_fixed_joint_with_a_rotor_is_written_to_mjcf_as_fixed(tmp_path: Path) -> None:
+    """What a scene may make of it, MJCF has no word for."""
+    text = f"""<robot name="arm"><link name="a"/>{MASSES}
+    <joint name="hinge" type="continuous"><parent link="a"/><child link="b"/>
+    <dynamics armature="0.1"/></joint><joint name="stay" type="fixed" adjustable="revolute">
+    <parent link="b"/><child link="c"/><dynamics armature="0.7"/></joint>
+    <joint name="two" type="fixed"><parent link="b"/><child link="d"/></joint>
+    <joint name="three" type="fixed"><parent link="b"/><child link="e"/></joint></robot>"""
+    again = cd.load(cd.write(cd.load(text), tmp_path / "arm.xml"))
+    assert agreed(again) == {"hinge": (0.1,)}
+
+
 FREE = """<mujoco><worldbody><body name="b"><joint name="f" type="free" armature="0.4"/>
 <inertial pos="0 0 .1" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
 
