@@ -332,6 +332,25 @@ def test_wheels_that_mesh() -> None:
     np.testing.assert_allclose(run.speed[-1], 1.0, rtol=1e-9)
 
 
+def test_teeth_accelerate_the_rotor_of_a_wheel() -> None:
+    """Pitch radii 0.04 m and 0.1 m: the force at the teeth is I₂ α₂ / r₂, and presses apart."""
+    pair = """<robot name="pair"><link name="box"/><link name="pinion"/><link name="wheel"/>
+<joint name="in" type="continuous"><parent link="box"/><child link="pinion"/><axis xyz="0 0 1"/>
+<dynamics armature="0.02"/></joint><joint name="out" type="continuous"><parent link="box"/>
+<child link="wheel"/><origin xyz="0.14 0 0"/><axis xyz="0 0 1"/><dynamics armature="0.3"/></joint>
+<coupling name="teeth" forces="mesh" pressure_angle="0.4"><predecessor link="pinion"/>
+<successor link="wheel"/><ratio value="-0.4"/></coupling></robot>"""
+    turn = cd.Scene(cd.load(pair), drive="in").sweep([0.0, 1.0], acceleration=5.0)
+    force = 0.3 * 0.4 * 5.0 / 0.1
+    np.testing.assert_allclose(turn.drive_effort, (0.02 + 0.4**2 * 0.3) * 5.0, rtol=1e-13)
+    on_wheel = [[force * np.tan(0.4), force, 0.0]] * 2
+    for name, sign in (("out", -1.0), ("in", 1.0)):
+        wrench = turn.wrench(name, "world")
+        np.testing.assert_allclose(wrench.force, sign * np.array(on_wheel), atol=1e-12)
+    np.testing.assert_allclose(turn["out"].torsion, 0.3 * 0.4 * 5.0, rtol=1e-12)
+    np.testing.assert_allclose(turn["in"].torsion, 0.4**2 * 0.3 * 5.0, rtol=1e-12)
+
+
 def test_held_joints_need_nothing_for_their_rotors() -> None:
     scenes = [
         cd.Scene(cd.load(text), drive=["a", "b", "c"], held={"d": 0.3})
