@@ -351,6 +351,22 @@ def test_teeth_accelerate_the_rotor_of_a_wheel() -> None:
     np.testing.assert_allclose(turn["in"].torsion, 0.4**2 * 0.3 * 5.0, rtol=1e-12)
 
 
+def test_slides_of_a_free_body_whose_angles_are_named() -> None:
+    """Their rotors are masses that do not turn; its ball has none."""
+    free = bar().replace('type="continuous"', 'type="floating"')
+    heavy = free.replace("<axis", '<dynamics armature="3 3 3 0"/><axis')
+    names = [f"pin.{name}" for name in ("x", "y", "z", "turn_x", "turn_y", "turn_z")]
+    a = np.array([1.0, -2.0, 3.0, 4.0, 5.0, -6.0])
+    turns = [
+        cd.Scene(cd.load(text), drive=names).sweep(
+            [[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]], speed=2.0, acceleration=a
+        )
+        for text in (heavy, free)
+    ]
+    more = turns[0].drive_effort - turns[1].drive_effort
+    np.testing.assert_allclose(more, [[3.0, -6.0, 9.0, 0.0, 0.0, 0.0]], atol=1e-13)
+
+
 def test_held_joints_need_nothing_for_their_rotors() -> None:
     scenes = [
         cd.Scene(cd.load(text), drive=["a", "b", "c"], held={"d": 0.3})
