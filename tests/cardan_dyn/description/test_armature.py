@@ -183,6 +183,30 @@ def test_a_free_body(tmp_path: Path) -> None:
         cd.load(text.replace("1 1 1 0", "1 0 0 0"))
 
 
+HINGES = """<mujoco><worldbody><body name="b"><joint name="one" axis="0 0 1" armature="0.4"/>
+<inertial pos="0 0 .1" mass="1" diaginertia="1 1 1"/><body name="c"><joint name="two" axis="0 0 1"
+armature="0.3"/><inertial pos="0 0 .1" mass="1" diaginertia="1 1 1"/></body></body></worldbody>
+{}</mujoco>"""
+
+
+def test_a_hinge_that_an_equality_holds_has_no_rotor() -> None:
+    held = '<equality><joint joint1="two" polycoef="0.1 0 0 0 0"/></equality>'
+    assert agreed(cd.load(HINGES.format(held))) == {"one": (0.4,)}
+
+
+@pytest.mark.parametrize(
+    ("of_tendon", "more"), [('armature="2"', ""), ("", '<motor tendon="t" armature="2"/>')]
+)
+def test_rotors_of_tendons_are_left_out(of_tendon: str, more: str) -> None:
+    """In both readings, beside those of joints."""
+    text = HINGES.format(
+        f'<tendon><fixed name="t" {of_tendon}><joint joint="one" coef="1"/></fixed></tendon>'
+        f'<actuator>{more}<motor joint="two" armature="0.1" gear="-2 7"/></actuator>'
+    )
+    found = agreed(cd.load(text, strict=False))
+    assert found == {"one": (0.4,), "two": (pytest.approx(0.7),)}
+
+
 def of_pinocchio() -> pin.Model:
     """A free body, a ball, two crossed hinges and a screw."""
     model, last = pin.Model(), 0
