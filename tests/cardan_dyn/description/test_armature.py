@@ -250,6 +250,27 @@ def test_what_pinocchios_rates_cannot_say(rate: int) -> None:
         cd.from_pinocchio(model)
 
 
+def single(joint: object, armature: list[float]) -> pin.Model:
+    model = pin.Model()
+    body = model.addJoint(0, joint, pin.SE3.Identity(), "only")
+    inertia = pin.Inertia(1.0, np.array([0.1, 0.2, 0.3]), np.eye(3))
+    model.appendBodyToJoint(body, inertia, pin.SE3.Identity())
+    model.armature = np.array(armature)
+    return model
+
+
+def test_slides_in_a_row_of_pinocchio() -> None:
+    mechanism = cd.from_pinocchio(single(pin.JointModelTranslation(), [1.0, 2.0, 3.0]))
+    assert sorted(agreed(mechanism).values()) == [(1.0,), (2.0,), (3.0,)]
+    assert mechanism.model.armature.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_angles_of_pinocchio_are_no_ball() -> None:
+    """Along angles that are rates, equal armatures are not about the axes of the child."""
+    with pytest.raises(cd.ModelError, match="only one number for all axes of a ball is read"):
+        cd.from_pinocchio(single(pin.JointModelSphericalZYX(), [0.3] * 3))
+
+
 def test_a_mimic_of_pinocchio_counts_once() -> None:
     model = pin.buildModelFromXML(
         """<robot name="m"><link name="a"/><link name="b"/><link name="c"/>
