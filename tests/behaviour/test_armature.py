@@ -234,6 +234,21 @@ def test_hinges_that_meet_are_no_ball() -> None:
     assert run.energy_residual < 1e-8
 
 
+def test_hinges_that_become_a_ball_hang_from_one_with_a_rotor() -> None:
+    gimbal = """<mujoco><option gravity="0.5 0.2 -9.81"/><worldbody><body>
+    <joint name="base" axis="0 .6 .8" armature=".4"/>
+    <inertial pos=".1 .2 .3" mass="1" diaginertia=".1 .2 .25"/><body pos=".3 0 0">
+    <joint name="one" axis="1 0 0"/><joint name="two" axis="0 1 0"/>
+    <joint name="three" axis="0 0 1"/><inertial pos=".1 .2 .3" mass="1" diaginertia=".1 .2 .25"/>
+    </body></body></worldbody></mujoco>"""
+    names = ["base", "one", "two", "three"]
+    scene = cd.Scene(cd.load(gimbal), free=names, gravity=(0.5, 0.2, -9.81))
+    run = scene.simulate(0.5, position=[0.3] * 4, speed=[1.0, 2.0, 3.0, -1.0], rtol=1e-10)
+    for time in (0, -1):
+        by_mujoco(gimbal, run.sweep, time, {})
+    assert run.energy_residual < 1e-8
+
+
 def test_a_torsional_spring_before_a_rotor_without_a_link() -> None:
     line = cd.load("""<robot name="line"><link name="ground"/><link name="in"/><link name="out"/>
     <joint name="drive" type="continuous"><parent link="ground"/><child link="in"/></joint>
