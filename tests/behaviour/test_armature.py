@@ -234,6 +234,21 @@ def test_hinges_that_meet_are_no_ball() -> None:
     assert run.energy_residual < 1e-8
 
 
+def test_hinges_that_become_a_ball_hang_from_one_with_a_rotor() -> None:
+    gimbal = """<mujoco><option gravity="0.5 0.2 -9.81"/><worldbody><body>
+    <joint name="base" axis="0 .6 .8" armature=".4"/>
+    <inertial pos=".1 .2 .3" mass="1" diaginertia=".1 .2 .25"/><body pos=".3 0 0">
+    <joint name="one" axis="1 0 0"/><joint name="two" axis="0 1 0"/>
+    <joint name="three" axis="0 0 1"/><inertial pos=".1 .2 .3" mass="1" diaginertia=".1 .2 .25"/>
+    </body></body></worldbody></mujoco>"""
+    names = ["base", "one", "two", "three"]
+    scene = cd.Scene(cd.load(gimbal), free=names, gravity=(0.5, 0.2, -9.81))
+    run = scene.simulate(0.5, position=[0.3] * 4, speed=[1.0, 2.0, 3.0, -1.0], rtol=1e-10)
+    for time in (0, -1):
+        by_mujoco(gimbal, run.sweep, time, {})
+    assert run.energy_residual < 1e-8
+
+
 def test_a_torsional_spring_before_a_rotor_without_a_link() -> None:
     line = cd.load("""<robot name="line"><link name="ground"/><link name="in"/><link name="out"/>
     <joint name="drive" type="continuous"><parent link="ground"/><child link="in"/></joint>
@@ -330,6 +345,41 @@ def test_wheels_that_mesh() -> None:
     np.testing.assert_allclose(turn.drive_effort, (0.2 + 16.0 * 0.03) * 5.0, rtol=1e-14)
     run = cd.Scene(cd.load(wheels), free="a", loads={"a": 0.68}).simulate(1.0)
     np.testing.assert_allclose(run.speed[-1], 1.0, rtol=1e-9)
+
+
+def test_teeth_accelerate_the_rotor_of_a_wheel() -> None:
+    """Pitch radii 0.04 m and 0.1 m: the force at the teeth is I₂ α₂ / r₂, and presses apart."""
+    pair = """<robot name="pair"><link name="box"/><link name="pinion"/><link name="wheel"/>
+<joint name="in" type="continuous"><parent link="box"/><child link="pinion"/><axis xyz="0 0 1"/>
+<dynamics armature="0.02"/></joint><joint name="out" type="continuous"><parent link="box"/>
+<child link="wheel"/><origin xyz="0.14 0 0"/><axis xyz="0 0 1"/><dynamics armature="0.3"/></joint>
+<coupling name="teeth" forces="mesh" pressure_angle="0.4"><predecessor link="pinion"/>
+<successor link="wheel"/><ratio value="-0.4"/></coupling></robot>"""
+    turn = cd.Scene(cd.load(pair), drive="in").sweep([0.0, 1.0], acceleration=5.0)
+    force = 0.3 * 0.4 * 5.0 / 0.1
+    np.testing.assert_allclose(turn.drive_effort, (0.02 + 0.4**2 * 0.3) * 5.0, rtol=1e-13)
+    on_wheel = [[force * np.tan(0.4), force, 0.0]] * 2
+    for name, sign in (("out", -1.0), ("in", 1.0)):
+        wrench = turn.wrench(name, "world")
+        np.testing.assert_allclose(wrench.force, sign * np.array(on_wheel), atol=1e-12)
+    np.testing.assert_allclose(turn["out"].torsion, 0.3 * 0.4 * 5.0, rtol=1e-12)
+    np.testing.assert_allclose(turn["in"].torsion, 0.4**2 * 0.3 * 5.0, rtol=1e-12)
+
+
+def test_slides_of_a_free_body_whose_angles_are_named() -> None:
+    """Their rotors are masses that do not turn; its ball has none."""
+    free = bar().replace('type="continuous"', 'type="floating"')
+    heavy = free.replace("<axis", '<dynamics armature="3 3 3 0"/><axis')
+    names = [f"pin.{name}" for name in ("x", "y", "z", "turn_x", "turn_y", "turn_z")]
+    a = np.array([1.0, -2.0, 3.0, 4.0, 5.0, -6.0])
+    turns = [
+        cd.Scene(cd.load(text), drive=names).sweep(
+            [[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]], speed=2.0, acceleration=a
+        )
+        for text in (heavy, free)
+    ]
+    more = turns[0].drive_effort - turns[1].drive_effort
+    np.testing.assert_allclose(more, [[3.0, -6.0, 9.0, 0.0, 0.0, 0.0]], atol=1e-13)
 
 
 def test_held_joints_need_nothing_for_their_rotors() -> None:

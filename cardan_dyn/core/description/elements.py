@@ -146,7 +146,8 @@ def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element
     """
     children = element.findall(tag)
     if len(children) > 1:
-        raise ModelError(f"{at}: there are {len(children)} <{tag}> in <{element.tag}>; keep one")
+        word = tag.removeprefix("{*}")
+        raise ModelError(f"{at}: there are {len(children)} <{word}> in <{element.tag}>; keep one")
     return children[0] if children else None
 
 
@@ -192,14 +193,19 @@ def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
         at: how messages name it.
 
     Raises:
-        ModelError: it is negative, there are not as many, or a plane's slides, which lie in it as
-            they like, have different ones.
+        ModelError: it is negative or beyond `GREATEST`, there are not as many, or a plane's slides,
+            which lie in it as they like, have different ones.
     """
     kinds = kinds_of(kind)
     if not kinds or not any(values):
         return ()
     if min(values) < 0.0:
         raise ModelError(f"{at}: {min(values):g} is negative, which no inertia is")
+    if not all(value <= GREATEST for value in values):
+        raise ModelError(
+            f"{at}: {words(values)} is beyond {GREATEST:.0e}; choose units in which numbers are "
+            "not so far from 1"
+        )
     if len(values) not in (1, len(kinds)):
         raise ModelError(
             f"{at}: there are {len(values)} numbers; write one for all motions of the {kind} "

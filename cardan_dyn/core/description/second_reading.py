@@ -203,7 +203,7 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
 def _rotors(robot: Element) -> dict[str, float]:
     """Return joints to the inertia of the rotors that transmissions couple with them."""
     found: dict[str, float] = {}
-    for element in robot.iterfind("transmission/actuator/.."):
+    for element in robot.iterfind("transmission/actuator/{*}rotor_inertia/../.."):
         name = _child(element, "joint").attrib["name"]
         for actuator in element.iterfind("actuator"):
             inertia, ratio = (

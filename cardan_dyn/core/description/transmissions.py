@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 from ...kit.errors import ModelError, choices
 from .description import JointDescription
-from .elements import SINGLE_TYPES, armature, number
+from .elements import SINGLE_TYPES, armature, number, only
 
 _INERTIA, _RATIO = "rotor_inertia", "gear_ratio"
 
@@ -24,25 +24,28 @@ def with_rotors(
     """Return joints whose armatures have the rotors of transmissions in them.
 
     Raises:
-        ModelError: a rotor does not turn with one joint alone that has one coordinate, or its
-            inertia is negative.
+        ModelError: a rotor does not turn with one joint alone that has one coordinate, its inertia
+            is negative, or it is stated twice.
     """
     found = {joint.name: joint for joint in joints}
     single = [joint.name for joint in joints if joint.type in SINGLE_TYPES]
-    stating = ((item, of) for item in robot.findall("transmission") for of in item.iter("actuator"))
-    for transmission, actuator in stating:
-        stated = {part.tag.rpartition("}")[2]: part.get("value") for part in actuator}
-        if _INERTIA not in stated:
+    every = (
+        (item, of) for item in robot.findall("transmission") for of in item.findall("actuator")
+    )
+    for transmission, actuator in every:
+        at = f"{where}: transmission {transmission.get('name')!r}: "
+        rotor, gear = (only(actuator, f"{{*}}{tag}", at[:-2]) for tag in (_INERTIA, _RATIO))
+        if rotor is None:
             continue
-        at = f"{where}: transmission {transmission.get('name')!r}: {_INERTIA}"
+        ratio = 1.0 if gear is None else number(gear.get("value"), "", f"{at}{_RATIO}")
+        at += _INERTIA
         names = [joint.get("name", "") for joint in transmission.findall("joint")]
         if len(names) != 1 or names[0] not in single:
             raise ModelError(
                 f"{at}: it belongs to one joint with one coordinate, not to {choices(names)}; "
                 f"joints: {choices(single, names[0] if names else None)}"
             )
-        ratio = number(stated.get(_RATIO), "1", f"{at}: {_RATIO}")
-        reflected = number(stated[_INERTIA], "", at) * ratio**2
+        reflected = number(rotor.get("value"), "", at) * ratio**2
         joint = found[names[0]]
         total = reflected + sum(joint.armature)
         armature([reflected], joint.type, at)

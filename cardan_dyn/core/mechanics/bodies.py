@@ -256,7 +256,6 @@ class Tree(NamedTuple):
                 for item in self.couplings
                 if rates.issuperset((*item.predecessors, *item.successors))
             ),
-            armature={rate: self.armature[rate] for rate in self.armature if rate in rates},
         )
 
     def hung(

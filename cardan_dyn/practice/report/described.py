@@ -29,7 +29,7 @@ def fingerprint(mechanism: Mechanism) -> str:
 
 
 def described(mechanism: Mechanism) -> list[Grid]:
-    """Return links, joints, loops, couplings, and what rubs and springs, each if there are any."""
+    """Return links, joints, rotors, couplings, and what rubs and springs, each if there are any."""
     description = mechanism.base.description
     links = Grid(
         "links",
@@ -87,6 +87,16 @@ def described(mechanism: Mechanism) -> list[Grid]:
             for loop in description.loops
         ],
     )
+    rotors = Grid(
+        "rotors",
+        "Armatures: inertia of rotors along each coordinate of a joint, which efforts accelerate.",
+        ("joint", "armature [kg·m² or kg]"),
+        [
+            (item.name, _vector(np.array(item.armature)))
+            for item in description.joints_and_loops
+            if item.armature
+        ],
+    )
     couplings = Grid(
         "couplings",
         "Couplings: the motion of the successor is the ratio times that of the predecessor, plus "
@@ -113,7 +123,7 @@ def described(mechanism: Mechanism) -> list[Grid]:
             for name in names
         ],
     )
-    return [grid for grid in (links, joints, loops, couplings, dynamics) if grid.rows]
+    return [grid for grid in (links, joints, loops, rotors, couplings, dynamics) if grid.rows]
 
 
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

@@ -49,3 +49,14 @@ def test_a_rotor_of_the_drive_is_the_one_that_is_given() -> None:
         for item, rotor in scenes
     ]
     np.testing.assert_allclose(masses, masses[0], rtol=1e-12)
+
+
+def test_so_it_is_in_a_simulation() -> None:
+    scenes = (scene(crank_bearing=0.5), 0.2), (scene(), 0.7)
+    speeds = [
+        clearance.simulate(
+            item, 200.0, joints="piston_pin", turns=0.01, rotor=rotor, **LAW
+        ).trajectory.speed[-1]
+        for item, rotor in scenes
+    ]
+    np.testing.assert_allclose(speeds[0], speeds[1], rtol=1e-9)

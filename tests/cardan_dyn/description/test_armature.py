@@ -76,11 +76,31 @@ def test_rotors_in_drakes_words() -> None:
         (DRAKE.format("hinge", '<joint name="slide"/>', 1, ""), "not to hinge, slide"),
         (DRAKE.format("hinge", "", -1, ""), "-1 is negative"),
         (DRAKE.format("hinge", "", "x", ""), "rotor_inertia"),
+        (DRAKE.format("hinge", "", 1, "<drake:gear_ratio/>"), "gear_ratio: None is not"),
+        (DRAKE.format("hinge", "", 1, '<drake:rotor_inertia value="1"/>'), "2 <rotor_inertia>"),
+        (DRAKE.format("hinge", "", 1, 2 * '<drake:gear_ratio value="2"/>'), "2 <gear_ratio>"),
+        (DRAKE.format("hinge", "", 1, '<drake:gear_ratio value="1e30"/>'), "is beyond 1e\\+50"),
     ],
 )
 def test_transmissions_that_are_refused(more: str, said: str) -> None:
     with pytest.raises(cd.ModelError, match=said):
         cd.load(URDF.format(more))
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<actuator name="m"/>',
+        '<joint/><actuator name="m"/>',
+        '<joint name="elsewhere"/><actuator name="m"><drake:gear_ratio value="x"/></actuator>',
+        '<joint name="hinge"/><joint name="slide"/><actuator name="m"/>',
+    ],
+)
+def test_transmissions_of_other_programs_are_passed_over(inside: str) -> None:
+    """Those without a rotor, whatever else they state or leave out."""
+    mechanism = cd.load(URDF.format(f"<transmission>{inside}</transmission>"))
+    assert agreed(mechanism) == STATED
+    assert "<transmission> is for other programs" in " ".join(mechanism.warnings)
 
 
 @pytest.mark.parametrize(
@@ -130,6 +150,18 @@ def test_they_are_written_and_read_back(suffix: str, tmp_path: Path) -> None:
         assert found == {"hinge": (0.1,), "cross_1": (0.2,), "cross": (0.3,), "ball": (0.4,)}
 
 
+def test_a_fixed_joint_with_a_rotor_is_written_to_mjcf_as_fixed(tmp_path: Path) -> None:
+    """What a scene may make of it, MJCF has no word for."""
+    text = f"""<robot name="arm"><link name="a"/>{MASSES}
+    <joint name="hinge" type="continuous"><parent link="a"/><child link="b"/>
+    <dynamics armature="0.1"/></joint><joint name="stay" type="fixed" adjustable="revolute">
+    <parent link="b"/><child link="c"/><dynamics armature="0.7"/></joint>
+    <joint name="two" type="fixed"><parent link="b"/><child link="d"/></joint>
+    <joint name="three" type="fixed"><parent link="b"/><child link="e"/></joint></robot>"""
+    again = cd.load(cd.write(cd.load(text), tmp_path / "arm.xml"))
+    assert agreed(again) == {"hinge": (0.1,)}
+
+
 FREE = """<mujoco><worldbody><body name="b"><joint name="f" type="free" armature="0.4"/>
 <inertial pos="0 0 .1" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
 
@@ -149,6 +181,30 @@ def test_a_free_body(tmp_path: Path) -> None:
         cd.write(cd.load(text), tmp_path / "other.xml")
     with pytest.raises(cd.ModelError, match="slides of a floating joint have no directions"):
         cd.load(text.replace("1 1 1 0", "1 0 0 0"))
+
+
+HINGES = """<mujoco><worldbody><body name="b"><joint name="one" axis="0 0 1" armature="0.4"/>
+<inertial pos="0 0 .1" mass="1" diaginertia="1 1 1"/><body name="c"><joint name="two" axis="0 0 1"
+armature="0.3"/><inertial pos="0 0 .1" mass="1" diaginertia="1 1 1"/></body></body></worldbody>
+{}</mujoco>"""
+
+
+def test_a_hinge_that_an_equality_holds_has_no_rotor() -> None:
+    held = '<equality><joint joint1="two" polycoef="0.1 0 0 0 0"/></equality>'
+    assert agreed(cd.load(HINGES.format(held))) == {"one": (0.4,)}
+
+
+@pytest.mark.parametrize(
+    ("of_tendon", "more"), [('armature="2"', ""), ("", '<motor tendon="t" armature="2"/>')]
+)
+def test_rotors_of_tendons_are_left_out(of_tendon: str, more: str) -> None:
+    """In both readings, beside those of joints."""
+    text = HINGES.format(
+        f'<tendon><fixed name="t" {of_tendon}><joint joint="one" coef="1"/></fixed></tendon>'
+        f'<actuator>{more}<motor joint="two" armature="0.1" gear="-2 7"/></actuator>'
+    )
+    found = agreed(cd.load(text, strict=False))
+    assert found == {"one": (0.4,), "two": (pytest.approx(0.7),)}
 
 
 def of_pinocchio() -> pin.Model:
@@ -175,6 +231,16 @@ def test_a_model_of_pinocchio() -> None:
     assert found == {"free": (0.0, 0.0, 0.0, 0.1), "ball": (0.2,), "screw": (0.5,)}
 
 
+@pytest.mark.parametrize(
+    ("inertia", "said"), [(-1.0, "is negative"), (1e60, "is beyond"), (np.nan, "nan is beyond")]
+)
+def test_numbers_of_pinocchio_that_are_refused(inertia: float, said: str) -> None:
+    model = of_pinocchio()
+    model.armature[-1] = inertia
+    with pytest.raises(cd.ModelError, match=said):
+        cd.from_pinocchio(model)
+
+
 @pytest.mark.parametrize("rate", [0, 4, 8])
 def test_what_pinocchios_rates_cannot_say(rate: int) -> None:
     """Slides along axes that turn with the body, and balls that resist by their axes."""
@@ -182,6 +248,27 @@ def test_what_pinocchios_rates_cannot_say(rate: int) -> None:
     model.armature[rate] += 0.25
     with pytest.raises(cd.ModelError, match="only one number for all axes of a ball is read"):
         cd.from_pinocchio(model)
+
+
+def single(joint: object, armature: list[float]) -> pin.Model:
+    model = pin.Model()
+    body = model.addJoint(0, joint, pin.SE3.Identity(), "only")
+    inertia = pin.Inertia(1.0, np.array([0.1, 0.2, 0.3]), np.eye(3))
+    model.appendBodyToJoint(body, inertia, pin.SE3.Identity())
+    model.armature = np.array(armature)
+    return model
+
+
+def test_slides_in_a_row_of_pinocchio() -> None:
+    mechanism = cd.from_pinocchio(single(pin.JointModelTranslation(), [1.0, 2.0, 3.0]))
+    assert sorted(agreed(mechanism).values()) == [(1.0,), (2.0,), (3.0,)]
+    assert mechanism.model.armature.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_angles_of_pinocchio_are_no_ball() -> None:
+    """Along angles that are rates, equal armatures are not about the axes of the child."""
+    with pytest.raises(cd.ModelError, match="only one number for all axes of a ball is read"):
+        cd.from_pinocchio(single(pin.JointModelSphericalZYX(), [0.3] * 3))
 
 
 def test_a_mimic_of_pinocchio_counts_once() -> None:

@@ -313,6 +313,14 @@ class TestPage:
         assert "damping or friction of 1 joint (pivot) left out" in text
         assert "a&lt;b" in text and "<b>" not in text
 
+    @pytest.mark.usefixtures("without_pictures")
+    def test_rotors_are_described(self, tmp_path: Path) -> None:
+        """They are part of all efforts, whatever the case lists."""
+        assert "armature" not in self.page(Report(cd.load(PENDULUM)), tmp_path)
+        driven = cd.load(PENDULUM.replace("<dynamics", '<dynamics armature="0.0375"'))
+        text = self.page(Report(driven), tmp_path)
+        assert "armature [kg·m² or kg]" in text and "0.0375" in text
+
     def test_what_was_chosen_is_marked(self, pages: Callable[[str], Path]) -> None:
         text = pages("four_bar").read_text("utf-8")
         assert (

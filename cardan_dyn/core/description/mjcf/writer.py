@@ -248,7 +248,8 @@ class _MjcfWriter:
         """Return the elements of a joint whose `(4, 4)` frame in the body is given."""
         parts = _parts(item)
         lines = []
-        rotors = item.armature or (0.0,) * len(parts)
+        # A fixed joint that a scene may drive has no parts here, and a rotor.
+        rotors = item.armature if parts and item.armature else (0.0,) * len(parts)
         for count, ((kind, axis), inertia) in enumerate(zip(parts, rotors, strict=True), start=1):
             name = item.name
             if count < len(parts):

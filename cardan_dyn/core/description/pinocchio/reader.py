@@ -209,7 +209,7 @@ class _Reader:
             values = every[rate : rate + _rates(part)]
             rate += len(values)
             turned = part == "prismatic" and kind in ("planar", "floating")
-            if values.any() and (turned or word.endswith("ZYX") or np.ptp(values)):
+            if values.any() and (turned or word.endswith("ZYX") or len({*values}) > 1):
                 raise ModelError(
                     f"{at} {words(values)}: of a {word}, only one number for all axes of a ball is "
                     "read; set it to 0 and give a link the inertia"
