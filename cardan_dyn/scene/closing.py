@@ -98,7 +98,11 @@ def close(
         SubElement(element, tag, xyz=words(given))
     element, added = _added(description, element, f"close: {name!r}")
     loops = *description.loops, loop(element, _SIDES, before.links, before.name)
-    result = made(replace(description, loops=loops, added=added), closure_tolerance)
+    notation = description.notation
+    if "cd.close" not in notation:
+        notation = "cd.close" if notation == "no loops" else f"{notation}, cd.close"
+    description = replace(description, loops=loops, added=added, notation=notation)
+    result = made(description, closure_tolerance)
     _check_closable(result, name)
     return _told_if_locked(result, name, "take a type that leaves more free, such as spherical")
 

@@ -70,6 +70,13 @@ def test_the_given_mechanism_stays_as_it_is() -> None:
     cd.close(before, "base", "rocker", "spherical", **PLACES)
     assert before.loops == ()
     assert before.description.loops == ()
+    assert cd.describe(before).notation == "no loops"
+    assert cd.describe(closed()).notation == "cd.close"
+    more = cd.close(closed("spherical"), "base", "coupler", "planar", at=(0, 0, 0), axis=(0, 0, 1))
+    assert cd.describe(more).notation == "cd.close"
+    written = cd.load(LINKS.format(LOOP.format("spherical", "")))
+    more = cd.close(written, "base", "coupler", "planar", at=(0, 0, 0), axis=(0, 0, 1))
+    assert cd.describe(more).notation == "URDF+ <loop>, cd.close"
     assert cd.describe(before).mobility == 3
 
 
