@@ -25,7 +25,7 @@ from ..core.description.write import write_coupling, write_mimic, write_origin
 from ..core.mechanics.exact import made
 from ..core.mechanism.mechanism import Mechanism
 from ..core.mechanism.rezero import link_placements
-from ..kit.arrays import Array, inverse
+from ..kit.arrays import ROUNDED, Array, inverse
 from ..kit.checks import described, number, placement, text, vector
 from ..kit.errors import ArgumentError, AssemblyError, ModelError, choices
 from .assembling import assemble
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import pinocchio
     from numpy.typing import ArrayLike
 
-    from ..core.description.description import Description
+    from ..core.description.description import Description, LoopDescription
 
 _SIDES = ("predecessor", "successor")
 _WITHOUT_AXIS = ("fixed", "spherical")
@@ -97,7 +97,11 @@ def close(
         SubElement(element, tag, xyz=words(given))
     element, added = _added(description, element, f"close: {name!r}")
     loops = *description.loops, loop(element, _SIDES, before.links, before.name)
-    result = made(replace(description, loops=loops, added=added), closure_tolerance)
+    notation = description.notation
+    if "cd.close" not in notation:
+        notation = "cd.close" if notation == "no loops" else f"{notation}, cd.close"
+    description = replace(description, loops=loops, added=added, notation=notation)
+    result = made(description, closure_tolerance)
     _check_closable(result, name)
     return _told_if_locked(result, name, "take a type that leaves more free, such as spherical")
 
@@ -114,11 +118,12 @@ def couple(
     helix_angle: float | None = None,
     along: float | None = None,
     name: str = "",
+    closure_tolerance: float | None = None,
 ) -> Mechanism:
     """Return a mechanism with one coupling more: a pair of gears, a screw, a joint that follows.
 
     It is what `<coupling>` and `<mimic>` of URDF+ say, for mechanisms from any source; the given
-    one stays as it is. A mechanism that nothing moves any more has a warning that says so.
+    one stays as it is. If nothing that it couples moves any more, a warning says so.
 
     Args:
         mechanism: from `load`, `from_pinocchio`, `close` or `couple`.
@@ -133,6 +138,7 @@ def couple(
         helix_angle: of a mesh [rad]; zero if None.
         along: of a mesh, see `Mesh` [m].
         name: of the coupling; `coupling_1` and so on if empty.
+        closure_tolerance: as of `close`.
 
     Raises:
         ModelError: no such link or joint, a joint with several coordinates or one that follows
@@ -163,10 +169,11 @@ def couple(
     if of_joints:
         single = [joint.name for joint in description.joints if joint.type in SINGLE_TYPES]
         if second not in single:
+            near = None if second in known else second
             raise ModelError(
                 f"{before.name}: coupling {name!r}: {second!r} is no joint of the tree with one "
-                f"coordinate, and not both are links; joints: {choices(single, second)}; links: "
-                f"{choices(known, second)}"
+                f"coordinate, and {first!r} and {second!r} are not both links; joints: "
+                f"{choices(single, near)}; links: {choices(known, near)}"
             )
         write_mimic(SubElement(holder, "joint", name=second), stated)
     elif stated.offset:
@@ -180,7 +187,8 @@ def couple(
         check_mimics([*description.couplings, item], before.name)
     else:
         item = coupling(element, known, before.name)
-    result = made(replace(description, couplings=(*description.couplings, item), added=added), None)
+    description = replace(description, couplings=(*description.couplings, item), added=added)
+    result = made(description, closure_tolerance)
     try:
         assemble(result)
     except AssemblyError as error:
@@ -215,13 +223,14 @@ def _added(description: Description, element: Element, where: str) -> tuple[Elem
 
 
 def _told_if_locked(mechanism: Mechanism, name: str, advice: str) -> Mechanism:
-    """Return a mechanism, with a warning if nothing moves any more."""
-    equations = 6 * len(mechanism.loops) + len(mechanism.couplings)
-    if mechanism.model.nv > equations or describe(mechanism).mobility > 0:
+    """Return a mechanism, with a warning if what was added locks all that it couples."""
+    parts = describe(mechanism).components
+    (part,) = (item for item in parts if name in (*item.loops, *item.couplings))
+    if part.mobility > 0 or part.is_counted:
         return mechanism
     warning = (
-        f"{mechanism.name}: with {name!r} nothing moves any more: its mobility is 0. If a "
-        f"mechanism is meant, {advice}"
+        f"{mechanism.name}: with {name!r} none of the {part.coordinates} coordinates that it "
+        f"couples moves any more. If a mechanism is meant, {advice}"
     )
     warnings = *mechanism.description.warnings, warning
     return Mechanism(replace(mechanism.description, warnings=warnings))
@@ -288,10 +297,21 @@ def _check_closable(mechanism: Mechanism, name: str) -> None:
         placed, index = frames.placed(mechanism.zero[None, :]), frames.joints.index(name)
         start, end = frames.joint_frames(placed)[index], frames.ended(placed, index - frames.tree)
         gap = end[3, :, 0] - start[3, :, 0]
+        axes = _directions(mechanism.description.loops[index - frames.tree])
+        apart = np.linalg.norm(axes @ (end[:3, :, 0] - start[:3, :, 0]), axis=1)
+        angle = 2.0 * np.arcsin(0.5 * np.max(apart, initial=0.0))
+        turned = f"; the axes of its ends are {angle:.4g} rad apart" if angle > ROUNDED else ""
         raise AssemblyError(
             f"{mechanism.name}: the loop {name!r} cannot be closed: at the description's zero, the "
             f"way from its end on link_a to that on link_b is "
             f"({', '.join(f'{part:.4g}' for part in gap + 0.0)}) m in world axes, "
-            f"{np.linalg.norm(gap):.4g} m in all. {error}",
+            f"{np.linalg.norm(gap):.4g} m in all{turned}. {error}",
             **error.details,
         ) from error
+
+
+def _directions(joint: LoopDescription) -> Array:
+    """Return the directions `(k, 3)` in the joint's frame that both of its ends share."""
+    if joint.type in ("spherical", "universal"):
+        return np.zeros((0, 3))
+    return np.eye(3) if joint.type == "fixed" else joint.axis[None, :]

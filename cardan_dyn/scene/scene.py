@@ -705,7 +705,8 @@ class Scene(Prescribed):
         Raises:
             ArgumentError: a value is not finite, or has a wrong shape.
             ModelError: unknown joint or link.
-            EquilibriumError: none was found.
+            EquilibriumError: none was found, or one at a kink of a force, where it has no
+                stiffness.
             MobilityError: nothing is free.
             CardanError: as `sweep`, at the start.
         """

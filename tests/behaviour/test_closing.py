@@ -73,6 +73,13 @@ def test_the_given_mechanism_stays_as_it_is() -> None:
     cd.close(before, "base", "rocker", "spherical", **PLACES)
     assert before.loops == ()
     assert before.description.loops == ()
+    assert cd.describe(before).notation == "no loops"
+    assert cd.describe(closed()).notation == "cd.close"
+    more = cd.close(closed("spherical"), "base", "coupler", "planar", at=(0, 0, 0), axis=(0, 0, 1))
+    assert cd.describe(more).notation == "cd.close"
+    written = cd.load(LINKS.format(LOOP.format("spherical", "")))
+    more = cd.close(written, "base", "coupler", "planar", at=(0, 0, 0), axis=(0, 0, 1))
+    assert cd.describe(more).notation == "URDF+ <loop>, cd.close"
     assert cd.describe(before).mobility == 3
 
 
@@ -100,6 +107,27 @@ def test_a_point_has_the_axes_of_the_other_end_at_zero() -> None:
     np.testing.assert_allclose(
         rocker @ loop.successor_origin[:3, :3], placed.rotation, rtol=0, atol=1e-15
     )
+
+
+def test_places_count_from_a_turned_frame_and_placements_keep_their_axes() -> None:
+    """A weld on the rocker, shifted and turned: what is given there is turned with it."""
+    weld = """<link name="tip"/><joint name="weld" type="fixed"><parent link="rocker"/>
+    <child link="tip"/><origin xyz="0.2 0.01 0" rpy="0.3 0.5 0"/></joint>"""
+    turned = pinocchio.rpy.rpyToMatrix(0.3, 0.5, 0.0)
+    there = turned.T @ np.array([0.05, -0.01, 0.0])
+    axes = pinocchio.rpy.rpyToMatrix(0.0, 0.0, 0.7)
+    at_b = pinocchio.SE3(turned.T @ axes, there)
+    for end in ("weld", "tip"):
+        mechanism = cd.close(
+            cd.load(LINKS.format(weld)), "base", end, "revolute",
+            at=(0.3, 0, 0), at_b=at_b, axis=(0, 0, 1), name="D",
+        )  # fmt: skip
+        np.testing.assert_allclose(turn(mechanism).drive_effort, turn(closed()).drive_effort)
+    (loop,) = cd.close(
+        cd.load(LINKS.format(weld)), "base", "weld", "spherical", at=(0.3, 0, 0), at_b=at_b
+    ).description.loops
+    np.testing.assert_allclose(loop.successor_origin[:3, 3], [0.25, 0, 0], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(loop.successor_origin[:3, :3], axes, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("how", [copy.copy, copy.deepcopy, lambda m: pickle.loads(pickle.dumps(m))])
@@ -217,8 +245,16 @@ def test_a_response_of_a_file_holds_for_the_added_loop(tmp_path: Path) -> None:
 
 def test_what_nothing_moves_any_more_says_so() -> None:
     mechanism = cd.close(tree(), "base", "rocker", "fixed", at=(0.3, 0, 0), name="weld")
-    assert any("with 'weld' nothing moves any more" in one for one in mechanism.warnings)
+    told = "with 'weld' none of the 3 coordinates that it couples moves any more"
+    assert any(told in one for one in mechanism.warnings)
     assert cd.describe(mechanism).mobility == 0
+
+
+def test_what_locks_a_part_says_so() -> None:
+    """The crank stands still, the other joints move."""
+    mechanism = cd.close(tree(), "base", "crank", "fixed", at=(0, 0, 0), name="brake")
+    assert any("with 'brake' none of the 1 coordinates" in one for one in mechanism.warnings)
+    assert cd.describe(mechanism).mobility == 2
 
 
 @pytest.mark.parametrize(
@@ -245,7 +281,15 @@ def test_what_nothing_moves_any_more_says_so() -> None:
         (
             {"at": (3, 0, 0), "at_b": (0.25, 0, 0)},
             cd.AssemblyError,
-            r"is \(-2.35, 0, 0\) m in world axes, 2.35 m in all",
+            r"is \(-2.35, 0, 0\) m in world axes, 2.35 m in all\. bar",
+        ),
+        (
+            {
+                **{"type": "cylindrical", "axis": (0, 0, 1)},
+                "at_b": pinocchio.SE3(pinocchio.rpy.rpyToMatrix(0.2, 0.0, 0.9), np.zeros(3)),
+            },
+            cd.AssemblyError,
+            r"the axes of its ends are 0\.2 rad apart",
         ),
     ],
 )

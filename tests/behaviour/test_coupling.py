@@ -142,7 +142,28 @@ def test_a_differential_shares_torque_and_adds_speeds() -> None:
 def test_what_nothing_moves_any_more_says_so() -> None:
     mechanism = geared()
     locked = cd.couple(mechanism, "in", "out", 1.5, name="chain")
-    assert any("with 'chain' nothing moves any more" in one for one in locked.warnings)
+    told = "with 'chain' none of the 2 coordinates that it couples moves any more"
+    assert any(told in one for one in locked.warnings)
+
+
+def test_numbers_are_made_exact_within_the_tolerance() -> None:
+    """Two axes of a ring of four are off by 3e-4."""
+    text = """<robot name="ring"><link name="base"/><link name="a"/><link name="b"/><link name="c"/>
+    <link name="dial"/><joint name="A" type="continuous"><parent link="base"/><child link="a"/>
+    <axis xyz="0 0 1"/></joint><joint name="B" type="continuous"><parent link="a"/>
+    <child link="b"/><origin xyz="0.1 0 0" rpy="1.5711 0 0"/><axis xyz="0 1 0"/></joint>
+    <joint name="C" type="continuous"><parent link="b"/><child link="c"/>
+    <origin xyz="0.3 0 0" rpy="-1.5711 0 0"/><axis xyz="0 0 1"/></joint>
+    <joint name="dial" type="continuous"><parent link="base"/><child link="dial"/></joint>
+    </robot>"""
+    ring = cd.close(
+        *(cd.load(text), "base", "c", "revolute"),
+        **{"at": (0.3, 0.2, 0), "axis": (0, 0, 1), "closure_tolerance": 1e-3},
+    )
+    assert cd.describe(ring).mobility == 2
+    shown = cd.couple(ring, "A", "dial", 2.0, closure_tolerance=1e-3)
+    assert cd.describe(shown).mobility == 1
+    assert not any("moves any more" in one for one in shown.warnings)
 
 
 @pytest.mark.parametrize(
@@ -150,6 +171,11 @@ def test_what_nothing_moves_any_more_says_so() -> None:
     [
         ({"second": "whel"}, cd.ModelError, r"'whel' is no joint .* \(did you mean 'wheel'\?\)"),
         ({"first": "pinon"}, cd.ModelError, "'wheel' is no joint of the tree"),
+        (
+            {"first": "in"},
+            cd.ModelError,
+            "'in' and 'wheel' are not both links; joints: in, out; links: box, pinion, wheel$",
+        ),
         ({"first": "im", "second": "out"}, cd.ModelError, r"joint 'im' does not exist"),
         ({"second": "pinion"}, cd.ModelError, "no joint moves 'pinion' relative to 'pinion'"),
         ({"first": "in", "second": "in"}, cd.ModelError, "cannot mimic itself"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 import threading
+from collections.abc import Callable
 
 import numpy as np
 import pinocchio
@@ -454,3 +455,36 @@ def test_a_rotation_that_left_half_a_turn_about_changing_axes_is_refused() -> No
     for position in ([3.2, 0.0], [2.0 * np.pi + 0.1, 0.2], [4.0 * np.pi + 0.1, 0.0]):
         with pytest.raises(cd.ArgumentError, match="on the way there by more than half a turn"):
             scene.sweep([position])
+
+
+@pytest.mark.parametrize("joint", ["crank_bearing", "crank_pin", "rocker_bearing", "rocker_pin"])
+@pytest.mark.parametrize(
+    "law",
+    [
+        lambda joint: cd.JointSpring(joint, 2.0),
+        lambda joint: cd.Actuator(joint, [(-10, 20), (0, 0), (10, -20)], of="position"),
+        lambda joint: cd.Actuator(joint, lambda angle: -2.0 * angle, of="position"),
+    ],
+    ids=["spring", "table", "function"],
+)
+def test_a_force_that_is_mere_rounding_is_none(
+    joint: str, law: Callable[[str], cd.JointSpring]
+) -> None:
+    """Nothing else acts on a linkage without weight, and the element is where it rests."""
+    still = cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=[law(joint)]).sweep(0.0)
+    assert abs(still.drive_effort[0]) < 1e-14
+
+
+@pytest.mark.parametrize("kind", ["function", "table"])
+@pytest.mark.parametrize("angle", [0.3, 0.7, 1.9, 3.0])
+def test_a_thrust_that_is_mere_rounding_is_none(kind: str, angle: float) -> None:
+    """The law passes zero where it is."""
+
+    def still(thrust: object, of: str) -> cd.Sweep:
+        law = cd.PointActuator("crank", (0.05, 0.02, 0), "rocker", (0.1, 0.1, 0), thrust, of=of)
+        return cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=[law]).sweep(angle)
+
+    rest = still(1.0, "time").element_force[0].length[0]
+    table = [(0.0, 1e4 * rest), (rest, 0.0), (2.0 * rest, -1e4 * rest)]
+    thrust = table if kind == "table" else lambda length: 1e4 * (rest - length)
+    assert abs(still(thrust, "length").drive_effort[0]) < 1e-12

@@ -203,6 +203,32 @@ def test_the_stiffness_of_a_progressive_spring() -> None:
     assert rest.stability == "stable"
 
 
+@pytest.mark.parametrize("off", [-3e-4, -2e-8, 2e-8, 3e-4])
+def test_the_stiffness_beside_a_row_is_that_of_its_side(off: float) -> None:
+    """A row at the weight, shifted: its force is met on the stiff side, or on the soft one."""
+    weight, stiff, soft = 2.0 * 9.81, 8000.0, 20.0
+    slope = stiff if off < 0.0 else soft
+    row = weight + slope * off
+    table = [[0.0, row + 0.1 * stiff], [0.1, row], [0.6, row - 0.5 * soft]]
+    for start in (0.05, 0.3):
+        rest = lift(2.0, between(table, "length")).equilibrium(position=start)
+        assert rest.position[0] == pytest.approx(0.1 + off, abs=1e-12)
+        assert rest.stiffness[0, 0] == pytest.approx(slope, rel=1e-5)
+
+
+def test_an_equilibrium_in_a_row_has_no_stiffness() -> None:
+    table = [[0.0, 800.0], [0.1, 2.0 * 9.81], [2.0, 0.0]]
+    with pytest.raises(cd.EquilibriumError, match="at a kink of a force") as found:
+        lift(2.0, between(table, "length")).equilibrium(position=0.05)
+    assert found.value.details["position"] == pytest.approx([0.1], abs=1e-12)
+
+
+def test_an_equilibrium_beyond_a_table_says_so() -> None:
+    table = [[0.0, 800.0], [0.1, 30.0]]
+    with pytest.raises(cd.EquilibriumError, match=r"its table of length goes from 0 to 0\.1"):
+        lift(2.0, between(table, "length")).equilibrium(position=0.05)
+
+
 def test_tables_along_coordinates_store_energy() -> None:
     spring = cd.JointSpring("lift", 30.0, rest=1.5)
     table = cd.Actuator("lift", [[0.0, 45.0], [0.7, 24.0], [4.0, -75.0]], of="position")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import Array, cross, inverse
+from ...kit.arrays import EPS, Array, cross, inverse
 from ...kit.errors import ArgumentError
 from ..elements.bushing import Bushing
 from ..elements.element import Element
@@ -112,9 +112,10 @@ class ProvenElements:
         for index, element in enumerate(self._elements):
             if isinstance(element, JointElement):
                 motion = self._named[element.joint]
-                effort, term = _effort(element, x[:, motion.column], v[:, motion.rate], time)
+                unit = self._length if motion.kind == "slide" else 1.0
+                effort, term = _effort(element, x[:, motion.column], v[:, motion.rate], time, unit)
                 efforts[motion.rate] += effort
-                terms += term * (self._length if motion.kind == "slide" else 1.0)
+                terms += term * unit
                 continue
             first, second = (
                 self._placed(placed, velocities, link, placement, len(x))
@@ -214,11 +215,10 @@ class ProvenElements:
             "length": length,
             "rate": np.einsum("in,in->n", direction, seen),
         }
-        thrust, steepness = _of_law(element.thrust, element.law.of, places)
         reach = _norm(first.origin) + _norm(second.origin)
+        thrust, terms = _of_law(element.thrust, element.law.of, places, length=reach)
         force = thrust * direction
-        terms = self._length * (np.abs(thrust) + steepness * reach)
-        return np.stack([force, cross(second.origin, force)]), terms
+        return np.stack([force, cross(second.origin, force)]), self._length * terms
 
     def _of_contact(
         self, element: PinContact, first: _Moving, second: _Moving, time: Array
@@ -348,11 +348,17 @@ class ProvenElements:
                     waiting.append((other, total, axis))
 
 
-def _effort(element: JointElement, x: Array, v: Array, time: Array) -> tuple[Array, Array]:
-    """Return the efforts `(N,)` of an element along its coordinate, and the size of its terms."""
+def _effort(
+    element: JointElement, x: Array, v: Array, time: Array, unit: float
+) -> tuple[Array, Array]:
+    """Return the efforts `(N,)` of an element along its coordinate, and the size of its terms.
+
+    Positions are rounded in proportion to the unit of the coordinate, however small they are.
+    """
+    sizes = unit + np.abs(x)
     if isinstance(element, JointSpring):
         effort = element.stiffness * element.rest - element.stiffness * x - element.damping * v
-        terms = element.stiffness * (np.abs(x) + abs(element.rest)) + element.damping * np.abs(v)
+        terms = element.stiffness * (sizes + abs(element.rest)) + element.damping * np.abs(v)
         return effort, terms
     if isinstance(element, JointFriction):
         slip = v / element.transition
@@ -360,18 +366,32 @@ def _effort(element: JointElement, x: Array, v: Array, time: Array) -> tuple[Arr
     if not isinstance(element, Actuator):
         raise _unknown_law(element)
     places = {"time": np.broadcast_to(time, x.shape), "position": x}
-    effort, steepness = _of_law(element.effort, element.law.of, places)
-    return effort, np.abs(effort) + steepness * np.abs(x)
+    return _of_law(element.effort, element.law.of, places, position=sizes)
 
 
-def _of_law(given: Given, of: Sequence[str], places: Mapping[str, Array]) -> tuple[Array, float]:
-    """Return the values `(N,)` of a law at places `(N,)`, and the greatest slope of a table."""
-    if isinstance(given, np.ndarray):
-        at, values = given.T
-        steepness = float(np.max(np.abs(np.diff(values) / np.diff(at))))
-        return np.interp(places[of[0]], at, values), 0.0 if "time" in of else steepness
-    # What a function returns is given, not solved.
-    return Law(given, tuple(of)).at("an actuator", **places), 0.0
+def _of_law(
+    given: Given, of: Sequence[str], places: Mapping[str, Array], **sizes: Array
+) -> tuple[Array, Array]:
+    """Return the values `(N,)` of a law at places `(N,)`, and the size of its terms.
+
+    Args:
+        given: see `Law`.
+        of: see `Law`.
+        places: by their names.
+        sizes: of the terms of a place, by its name: where it is rounded, the law changes.
+    """
+
+    def at(**places: Array) -> Array:
+        if isinstance(given, np.ndarray):
+            return np.interp(places[of[0]], *given.T)
+        # What a function returns is given, not solved.
+        return Law(given, tuple(of)).at("an actuator", **places)
+
+    values = at(**places)
+    if sizes.keys().isdisjoint(of):
+        return values, np.abs(values)
+    rounded = at(**{**places, **{name: places[name] + EPS * sizes[name] for name in sizes}})
+    return values, np.abs(values) + np.abs(rounded - values) / EPS
 
 
 def _unknown_law(element: Element) -> ArgumentError:

@@ -15,7 +15,6 @@ from ...core.results.collect import sweep_of
 from ...core.results.prescribed import Prescribed
 from ...core.results.sweep import Sweep
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
-from ...kit.differences import displacements, slopes
 from ...kit.errors import CardanError, EquilibriumError, MobilityError, choices
 from ...kit.frozen import frozen, read_only
 from .energy_functions import without_elements
@@ -24,6 +23,17 @@ from .start_state import drive_positions
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+_STEPS = (1e-3, 1e-5, 1e-7, 1e-9)
+"""Steps of differences [rad, or as a fraction of the characteristic length]: with a stencil of
+fifth order, the error of the first and that of rounding are both about 1e-13 of the forces. The
+others are for laws with kinks, and for places beside the end of a table."""
+_PLACES = (-2.0, -1.0, 1.0, 2.0)
+_STENCIL = np.array([[1, -8, 8, -1], [0, -6, 6, 0], [1, -2, 2, -1], [1, -4, -4, 1]]) / 12.0
+"""Weights of what differs at these places from the middle: derivatives of fifth and third order,
+and what is left of a kink beside the middle and in it."""
+_UNEVEN = 1e-5
+"""What is left of a kink, as a fraction of the greatest stiffness or force, from which on a step is
+too long: a curve leaves the square of the first step."""
 _MOST_STEPS = 200
 _LONGEST = 0.3
 """Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
@@ -63,7 +73,8 @@ class Equilibrium(Prescribed):
         self.sweep = statics.sweep(position[None, :])
         self._scale = read_only(statics.scale)
         greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
-        self._noise = max(_NOISE * statics.wrench, ROUNDED * greatest, _NONE)
+        noise = _NOISE * _STEPS[0] / statics.step * statics.wrench
+        self._noise = max(noise, ROUNDED * greatest, _NONE)
         self._freeze()
 
     def __repr__(self) -> str:
@@ -132,6 +143,13 @@ def equilibrium(
             position=x,
             effort=effort,
         )
+    if statics.is_at_kink:
+        raise EquilibriumError(
+            f"{x.tolist()} is an equilibrium at a kink of a force, which has another stiffness on "
+            "either side of it, such as a row of a table: move that row, or sweep the scene there",
+            position=x,
+            effort=effort,
+        )
     return Equilibrium(statics, x, stiffness)
 
 
@@ -153,6 +171,7 @@ def _moved(
     if size <= EPS * statics.wrench:
         return x, effort, stiffness, True
     shortest = _SHORTEST * (1.0 + float(np.max(np.abs(x))))
+    refused = ""
     for _ in range(30):
         if np.max(np.abs(step) / statics.scale) <= shortest:
             if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
@@ -160,9 +179,9 @@ def _moved(
             break
         try:
             next_effort, next_stiffness = statics.linearised(x + step)
-        except CardanError:
-            # A dead point or a gap lies on the way.
-            step = 0.25 * step
+        except CardanError as error:
+            # A dead point, a gap or the end of a table lies on the way.
+            step, refused = 0.25 * step, f". Beyond, {error}"
             continue
         next_size = float(np.linalg.norm(next_effort * statics.scale))
         if next_size < size:
@@ -173,7 +192,7 @@ def _moved(
         step = 0.25 * step
     raise EquilibriumError(
         f"no equilibrium was found; from {x.tolist()} on, the effort needed grows in every "
-        "direction; start elsewhere",
+        f"direction; start elsewhere{refused}",
         position=x,
         effort=effort,
     )
@@ -186,6 +205,8 @@ class _Statics:
         problem: of the scene.
         scale: `(f,)` units of the free coordinates: 1 rad, or the characteristic length.
         greatest: greatest effort seen [N·m].
+        step: of the last differences [rad, or as a fraction of the characteristic length].
+        is_at_kink: whether no step was short enough for them.
         wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
     """
 
@@ -200,6 +221,7 @@ class _Statics:
             ]
         )
         self.greatest = self.wrench = 0.0
+        self.step, self.is_at_kink = _STEPS[0], False
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""
@@ -224,10 +246,37 @@ class _Statics:
         return self._of_free(sweep, len(positions))
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
-        """Return efforts `(f,)` at a position, and their derivatives `(f, f)`."""
-        efforts = self._efforts(np.concatenate([x[None], x + displacements(self.scale)]))
+        """Return efforts `(f,)` at a position, and their derivatives `(f, f)`.
+
+        With the longest step that leaves kinks outside.
+        """
+        for self.step in _STEPS:
+            try:
+                effort, beside = self._around(x, self.step * self.scale)
+            except CardanError:
+                if self.step == _STEPS[-1]:
+                    raise
+                continue
+            changes = np.einsum("nk,jki->nij", _STENCIL, beside - effort)
+            derivative, inner, beside, inside = changes / (self.step * self.scale)
+            units = self.scale[:, None] * self.scale
+            size = max(self.wrench, float(np.max(np.abs(inner * units))))
+            left = np.maximum(np.abs(beside), np.abs(inside)) * units
+            self.is_at_kink = bool(np.max(left) > _UNEVEN * size)
+            if not self.is_at_kink:
+                return effort, derivative
+        # Across a kink, it is between those of both sides.
+        return effort, inner
+
+    def _around(self, x: Array, steps: Array) -> tuple[Array, Array]:
+        """Return efforts at a position and beside it, `(f,)` and `(f, 4, f)`."""
+        places = [x]
+        for index in range(len(x)):
+            own = steps * (np.arange(len(x)) == index)
+            places += [x + factor * own for factor in _PLACES]
+        efforts = self._efforts(np.array(places))
         self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
-        return efforts[0], slopes(efforts[1:], self.scale)
+        return efforts[0], efforts[1:].reshape(len(x), len(_PLACES), len(x))
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(f, f)` at a position."""
