@@ -175,7 +175,7 @@ def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, 
     Raises:
         ModelError: it is neither a number nor one for each part.
     """
-    dynamics = only(joint, "dynamics", at)
+    dynamics = joint.find("dynamics")  # Whoever reads its forces asks whether it is the only one.
     stated = None if dynamics is None else dynamics.get("armature")
     if stated is None:
         return ()

@@ -330,15 +330,14 @@ def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
 
     Joints of the latter that only states are read of have no motor.
     """
+    moving = [*robot.findall("transmission"), *robot.findall("ros2_control")]
     driven = [
-        *robot.findall("transmission/joint"),
-        *(
-            item
-            for item in robot.findall("ros2_control/joint")
-            if item.find("command_interface") is not None
-        ),
+        joint
+        for element in moving
+        for joint in element.findall("joint")
+        if element.tag == "transmission" or joint.find("command_interface") is not None
     ]
-    return tuple(dict.fromkeys(item.get("name", "") for item in driven))
+    return tuple(dict.fromkeys(joint.get("name", "") for joint in driven))
 
 
 def _is_independent(joint: ElementTree.Element, where: str) -> bool:

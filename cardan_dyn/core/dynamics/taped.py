@@ -103,7 +103,7 @@ class TapedSolver:
             self._compliances(),
         )
         self._equations: dict[Kind, Equations] = {}
-        self._tapes: dict[Kind, dict[int, Tape | None]] = {}
+        self._tapes: dict[tuple[Kind, bytes], dict[int, Tape | None]] = {}
         self._key = (
             self._roles,
             tuple(self._varied),
@@ -415,17 +415,17 @@ class TapedSolver:
         chosen = self._orders and self._orders.at(index)
         if not (self._orders and chosen):
             return None
-        if kind not in self._tapes:
+        own = kind, chosen.scene
+        if own not in self._tapes:
             kept = self._mechanism.kept
-            self._tapes[kind] = kept.of(
-                "tapes", (self._key, self._orders.key, kind), dict[int, Tape | None]
-            )
-        tapes = self._tapes[kind]
+            key = self._key, self._orders.key, *own
+            self._tapes[own] = kept.of("tapes", key, dict[int, Tape | None])
+        tapes = self._tapes[own]
 
         def made(acting: Array) -> Tape | None:
             in_turn()
             try:
-                tapes[index] = Tape(equations, *chosen, acting)
+                tapes[index] = Tape(equations, chosen.order, chosen.at, acting)
             except UnsuitableError:
                 tapes[index] = None
             return tapes[index]

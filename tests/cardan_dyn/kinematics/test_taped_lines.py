@@ -151,7 +151,7 @@ def line(start: float, end: float) -> tuple[Line, Place]:
     (x,) = in_general(part, begin[None, :]).x
     chosen = taped._orders.at(0)
     assert chosen is not None
-    order, _ = chosen
+    order = chosen.order
     columns = taped._columns
     line = Line(
         taped._tree,

@@ -101,39 +101,31 @@ class Guesses:
     def orders(self, tree: Tree, roles: Roles) -> Orders:
         """Return the orders of elimination of the closure rows; arguments as of `Orders`.
 
-        They are chosen at closed configurations that are the same wherever a scene holds joints and
-        starts, so that nothing depends on which scene asked first: near by, all over the motion of
-        the drives from the description's zero, and all over that of the held joints as well. Where
-        none of these can move from there, they are all over the motion of the drives.
+        The first ones are chosen at closed configurations that are the same wherever a scene holds
+        joints and starts, all over the motion of the drives from the description's zero, so that
+        nothing depends on which scene asked first. Where drives or held joints cannot move from
+        there, and where those orders do not serve, they are chosen over the scene's own motion.
         """
         from .orders import Orders  # What is made only to be looked at needs none.
 
-        problem, kept = self._of_held, self._problem.mechanism.kept
+        problem, kept, start = self._of_held, self._problem.mechanism.kept, self._start.tobytes()
         outputs = problem.outputs, problem.all_outputs, problem.element_bodies
-        key = problem.independent, tuple(sorted(problem.held)), *outputs
+        key: tuple[object, ...] = problem.independent, tuple(sorted(problem.held)), *outputs
+        near = kept.of("scouts", key, self._scouts_from_zero)
+        if not len(near):
+            near, key = self.scouts, (*key, start)
+        return Orders(near, lambda: self.scouts, key, start, tree, roles, kept)
 
-        def from_zero(far: bool) -> Array:
-            return kept.of("scouts", (key, far), lambda: self._scouts_from_zero(far))
-
-        near = from_zero(False)
-        if len(near):
-            return Orders(near, lambda: from_zero(True), key, tree, roles, kept)
-        near, start = self.scouts, self._start.tobytes()
-        return Orders(near, lambda: near[:0], (*key, start), tree, roles, kept)
-
-    def _scouts_from_zero(self, far: bool) -> Array:
+    def _scouts_from_zero(self) -> Array:
         """Return closed coordinates `(S, size)` all over the motion of the drives from zero.
 
         There are none where these, or the held joints, cannot move from there.
-
-        Args:
-            far: whether the held joints move as well.
         """
         problem = self._of_held
         moving = problem.driving(tuple(sorted(problem.held)))
         with suppress(CardanError):
             guesses = self._guesses_of(replace(moving, near=frozen({}), near_balls=frozen({})))
-            return guesses.scouts if far else guesses.scouts_of(len(problem.independent))
+            return guesses.scouts_of(len(problem.independent))
         return np.zeros((0, len(self._start)))
 
     @cached_property

@@ -1,9 +1,9 @@
 """Orders: orders of elimination of the closure rows of a motion, chosen where they are needed.
 
 They are chosen at scouts, closed configurations that are the same for all scenes that move alike,
-so that they do not depend on what was asked for first. The first order is chosen at all scouts near
-by; it serves nearly everywhere, and nearly always alone. Each other one is chosen where those
-before it serve worst, at last all over the motion.
+so that they do not depend on what was asked for first. The first order is chosen at all of them; it
+serves nearly everywhere, and nearly always alone. Each other one is chosen where those before it
+serve worst, the third one over the motion of the scene itself.
 """
 
 from __future__ import annotations
@@ -29,24 +29,27 @@ class Chosen(NamedTuple):
     Attributes:
         order: of elimination.
         at: `(size, S)` closed coordinates in units of the tree.
+        scene: where the scene starts over whose motion it is chosen; empty if for all scenes.
     """
 
     order: Order
     at: Array
+    scene: bytes
 
 
 class Orders:
     """Orders of elimination, each chosen when it is first asked for. Threads may share them.
 
     Attributes:
-        key: all that they follow from, besides the mechanism.
+        key: all that those chosen at the scouts near by follow from, besides the mechanism.
     """
 
     def __init__(
         self,
         near: Array,
-        far: Callable[[], Array],
+        own: Callable[[], Array],
         of: Hashable,
+        start: bytes,
         tree: Tree,
         roles: Roles,
         kept: Kept,
@@ -54,18 +57,21 @@ class Orders:
         """Begin with those that other scenes of the mechanism asked for.
 
         Args:
-            near: `(S, size)` closed coordinates; lines begin at the first ones, or near them.
-            far: finds others, all over the motion.
-            of: what they follow from.
+            near: `(S, size)` closed coordinates, the same for all scenes that move alike.
+            own: finds those all over the motion of the scene; lines begin at the first one.
+            of: what the former follow from.
+            start: where the scene starts, from which the latter follow as well.
             tree: the mechanism, with the loops and couplings that are solved.
             roles: of its coordinates.
             kept: of the mechanism.
         """
-        self._near, self._far, self._tree, self._roles = near, far, tree, roles
+        self._near, self._own, self._tree, self._roles = near, own, tree, roles
         rows = tuple(block[:2] for block in roles.blocks)
         self.key = of, roles.drives, rows, tree.loops, tree.couplings, tree.spins
         # From the start, and from anywhere; None behind the last one.
-        self._found: dict[tuple[int, bool], Chosen | None] = kept.of("orders", self.key, dict)
+        self._found: dict[bytes, dict[tuple[int, bool], Chosen | None]] = {
+            scene: kept.of("orders", (self.key, scene), dict) for scene in (b"", start)
+        }
 
     def at(self, index: int, from_start: bool = False) -> Chosen | None:
         """Return an order; None if there is none.
@@ -76,11 +82,14 @@ class Orders:
                 lines begin.
         """
         key = index, from_start and index > 0
-        if key not in self._found:
-            self._found.setdefault(key, self._next(*key))
-        return self._found[key]
+        for scene, found in list(self._found.items())[index > 1 : 1 + (index > 0)]:
+            if key not in found:
+                found.setdefault(key, self._next(*key, scene))
+            if found[key] is not None:
+                return found[key]
+        return None
 
-    def _next(self, index: int, from_start: bool) -> Chosen | None:
+    def _next(self, index: int, from_start: bool, scene: bytes) -> Chosen | None:
         """Return the order chosen where those before it serve worst; None if it is one of them."""
         found: list[Order] = []
         for before in range(index):
@@ -88,27 +97,25 @@ class Orders:
             if chosen_before is None:
                 return None
             found.append(chosen_before.order)
+        x = self._in_tree(self._own() if scene else self._near)
         if not found:
-            return self._chosen(self._in_tree(self._near))
-        for is_far in (False, True)[index > 1 :]:
-            x = self._in_tree(np.concatenate([self._near, self._far()]) if is_far else self._near)
-            rows, growth = self._rows(x), np.full(x.shape[1], np.inf)
-            for order in found:
-                with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
-                    growth = np.fmin(growth, eliminated(rows, order).growth)
-            quarter = -(-len(growth) // 4)
-            least = min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter])
-            (worst,) = np.nonzero(growth >= least)
-            result = self._chosen(x[:, np.union1d([0], worst) if from_start else worst])
-            if result and all(result.order.places != order.places for order in found):
-                return result
-        return None
+            return self._chosen(x, scene)
+        rows, growth = self._rows(x), np.full(x.shape[1], np.inf)
+        for order in found:
+            with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
+                growth = np.fmin(growth, eliminated(rows, order).growth)
+        quarter = -(-len(growth) // 4)
+        least = min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter])
+        (worst,) = np.nonzero(growth >= least)
+        result = self._chosen(x[:, np.union1d([0], worst) if from_start else worst], scene)
+        is_new = result and all(result.order.places != order.places for order in found)
+        return result if is_new else None
 
-    def _chosen(self, x: Array) -> Chosen | None:
+    def _chosen(self, x: Array, scene: bytes) -> Chosen | None:
         """Return the order chosen at coordinates `(size, S)`; None if none suits them."""
         with suppress(UnsuitableError):
             blocks = [block[:2] for block in self._roles.blocks]
-            return Chosen(chosen(self._rows(x), blocks), x)
+            return Chosen(chosen(self._rows(x), blocks), x, scene)
         return None
 
     def _rows(self, x: Array) -> list[dict[int, Array]]:

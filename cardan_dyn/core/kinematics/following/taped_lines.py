@@ -90,7 +90,7 @@ class TapedLines:
             chosen = self._orders.at(index, from_start=True) if len(rest) else None
             if chosen is None:
                 break
-            key = self._key, self._orders.key, index
+            key = self._key, self._orders.key, chosen.scene, index
             stages = self._mechanism.kept.of("lines", key, partial(self._traced, chosen.order))
             follow = partial(self._follow, stages, targets, x, is_there)
             in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
