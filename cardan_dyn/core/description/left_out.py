@@ -41,18 +41,19 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
     ]
     lines.append(line_of(where, "<contact>", touching, "no wrench considers it", "link"))
     for tag in _OF_PROGRAMS:
-        count = sum(not _is_read(item) for item in robot.findall(tag))
+        count = sum(not _is_read(item, joints) for item in robot.findall(tag))
         if count:
             times = f" ({count} times)" if count > 1 else ""
             lines.append(f"{where}: <{tag}>{times} is for other programs and was passed over")
     return [line for line in lines if line]
 
 
-def _is_read(element: ElementTree.Element) -> bool:
+def _is_read(element: ElementTree.Element, joints: Sequence[ElementTree.Element]) -> bool:
     """Return whether an element for other programs says loops (`gazebo`), motors or rotors."""
-    tags = {part.tag for part in element}
     if element.tag == "transmission":
-        return "joint" in tags
+        known = {joint.get("name") for joint in joints}
+        return any(joint.get("name") in known for joint in element.findall("joint"))
+    tags = {part.tag for part in element}
     return bool(tags) and element.tag == "gazebo" and tags <= {"joint", "frame"}
 
 
